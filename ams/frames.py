@@ -37,6 +37,8 @@ class Attitude:
     """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
     mounting: IntArray | None = None
     """(N,) label of the mounting; None: the last."""
+    from_level: FloatArray | None = None
+    """(N, 3, 3) mean rotation from level axes into the package's while a row was read, for gyros."""
 
 
 @dataclass(frozen=True)

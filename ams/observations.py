@@ -41,6 +41,8 @@ class Observations:
     """(N,) label of the mounting, the last the highest; None where the package was never moved."""
     step: IntArray | None = None
     """(N,) the run's step of every dwell, as the journal counts; None where there is no run."""
+    from_level: FloatArray | None = None
+    """(N, 3, 3) mean rotation from level axes into the package's while a row was read; None where nothing needs it."""
     units: Mapping[str, str] = field(default_factory=dict)
     """Unit of the outputs of an axis as it is written in a key, such as ``dps`` or ``counts``; volts where absent."""
     source: str = field(default="observations", compare=False)

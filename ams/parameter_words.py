@@ -33,6 +33,8 @@ _WORDS: Mapping[str, tuple[str, str]] = {
     "pitch_misalignment_deg": ("pitch misalignment", "φ"),
     "offset_tc_v_per_degc": ("offset temperature", "b₁"),
     "sensitivity_tc_per_degc": ("sensitivity temperature", "s₁"),
+    "offset_tc2_v_per_degc2": ("offset temperature, second order", "b₂"),
+    "sensitivity_tc2_per_degc2": ("sensitivity temperature, second order", "s₂"),
     "reference_temperature_degc": ("reference temperature", "T₀"),
     "offset_drift_v_per_h": ("offset drift", "d"),
     "reference_time_s": ("reference time", "t₀"),

@@ -162,10 +162,14 @@ def _diagnosis(
         scale,
         circumstances.rows,
         convicted,
-        _moves(solved, place, scale),
+        _moves(solved, place, scale) if _some_drift(tests) else {},
         has_table=circumstances.table is not None,
     )
     return Diagnosis(findings, solved, place, tests)
+
+
+def _some_drift(tests: AxisTests) -> bool:
+    return any(stands and name.startswith(DRIFT_OF) for name, stands in tests.is_significant.items())
 
 
 def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:

@@ -6,11 +6,12 @@ errors explain within their priors is no finding. All tests of an axis in all mo
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ams.calibration.calibrate import calibrate
+from ams.calibration_result import Replication
 from ams.errors import DesignError
 from ams.findings import Finding
 from ams.frames import specific_force
@@ -32,37 +33,42 @@ class JointDiagnosis:
     """Of each axis, mounting by mounting; of several mountings each sentence names its own."""
     untested: tuple[str, ...] = ()
     """Why a mounting by itself could not be tested, a sentence each."""
+    replications: Mapping[str, Replication | None] = field(default_factory=dict)
+    """Axis to lack of fit and drift, where there is one mounting."""
 
 
 def diagnose_joint(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> JointDiagnosis:
     """Test every mounting of a joint fit, axis by axis."""
     found: dict[str, list[Finding]] = {axis: [] for axis in fit.axes}
-    untested = []
+    untested, replications = [], dict[str, Replication | None]()
     request = CalibrationRequest("pitch-roll", {axis: axis for axis in fit.axes})
-    for number, rows in enumerate(_as_they_stood(mountings, fit, priors), start=1):
+    for number, rows in enumerate(as_they_stood(mountings, fit, priors), start=1):
         name = f"mounting {number}: " if len(mountings) > 1 else ""
         try:
             solved = calibrate(rows, request)
         except DesignError as error:
             untested.append(f"{name or 'joint fit: '}not tested by itself: {error}")
             continue
+        replications = {axis: one.replication for axis, one in solved.axes.items()} if not name else {}
         for axis, one in solved.axes.items():
             found[axis] += [replace(finding, text=f"{name}{finding.text}") for finding in one.findings]
-    return JointDiagnosis({axis: _as_one_family(told) for axis, told in found.items()}, tuple(untested))
+    if len(mountings) > 1:
+        found = {axis: _as_one_family(told) for axis, told in found.items()}
+    return JointDiagnosis({axis: tuple(told) for axis, told in found.items()}, tuple(untested), replications)
 
 
-def _as_one_family(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+def _as_one_family(findings: Sequence[Finding]) -> list[Finding]:
     """Return the findings of all mountings, as significant as their tests are together."""
     stands = holm(np.array([np.nan if one.p_value is None else one.p_value for one in findings]))
-    return tuple(
+    return [
         one
         if one.p_value is None or stands[place] or not one.is_significant
         else replace(one, is_significant=False, text=f"{one.text}; beside the tests of every mounting not significant")
         for place, one in enumerate(findings)
-    )
+    ]
 
 
-def _as_they_stood(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> Iterator[Observations]:
+def as_they_stood(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> Iterator[Observations]:
     """Yield the rows of each mounting at the attitudes at which the package stood, as the fit has them."""
     mountings = [replace(one, observations=corrected(one.observations, priors.table)) for one in mountings]
     nuisances = nuisances_of(mountings, priors)

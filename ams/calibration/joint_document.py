@@ -34,8 +34,8 @@ from ams.statistics.intervals import combined_dof, t_quantile
 from ams.units import RAD_PER_ARCSEC
 
 _LINEAR: Final = (
-    "the joint fit has no terms of second and third order: a soft mount of the sensor is not in the uncertainty; fit "
-    "without --joint for them"
+    "the joint fit has no terms of second and third order: a soft mount of the sensor is not in the uncertainty; solve "
+    "without joint for them"
 )
 MOUNTS: Final = {"upright": UPRIGHT, "reversed": REVERSED}
 
@@ -138,7 +138,7 @@ def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisC
         residuals_v=nothing,
         replication=None,
         warnings=(
-            *_warnings(fit),
+            *joint_warnings(fit),
             *(f"axis {axis}: {name} null: {reason}" for name, reason in undetermined.items()),
             *significant_texts(findings),
         ),
@@ -181,7 +181,7 @@ def _axis(found: AxisCalibration) -> Document:
     }
 
 
-def _warnings(fit: JointFit) -> Iterator[str]:
+def joint_warnings(fit: JointFit) -> Iterator[str]:
     """Return what stands behind the intervals of every axis."""
     if fit.replication_dof == 0:
         yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"

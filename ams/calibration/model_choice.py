@@ -146,8 +146,8 @@ def _found(label: str, extension: Extension | None) -> tuple[str, ...]:
 def _with_temperature(label: str, rows: Observations, request: CalibrationRequest, base: Model) -> Model:
     reference_degc = _reference_degc(rows, request)
     if request.temperature == "estimate":
-        refuse_unless_estimable(rows)
-        return WithTemperature(base, reference_degc)
+        refuse_unless_estimable(rows, request.temperature_order)
+        return WithTemperature(base, reference_degc, estimated_order=request.temperature_order)
     if label not in request.known_temperature:
         raise DesignError(
             f"temperature apply: axis {label}: no coefficients given: got those of "

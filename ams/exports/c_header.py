@@ -4,7 +4,7 @@ Whoever has only the header can evaluate the set and see that he does it right: 
 vector and returns the largest relative error, which is to be at most 1e-12.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -69,8 +69,6 @@ static inline double @p@_@a@_@u@(const double f[3], double temperature_degc)
 }
 """
 ABOVE = "(temperature_degc - @P@_@A@_REFERENCE_TEMPERATURE_DEGC)"
-OFFSET = " + @P@_@A@_OFFSET_TC_V_PER_DEGC * " + ABOVE
-GAIN = " + @P@_@A@_SENSITIVITY_TC_PER_DEGC * " + ABOVE
 QUADRATIC = (
     "(f[0] * f[0] - f[2] * f[2])",
     "2.0 * f[0] * f[1]",
@@ -307,10 +305,16 @@ def _terms(numbers: AxisNumbers) -> dict[str, str]:
     k = zip(("KX", "KY", "KZ"), numbers.form.directions, strict=True)
     return {
         **{place: name.upper() for place, name in k},
-        "offset": OFFSET if numbers.needs_temperature else "",
-        "gain": GAIN if numbers.needs_temperature else "",
+        "offset": _warmed(numbers.temperature_names[0::2]),
+        "gain": _warmed(numbers.temperature_names[1::2]),
         "q": "" if numbers.is_linear else "".join(bent),
     }
+
+
+def _warmed(names: Sequence[str]) -> str:
+    """Return the terms of coefficients by rising power of temperature."""
+    powers = enumerate(names, start=1)
+    return "".join(f" + @P@_@A@_{name.upper()} * {' * '.join([ABOVE] * power)}" for power, name in powers)
 
 
 def _package(coefficients: CoefficientSet) -> dict[str, str]:

@@ -14,7 +14,7 @@ from ams.exports.embedded import comment_lines, document_lines
 from ams.exports.statement import statement
 from ams.models.extended import TERM_NAMES
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers
+from ams.sets.equations import AxisNumbers
 
 COMMENT = " * "
 Rows = Sequence[Sequence[float]]
@@ -112,7 +112,7 @@ def _names(numbers: AxisNumbers) -> Iterable[str]:
     if numbers.own_output is not None:
         return numbers.own_output.primary_names
     extended = () if numbers.is_linear else TERM_NAMES[: 5 if numbers.centring is None else len(numbers.centring)]
-    temperature = (*TEMPERATURE_NAMES, "reference_temperature_degc") if numbers.needs_temperature else ()
+    temperature = (*numbers.temperature_names, "reference_temperature_degc") if numbers.needs_temperature else ()
     return (numbers.form.offset, *numbers.form.directions, *extended, *temperature)
 
 

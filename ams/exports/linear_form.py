@@ -26,7 +26,7 @@ from ams.exports.statement import statement
 from ams.models.sensor_model import SetForm
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet, from_document
-from ams.sets.equations import TEMPERATURE_NAMES, AxisNumbers
+from ams.sets.equations import GAIN_TC_NAMES, OFFSET_TC_NAMES, AxisNumbers
 from ams.sets.instructions import polarity
 from ams.sets.vectors import outputs_key
 from ams.units import UNITS
@@ -144,12 +144,13 @@ def _temperature_error_v(coefficients: CoefficientSet, numbers: AxisNumbers, lar
     limits = coefficients.validity.temperature_degc
     if not numbers.needs_temperature or limits is None:
         return 0.0
-    reference, offset_tc, gain_tc = (
-        (numbers.primary[name] if name in numbers.primary else numbers.parameters.get(name)) or 0.0
-        for name in ("reference_temperature_degc", *TEMPERATURE_NAMES)
-    )
+    reference = numbers.coefficient("reference_temperature_degc")
     largest_degc = max(abs(limits[0] - reference), abs(limits[1] - reference))
-    return largest_degc * (abs(offset_tc) + abs(gain_tc) * largest_sensed_v)
+    pairs = enumerate(zip(OFFSET_TC_NAMES, GAIN_TC_NAMES, strict=True), start=1)
+    return sum(
+        largest_degc**power * (abs(numbers.coefficient(offset)) + abs(numbers.coefficient(gain)) * largest_sensed_v)
+        for power, (offset, gain) in pairs
+    )
 
 
 def _toml(coefficients: CoefficientSet) -> list[str]:

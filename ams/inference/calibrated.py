@@ -1,8 +1,9 @@
 """A calibrated accelerometer with all its terms, as the inference of angles wants it: a line in the specific force.
 
-v = b0 + b1 dT + (1 + s1 dT)(k·f + terms of second and third order). The temperature terms are taken off
-the reading first, the others while the angles are sought; the variance of what is left holds the covariance of every
-term and the reading's own. CR's sets sense gravity, the opposite of the specific force, so their k change sign here.
+v = b0 + b1 dT + b2 dT² + (1 + s1 dT + s2 dT²)(k·f + terms of second and third order). The temperature terms are taken
+off the reading first, the others while the angles are sought; the variance of what is left holds the covariance of
+every term and the reading's own. CR's sets sense gravity, the opposite of the specific force, so their k change sign
+here.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +16,7 @@ from ams.attitude.spread import Part
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
 from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES, centred_basis, quadratic_basis
-from ams.models.thermal import TEMPERATURE_NAMES
+from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES, names_of
 from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -51,8 +52,8 @@ class CalibratedSensor:
 
     def line_output_v(self, output_v: FloatArray) -> FloatArray:
         """Return (N,) what the reading would be at the reference temperature."""
-        offset_tc, _ = (self._value(name) for name in TEMPERATURE_NAMES)
-        return np.asarray((output_v - self.offset_v - offset_tc * self.rise_degc) / self._gain() + self.offset_v)
+        warmed = self._polynomial(0)
+        return np.asarray((output_v - self.offset_v - warmed) / self._gain() + self.offset_v)
 
     def quadratic_v(self, force: FloatArray) -> FloatArray:
         """Return (N,) what the terms of second and third order add; zero where the force is not known."""
@@ -98,10 +99,16 @@ class CalibratedSensor:
         columns |= dict(zip(PER_G, np.moveaxis(force, -1, 0), strict=True))
         columns |= dict(zip(self._term_names, np.moveaxis(self._terms(force), -1, 0), strict=True))
         columns |= dict(zip(TEMPERATURE_NAMES, (ones * rise / gain, rise * sensed / gain), strict=True))
+        columns |= dict(zip(SECOND_ORDER_NAMES, (ones * rise**2 / gain, rise**2 * sensed / gain), strict=True))
         return np.stack([columns[name] for name in self.names], axis=-1)
 
     def _gain(self) -> FloatArray:
-        return np.asarray(1.0 + self._value(TEMPERATURE_NAMES[1]) * self.rise_degc)
+        return np.asarray(1.0 + self._polynomial(1))
+
+    def _polynomial(self, which: int) -> FloatArray:
+        """Return what temperature adds to the offset (0) or the gain (1)."""
+        first, second = names_of(2)[which::2]
+        return np.asarray(self._value(first) * self.rise_degc + self._value(second) * self.rise_degc**2)
 
     def _value(self, name: str) -> float:
         return float(self.primary[list(self.names).index(name)]) if name in self.names else 0.0

@@ -11,7 +11,7 @@ from ams.errors import DesignError, ObservationsError
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
-from ams.models.thermal import TemperatureCoefficients
+from ams.models.thermal import Order, TemperatureCoefficients
 from ams.observations import Observations
 
 _NO_YAW_RAD = 1e-9
@@ -28,6 +28,8 @@ class CalibrationRequest:
     """Sensor axis label to the package axis it nominally lies along. Empty: every output is its own (``x``,
     ``y``, ``z``)."""
     temperature: Literal["none", "apply", "estimate"] = "none"
+    temperature_order: Order = 1
+    """Of the terms that ``estimate`` solves for; what is known has the order that it has."""
     known_temperature: Mapping[str, TemperatureCoefficients] = field(default_factory=dict)
     """Sensor axis label to its coefficients, for ``apply``."""
     reference_temperature_degc: float | None = None
@@ -64,6 +66,13 @@ def refuse_unusable(observations: Observations, request: CalibrationRequest) -> 
     if request.temperature not in ("none", "apply", "estimate"):
         raise DesignError(
             f"temperature: got {request.temperature!r}, allowed none, apply, estimate; nothing was solved"
+        )
+    if request.temperature_order not in (1, 2):
+        raise DesignError(f"temperature_order: got {request.temperature_order!r}, allowed 1, 2; nothing was solved")
+    if request.temperature_order != 1 and request.temperature != "estimate":
+        raise DesignError(
+            f"temperature_order: got {request.temperature_order} with temperature {request.temperature!r}: it belongs "
+            "to temperature estimate; nothing was solved"
         )
     if request.extended not in ("no", "test", "yes"):
         raise DesignError(f"extended: got {request.extended!r}, allowed no, test, yes; nothing was solved")
@@ -146,4 +155,5 @@ def select_rows(observations: Observations, kept: BoolArray) -> Observations:
         level_errors=None if observations.level_errors is None else observations.level_errors[kept],
         mounting=None if observations.mounting is None else observations.mounting[kept],
         step=None if observations.step is None else observations.step[kept],
+        from_level=None if observations.from_level is None else observations.from_level[kept],
     )

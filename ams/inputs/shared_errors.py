@@ -14,14 +14,15 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 from ams.models.model import Model, Stimulus
-from ams.models.thermal import TEMPERATURE_NAMES
+from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.statistics.budget import Kind
 
-Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level", "field"]
+Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level", "field", "rotation"]
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``pitch``: radians, the zero of pitch with
 the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C;
 ``level``: of the known levels of a straight line, in the columns that the observations state;
-``field``: the same of a field that is known as a vector, where rows across an axis scatter by it."""
+``field``: the same of a field that is known as a vector, where rows across an axis scatter by it;
+``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
 
@@ -40,7 +41,7 @@ class SharedError:
     stated: str = ""
     """Where it comes from and as what, such as ``standards.meter: limit 20 µV``."""
     columns: tuple[int, ...] = ()
-    """Of the observations' ``level_errors``, for the effect ``level``."""
+    """Of the observations' ``level_errors``, for the effect ``level``; of the level axes for ``rotation``."""
     is_of_one_channel: bool = False
     """A load resistor: other sensor axes have one of their own, as good and as wrong."""
 
@@ -68,6 +69,8 @@ def reaches(error: SharedError, model: Model) -> bool:
     """Return whether the model has anything for the error to act on."""
     if error.effect in LEVELS:
         return _slope_of(model) is not None
+    if error.effect == "rotation":
+        return any(name.endswith("_v_per_dps") for name in model.primary_names)
     if error.effect == "temperature":
         return TEMPERATURE_NAMES[0] in model.primary_names
     return error.effect in ("reading", "gain") or any(name.endswith("_v_per_g") for name in model.primary_names)
@@ -79,8 +82,19 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         if rows.level_errors is None or slope is None:
             return None
         return np.asarray(primary[slope] * rows.level_errors[:, list(error.columns)])
+    if error.effect == "rotation":
+        return _rotated(error.columns, model, primary, rows)
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
+
+
+def _rotated(columns: Sequence[int], model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    """Return (N, q) what one °/s along each of some level axes makes; None where no gyro stands in known attitudes."""
+    named = dict(zip(model.primary_names, primary, strict=True))
+    k = np.array([named.get(f"k_{axis}_v_per_dps", 0.0) for axis in "xyz"])
+    if rows.from_level is None or not k.any():
+        return None
+    return np.einsum("i,nij->nj", k, rows.from_level[:, :, list(columns)])
 
 
 def _slope_of(model: Model) -> int | None:
@@ -123,4 +137,11 @@ def _warmed(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | N
     if TEMPERATURE_NAMES[0] not in named:
         return None
     offset_tc, sensitivity_tc = (named[name] for name in TEMPERATURE_NAMES)
+    if rows.temperature_degc is not None and SECOND_ORDER_NAMES[0] in named:
+        reference = model.parameters(primary)[model.parameter_names.index("reference_temperature_degc")]
+        rise = rows.temperature_degc - reference
+        offset_tc, sensitivity_tc = (
+            one + 2.0 * named[second] * rise
+            for one, second in zip((offset_tc, sensitivity_tc), SECOND_ORDER_NAMES, strict=True)
+        )
     return np.asarray(offset_tc + sensitivity_tc * (model.predict(primary, rows) - named["offset_v"]))

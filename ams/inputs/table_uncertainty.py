@@ -25,6 +25,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 from ams.observations import Observations
+from ams.remembered import remembered
 
 UncertaintyKind = Literal["limit", "standard", "expanded"]
 Shape = Literal["unknown", "independent", "smooth"]
@@ -193,22 +194,28 @@ class IndexColumns:
 
 def _shaped(parts: _Parts, standard_rad: float, angle_rad: FloatArray) -> IndexColumns:
     """``standard_rad``: of the certificate, limit/√3."""
+    unit = _of_unit_limit(tuple(parts.harmonics), tuple(parts.harmonics.values()), parts.teeth, angle_rad)
+    return replace(unit, standard_rad=standard_rad * unit.standard_rad)
+
+
+@remembered(32)
+def _of_unit_limit(
+    harmonics: tuple[int, ...], variances: tuple[float, ...], teeth: float, angle_rad: FloatArray
+) -> IndexColumns:
     names, standard, columns = [], [], []
-    for times, variance in parts.harmonics.items():
+    for times, variance in zip(harmonics, variances, strict=True):
         for word, wave in (("cosine", np.cos), ("sine", np.sin)):
             names.append(f"{_times_a_turn(times)}, {word}")
             standard.append(np.sqrt(3.0 * variance))
             columns.append(wave(times * angle_rad))
     waves = np.stack(columns, axis=1) if columns else np.zeros((angle_rad.size, 0))
-    found = IndexColumns(tuple(names), standard_rad * np.array(standard), waves)
-    if parts.teeth == 0.0:
+    found = IndexColumns(tuple(names), np.array(standard), waves)
+    if teeth == 0.0:
         return found
     index = np.round(angle_rad / _INDEX_GRID_RAD).astype(np.int64) % _FULL_TURN
     labels, place = np.unique(index, return_inverse=True)
     words = tuple(f"tooth {label * 1e-5:g}°" for label in labels.tolist())
-    return found.beside(
-        IndexColumns(words, np.full(labels.size, standard_rad * np.sqrt(3.0 * parts.teeth)), np.eye(labels.size)[place])
-    )
+    return found.beside(IndexColumns(words, np.full(labels.size, np.sqrt(3.0 * teeth)), np.eye(labels.size)[place]))
 
 
 def _times_a_turn(times: int) -> str:

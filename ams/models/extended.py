@@ -26,6 +26,7 @@ from ams.frames import specific_force, specific_force_by_pitch, specific_force_b
 from ams.models.accelerometer import PITCH_ROLL_FORM, PITCH_ROLL_SOURCE, PITCH_ROLL_TEXT, PitchRoll
 from ams.models.model import LinearModel, Stimulus
 from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel
+from ams.remembered import remembered
 
 Q_NAMES: Final = ("q_xx_v_per_g2", "q_xy_v_per_g2", "q_xz_v_per_g2", "q_yy_v_per_g2", "q_yz_v_per_g2")
 """Elements of the symmetric Q; q_zz = −q_xx − q_yy."""
@@ -73,7 +74,12 @@ def centring_of(stimulus: Stimulus, points: int, nominal_axis: str) -> Centring 
 
     None where the points do not determine these beside the linear sensor and leave something over.
     """
-    force = specific_force(stimulus.pitch_rad, stimulus.roll_rad)
+    return _centring(stimulus.pitch_rad, stimulus.roll_rad, points, nominal_axis)
+
+
+@remembered(32)
+def _centring(pitch_rad: FloatArray, roll_rad: FloatArray, points: int, nominal_axis: str) -> Centring | None:
+    force = specific_force(pitch_rad, roll_rad)
     linear, terms = _linear(force), term_basis(force, nominal_axis)
     q, r = np.linalg.qr(linear)
     if np.abs(np.diag(r)).min() < _DETERMINED * np.linalg.norm(r):

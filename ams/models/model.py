@@ -46,6 +46,10 @@ class Stimulus(Protocol):
     def level_errors(self) -> FloatArray | None:
         """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``."""
 
+    @property
+    def from_level(self) -> FloatArray | None:
+        """(N, 3, 3) mean rotation from level axes into the package's while a row was read; None: not known."""
+
 
 class Model(Protocol):
     """One sensor axis as a function of what it is exposed to."""

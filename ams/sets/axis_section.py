@@ -98,7 +98,7 @@ def _value(parameter: Document) -> float | None:
 
 def _equation(axis: AxisCalibration, numbers: AxisNumbers) -> Document:
     terms = len(axis.centring)
-    equation = equation_of(axis.model, axis.nominal_axis, numbers.needs_temperature, terms, numbers.units)
+    equation = equation_of(axis.model, axis.nominal_axis, numbers.temperature_order, terms, numbers.units)
     section: Document = {
         "name": equation.name,
         "source": equation.source,

@@ -7,7 +7,7 @@ third order, and a model may bring an equation of its own. The usual parameters
 Source: TP (1), (2), (4), (5); CR (III-B.27) to (III-B.32), (III-C.16) to (III-C.18).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,9 +39,16 @@ TEMPERATURE_TEXT = (
     "; with temperature T and dT = T - reference_temperature_degc: offset_v becomes offset_v + offset_tc_v_per_degc*dT "
     "and every k, q and S is multiplied by 1 + sensitivity_tc_per_degc*dT; a coefficient that is not given is 0"
 )
+SECOND_ORDER_TEXT = (
+    "; with temperature T and dT = T - reference_temperature_degc: offset_v becomes offset_v + offset_tc_v_per_degc*dT "
+    "+ offset_tc2_v_per_degc2*dT^2 and every k, q and S is multiplied by 1 + sensitivity_tc_per_degc*dT + "
+    "sensitivity_tc2_per_degc2*dT^2; a coefficient that is not given is 0"
+)
 DIRECTION_NAMES = PER_G
 EXTENDED_NAMES = Q_NAMES
-TEMPERATURE_NAMES = ("offset_tc_v_per_degc", "sensitivity_tc_per_degc")
+OFFSET_TC_NAMES = ("offset_tc_v_per_degc", "offset_tc2_v_per_degc2")
+"""By rising power of the temperature above the reference."""
+GAIN_TC_NAMES = ("sensitivity_tc_per_degc", "sensitivity_tc2_per_degc2")
 
 
 @dataclass(frozen=True)
@@ -142,19 +149,36 @@ class AxisNumbers:
 
     @property
     def needs_temperature(self) -> bool:
-        return any(self._coefficient(name) != 0.0 for name in TEMPERATURE_NAMES)
+        return self.temperature_order > 0
+
+    @property
+    def temperature_order(self) -> int:
+        """Highest power of temperature that has a coefficient; 0 where none has."""
+        pairs = enumerate(zip(OFFSET_TC_NAMES, GAIN_TC_NAMES, strict=True), start=1)
+        return max((power for power, names in pairs if any(self.coefficient(name) for name in names)), default=0)
+
+    @property
+    def temperature_names(self) -> tuple[str, ...]:
+        """Of the coefficients up to that power, offset's and gain's by turns."""
+        pairs = zip(OFFSET_TC_NAMES, GAIN_TC_NAMES, strict=True)
+        return tuple(name for names in list(pairs)[: self.temperature_order] for name in names)
 
     def offset_v(self, temperature_degc: FloatArray | None) -> FloatArray:
         """Return the offset at the temperature."""
         return np.asarray(
-            self.primary[self.form.offset] + self._coefficient("offset_tc_v_per_degc") * self._above(temperature_degc)
+            self.primary[self.form.offset] + self._polynomial(OFFSET_TC_NAMES, self._above(temperature_degc))
         )
 
     def gain(self, temperature_degc: FloatArray | None) -> FloatArray:
         """Return what the sensitivity is multiplied by at the temperature."""
-        return np.asarray(1.0 + self._coefficient("sensitivity_tc_per_degc") * self._above(temperature_degc))
+        return np.asarray(1.0 + self._polynomial(GAIN_TC_NAMES, self._above(temperature_degc)))
 
-    def _coefficient(self, name: str) -> float:
+    def _polynomial(self, names: Sequence[str], rise_degc: FloatArray) -> FloatArray:
+        total = self.coefficient(names[0]) * rise_degc
+        return total if self.temperature_order < 2 else np.asarray(total + self.coefficient(names[1]) * rise_degc**2)
+
+    def coefficient(self, name: str) -> float:
+        """Return a coefficient of temperature, 0 where it is not given."""
         value = self.primary.get(name, self.parameters.get(name))
         return 0.0 if value is None else value
 
@@ -200,7 +224,7 @@ def derived_direction(numbers: AxisNumbers) -> FloatArray | None:
 
 
 def equation_of(
-    model: str, nominal_axis: str, with_temperature: bool, centred_terms: int = 0, units: Units | None = None
+    model: str, nominal_axis: str, temperature_order: int, centred_terms: int = 0, units: Units | None = None
 ) -> PrintedEquation:
     """Return the printed equation. Raises: SetError for a model or an axis that no set has an equation for."""
     found = _printed(model, nominal_axis, centred_terms, units)
@@ -210,7 +234,7 @@ def equation_of(
             f"{', '.join(sorted(FIELDS))}; nothing was evaluated; use the version of calrig that wrote it, or install "
             "the distribution that brings the model"
         )
-    suffix = TEMPERATURE_TEXT if with_temperature else ""
+    suffix = ("", TEMPERATURE_TEXT, SECOND_ORDER_TEXT)[temperature_order]
     return PrintedEquation(model, found.source, found.primary + suffix, found.derived)
 
 
@@ -226,13 +250,13 @@ def _printed(model: str, nominal_axis: str, centred_terms: int, units: Units | N
 def check_numbers(numbers: AxisNumbers, where: str) -> None:
     """Refuse numbers that the equation does not take. Raises: SetError."""
     terms = len(numbers.centred_terms)
-    equation_of(numbers.model, numbers.nominal_axis, numbers.needs_temperature, terms, numbers.units)
+    equation_of(numbers.model, numbers.nominal_axis, numbers.temperature_order, terms, numbers.units)
     form = numbers.form
     if form.output is not None:
         allowed, complete = set(form.output.primary_names), set(form.output.primary_names) <= set(numbers.primary)
     else:
         own = {form.offset, *form.directions, *(numbers.centred_terms or form.quadratic)}
-        allowed = own | {*TEMPERATURE_NAMES, "reference_temperature_degc"}
+        allowed = own | {*OFFSET_TC_NAMES, *GAIN_TC_NAMES, "reference_temperature_degc"}
         needed_names = {form.offset, *numbers.centred_terms}
         complete = needed_names <= set(numbers.primary) and bool(set(form.directions) & set(numbers.primary))
     if set(numbers.primary) - allowed or not complete:

@@ -20,6 +20,7 @@ from ams.inputs.table_uncertainty import TableUncertainty, index_columns, shown_
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import CONFOUNDED, quadratic_basis
 from ams.observations import Observations
+from ams.remembered import remembered
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import f_test
 
@@ -58,6 +59,8 @@ class _PointMeans:
     """Variance of one reading from the scatter between replications; 0 where there is one replication."""
     common: FloatArray
     """(K, q) columns of the table's teeth, volts."""
+    within_v2: float | None = None
+    """Sum of squares of the readings about their means, where every point was read as often; None elsewhere."""
 
 
 def judge_extension(
@@ -74,7 +77,7 @@ def judge_extension(
     """
     means = _point_means(observations, label, table, layout or layout_of(observations))
     joined = np.hstack([means.basis, means.quadratic])
-    if joined.shape[0] <= _TERMS or np.linalg.matrix_rank(joined, tol=1e-9 * np.linalg.norm(joined)) < _TERMS:
+    if joined.shape[0] <= _TERMS or not _are_determined(joined):
         raise DesignError(
             f"extended model of {label}: {joined.shape[0]} points do not determine its {_TERMS} parameters and an "
             "error; nothing was decided; add pitch and roll angles (five or more of each, past ±45°)"
@@ -85,8 +88,13 @@ def judge_extension(
     estimate, covariance, _ = generalised.at(variance)
     q, q_covariance = estimate[4:], covariance[4:, 4:]
     test = f_test(float(q @ np.linalg.solve(q_covariance, q)) / 5.0, 5, dof, level)
-    before, after = _standard_errors(observations, label)
+    before, after = _standard_errors(observations, label, means)
     return Extension(test, q, q_covariance, test.is_significant, before, after)
+
+
+@remembered(16)
+def _are_determined(joined: FloatArray) -> bool:
+    return bool(np.linalg.matrix_rank(joined, tol=1e-9 * np.linalg.norm(joined)) == _TERMS)
 
 
 def _point_means(observations: Observations, label: str, table: TableUncertainty | None, layout: Layout) -> _PointMeans:
@@ -125,14 +133,15 @@ def _means_of_alike(
     by_replication = output.reshape(n, points)
     mean = by_replication.mean(axis=0)
     q, _ = np.linalg.qr(basis)
-    left = by_replication - mean
-    left = left - (left @ q) @ q.T
+    about_mean = by_replication - mean
+    left = about_mean - (about_mean @ q) @ q.T
     dof = (n - 1) * (points - q.shape[1])
     precision = float(np.sum(left**2)) / dof if dof > 0 else 0.0
     primary = np.linalg.lstsq(basis, mean, rcond=None)[0]
     quadratic = quadratic_basis(specific_force(pitch, roll))
     readings = np.full(points, float(n))
-    return _PointMeans(basis, quadratic, mean, readings, precision, _common(table, primary, pitch, roll))
+    common = _common(table, primary, pitch, roll)
+    return _PointMeans(basis, quadratic, mean, readings, precision, common, float(np.sum(about_mean**2)))
 
 
 def _common(table: TableUncertainty | None, primary: FloatArray, pitch: FloatArray, roll: FloatArray) -> FloatArray:
@@ -227,8 +236,18 @@ def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) 
     return float(np.sqrt(lower * upper))
 
 
-def _standard_errors(observations: Observations, label: str) -> tuple[float, float]:
+def _standard_errors(observations: Observations, label: str, means: _PointMeans) -> tuple[float, float]:
     """S_E of TP (48) over all rows, without and with the terms of Q."""
+    rows = observations.rows
+    if means.within_v2 is not None:
+        root = np.sqrt(means.readings)
+        q, _ = np.linalg.qr(root[:, None] * np.hstack([means.basis, means.quadratic]))
+        output = root * means.output_v
+        along = q.T @ output
+        left = output - q @ along
+        after = means.within_v2 + float(left @ left)
+        before = after + float(along[4:] @ along[4:])
+        return float(np.sqrt(before / (rows - 4))), float(np.sqrt(after / (rows - _TERMS)))
     force = specific_force(observations.pitch_rad, observations.roll_rad)
     joined = np.concatenate([np.ones((force.shape[0], 1)), force, quadratic_basis(force)], axis=1)
     output = np.asarray(observations.outputs[label], dtype=float)

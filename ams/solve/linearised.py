@@ -15,14 +15,24 @@ from ams.frames import Attitude
 from ams.models.drifting import DRIFT_NAME
 from ams.models.model import Model, Stimulus
 from ams.models.remounted import is_of_a_mounting
-from ams.models.thermal import TEMPERATURE_NAMES
+from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.observations import Observations
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm, factor, repeated
 
-SHARED = MappingProxyType({**dict.fromkeys(TEMPERATURE_NAMES, "temperature_degc"), DRIFT_NAME: "time_s"})
-"""Parameters that are seen across replications, not in each of them, with the column of the rows they go with."""
+SHARED = MappingProxyType(
+    {
+        **dict.fromkeys(TEMPERATURE_NAMES, ("temperature_degc", 1)),
+        **dict.fromkeys(SECOND_ORDER_NAMES, ("temperature_degc", 2)),
+        DRIFT_NAME: ("time_s", 1),
+    }
+)
+"""Parameters that are seen across replications, not in each of them, with the column of the rows and its power that
+they go with."""
+
+
+_NEVER_ALIKE = ("time_s", "temperature_degc")
 
 
 def is_shared(name: str) -> bool:
@@ -95,9 +105,13 @@ def linearise(
         assert len(models) == 1
         basis, outputs, convergence = _at_solution(model, free, names, rows, outputs[:, 0], weights)
     else:
+        basis = None
         if weights is None and _repeats(stimulus, layout):
+            basis = _block(model, stimulus, layout)
+        if basis is not None:
             stimulus, times = _first(stimulus, layout.points), layout.replications
-        basis = model.basis(stimulus)
+        else:
+            basis = model.basis(stimulus)
         if model.fixed:
             outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
     form = repeated(factor(basis, names, stimulus, weights), times)
@@ -116,11 +130,28 @@ def _columns(stimulus: Attitude) -> dict[str, NDArray[Any]]:
 
 
 def _repeats(stimulus: Attitude, layout: Layout) -> bool:
-    """Return whether each replication has the same points in order at exactly the same stimulus."""
+    """Return whether each replication has the same points in order at exactly the same stimulus.
+
+    Time and temperature never repeat; where they matter the basis does not either.
+    """
     if not layout.is_complete or layout.order is not None:
         return False
-    blocks = (values.reshape(layout.replications, -1) for values in _columns(stimulus).values())
-    return all(np.array_equal(block[1:], np.broadcast_to(block[0], block[1:].shape)) for block in blocks)
+    columns = (values for name, values in _columns(stimulus).items() if name not in _NEVER_ALIKE)
+    return all(_stands_alike(values, layout) for values in columns)
+
+
+def _block(model: Model, stimulus: Attitude, layout: Layout) -> FloatArray | None:
+    """Return the basis of the points where it is the same in every replication."""
+    if stimulus.time_s is None and stimulus.temperature_degc is None:
+        return model.basis(_first(stimulus, layout.points))
+    basis = model.basis(stimulus)
+    return basis[: layout.points] if _stands_alike(basis, layout) else None
+
+
+def _stands_alike(values: NDArray[Any], layout: Layout) -> bool:
+    """Return whether (N, …) values are the same in each replication."""
+    blocks = values.reshape(layout.replications, -1)
+    return bool((blocks[1:] == blocks[0]).all())
 
 
 def _first(stimulus: Attitude, count: int) -> Attitude:
@@ -130,10 +161,14 @@ def _first(stimulus: Attitude, count: int) -> Attitude:
 def shared_regressors(model: Model, rows: Observations) -> tuple[FloatArray, ...]:
     """Return the (N,) columns of the rows for estimated parameters that no replication determines by itself."""
     columns = {SHARED[name] for name in model.primary_names if name in SHARED and name not in model.fixed}
-    shared = [np.asarray(getattr(rows, column)) for column in sorted(columns)]
+    shared = [_about_its_mean(getattr(rows, column)) ** power for column, power in sorted(columns)]
     if rows.mounting is not None and any(map(is_of_a_mounting, model.primary_names)):
         shared += [(rows.mounting == label).astype(float) for label in np.unique(rows.mounting)[:-1]]
     return tuple(shared)
+
+
+def _about_its_mean(column: FloatArray) -> FloatArray:
+    return np.asarray(column - column.mean())
 
 
 def _free(model: Model) -> NDArray[np.intp]:

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 from ams.archive.histories import history
 from ams.archive.runs import Override, PublishedRun
+from ams.archive.signatures import sign_off
 from ams.calibration.findings_document import full_document
 from ams.calibration_result import Calibration
 from ams.errors import AmsError, ArchiveError, OutsideValidity
@@ -263,7 +264,12 @@ def _past(
         histories = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
     except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
         histories = {}
-    return Past(archived.adjustments, {name: one for name, one in histories.items() if len(one.history.labels) > 1})
+    signed = {}
+    for name, one in sets.items():
+        with suppress(ArchiveError):
+            signed[name] = sign_off(archive_url, one.sha256)
+    before = {name: one for name, one in histories.items() if len(one.history.labels) > 1}
+    return Past(archived.adjustments, before, signed)
 
 
 def _as_left(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[str, Adjustment]:

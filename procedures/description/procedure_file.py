@@ -250,6 +250,8 @@ class KnownTemperature(StrictTable):
 
     offset_tc_v_per_degc: float
     sensitivity_tc_per_degc: float
+    offset_tc2_v_per_degc2: float = 0.0
+    sensitivity_tc2_per_degc2: float = 0.0
     reference_temperature_degc: float
 
 
@@ -266,11 +268,17 @@ class Solve(StrictTable):
     packages: dict[str, Literal["sting", "model"]] = {}
     """For pitch-yaw-roll: sensor to CR's package; one that is not named is a model package."""
     temperature: Literal["none", "apply", "estimate"] = "none"
+    temperature_order: Literal[1, 2] = 1
+    """2: offset and sensitivity may bend with temperature; for ``temperature = "estimate"``."""
     known_temperature: dict[str, KnownTemperature] = {}
     """``"SENSOR.AXIS"`` to its coefficients, for ``temperature = "apply"``."""
     extended: Literal["no", "test", "yes"] = "yes"
     expected_noise_arcsec: Positive = 0.5
     """Standard deviation of a dwell, for the uncertainty expected beforehand."""
+    joint: bool = False
+    """The package and the table in one fit, the table's errors as unknowns under what the rig file declares of them."""
+    joint_priors_arcsec: dict[Literal["pitch_zero", "roll_zero", "base_tilt", "squareness", "droop"], Positive] = {}
+    """Standard uncertainties of errors of the whole table, for ``joint``."""
     time_term: Literal["none", "linear"] = "none"
     """``linear``: a drift of the offset with time through the run is estimated beside the parameters."""
 
@@ -293,6 +301,27 @@ class Solve(StrictTable):
     def _apply_needs_coefficients(self) -> Self:
         if self.temperature == "apply" and not self.known_temperature:
             raise ValueError('temperature = "apply" needs known_temperature."SENSOR.AXIS" = { … }')
+        return self
+
+    @model_validator(mode="after")
+    def _joint_goes_with(self) -> Self:
+        if self.joint_priors_arcsec and not self.joint:
+            raise ValueError("joint_priors_arcsec belongs to joint = true, which is missing")
+        is_plain = self.model == "pitch-roll" and self.temperature == "none" and self.time_term == "none"
+        if self.joint and (not is_plain or self.extended == "test"):
+            raise ValueError(
+                'joint = true goes with model = "pitch-roll", temperature = "none", time_term = "none" and extended = '
+                '"yes" or "no" (it has no terms of second order itself)'
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _order_is_of_an_estimate(self) -> Self:
+        if self.temperature_order != 1 and self.temperature != "estimate":
+            raise ValueError(
+                f'temperature_order = {self.temperature_order} belongs to temperature = "estimate"; known coefficients '
+                "of second order are given as offset_tc2_v_per_degc2 and sensitivity_tc2_per_degc2"
+            )
         return self
 
 

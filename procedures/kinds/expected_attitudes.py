@@ -24,7 +24,8 @@ from procedures.plan.sequential import CALIBRATION_OVER_USAGE, usage_pitch_deg
 from procedures.plan.specific_force import columns_of
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import ExpectedSensor, PlannedRows, Usage, expected_sensor
-from procedures.solution.type_b import level_remarks
+from procedures.solution.request import joint_priors_in_words
+from procedures.solution.type_b import gravity_warnings, level_remarks
 from rig.description.rig_file import RigDescription
 
 LEAST_REPLICATIONS = 6
@@ -154,6 +155,14 @@ def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
 def _reservations(rig: RigDescription, plan: Plan, correlation: float) -> Iterator[str]:
     """Yield what the report will hold against the result, however well the run goes."""
     yield from level_remarks(rig)
+    yield from dict.fromkeys(text for sensor in plan.sensors.values() for text in gravity_warnings(rig, sensor))
+    if plan.solve.joint:
+        priors = joint_priors_in_words(plan.solve)
+        yield (
+            "package and table are solved together, without terms of second and third order: a soft mount of the "
+            "sensor is not in the uncertainty; the expected uncertainties are those of each axis by itself"
+            f"{f', and hold nothing of {priors}' if priors else ''}"
+        )
     if plan.replications == 1:
         yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
     elif plan.replications < FEW_REPLICATIONS:

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from ams.arrays import FloatArray
 from ams.errors import DesignError
+from ams.gravity import disagreement
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.parameter_words import words_of
@@ -36,11 +37,39 @@ def shared_refusals(
     environment: EnvironmentPlan | None,
 ) -> Iterator[PlanError]:
     """Tell what a plan of no kind may have: unknown packages, unmeasured temperatures, plateaus out of reach."""
+    yield from _gravity_of_another_place(rig)
     yield from _unknown_packages(rig, procedure)
+    yield from _nothing_to_fit_jointly(rig, procedure)
     yield from _temperature_terms(rig, procedure, sensors, environment)
     yield from _plateaus_beyond_limits(rig, procedure, environment)
     yield from _integration_not_offered(rig, procedure, channels_of(rig, sensors))
     yield from _bursts_too_long(rig, procedure, channels_of(rig, sensors))
+
+
+def _gravity_of_another_place(rig: RigDescription) -> Iterator[PlanError]:
+    """Say that gravity and latitude of the rig file cannot be of one place; smaller doubts stand with the result."""
+    place = rig.rig
+    if place.latitude_deg is None:
+        return
+    found = disagreement(place.gravity_mps2, place.latitude_deg, place.height_m)
+    if found is not None and found.kind == "refused":
+        yield PlanError(f"rig file: rig.gravity_mps2: {found.text}")
+
+
+def _nothing_to_fit_jointly(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
+    """Say where a joint fit has no attitudes of a table in pitch and roll to part package and table by."""
+    if not procedure.solve.joint:
+        return
+    if procedure.procedure.kind not in ("grid", "tumble"):
+        yield procedure.error(
+            ("solve", "joint"),
+            f'joint belongs to the kinds grid and tumble, not to kind = "{procedure.procedure.kind}"; remove it',
+        )
+    elif "roll" not in rig.axes:
+        yield procedure.error(
+            ("solve", "joint"),
+            f"a joint fit needs the axes pitch and roll; the rig file has {', '.join(rig.axes)}; remove joint",
+        )
 
 
 def _integration_not_offered(
@@ -169,7 +198,8 @@ def _undetermined(
 ) -> Iterator[PlanError]:
     model = max(models.values(), key=lambda one: len(one.primary_names))
     needed = len(model.primary_names)
-    estimated = needed + 2 * (procedure.solve.temperature == "estimate") + (procedure.solve.time_term == "linear")
+    warmed = 2 * procedure.solve.temperature_order if procedure.solve.temperature == "estimate" else 0
+    estimated = needed + warmed + (procedure.solve.time_term == "linear")
     attitudes = {(point.pitch_deg, point.yaw_deg, point.roll_deg) for point in design.points}
     if len(attitudes) < needed:
         yield procedure.error(
@@ -301,6 +331,12 @@ def _plateaus_too_poor(procedure: ProcedureDescription, environment: Environment
             f"span {span_degc:g} °C, needed {LEAST_TEMPERATURE_SPAN_DEGC:g} °C or more to estimate temperature terms",
         )
         return
+    if len(set(plateaus)) <= procedure.solve.temperature_order:
+        yield procedure.error(
+            ("environment", "plateaus_degc"),
+            f"{len(set(plateaus))} different temperatures do not determine terms of second order; add one between, "
+            "or solve with temperature_order = 1",
+        )
     with_time = abs(float(np.corrcoef(np.arange(len(plateaus)), plateaus)[0, 1]))
     if with_time > MOST_TIME_CORRELATION:
         yield procedure.error(

@@ -46,6 +46,7 @@ def assemble_view(
             _sensor_view(record, name, sensor, solved.get(name), place),
             adjustment=known.adjustments.get(name),
             history=known.histories.get(name),
+            signed=known.signed.get(name),
         )
         for place, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
         if only in (None, name)

@@ -28,18 +28,22 @@ def truth_of(
     if truth is None or described is None or not _is_straight(described.mount):
         return {}
     warmer_degc = _reference_degc(truth, observations, calibration) - truth.reference_temperature_degc
-    warming = 1.0 + truth.sensitivity_tc_per_degc * warmer_degc
+    s1, s2 = truth.sensitivity_tc_per_degc, truth.sensitivity_tc2_per_degc2
+    warming = 1.0 + s1 * warmer_degc + s2 * warmer_degc**2
     values = {
         "coning_deg": truth.coning_deg,
         "azimuth_deg": truth.azimuth_deg,
         **_towards_deg(truth, calibration.nominal_axis),
-        "offset_tc_v_per_degc": truth.offset_tc_v_per_degc,
-        "sensitivity_tc_per_degc": truth.sensitivity_tc_per_degc / warming,
+        "offset_tc_v_per_degc": truth.offset_tc_v_per_degc + 2.0 * truth.offset_tc2_v_per_degc2 * warmer_degc,
+        "sensitivity_tc_per_degc": (s1 + 2.0 * s2 * warmer_degc) / warming,
+        "offset_tc2_v_per_degc2": truth.offset_tc2_v_per_degc2,
+        "sensitivity_tc2_per_degc2": s2 / warming,
     }
     if calibration.model.startswith("pitch-yaw-roll"):
         values["azimuth_deg"] = 180.0 - (180.0 - truth.azimuth_deg - QUARTER_TURN_DEG) % 360.0
     if truth.offset_drift_v_per_replication == 0.0:
-        values["offset_v"] = truth.offset_v + truth.offset_tc_v_per_degc * warmer_degc
+        warmed_v = truth.offset_tc_v_per_degc * warmer_degc + truth.offset_tc2_v_per_degc2 * warmer_degc**2
+        values["offset_v"] = truth.offset_v + warmed_v
     if truth.sensitivity_drift_per_replication == 0.0:
         sense = -1.0 if calibration.model.startswith("pitch-yaw-roll") else 1.0
         values["sensitivity_v_per_g"] = sense * truth.sensitivity_v_per_g * warming

@@ -9,6 +9,7 @@ from datetime import datetime
 from typing import Literal
 
 from ams.archive.histories import SensorHistory
+from ams.archive.signatures import SignOff
 from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration, SensorVerdict
 from ams.findings import Finding
@@ -159,6 +160,8 @@ class SensorView:
     """Axis by axis; empty where nothing was solved."""
     verdict: SensorVerdict = "not usable"
     """Of this sensor alone; the run's own says more."""
+    signed: SignOff | None = None
+    """Who signed its set and accepted its findings; None where no archive knows it."""
     section: Section | None = None
     """Of a sensor that is told by its readings, not by angles; it has no ``axes`` then."""
 
@@ -175,6 +178,8 @@ class Past:
 
     adjustments: Mapping[str, Adjustment] = field(default_factory=dict)
     histories: Mapping[str, SensorHistory] = field(default_factory=dict)
+    signed: Mapping[str, SignOff] = field(default_factory=dict)
+    """As it is when the page is made: `calrig solve` makes it again, with what was signed since."""
 
 
 @dataclass(frozen=True)

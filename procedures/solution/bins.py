@@ -13,6 +13,7 @@ from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Follow
 from procedures.records.dwells import ANGLE, LOOKED, TAKEN, ChannelReading, DwellRecord
+from procedures.solution.earth_turn import with_turned_earth
 from procedures.solution.observations import run_times_s, units_of
 from procedures.solution.request import SensorRows
 
@@ -22,7 +23,7 @@ def profile_observations(item: SensorRows) -> Observations:
     rows, plan, channels, source = item.at_declared(), item.plan, item.channels, item.source
     parts = [_bins(row, plan, channels, source) for row in rows]
     place = {name: np.concatenate([part.angles_rad[name] for part in parts]) for name in AXES}
-    return Observations(
+    found = Observations(
         replication=np.repeat([row.replication for row in rows], [part.count for part in parts]),
         point=np.concatenate([np.arange(1, part.count + 1) for part in parts]),
         pitch_rad=place["pitch"],
@@ -36,6 +37,7 @@ def profile_observations(item: SensorRows) -> Observations:
         units=units_of(rows, channels),
         source=source,
     )
+    return with_turned_earth(found, item.rig, item.sensor)
 
 
 @dataclass(frozen=True)

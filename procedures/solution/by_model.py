@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ams.calibration.calibrate import calibrate
+from ams.calibration.jointly import calibrate_jointly
 from ams.calibration.mountings import calibrate_mountings
 from ams.calibration_result import Calibration
 from ams.findings import Finding
@@ -20,10 +21,19 @@ from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.sequential import stopped_in_words
 from procedures.records.dwells import DwellRecord
+from procedures.solution.earth_turn import earth_remarks, mean_rotations, with_turned_earth
 from procedures.solution.observations import observations_of
-from procedures.solution.request import SensorRows, SolvedSensor, budgets_of, calibrated_degc, request_of
+from procedures.solution.request import (
+    SensorRows,
+    SolvedSensor,
+    budgets_of,
+    calibrated_degc,
+    joint_priors,
+    joint_priors_in_words,
+    request_of,
+)
 from procedures.solution.run_findings import with_run_findings
-from procedures.solution.type_b import level_remarks, use_warnings
+from procedures.solution.type_b import gravity_warnings, level_remarks, use_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -31,7 +41,12 @@ def observed(item: SensorRows) -> Observations:
     """Return one row a dwell. Raises: JournalError."""
     temperature = temperature_source(item.rig, item.sensor)
     rows = observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain)
-    return rows if item.sensor.rolls else on_the_sting(rows)
+    rows = rows if item.sensor.rolls else on_the_sting(rows)
+    if item.sensor.measures != "rate" or rows.euler_rate_rad_s is None:
+        return rows
+    yaw = np.zeros(rows.rows) if rows.yaw_rad is None else rows.yaw_rad
+    at = {"pitch": rows.pitch_rad, "yaw": yaw, "roll": rows.roll_rad}
+    return with_turned_earth(rows, item.rig, item.sensor, mean_rotations(item.dwells, item.plan, at))
 
 
 def on_the_sting(rows: Observations) -> Observations:
@@ -44,13 +59,28 @@ def on_the_sting(rows: Observations) -> Observations:
 def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor:
     """Solve a sensor by the model of its procedure, with everything that the rig declares. Raises: AmsError."""
     request = request_of(item.name, item.rig, item.sensor, item.plan.solve, observations)
-    solved = calibrate_mountings(observations, request)
+    solve = item.plan.solve
+    if solve.joint:
+        solved = calibrate_jointly(observations, request, joint_priors(item.rig, solve))
+    else:
+        solved = calibrate_mountings(observations, request)
     on_level = _remarks_on_level(item)
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
-    remarks = (*solved.remarks, *_remarks(item.plan.solve, item.dwells), *on_level, *([stopped] if stopped else []))
-    warnings = (*solved.warnings, *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)))
+    remarks = (
+        *solved.remarks,
+        *_remarks(item.plan.solve, item.dwells),
+        *on_level,
+        *earth_remarks(item.rig, item.sensor),
+        *([stopped] if stopped else []),
+    )
+    warnings = (
+        *solved.warnings,
+        *gravity_warnings(item.rig, item.sensor),
+        *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)),
+    )
     calibration = replace(solved, remarks=remarks, warnings=warnings)
-    sensor = SolvedSensor(item.name, observations, calibration, None, budgets_of(solved, request, item.rig))
+    budgets = budgets_of(solved, request, item.rig, priors_in_words=joint_priors_in_words(solve))
+    sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
     return with_run_findings(sensor, [Finding("level-undeclared", text, False) for text in on_level])
 
 
@@ -66,7 +96,8 @@ def checked_by_monte_carlo(
     if solved.calibration is None or solved.calibration.convention == "SR":
         return solved
     request = request_of(solved.name, rig, sensor, solve, solved.observations)
-    return replace(solved, budgets=budgets_of(solved.calibration, request, rig, trials))
+    words = joint_priors_in_words(solve)
+    return replace(solved, budgets=budgets_of(solved.calibration, request, rig, trials, words))
 
 
 def _remarks(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:

@@ -183,6 +183,13 @@ def _errors(
             place, u_rad = OF_BASE[error.effect], error.standard_uncertainty
             columns = np.stack([slope[place] * u_rad, curvature[place] * u_rad**2 / 2.0], axis=-1)
             yield LevelError(replace(error, effect="level", standard_uncertainty=1.0), columns)
+            continue
+        if error.effect == "rotation" and observations.from_level is not None:
+            columns = np.einsum("i,nij->nj", along, observations.from_level[:, :, list(error.columns)])
+            yield LevelError(
+                replace(error, effect="level", standard_uncertainty=1.0, columns=()),
+                columns * error.standard_uncertainty,
+            )
     yield from _of_coils(item, observations, along)
 
 

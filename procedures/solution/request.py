@@ -11,6 +11,8 @@ from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
+from ams.solve.table_errors import TablePriors
+from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.plan import Plan
@@ -114,24 +116,49 @@ def request_for(
         model=solve.model_of(sensor_name, rolls=rolls),
         nominal_axes={axis: axis for axis in axes},
         temperature=solve.temperature,
+        temperature_order=solve.temperature_order if solve.temperature == "estimate" else 1,
         known_temperature={
-            axis: TemperatureCoefficients(item.offset_tc_v_per_degc, item.sensitivity_tc_per_degc)
+            axis: TemperatureCoefficients(
+                item.offset_tc_v_per_degc,
+                item.sensitivity_tc_per_degc,
+                offset_tc2_v_per_degc2=item.offset_tc2_v_per_degc2,
+                sensitivity_tc2_per_degc2=item.sensitivity_tc2_per_degc2,
+            )
             for axis, item in known.items()
         },
         reference_temperature_degc=references.pop() if len(references) == 1 else None,
-        extended=solve.extended,
+        extended="no" if solve.joint else solve.extended,
         time_term=solve.time_term == "linear",
         table=table,
         shared_errors=shared,
     )
 
 
+def joint_priors(rig: RigDescription, solve: Solve) -> TablePriors:
+    """Return what rig file and procedure state of the table, as the joint fit takes it."""
+    given = {f"{name}_rad": value * RAD_PER_ARCSEC for name, value in solve.joint_priors_arcsec.items()}
+    return TablePriors(table=table_uncertainty(rig), **given)
+
+
+def joint_priors_in_words(solve: Solve) -> str:
+    """Name the whole-table errors that the procedure declares; empty where it declares none."""
+    return ", ".join(f"{name.replace('_', ' ')} u {u:g}″" for name, u in solve.joint_priors_arcsec.items())
+
+
 def budgets_of(
-    calibration: Calibration, request: CalibrationRequest, rig: RigDescription | None, trials: int = 0
+    calibration: Calibration,
+    request: CalibrationRequest,
+    rig: RigDescription | None,
+    trials: int = 0,
+    priors_in_words: str = "",
 ) -> dict[str, AxisBudget]:
-    """Axis to its budget under what was asked for; ``trials`` of a Monte Carlo check, 0: none."""
+    """Axis to its budget under what was asked for; ``trials`` of a Monte Carlo check, 0: none.
+
+    ``priors_in_words``: what else was declared of the table.
+    """
     gravity = None if rig is None else gravity_of(rig)
-    stated = {} if rig is None else {"table": table_in_words(rig)}
+    of_table = [] if rig is None else [one for one in (table_in_words(rig), priors_in_words) if one]
+    stated = {} if rig is None else {"table": "; ".join(of_table)}
     return {
         label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=stated, trials=trials)
         for label, axis in calibration.axes.items()

@@ -11,10 +11,12 @@ from math import degrees, hypot, radians, sqrt
 from typing import Literal
 
 from ams.analysis.calibration_budget import Gravity
+from ams.gravity import disagreement
 from ams.inputs.shared_errors import Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
+from procedures.solution.earth_turn import earth_errors
 from rig.description.device_settings import AxisSettings
 from rig.description.index_table import IndexTable
 from rig.description.rig_file import RigDescription, Sensor, Standard
@@ -129,6 +131,17 @@ def level_remarks(rig: RigDescription) -> tuple[str, ...]:
     )
 
 
+def gravity_warnings(rig: RigDescription, sensor: Sensor) -> tuple[str, ...]:
+    """Say that the stated gravity is not that of the place; what a sensor gives per local g stands all the same."""
+    place = rig.rig
+    if sensor.measures != "acceleration" or place.latitude_deg is None:
+        return ()
+    found = disagreement(place.gravity_mps2, place.latitude_deg, place.height_m)
+    return (
+        () if found is None else (f"{found.text}; sensitivities per local g do not depend on it, use elsewhere does",)
+    )
+
+
 def gravity_of(rig: RigDescription) -> Gravity:
     """Local gravity as the rig file states it."""
     return Gravity(rig.rig.gravity_mps2, rig.rig.gravity_uncertainty_mps2, rig.rig.gravity_source)
@@ -149,7 +162,12 @@ def shared_errors(
     level = tuple(_level(rig))
     if sensor is None:
         return dict.fromkeys("xyz", level)
-    common = (*level, *_thermometer(rig, sensor, temperature), *_use(sensor, calibrated_degc))
+    common = (
+        *level,
+        *_thermometer(rig, sensor, temperature),
+        *_use(sensor, calibrated_degc),
+        *earth_errors(rig, sensor),
+    )
     return {str(axis): (*_chain(rig, channel), *common) for axis, channel in sensor.channels.items()}
 
 

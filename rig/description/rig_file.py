@@ -52,6 +52,11 @@ class RigSection(StrictTable):
     gravity_source: str = ""
     gravity_uncertainty_mps2: NotNegative = 0.0
     latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None
+    """Geodetic, north positive: gravity is held against it, and it tells what of the Earth's rotation gyros sense."""
+    height_m: Annotated[float, Field(ge=-500.0, le=9000.0)] | None = None
+    """Above sea level."""
+    heading_deg: Annotated[float, Field(ge=-360.0, le=360.0)] | None = None
+    """Where x points when all axes stand at zero, from north through east."""
 
 
 class Standard(StrictTable):

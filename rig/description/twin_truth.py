@@ -33,6 +33,8 @@ class AxisTruth(StrictTable):
     noise_v: NotNegative = 0.0
     offset_tc_v_per_degc: float = 0.0
     sensitivity_tc_per_degc: float = 0.0
+    offset_tc2_v_per_degc2: float = 0.0
+    sensitivity_tc2_per_degc2: float = 0.0
     reference_temperature_degc: float = 20.0
     offset_drift_v_per_replication: float = 0.0
     sensitivity_drift_per_replication: float = 0.0
@@ -124,6 +126,13 @@ class TwinBase(StrictTable):
     """Sag of the pitch reading at level, as cos α."""
     remount_arcsec: NotNegative = 0.0
     """Standard deviation of the small rotation that each new mounting adds, about each axis."""
+    earth: tuple[float, float] | None = None
+    """Latitude, and heading of x at zero angles, degrees: where the Earth turns under the table; None: it stands."""
+
+    @field_validator("earth", mode="before")
+    @classmethod
+    def _place_as_tuple(cls, value: object) -> object:
+        return as_tuple(value)
 
 
 class TwinEnvironment(StrictTable):

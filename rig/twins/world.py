@@ -39,6 +39,8 @@ from rig.twins.geometry import (
 from rig.twins.motion import Air, AxisBody, AxisErrors
 from rig.twins.ramp import Path
 
+SIDEREAL_DAY_S = 86_164.1
+
 
 class SensorTruth:
     """One sensor axis: what it really gives, without noise."""
@@ -58,9 +60,10 @@ class SensorTruth:
         warmer_degc = 0.0 if temperature_degc is None else temperature_degc - truth.reference_temperature_degc
         drift_v = truth.offset_drift_v_per_replication * replications
         offset_v = truth.at_zero + truth.offset_tc_v_per_degc * warmer_degc + drift_v
+        offset_v += truth.offset_tc2_v_per_degc2 * warmer_degc**2
         sensitivity = (
             truth.per_unit
-            * (1.0 + truth.sensitivity_tc_per_degc * warmer_degc)
+            * (1.0 + truth.sensitivity_tc_per_degc * warmer_degc + truth.sensitivity_tc2_per_degc2 * warmer_degc**2)
             * (1.0 + truth.sensitivity_drift_per_replication * replications)
         )
         sensed = self._mount @ stage_sensed
@@ -220,6 +223,9 @@ class World:
             self.axes[name].attitude_rate_dps(now_s) if name in self.axes else 0.0 for name in ("pitch", "yaw", "roll")
         )
         by_pitch_and_yaw: Vector = about_z(yaw) @ np.array([0.0, pitch_dps, 0.0]) + np.array([0.0, 0.0, yaw_dps])
+        if self._base.earth is not None:
+            pitch = self._angle_rad("pitch", now_s)
+            by_pitch_and_yaw = by_pitch_and_yaw + about_z(yaw) @ about_y(pitch) @ _earth_dps(*self._base.earth)
         if not rolls:
             return by_pitch_and_yaw
         rate_dps: Vector = about_x(roll) @ by_pitch_and_yaw + np.array([roll_dps, 0.0, 0.0])
@@ -276,6 +282,14 @@ class World:
     def _still_from_s(self) -> float:
         bodies = max((body.still_from_s for body in self.axes.values()), default=-math.inf)
         return max(bodies, max((air.still_from_s for air in self.air.values()), default=-math.inf))
+
+
+def _earth_dps(latitude_deg: float, heading_deg: float) -> Vector:
+    """Return the Earth's rotation in level axes: x where the table looks, y right of it, z down."""
+    rate_dps = 360.0 / SIDEREAL_DAY_S
+    latitude, heading = math.radians(latitude_deg), math.radians(heading_deg)
+    north = math.cos(latitude)
+    return rate_dps * np.array([north * math.cos(heading), -north * math.sin(heading), -math.sin(latitude)])
 
 
 def _body(name: str, axis: AxisSettings, description: RigDescription, chance: Chance) -> AxisBody:

@@ -1,5 +1,6 @@
 """Sets that strain an export: temperature terms, a quadratic model, and texts that mean something to every parser."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,8 @@ from ams.sets.coefficients import CoefficientSet, build_set
 
 HOSTILE = '"; */ #error "x" /* $(P) ${P} ??/ \\ @p@ <a>&b; ]]> -- %s \n# \r\n * document_json| {} é µ 単位 \t\x1b'
 Q = (1e-4, -2e-4, 3e-4, 5e-5, -1e-4)
+TC = {"offset_tc_v_per_degc": 1e-4, "sensitivity_tc_per_degc": -2e-4}
+TC2 = {**TC, "offset_tc2_v_per_degc2": -3e-6, "sensitivity_tc2_per_degc2": 5e-6}
 
 
 def hostile() -> CoefficientSet:
@@ -37,6 +40,12 @@ def warm() -> CoefficientSet:
     return build_set(Calibration(axes, "pitch-roll", "TP"), provenance(temperature_range_degc=(0.0, 40.0)))
 
 
+def bending() -> CoefficientSet:
+    """A package whose offset and sensitivities bend with temperature."""
+    axes = {axis: _warm(solved_axis(axis), TC2) for axis in "xyz"}
+    return build_set(Calibration(axes, "pitch-roll", "TP"), provenance(temperature_range_degc=(0.0, 40.0)))
+
+
 def quadratic() -> CoefficientSet:
     """One axis of the extended model."""
     axis = solved_axis("y")
@@ -51,13 +60,13 @@ def quadratic() -> CoefficientSet:
     return build_set(Calibration({"y": extended}, "pitch-roll-extended", "TP"), provenance())
 
 
-def _warm(axis: AxisCalibration) -> AxisCalibration:
-    names, values = ("offset_tc_v_per_degc", "sensitivity_tc_per_degc"), (1e-4, -2e-4)
-    extra = (*zip(names, values, strict=True), ("reference_temperature_degc", 20.0))
+def _warm(axis: AxisCalibration, coefficients: Mapping[str, float] = TC) -> AxisCalibration:
+    names, values = tuple(coefficients), tuple(coefficients.values())
+    extra = (*coefficients.items(), ("reference_temperature_degc", 20.0))
     return replace(
         axis,
         parameters=(*axis.parameters, *(_estimate(name, value) for name, value in extra)),
-        covariance=np.diag([*np.diag(axis.covariance), 1e-12, 1e-12, 0.0]),
+        covariance=np.diag([*np.diag(axis.covariance), *[1e-12] * len(names), 0.0]),
         **_with_primary(axis, names, values),
     )
 

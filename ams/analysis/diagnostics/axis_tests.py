@@ -34,7 +34,8 @@ from ams.models.accelerometer import PitchRoll
 from ams.models.added_parameters import WithAddedParameters
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
-from ams.models.thermal import TEMPERATURE_NAMES
+from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
+from ams.solve.extension import stands_alike
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import holm
 
@@ -158,7 +159,7 @@ def axis_tests(evidence: Evidence, shared: SharedTests, output: int, convicted_p
     found += [] if lag is None else [lag]
     terms = low_order(evidence, output, known)
     if terms is not None:
-        found += [_term(column, terms.test(place)) for place, column in enumerate(COLUMNS[: terms.columns])]
+        found += [_term(column, tested) for column, tested in zip(COLUMNS, terms.each(), strict=False)]
     made = {test.name: test for test in found if np.isfinite(test.p_value)}
     return replace(_explained_by_temperature(evidence, output, _decided(made, terms)), grid=grid)
 
@@ -223,7 +224,8 @@ def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known:
         found = [_slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
         if _linear_base(evidence.models[output]) is None:
             found += _by_point(evidence, output, known)
-    if by_temperature.has_plateaus(evidence):
+    is_bend_modelled = SECOND_ORDER_NAMES[0] in evidence.models[output].primary_names
+    if by_temperature.has_plateaus(evidence) and not is_bend_modelled:
         bent = by_temperature.between_replications(evidence, output, None, curved=True).curvature
         found.append(BeliefTest(CURVATURE, "temperature-curvature", bent.p_value, bent.size))
     return found
@@ -259,7 +261,10 @@ def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination
     if base is None:
         return None
     layout, rows = evidence.layout, evidence.rows
-    force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
+    if stands_alike(rows, layout):
+        force = specific_force(rows.pitch_rad[: layout.points], rows.roll_rad[: layout.points])
+    else:
+        force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
     linear, fitted = evidence.basis[:, :4], evidence.basis[:, 4:]
     means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[4:, output])
     before = layout.mean_by_point(previous_attitude.turned_from(evidence, output))

@@ -69,6 +69,21 @@ class Elimination:
         p_value = float(f_tail(coefficient * block[0, 1], 1.0, float(self.dof)))
         return Tested(float(coefficient), float(block[0, 0] ** -0.5), p_value)
 
+    def each(self) -> list[Tested]:
+        """Test every column alone beside the basis."""
+        given, tested = slice(0, self.given), slice(self.given, self.given + self.columns)
+        y = self.given + self.columns
+        across = self.gram[given, self.given :]
+        solved = np.linalg.solve(self.gram[given, given], across)
+        own = np.diagonal(self.gram)[tested] - np.einsum("gc,gc->c", across[:, :-1], solved[:, :-1])
+        with_y = self.gram[tested, y] - across[:, :-1].T @ solved[:, -1]
+        is_left = (own > _NOTHING_LEFT * np.diagonal(self.gram)[tested]) & (self.dof >= LEAST_DOF)
+        own = np.where(is_left, own, np.nan)
+        coefficient = with_y / own
+        p_value = f_tail(coefficient * with_y, 1.0, float(self.dof))
+        columns = (coefficient.tolist(), (own**-0.5).tolist(), np.where(is_left, p_value, np.nan).tolist())
+        return [Tested(*numbers) for numbers in zip(*columns, strict=True)]
+
     @property
     def chi_square(self) -> float:
         """What is left of y beside the basis, as a sum of squares over its variance."""

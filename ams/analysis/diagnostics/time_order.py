@@ -13,6 +13,8 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
+from ams.remembered import remembered
+from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 12
@@ -68,16 +70,17 @@ def autocorrelation(grid: GridResiduals, pairs: tuple[IntArray, IntArray, IntArr
     first, second = (grid.residuals[replication * grid.points + point] for point in (here, following))
     with np.errstate(invalid="ignore", divide="ignore"):
         r = np.einsum("im,im->m", first, second) / grid.squares
-    trace, trace_of_square = _moments(grid, replication, here, following)
+    trace, trace_of_square = _moments(grid.replications, grid.q, replication, here, following)
     mean = trace / dof
     variance = (2.0 * trace_of_square + trace**2) / (dof * (dof + 2.0)) - mean**2
     p_value = f_tail((r - mean) ** 2 / variance, 1.0, float(dof))
     return Autocorrelation(r - mean, p_value)
 
 
-def _moments(grid: GridResiduals, replication: IntArray, here: IntArray, following: IntArray) -> tuple[float, float]:
-    """Return tr(MS) and tr(MSMS) of the whole grid, what is taken out neglected."""
-    n, points, q = grid.replications, grid.points, grid.q
+@remembered(16)
+def _moments(n: int, q: FloatArray, replication: IntArray, here: IntArray, following: IntArray) -> tuple[float, float]:
+    """Return tr(MS) and tr(MSMS) of the whole grid of n replications, what is taken out neglected."""
+    points = q.shape[0]
     between = np.eye(n) - 1.0 / n if n > 1 else np.ones((1, 1))
     turned = np.zeros((n, *q.shape))
     turned[replication, here] += 0.5 * q[following]  # a point stands once in a replication
@@ -124,9 +127,14 @@ def confounding(evidence: Evidence, linear: FloatArray, column: FloatArray | Non
 
     The least of all replications, adjusted for the number of points; None where it is not known or points are few.
     """
-    layout = evidence.layout
     if column is None:
         return None
+    return _confounding(evidence.layout, linear, column)
+
+
+def _confounding(layout: Layout, linear: FloatArray, column: FloatArray) -> float | None:
+    if layout.is_complete and layout.order is None:
+        return _confounding_of_alike(layout.replications, linear, column)
     found, of_all = [], np.linalg.qr(linear)[0]
     for replication in range(layout.replications):
         here = layout.replication == replication
@@ -138,6 +146,20 @@ def confounding(evidence: Evidence, linear: FloatArray, column: FloatArray | Non
         left = own - q @ (q.T @ own)
         found.append(1.0 - float(left @ left) / free / (float(own @ own) / (own.size - 1)))
     return float(np.sqrt(max(min(found), 0.0)))
+
+
+@remembered(32)
+def _confounding_of_alike(replications: int, linear: FloatArray, column: FloatArray) -> float | None:
+    """Return the same where every replication has all points, one below the other."""
+    q, points = np.linalg.qr(linear)[0], linear.shape[0]
+    free = points - linear.shape[1]
+    blocks = column.reshape(replications, points)
+    if free < LEAST_POINTS or not bool(np.all(np.ptp(blocks, axis=1) > _NO_CHANGE)):
+        return None
+    own = blocks - blocks.mean(axis=1, keepdims=True)
+    left = own - (own @ q) @ q.T
+    shares = 1.0 - np.einsum("rk,rk->r", left, left) / free / (np.einsum("rk,rk->r", own, own) / (points - 1))
+    return float(np.sqrt(max(float(shares.min()), 0.0)))
 
 
 _NOTHING = 1e-18

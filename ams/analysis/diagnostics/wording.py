@@ -146,14 +146,15 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         BY_POINT_GAIN: lambda: _temperature_text(test, scale, "with its sensitivity, alike in every replication"),
         BY_REPLICATION: lambda: _temperature_text(test, scale, "from replication to replication"),
         LAG: lambda: (
-            f"the sensor is not as warm as the record: after heating and after cooling its output is still on the way, "
+            f"lag against the chamber: the sensor is not as warm as the record: after heating and after cooling its "
+            f"output is still on the way, "
             f"by {scale.words(size)} (root mean square), as with a time constant of about {test.uncertainty:g} h; soak "
             "longer, or measure the temperature in the sensor; temperature coefficients are not to be trusted"
         ),
         CURVATURE: lambda: (
-            f"offset or sensitivity bend with temperature: {scale.words(size)} (root mean square) that a straight line "
-            "over temperature does not have; use the result near the temperatures measured, or solve with terms of "
-            "second order"
+            f"quadratic in temperature: offset or sensitivity bend by {scale.words(size)} (root mean square), which a "
+            "straight line over temperature does not have; use the result near the temperatures measured, or solve "
+            "with terms of second order ([solve] temperature_order = 2)"
         ),
     }
     return sentences[name]()

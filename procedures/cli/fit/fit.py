@@ -45,6 +45,7 @@ def fit(
     sting: Path | None = None,
     sting_axis: Named = None,
     temperature: Literal["none", "apply", "estimate"] = "none",
+    temperature_order: Literal[1, 2] = 1,
     known_temperature: Named = None,
     reference_temperature_degc: float | None = None,
     extended: Literal["no", "test", "yes"] = "yes",
@@ -80,6 +81,8 @@ def fit(
         AXIS=COLUMN of the sting package; by default sting_x_v and so on.
     temperature
         none; apply known temperature coefficients; or estimate them from the column temperature_degc.
+    temperature_order
+        2: offset and sensitivity may bend with temperature; for --temperature estimate.
     known_temperature
         AXIS=OFFSET_TC,SENSITIVITY_TC in V/°C and 1/°C, such as x=1.2e-5,-3e-5; two more numbers are their standard
         uncertainties.
@@ -112,6 +115,10 @@ def fit(
         Local gravity of the calibration, for the set, where no rig file states it.
     """
     require_folder_of(set_, "--set")
+    if temperature_order != 1 and temperature != "estimate":
+        raise RequestError(
+            f"--temperature-order: belongs to --temperature estimate, not to --temperature {temperature}"
+        )
     columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
     _refuse_shared(columns)
     name = _model_name(model, package)
@@ -123,6 +130,7 @@ def fit(
         model=name,
         nominal_axes={label: label for label in columns},
         temperature=temperature,
+        temperature_order=temperature_order,
         known_temperature=_coefficients(known_temperature, temperature),
         reference_temperature_degc=reference_temperature_degc,
         extended=extended,

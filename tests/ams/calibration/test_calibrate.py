@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
 
+from ams.analysis.predictions import model_of_solution
 from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.request import CalibrationRequest, select_rows
@@ -262,6 +263,41 @@ def test_temperature_terms_are_applied_or_recovered_to_ten_digits(mode) -> None:
         assert [p.name for p in solved.parameters][4:] == [
             "offset_tc_v_per_degc", "sensitivity_tc_per_degc", "reference_temperature_degc",
         ]  # fmt: skip
+
+
+TC2 = {"x": (4e-7, -2e-6), "y": (-3e-7, 1e-6), "z": (1e-7, 3e-6)}
+
+
+@pytest.mark.parametrize("mode", ["apply", "estimate"])
+def test_a_sensor_that_bends_with_temperature_is_recovered_to_ten_digits(mode) -> None:
+    """b(T) = b0 + b1 τ + b2 τ², S(T) = S0 (1 + s1 τ + s2 τ²), written out."""
+    temperature_degc = mixed_temperatures(147)
+    plain, rise = warmed(QUIET, temperature_degc), temperature_degc - 25.0
+    sensed = {axis: output - OFFSET_V[axis] for axis, output in observe(QUIET).outputs.items()}
+    outputs = {a: output + rise**2 * (TC2[a][0] + TC2[a][1] * sensed[a]) for a, output in plain.outputs.items()}
+    known = {
+        axis: TemperatureCoefficients(*TC[axis], offset_tc2_v_per_degc2=b2, sensitivity_tc2_per_degc2=s2)
+        for axis, (b2, s2) in TC2.items()
+    }
+    request = CalibrationRequest(
+        temperature=mode, temperature_order=2 if mode == "estimate" else 1, known_temperature=known,
+        reference_temperature_degc=25.0, extended="no",
+    )  # fmt: skip
+    for axis, solved in calibrate(replace(plain, outputs=outputs), request).axes.items():
+        values = [p.value for p in solved.parameters]
+        np.testing.assert_allclose(values, [*truth(axis), *TC[axis], *TC2[axis], 25.0], rtol=0, atol=1e-10)
+        assert [p.name for p in solved.parameters][6:8] == ["offset_tc2_v_per_degc2", "sensitivity_tc2_per_degc2"]
+        if mode == "estimate":
+            predicted = model_of_solution(solved).predict(solved.primary, plain)
+            np.testing.assert_allclose(predicted, outputs[axis], rtol=0, atol=1e-10)
+
+
+def test_two_temperatures_do_not_tell_a_bend() -> None:
+    two = warmed(QUIET, np.where(np.arange(147) % 3 == 0, 18.0, 30.0))
+    with refused("second order cannot be estimated: 12 °C are spanned with nearly nothing between", DesignError):
+        calibrate(two, CalibrationRequest(temperature="estimate", temperature_order=2, extended="no"))
+    with refused("temperature_order: got 2 with temperature 'none'", DesignError):
+        calibrate(two, CalibrationRequest(temperature_order=2))
 
 
 def test_the_uncertainty_of_known_coefficients_is_carried() -> None:

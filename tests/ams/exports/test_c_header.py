@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from c_program import needs_compiler, printed
 from cr_outputs import TABLE_4, accelerometer_v, gyro_v
-from foreign_sets import hostile, quadratic, warm
+from foreign_sets import bending, hostile, quadratic, warm
 from solved import provenance, solved_package
 from solved_sets import TRUTH, bent_set, gyro_set, package_set
 
@@ -42,7 +42,9 @@ def test_the_macros_alone_reproduce_the_vectors(package: CoefficientSet, tmp_pat
     assert pairs[:, 0] == pytest.approx(pairs[:, 1], rel=0, abs=1e-12 * 2.5)
 
 
-@pytest.mark.parametrize("make", [warm, quadratic, bent_set, lambda: build_set(solved_package(), provenance())])
+@pytest.mark.parametrize(
+    "make", [warm, bending, quadratic, bent_set, lambda: build_set(solved_package(), provenance())]
+)
 def test_the_functions_reproduce_the_vectors_of_the_document(
     make: Callable[[], CoefficientSet], tmp_path: Path
 ) -> None:
@@ -63,7 +65,7 @@ def test_the_functions_reproduce_the_vectors_of_the_document(
     assert told[-1][0] <= 1e-12
 
 
-@pytest.mark.parametrize("make", [warm, bent_set, lambda: build_set(solved_package(), provenance())])
+@pytest.mark.parametrize("make", [warm, bending, bent_set, lambda: build_set(solved_package(), provenance())])
 def test_the_angles_come_back_from_the_outputs(make: Callable[[], CoefficientSet], tmp_path: Path) -> None:
     main = """
     double pitch_deg, roll_deg;

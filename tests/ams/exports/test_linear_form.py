@@ -4,7 +4,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from foreign_sets import hostile, quadratic, warm
+from foreign_sets import bending, hostile, quadratic, warm
 from sealed import changed
 from solved import PARAMETERS, provenance, solved_package
 
@@ -48,7 +48,7 @@ def test_the_test_vectors_of_the_file_are_its_own(package: CoefficientSet) -> No
             assert axis["a_g_per_v"] * pair["measured_v"] + axis["b_g"] == pytest.approx(pair["real_g"], rel=1e-12)
 
 
-@pytest.mark.parametrize("make", [lambda: build_set(solved_package(), provenance()), warm, quadratic])
+@pytest.mark.parametrize("make", [lambda: build_set(solved_package(), provenance()), warm, bending, quadratic])
 def test_no_attitude_and_no_temperature_exceeds_the_bound(make: object) -> None:
     coefficients: CoefficientSet = make()  # type: ignore[operator]
     pitch, roll = np.arcsin(RNG.uniform(-1, 1, 20_000)), RNG.uniform(-np.pi, np.pi, 20_000)

@@ -26,6 +26,7 @@ RNG = np.random.default_rng(3)
 PITCH, YAW, ROLL = RNG.uniform(-1.4, 1.4, (3, ROWS)) * np.array([[1.0], [0.4], [2.0]])
 RATES = RNG.uniform(-1.0, 1.0, (ROWS, 3))
 KNOWN = TemperatureCoefficients(3e-5, -2e-4)
+BENT = TemperatureCoefficients(3e-5, -2e-4, offset_tc2_v_per_degc2=4e-6, sensitivity_tc2_per_degc2=1e-5)
 AXES = {"pitch-only": "xz"}
 OWN = (0.031, -0.4, 1.9, 0.7)
 CENTRING = tuple(tuple(row) for row in RNG.uniform(-1.0, 1.0, (6, 4)).tolist())
@@ -44,6 +45,8 @@ def models() -> dict[str, Model]:
     for base in ("pitch-roll y", "pitch-only z", "pitch-yaw-roll-model x", "linear-accelerometer z"):
         found[f"{base}, temperature applied"] = WithTemperature(found[base], 20.0, KNOWN)
         found[f"{base}, temperature estimated"] = WithTemperature(found[base], 20.0)
+        found[f"{base}, temperature of second order"] = WithTemperature(found[base], 20.0, estimated_order=2)
+        found[f"{base}, second order applied"] = WithTemperature(found[base], 20.0, BENT)
         found[f"{base}, time"] = WithTime(found[base], 1800.0)
     found["pitch-roll x, temperature and time"] = WithTime(WithTemperature(found["pitch-roll x"], 20.0), 1800.0)
     found |= {f"terms without their linear part {axis}": ExtendedPitchRoll(axis, CENTRING) for axis in "xyz"}

@@ -7,6 +7,7 @@ from datetime import datetime
 import jsonschema
 import numpy as np
 import pytest
+from foreign_sets import bending
 from solved import NAMES, PARAMETERS, direction, provenance, solved_axis, solved_package
 from solved_sets import bent_set
 
@@ -175,6 +176,21 @@ def test_temperature_terms_enter_the_vectors() -> None:
         expected_v = 0.005 + 1e-4 * rise + (1 - 2e-4 * rise) * (k @ f)
         assert vector["outputs_v"]["x"] == pytest.approx(expected_v, abs=1e-14)
     assert len({vector["temperature_degc"] for vector in coefficients.document["test_vectors"]["forward"]}) > 3
+
+
+def test_a_bend_with_temperature_enters_the_vectors_and_the_equation() -> None:
+    coefficients = bending()
+    k = direction("x", *PARAMETERS["x"][1:])
+    for vector in coefficients.document["test_vectors"]["forward"]:
+        alpha, roll = np.radians([vector["pitch_deg"], vector["roll_deg"]])
+        rise = vector["temperature_degc"] - 20.0
+        f = np.array([np.sin(alpha), -np.cos(alpha) * np.sin(roll), -np.cos(alpha) * np.cos(roll)])
+        gain = 1.0 - 2e-4 * rise + 5e-6 * rise**2
+        expected_v = PARAMETERS["x"][0] + 1e-4 * rise - 3e-6 * rise**2 + gain * (k @ f)
+        assert vector["outputs_v"]["x"] == pytest.approx(expected_v, abs=1e-14)
+    section = coefficients.document["axes"]["x"]
+    assert "+ offset_tc2_v_per_degc2*dT^2" in section["equation"]["primary"]
+    assert section["parameters"]["sensitivity_tc2_per_degc2"]["unit"] == "1/degC^2"
 
 
 def test_temperature_terms_need_a_temperature_range() -> None:

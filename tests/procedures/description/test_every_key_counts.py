@@ -37,6 +37,8 @@ APPLIED = {
         },
     }
 }  # fmt: skip
+TWO_PLATEAUS = {"solve": {"temperature": "estimate"}, "environment": {"plateaus_degc": [10.0, 30.0, 10.0, 30.0, 10.0]}}
+"""Enough for a straight line and for no bend."""
 NOISY = {"dwell": {"max_noise_factor": 1.001, "samples": 5}}
 RESTLESS = {"twin": {"axes": {name: {"creep_arcsec": 2000.0, "creep_s": 5.0} for name in ("pitch", "roll")}}}
 TRIALS = {
@@ -101,6 +103,10 @@ TRIALS = {
     "solve.temperature": Trial("estimate", job="table"),
     "solve.known_temperature.*.offset_tc_v_per_degc": Trial(job="table", procedure=APPLIED),
     "solve.known_temperature.*.sensitivity_tc_per_degc": Trial(job="table", procedure=APPLIED),
+    "solve.known_temperature.*.offset_tc2_v_per_degc2": Trial(1e-6, job="table", procedure=APPLIED),
+    "solve.known_temperature.*.sensitivity_tc2_per_degc2": Trial(1e-6, job="table", procedure=APPLIED),
+    "solve.temperature_order": Trial(2, job="table", procedure=TWO_PLATEAUS),
+    "solve.joint_priors_arcsec": Trial({"roll_zero": 20.0}, procedure={"solve": {"joint": True}}),
     "solve.known_temperature.*.reference_temperature_degc": Trial(job="table", procedure=APPLIED),
     "export.formats": Trial(["csv"], procedure={"export": {"formats": ["json"]}}),
     "profile.span_deg": Trial({"pitch": 5.0, "yaw": 10.0, "roll": 10.0}),

@@ -1,7 +1,13 @@
 """The section of findings: what was tested, on which channel, and what of it somebody must read."""
 
+import re
+from dataclasses import replace
+from datetime import UTC, datetime
+
 from report_scene import Scene, run_view
 
+from ams.archive.signatures import AcceptedFinding, Release, Signature, SignOff
+from ams.sets.stated_findings import StatedFinding
 from procedures.report.figures import Figures
 from procedures.report.page import render_page
 
@@ -40,3 +46,22 @@ def test_of_several_sensors_what_rings_stands_in_rows_and_every_test_in_one() ->
     assert row[: row.index("</tr>")].count('<td class="n">6</td>') == 2  # channels tested, and significant on
     quiet = _page(Scene(sensors=("SN1", "SN2")))
     assert "None is significant." in quiet[quiet.index('<h2 id="findings">') : quiet.index('<h2 id="run">')]
+
+
+def test_who_accepted_a_finding_and_who_signed_stand_on_the_page() -> None:
+    """As in the archive when the page is made: `calrig solve` makes it again."""
+    view, when = run_view(Scene(offset_drift_v=4e-6)), datetime(2026, 3, 2, 9, tzinfo=UTC)
+    finding = StatedFinding("x.drift", "x", "offset changed by 12″.")
+    signed = SignOff(
+        "0" * 64, (Signature("prepared", "A. Operator", when, ""), Signature("approved", "B. Chief", when, "")), (),
+        (finding, StatedFinding("y.drift", "y", "said of y.")),
+        (AcceptedFinding("x.drift", "B. Chief", when, "known"),),
+        "the table turned", Release("C. Head", when, "checked by hand"),
+    )  # fmt: skip
+    sensors = (replace(view.sensors[0], signed=signed), *view.sensors[1:])
+    page = render_page(replace(view, sensors=sensors), Figures((), {sensor.name: () for sensor in sensors}))
+    words = " ".join(re.sub(r"<[^>]+>", " ", page).split())
+    assert "axis x: offset changed by 12″. Accepted by B. Chief, 2026-03-02 09:00:00 UTC: known" in words
+    assert "said of y." not in words, "nobody accepted it"
+    assert "the table turned. Released by C. Head, 2026-03-02 09:00:00 UTC: checked by hand" in words
+    assert "prepared by A. Operator, 2026-03-02 09:00:00 UTC; approved by B. Chief" in words

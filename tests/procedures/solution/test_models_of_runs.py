@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from installed_examples import install_example
-from small_run import Bench, bench, dwells_of
+from small_run import RIG, Bench, bench, dwells_of
 
 from ams.calibration.calibrate import calibrate
 from ams.observations import Observations
+from procedures.delivery.deliver import sets_of, solve_run
 from procedures.errors import PlanError
 from procedures.kinds.expected_attitudes import forecast_of_design
 from procedures.kinds.read import read_procedure
@@ -320,3 +321,51 @@ def errors_of_teeth(angle: np.ndarray, chance: np.random.Generator) -> np.ndarra
     """One error an index, rectangular within three arc seconds; a whole turn is the same index."""
     _, index = np.unique(np.round(np.mod(angle, 2.0 * np.pi), 6), return_inverse=True)
     return chance.uniform(-3.0, 3.0, index.max() + 1)[index] * np.pi / 180.0 / 3600.0
+
+
+WHOLE_TABLE = ("speed_dps = 20.0", "speed_dps = 20.0\nuncertainty_arcsec = 1.0")
+JOINT = solve_table("joint = true\njoint_priors_arcsec = { roll_zero = 20.0 }")
+
+
+def test_package_and_table_are_solved_together_where_the_procedure_says_so(tmp_path: Path) -> None:
+    """A set like any other comes of it: coefficients within their intervals, the roll zero in their uncertainty."""
+    made = bench(tmp_path, (WHOLE_TABLE,), (JOINT,))
+    forecast = forecast_of_design(made.rig, read_procedure(tmp_path / "procedure.toml"), made.plan, [])
+    assert any("hold nothing of roll zero u 20″" in sentence for sentence in forecast.reservations)
+    axes = solved_axes(made, tmp_path / "run")
+    for axis, truth in {"x": (0.005, 2.5), "y": (-0.003, 2.48), "z": (0.008, 2.52)}.items():
+        for name, value in zip(("offset_v", "sensitivity_v_per_g"), truth, strict=True):
+            estimate = next(one for one in axes[axis].parameters if one.name == name)
+            assert estimate.interval_95[0] < value < estimate.interval_95[1]
+    across = axes["z"].primary_covariance[2, 2] ** 0.5
+    assert across == pytest.approx(2.52 * 20.0 * np.pi / 648_000, rel=0.05), "no row tells roll zero from a turned z"
+    run = solve_run(tmp_path / "run")
+    made_set = sets_of(run)["SN1"]
+    assert made_set.document["package"]["components"].keys() >= {"table", "replications"}
+    assert "roll zero: not observable" in " ".join(run.sensors["SN1"].calibration.warnings)
+    budget = run.sensors["SN1"].budgets["z"]
+    assert any("roll zero u 20″" in line.stated for line in budget.lines)
+
+
+NOT_JOINT = [
+    ('joint = true\nmodel = "pitch-only"', "joint = true goes with model"),
+    ('joint = true\ntemperature = "estimate"', "joint = true goes with model"),
+    ('joint = true\nextended = "test"', "joint = true goes with model"),
+    ("joint_priors_arcsec = { droop = 1.0 }", "belongs to joint = true"),
+    ("joint = true\njoint_priors_arcsec = { wobble = 1.0 }", "pitch_zero"),
+    ("temperature_order = 2", 'temperature_order = 2 belongs to temperature = "estimate"'),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), NOT_JOINT)
+def test_what_does_not_go_together_in_solve_is_refused_by_name(tmp_path: Path, text: str, sentence: str) -> None:
+    with pytest.raises(DescriptionError, match=r"procedure\.toml:") as refused:
+        bench(tmp_path, procedure=(solve_table(text),))
+    assert sentence in str(refused.value)
+
+
+def test_a_joint_fit_needs_pitch_and_roll(tmp_path: Path) -> None:
+    one_axis = (RIG[RIG.index("[axes.roll]") : RIG.index("[readouts.dmm]")], "")
+    no_roll = ("roll_deg = { from = -180.0, to = 90.0, step = 90.0 }", "roll_deg = [0.0]")
+    with pytest.raises(PlanError, match="a joint fit needs the axes pitch and roll; the rig file has pitch"):
+        bench(tmp_path, (one_axis,), (JOINT, no_roll))

@@ -131,6 +131,15 @@ def test_a_sensor_that_lags_its_chamber_and_one_that_bends_are_told_apart() -> N
         assert _kinds(calibrate(_rows(drawn), request).axes["x"]) == ({kind} if kind else set())
 
 
+def test_terms_of_second_order_take_up_the_bend_that_a_straight_line_leaves() -> None:
+    drawn = campaigns("temperature-curvature", 1.0, np.random.default_rng(3), 1, axes="x")
+    request = CalibrationRequest(temperature="estimate", temperature_order=2, reference_temperature_degc=20.0)
+    found = calibrate(_rows(drawn), request).axes["x"]
+    assert not _kinds(found)
+    bend = next(p for p in found.parameters if p.name == "offset_tc2_v_per_degc2")
+    assert abs(bend.value) > 5.0 * bend.standard_uncertainty
+
+
 @pytest.mark.parametrize("name", ["temperature-in-step", "temperature-alternating"])
 def test_a_recorded_temperature_that_is_not_modelled_is_named_where_it_matters(name: str) -> None:
     drawn = campaigns(name, 0.5, np.random.default_rng(4), 5, axes="x")

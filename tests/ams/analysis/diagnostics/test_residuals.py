@@ -77,7 +77,9 @@ def test_moments_of_the_autocorrelation_are_traces_of_the_residual_maker(basis) 
     neighbours += neighbours.T
     found = grid_residuals(basis, np.zeros((N * K, 1)), np.arange(N * K), N, K)
     ms = _maker(basis, np.arange(N * K)) @ neighbours
-    assert _moments(found, replication, here, following) == pytest.approx((np.trace(ms), np.trace(ms @ ms)))
+    assert _moments(found.replications, found.q, replication, here, following) == pytest.approx(
+        (np.trace(ms), np.trace(ms @ ms))
+    )
 
 
 def test_independent_dwells_are_found_correlated_once_in_twenty_and_smooth_ones_always() -> None:

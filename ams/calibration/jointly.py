@@ -1,0 +1,139 @@
+"""Calibrate a package and the table it stands on in one fit, from the rows of one mounting.
+
+The joint fit (:mod:`ams.solve.joint`) estimates the package with the table's errors as nuisance parameters under their
+priors; what this adds is what any calibration has: the errors of meter and level that all rows share, residuals of
+every row at the attitude at which the package stood, the replication tests, findings and warnings.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.calibration.joint_diagnosis import as_they_stood, diagnose_joint
+from ams.calibration.joint_document import joint_calibration, joint_warnings
+from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
+from ams.errors import DesignError
+from ams.inputs.request import CalibrationRequest, refuse_unusable
+from ams.inputs.shared_errors import Effect, SharedError
+from ams.models.accelerometer import PitchRoll
+from ams.observations import Observations
+from ams.solve.joint import JointFit, joint_fit
+from ams.solve.table_errors import Mounting, TablePriors
+from ams.units import RAD_PER_ARCSEC
+
+_OF_THE_TABLE: Mapping[Effect, str] = {"pitch": "pitch_zero_rad", "base-tilt": "base_tilt_rad"}
+"""Errors that are unknowns of the joint fit, under the name of their prior."""
+_OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain")
+_TOLD = ("pitch zero", "roll zero", "base tilt", "squareness", "droop")
+
+
+def calibrate_jointly(observations: Observations, request: CalibrationRequest, priors: TablePriors) -> Calibration:
+    """Calibrate the axes of a request together with the table; ``priors`` go before the level of ``request``.
+
+    Raises:
+        ObservationsError: rows that nothing can be solved from.
+        DesignError: something is asked for that the joint fit does not have, or the points determine too little.
+        SolveError: the scatter about the fit does not settle.
+    """
+    refuse_unusable(observations, request)
+    _refuse_what_it_has_not(observations, request)
+    rows = replace(observations, mounting=None)
+    mountings, stated = [Mounting(rows)], _with_level(priors, request)
+    fit = joint_fit(mountings, tuple(request.axes_of(rows)), stated)
+    diagnosis = diagnose_joint(mountings, fit, stated)
+    solved = joint_calibration(_with_channels(fit, request.shared_errors), diagnosis)
+    stood = next(iter(as_they_stood(mountings, fit, stated)))
+    to_read = [sentence for sentence in joint_warnings(fit) if sentence not in fit.confounded or _is_whole(sentence)]
+    contained = [sentence for sentence in fit.confounded if not _is_whole(sentence)]
+    axes = {
+        label: replace(
+            _with_residuals(axis, stood),
+            replication=diagnosis.replications.get(label),
+            warnings=tuple(one for one in axis.warnings if one not in (*to_read, *contained)),
+            remarks=(),
+        )
+        for label, axis in solved.axes.items()
+    }
+    remarks = (*solved.remarks, *_of_the_table(fit), *contained)
+    return replace(solved, axes=axes, warnings=tuple(to_read), remarks=remarks)
+
+
+def _is_whole(sentence: str) -> bool:
+    """Return whether a sentence on what the rows cannot tell names an error of the whole table.
+
+    Parts of the index errors that stay as uncertain as their certificate has them are no reservation.
+    """
+    return any(name in sentence for name in _TOLD)
+
+
+def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequest) -> None:
+    labels = [] if observations.mounting is None else np.unique(observations.mounting).tolist()
+    reasons = [
+        (request.model != "pitch-roll", f'model = "{request.model}", allowed is "pitch-roll"'),
+        (request.temperature != "none", f'temperature = "{request.temperature}", allowed is "none"'),
+        (request.extended == "test", 'extended = "test", allowed are "yes" and "no"'),
+        (request.time_term, 'time_term = "linear", allowed is "none"'),
+        (len(labels) > 1, f"{len(labels)} mountings, allowed is one: after a move the seat is not known"),
+    ]
+    for is_asked, what in reasons:
+        if is_asked:
+            raise DesignError(f"{observations.source}: joint fit: got {what}; nothing was solved; solve without joint")
+
+
+def _with_level(priors: TablePriors, request: CalibrationRequest) -> TablePriors:
+    """Return the priors with those of the level where none is given: a tilted base is an error of the table."""
+    read = {
+        _OF_THE_TABLE[error.effect]: error.standard_uncertainty
+        for errors in request.shared_errors.values()
+        for error in errors
+        if error.effect in _OF_THE_TABLE
+    }
+    return replace(priors, **{name: u for name, u in read.items() if getattr(priors, name) == 0.0})
+
+
+def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -> JointFit:
+    """Return the fit with what meters and resistors may be wrong by: no row tells of it, so it is only added."""
+    errors = dict.fromkeys(
+        error for axis in fit.axes for error in shared.get(axis, ()) if error.effect in _OF_THE_CHANNEL
+    )
+    parts: dict[str, VarianceComponent] = {}
+    for error in errors:
+        columns = np.zeros((4 * len(fit.axes), len(fit.axes)))
+        for place, axis in enumerate(fit.axes):
+            if error in shared.get(axis, ()):
+                column = place if error.is_of_one_channel else 0
+                columns[4 * place : 4 * place + 4, column] = error.standard_uncertainty * _effect(error, fit, axis)
+        covariance = columns @ columns.T
+        before = parts.get(error.name)
+        added = covariance if before is None else before.covariance + covariance
+        parts[error.name] = VarianceComponent(error.name, added, float("inf"))
+    components = (*fit.components, *parts.values())
+    return replace(fit, components=components, covariance=np.asarray(sum(part.covariance for part in components)))
+
+
+def _effect(error: SharedError, fit: JointFit, axis: str) -> FloatArray:
+    """Return what one unit of an error does to offset and sensitivities."""
+    return fit.primary[axis] if error.effect == "gain" else np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def _with_residuals(axis: AxisCalibration, stood: Observations) -> AxisCalibration:
+    fitted = PitchRoll(axis.axis).predict(axis.primary, stood)
+    return replace(axis, fitted_v=fitted, residuals_v=stood.outputs[axis.axis] - fitted)
+
+
+def _of_the_table(fit: JointFit) -> Iterator[str]:
+    """Tell what the fit found of the table."""
+    parts = [one for one in fit.nuisances if one.name not in _TOLD]
+    told = [
+        f"{one.name} {one.estimate_rad / RAD_PER_ARCSEC:+.2f}″ (u {one.standard_deviation_rad / RAD_PER_ARCSEC:.2g}″, "
+        f"prior {one.prior_rad / RAD_PER_ARCSEC:.3g}″)"
+        for one in fit.nuisances
+        if one.name in _TOLD
+    ]
+    several = [f"{len(parts)} parts of its index errors"] if parts else []
+    yield (
+        "package and table were solved together; of the table: "
+        f"{', '.join((*told, *several)) or 'nothing, no error of it is declared'}"
+    )

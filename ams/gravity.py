@@ -1,0 +1,64 @@
+"""Normal gravity of WGS 84, and whether a stated gravity can be that of a place.
+
+Somigliana's closed form on the ellipsoid and the second-order free-air series above it. What mountains and rocks do to
+it (anomalies) reaches 0.003 m/s²; its standard uncertainty for an ordinary place is taken as 0.0005 m/s².
+Source: NIMA TR8350.2, third edition, 4.
+"""
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+EQUATOR_MPS2: Final = 9.7803253359
+SOMIGLIANA_K: Final = 0.00193185265241
+ECCENTRICITY_SQUARED: Final = 0.00669437999014
+SEMI_MAJOR_M: Final = 6_378_137.0
+FLATTENING: Final = 1.0 / 298.257223563
+CENTRIFUGAL_RATIO: Final = 0.00344978650684
+"""ω² a² b / GM."""
+
+TOLD_MPS2: Final = 0.0015
+REFUSED_MPS2: Final = 0.005
+HEIGHTS_M: Final = (-100.0, 3000.0)
+"""Between which a laboratory lies whose height is not stated."""
+
+
+def normal_gravity_mps2(latitude_deg: float, height_m: float = 0.0) -> float:
+    """Return normal gravity at a geodetic latitude and a height above the ellipsoid."""
+    sine_squared = float(np.sin(np.deg2rad(latitude_deg)) ** 2)
+    surface = EQUATOR_MPS2 * (1.0 + SOMIGLIANA_K * sine_squared) / (1.0 - ECCENTRICITY_SQUARED * sine_squared) ** 0.5
+    first = 2.0 / SEMI_MAJOR_M * (1.0 + FLATTENING + CENTRIFUGAL_RATIO - 2.0 * FLATTENING * sine_squared)
+    return surface * (1.0 - first * height_m + 3.0 * (height_m / SEMI_MAJOR_M) ** 2)
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """A gravity that is not that of its place."""
+
+    kind: Literal["told", "refused"]
+    text: str
+    """What is stated, what the place would have, and by how much they differ."""
+
+
+def disagreement(gravity_mps2: float, latitude_deg: float, height_m: float | None) -> Disagreement | None:
+    """Return how a stated gravity disagrees with its place; None where it does not by more than 0.0015 m/s²."""
+    low, high = HEIGHTS_M if height_m is None else (height_m, height_m)
+    least, most = normal_gravity_mps2(latitude_deg, high), normal_gravity_mps2(latitude_deg, low)
+    nearest = min(max(gravity_mps2, least), most)
+    off = gravity_mps2 - nearest
+    if abs(off) <= TOLD_MPS2:
+        return None
+    place = (
+        f"{latitude_deg:g}° and {height_m:g} m is {most:.5f}"
+        if height_m is not None
+        else f"{latitude_deg:g}° is {least:.5f} to {most:.5f} (3000 m to below sea level; height_m says it exactly)"
+    )
+    is_refused = abs(off) > REFUSED_MPS2
+    way_out = "correct one of them" if is_refused else "look whether both are right; anomalies reach 0.003 m/s²"
+    text = (
+        f"gravity is stated as {gravity_mps2:.5f} m/s²; normal gravity (WGS 84) at latitude {place} m/s²: "
+        f"{abs(off):.4f} m/s² {'more' if off > 0 else 'less'}, allowed {REFUSED_MPS2 if is_refused else TOLD_MPS2:g} "
+        f"m/s²; {way_out}"
+    )
+    return Disagreement("refused" if is_refused else "told", text)
