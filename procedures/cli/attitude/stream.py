@@ -6,7 +6,7 @@ they are answered, what is waiting is taken as one block.
 """
 
 import csv
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import IO, Final
 
@@ -19,6 +19,8 @@ from ams.inputs.number_blocks import numbers_of
 from procedures.cli.attitude.rows import Rows, RowWriter
 from procedures.errors import RequestError
 
+WriterOf = Callable[[Sequence[str]], tuple[RowWriter, IO[bytes]]]
+"""From the columns of the answers to what takes them, and the file that it writes to."""
 LONGEST_LINE: Final = 65_536
 """Letters of a row; no package has so many outputs, and what never ends must not fill the memory."""
 _AT_ONCE: Final = 1 << 18
@@ -29,7 +31,7 @@ _FEW: Final = 50
 
 def answer_stream(
     found: AngleStream,
-    writer_of: Callable[[Sequence[str]], tuple[RowWriter, IO[bytes]]],
+    writer_of: WriterOf,
     source: IO[bytes],
 ) -> None:
     """Read a header and rows, write a header and answers, flushed whenever all that arrived is answered.
@@ -44,6 +46,24 @@ def answer_stream(
     for piece in chain([first], pieces):
         line = _answered(found, header, piece, line, writer)
         target.flush()
+    _end(found, writer, target)
+
+
+def answer_blocks(
+    found: AngleStream,
+    writer_of: WriterOf,
+    blocks: Iterable[Mapping[str, FloatArray]],
+) -> None:
+    """Answer readings that are numbers already, written and flushed block by block."""
+    writer, target = writer_of(found.answers)
+    target.flush()
+    for readings in blocks:
+        writer.write(Rows.of(found.answer(readings)))
+        target.flush()
+    _end(found, writer, target)
+
+
+def _end(found: AngleStream, writer: RowWriter, target: IO[bytes]) -> None:
     writer.write(Rows.of(found.finish()))
     writer.close()
     target.flush()
