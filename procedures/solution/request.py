@@ -11,6 +11,7 @@ from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
+from ams.statistics.noise_terms import NoiseTerm
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.plan import Plan
@@ -87,6 +88,8 @@ class StaticAxis:
     drift_deg: float | None
     """Expanded (k = 2) error of the angle at the end of the use, zeroed over as long before; None without a scale."""
     verdict: str
+    noise_terms: tuple[NoiseTerm, ...] = ()
+    """The five terms of the Allan variance; none where the rest was too short for them."""
 
     @property
     def holds(self) -> bool | None:
