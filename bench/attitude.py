@@ -2,12 +2,16 @@
 
 The limit is what numpy takes for the least that the answer needs: for angles one matrix product and two arctangents of
 a block, for gyros the quaternions of the turns. scipy's integrator and rotations stand for the peers that go step by
-step. Processor time is taken, so that what else the machine does counts little.
+step, and where the package ahrs is installed (``pip install ahrs``; calrig does not ask for it) so do its integration
+and its Kalman filter. Processor time is taken, so that what else the machine does counts little.
 """
 
 import resource
 import sys
 from collections.abc import Callable, Iterator
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,8 +100,16 @@ def _gyro(all_steps: int, steps: int) -> Iterator[Figure]:
     butcher_s = best_s(lambda: integrate_rates(rates[:steps], euler[0], 1e-3, method="butcher"), repeats=1)
     loop_s = best_s(lambda: _step_by_step(rates[:steps]), repeats=1)
     scipy_s = best_s(lambda: _by_solve_ivp(time_s[:steps], rates[:steps], start), repeats=1)
-    for name, their_s in (("Butcher's method", butcher_s), ("scipy's rotations", loop_s), ("solve_ivp", scipy_s)):
+    peers = [("Butcher's method", butcher_s), ("scipy's rotations", loop_s), ("solve_ivp", scipy_s)]
+    if find_spec("ahrs") is not None:
+        peers.append(("ahrs AngularRate", best_s(lambda: _by_ahrs(rates[:steps], start), repeats=1)))
+    for name, their_s in peers:
         yield Figure(f"  {name} / ours", their_s / steps * all_steps / scan_s, "×", 10.0, at_most=False, is_gated=True)
+
+
+def _by_ahrs(rates: FloatArray, start: FloatArray) -> Any:
+    scalar_first = np.roll(start, 1)
+    return import_module("ahrs.filters").AngularRate(gyr=rates, q0=scalar_first, frequency=1e3, method="series").Q
 
 
 def _step_by_step(rates: FloatArray) -> Rotation:
@@ -130,19 +142,28 @@ def _kalman(steps: int) -> Iterator[Figure]:
     both_s = best_s(lambda: AttitudeFilter(aided, start).run(gyro, force, magnetic))
     yield Figure("Kalman step, gyro and gravity", gravity_s / steps * 1e6, "µs", 40.0, at_most=True)
     yield Figure("Kalman step, with a field", both_s / steps * 1e6, "µs", 40.0, at_most=True)
+    if find_spec("ahrs") is not None:
+        upwards = np.ascontiguousarray(-9.80665 * force.T)
+        theirs_s = best_s(lambda: _by_ahrs_filter(np.ascontiguousarray(gyro.T), upwards), repeats=1)
+        yield Figure("  ahrs EKF / ours", theirs_s / gravity_s, "×", 1.5, at_most=False, is_gated=True)
+
+
+def _by_ahrs_filter(gyro: FloatArray, upwards_mps2: FloatArray) -> Any:
+    return import_module("ahrs.filters").EKF(gyr=gyro, acc=upwards_mps2, frequency=100.0).Q
 
 
 def best_s(work: Callable[[], object], repeats: int = 5) -> float:
     """Processor seconds of one call, the best of several."""
     taken = []
     for _ in range(repeats):
-        start_s = _processor_s()
+        start_s = processor_s()
         work()
-        taken.append(_processor_s() - start_s)
+        taken.append(processor_s() - start_s)
     return min(taken)
 
 
-def _processor_s() -> float:
+def processor_s() -> float:
+    """Return what this process has taken of the processors until now."""
     if sys.platform != "win32":
         used = resource.getrusage(resource.RUSAGE_SELF)
         return used.ru_utime + used.ru_stime

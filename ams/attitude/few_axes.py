@@ -15,7 +15,15 @@ from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
 from ams.attitude.force_covariance import OutputErrors, monomials, output_polynomials
-from ams.attitude.three_axes import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, AttitudeColumns, blocks, turns
+from ams.attitude.three_axes import (
+    CLEARANCE_SD,
+    LARGEST_SD_RAD,
+    ROOT_CLEARANCE_SD,
+    SMALLEST_SLOPE,
+    AttitudeColumns,
+    blocks,
+    turns,
+)
 from ams.errors import DesignError
 
 
@@ -87,7 +95,7 @@ def one_axis_codes(roots: PitchRoots, sd: FloatArray, is_finite: BoolArray) -> C
     codes = np.zeros(sd.size, dtype=np.uint32)
     with np.errstate(invalid="ignore"):
         from_vertical = np.abs(roots.slope_v_per_rad) / roots.amplitude_v
-        flat = (from_vertical < np.maximum(SMALLEST_SLOPE, CLEARANCE_SD * sd)) | (sd > LARGEST_SD_RAD)
+        flat = (from_vertical < np.maximum(SMALLEST_SLOPE, ROOT_CLEARANCE_SD * sd)) | (sd > LARGEST_SD_RAD)
         codes[roots.from_second_rad <= CLEARANCE_SD * sd] = flag_codes.SECOND_ROOT
     codes[flat] = flag_codes.PITCH_SINGULAR
     codes[np.isnan(roots.pitch_rad)] = flag_codes.BEYOND_ONE_G
@@ -194,8 +202,10 @@ def two_axis_codes(
         margin = CLEARANCE_SD * np.maximum(pitch_sd, along_sd)
         codes[pierced.other_leading < margin] |= flag_codes.SECOND_ROOT
         codes[~rank_lost & (pierced.leading > np.maximum(margin, 1e-12))] = flag_codes.NO_ROOT
-        pitch_lost = rank_lost | ~(pitch_sd <= LARGEST_SD_RAD) | ~(CLEARANCE_SD * pitch_sd <= pierced.length)
-        roll_lost = rank_lost | ~(along_sd <= LARGEST_SD_RAD * across) | ~(CLEARANCE_SD * along_sd <= pierced.length)
+        pitch_lost = rank_lost | ~(pitch_sd <= LARGEST_SD_RAD) | ~(ROOT_CLEARANCE_SD * pitch_sd <= pierced.length)
+        roll_lost = (
+            rank_lost | ~(along_sd <= LARGEST_SD_RAD * across) | ~(ROOT_CLEARANCE_SD * along_sd <= pierced.length)
+        )
         roll_lost |= across < SMALLEST_SLOPE
     codes[pitch_lost & roll_lost] = 0
     codes[pitch_lost] |= flag_codes.PITCH_SINGULAR

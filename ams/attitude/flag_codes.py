@@ -52,6 +52,7 @@ TRANSIENT: Final = 1 << 32
 FILTER_BRIDGED: Final = 1 << 33
 DISAGREE: Final = 1 << 34
 NOT_COMPARED: Final = 1 << 35
+FIELD_UNUSED: Final = 1 << 36
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -89,6 +90,9 @@ WORDS: Final[Mapping[int, str]] = {
 FILTER_WORDS: Final[Mapping[int, str]] = {
     FILTER_BRIDGED: "reading missing: bridged by the filter",
     TRANSIENT: "filter not settled",
+}
+FIELD_WORDS: Final[Mapping[int, str]] = {
+    FIELD_UNUSED: "field not used: disturbed",
 }
 MONITOR_WORDS: Final[Mapping[int, str]] = {
     DISAGREE: "accelerometers and gyros disagree",

@@ -19,7 +19,7 @@ from ams.attitude.rate_scan import Interpolation, check_length, integrate, refus
 from ams.errors import SolveError
 from ams.models.cr import CrSensor, sensed_field
 
-Method = Literal["scan", "butcher"]
+Method = Literal["quaternion", "butcher"]
 _Triple = tuple[float, float, float]
 
 SMALLEST_COS_YAW: Final = 1e-3
@@ -34,7 +34,7 @@ def integrate_outputs(
     start_rad: FloatArray,
     interval_s: float,
     interpolation: Interpolation = "cubic",
-    method: Method = "scan",
+    method: Method = "quaternion",
 ) -> FloatArray:
     """Integrate gyro outputs (N,) from the angles at the first sample: pitch, yaw, roll at every sample, (N, 3).
 
@@ -48,7 +48,7 @@ def integrate_rates(
     start_rad: FloatArray,
     interval_s: float,
     interpolation: Interpolation = "cubic",
-    method: Method = "scan",
+    method: Method = "quaternion",
 ) -> FloatArray:
     """Integrate angular velocity in model axes, (N, 3), evenly sampled: pitch, yaw, roll at every sample, (N, 3).
 
@@ -60,7 +60,7 @@ def integrate_rates(
     rates = np.ascontiguousarray(body_rate_rad_s.T)
     refuse_missing(rates)
     if method == "butcher":
-        return _by_butcher(body_rate_rad_s, start_rad, interval_s, interpolation)
+        return _by_butcher(_between(body_rate_rad_s, interpolation), start_rad, interval_s)
     path = integrate(rates, quaternion_of_cr(start_rad), interval_s, interpolation)
     return cr_angles_rad(path.quaternion, start_rad).T
 
@@ -109,12 +109,22 @@ def _refuse_yaw(yaw_rad: float, sample: int) -> Never:
     )
 
 
-def _by_butcher(
-    body_rate_rad_s: FloatArray, start_rad: FloatArray, interval_s: float, interpolation: Interpolation
+def path_by_butcher(
+    start: FloatArray, rates_rad_s: FloatArray, steps: slice, interval_s: float, interpolation: Interpolation
 ) -> FloatArray:
-    between = _between(body_rate_rad_s, interpolation)
+    """Return the attitudes along some steps by Butcher's method: a :data:`ams.attitude.rate_scan.Path`.
+
+    Raises: SolveError where yaw comes within 0.06° of ±90°.
+    """
+    angles = cr_angles_rad(start[:, None], np.zeros(3))[:, 0]
+    between = _between(rates_rad_s.T, interpolation)[steps]
+    return quaternion_of_cr(_by_butcher(between, angles, interval_s).T)
+
+
+def _by_butcher(between: FloatArray, start_rad: FloatArray, interval_s: float) -> FloatArray:
+    """Return (m + 1, 3) angles from the rates at the quarters of m intervals, (m, 5, 3)."""
     angles: _Triple = (float(start_rad[0]), float(start_rad[1]), float(start_rad[2]))
-    path = np.empty_like(body_rate_rad_s, dtype=float)
+    path = np.empty((len(between) + 1, 3))
     path[0] = angles
     side = 1.0 if cos(angles[1]) >= 0.0 else -1.0
     for n, rates in enumerate(between.tolist()):

@@ -10,6 +10,7 @@ been bridged so far stands beside every attitude. Arrays are channel-first; quat
 reference.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import isqrt
 from typing import Final, Literal, cast
@@ -20,6 +21,10 @@ from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.errors import ObservationsError
 
 Interpolation = Literal["cubic", "linear", "hold"]
+
+Path = Callable[[FloatArray, FloatArray, slice, float, Interpolation], FloatArray]
+"""From the attitude at the first of some steps, (3, n) rates, these steps, the interval and the interpolation: the
+(4, m + 1) attitudes at their ends, the first included."""
 
 NEEDED_SAMPLES: Final = {"cubic": 4, "linear": 2, "hold": 2}
 LONGEST_BRIDGE: Final = 100
@@ -48,9 +53,17 @@ class RateScan:
     :meth:`finish`; a missing rate waits for the next good one, at most ``LONGEST_BRIDGE`` samples.
     """
 
-    def __init__(self, start: FloatArray, interval_s: float, interpolation: Interpolation = "cubic") -> None:
+    def __init__(
+        self,
+        start: FloatArray,
+        interval_s: float,
+        interpolation: Interpolation = "cubic",
+        path: Path | None = None,
+    ) -> None:
+        """``path``: another way to carry attitudes over steps than by the products of their turns."""
         if not interval_s > 0:
             raise ObservationsError(f"gyro: got an interval of {interval_s:g} s: it must be above 0 s")
+        self._path: Path = path or path_by_turns
         self._quaternion = np.asarray(start, dtype=float) / np.linalg.norm(start)
         self._interval_s = interval_s
         self._interpolation: Interpolation = interpolation
@@ -108,8 +121,8 @@ class RateScan:
         until = count - ahead if count >= NEEDED_SAMPLES[self._interpolation] else 0
         if until <= self._given:
             return RatePath(np.empty((4, 0)), np.empty(0, dtype=bool), np.empty(0, dtype=np.int64))
-        turns = turns_of_rates(self._rates, self._interval_s, self._interpolation)
-        path = path_of_turns(self._quaternion, turns[:, max(self._given - 1, 0) : until - 1])
+        steps = slice(max(self._given - 1, 0), until - 1)
+        path = self._path(self._quaternion, self._rates, steps, self._interval_s, self._interpolation)
         new = path if self._given == 0 else path[:, 1:]
         missing = self._missing[self._given : until]
         bridged = self._bridged + np.cumsum(missing)
@@ -118,6 +131,13 @@ class RateScan:
         self._rates, self._missing = self._rates[:, dropped:], self._missing[dropped:]
         self._given = until - dropped
         return RatePath(new, missing, bridged)
+
+
+def path_by_turns(
+    start: FloatArray, rates_rad_s: FloatArray, steps: slice, interval_s: float, interpolation: Interpolation
+) -> FloatArray:
+    """Return the attitudes along some steps by the products of their turns: a :data:`Path`."""
+    return path_of_turns(start, turns_of_rates(rates_rad_s, interval_s, interpolation)[:, steps])
 
 
 def integrate(

@@ -47,10 +47,11 @@ def may_be_wrong(
     """Return which of three axes may be the wrong one in (3, N) outputs less offsets: the others have an attitude."""
     found = np.empty(deviation_v.shape, dtype=bool)
     for axis, others in enumerate(_OTHERS):
-        pair = k_v_per_g[list(others)]
-        nearest = np.linalg.pinv(pair) @ deviation_v[list(others)]
-        slopes = 2.0 * nearest.T @ np.linalg.pinv(pair)
-        spread = np.sqrt(slopes**2 @ sd_v[list(others)] ** 2)
+        inverse = np.linalg.pinv(k_v_per_g[list(others)])
+        nearest = inverse @ deviation_v[list(others)]
+        slopes = 2.0 * inverse.T @ nearest
+        slopes *= slopes
+        spread = np.sqrt(sd_v[list(others)] ** 2 @ slopes)
         found[axis] = np.einsum("in,in->n", nearest, nearest) <= 1.0 + clearance_sd * spread
     return found
 

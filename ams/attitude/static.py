@@ -43,7 +43,7 @@ from ams.attitude.three_axes import (
 )
 from ams.errors import DesignError
 from ams.frames import specific_force, specific_force_by_roll
-from ams.statistics.intervals import reading_halfwidth, t_quantile
+from ams.statistics.intervals import reading_halfwidth, t_quantile, tabled_t_quantile
 
 __all__ = [
     "CLEARANCE_SD",
@@ -207,7 +207,7 @@ def redundancy_limit(variances: FloatArray, dof: FloatArray) -> FloatArray:
     """
     total = variances.sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        generous = t_quantile(_LEVEL, total**2 / np.sum(variances**2 / dof, axis=0))
+        generous = tabled_t_quantile(_LEVEL, total**2 / np.sum(variances**2 / dof, axis=0))
         strict = np.sum(variances * t_quantile(_LEVEL, dof), axis=0) / total
     return np.asarray(generous ** (1.0 - _STRICTNESS) * strict**_STRICTNESS)
 

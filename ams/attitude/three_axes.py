@@ -47,7 +47,11 @@ LARGEST_SD_RAD: Final = float(np.deg2rad(5.0))
 SMALLEST_SLOPE: Final = 1e-6
 """Relative slope of outputs against angle below which an angle is singular whatever the noise."""
 CLEARANCE_SD: Final = 3.0
-"""An angle closer to the singular attitude than this many of its standard deviations is called singular."""
+"""A sign is told where what it is read from is so many standard deviations from zero."""
+ROOT_CLEARANCE_SD: Final = 8.0
+"""An angle closer to the singular attitude than this many of its standard deviations is called singular, where its
+distance is a square root of what was read, as with one axis and two: of the square that is four. With three, that is
+one and a half, one row in thirteen at the singular attitude itself had a number."""
 SURELY_NOT: Final = 3.29
 """No bound at 99.9 % is below that of the normal distribution: a smaller ratio needs no degrees of freedom."""
 _STEPS_AT_MOST: Final = 20

@@ -1,9 +1,9 @@
 """Gyros and accelerometers together: pitch, yaw and roll by the Kalman filter of :mod:`ams.attitude.attitude_filter`.
 
 The gyros carry the attitude, gravity as the accelerometers feel it corrects pitch, roll and the gyros' zeros; yaw rests
-on the gyros alone. A package that accelerates does not feel gravity alone: its force is not used then, and that is
-said. Both packages stand in the same axes. The normalised innovations are counted: where the assumptions hold,
-their mean is three.
+on the gyros alone, or on a magnetometer beside them. A package that accelerates does not feel gravity alone: its force
+is not used then, nor a field that something nearby disturbs, and that is said. All packages stand in the same axes. The
+normalised innovations are counted: where the assumptions hold, their mean is three.
 """
 
 from collections.abc import Mapping
@@ -22,6 +22,7 @@ from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
 from ams.inference.calibrated import calibration_gravity_mps2
+from ams.inference.field_aid import FieldAid
 from ams.inference.inference import Package
 from ams.inference.rates import ANSWERS, GyroPackage, Motion, answer_of
 from ams.inference.sample_clock import SampleClock
@@ -38,7 +39,10 @@ _CODES: Final = (
     (attitude_filter.FORCE_REJECTED, flag_codes.ACCELERATED),
     (attitude_filter.UNAIDED, flag_codes.UNAIDED),
     (attitude_filter.FORCE_MISSING, flag_codes.NOT_FINITE),
+    (attitude_filter.FIELD_MISSING, flag_codes.NOT_FINITE),
+    (attitude_filter.FIELD_REJECTED, flag_codes.FIELD_UNUSED),
 )
+_REASONS: Final = {**flag_codes.WORDS, **flag_codes.FIELD_WORDS}
 
 
 @dataclass(frozen=True)
@@ -60,9 +64,16 @@ class Aiding:
 
 
 class AidedAngles:
-    """An :class:`ams.inference.angle_stream.AngleStream` of one package of gyros and one of accelerometers."""
+    """An :class:`ams.inference.angle_stream.AngleStream` of gyros, accelerometers and, if given, magnetometers."""
 
-    def __init__(self, gyros: GyroPackage, accelerometers: Package, motion: Motion, aiding: Aiding) -> None:
+    def __init__(
+        self,
+        gyros: GyroPackage,
+        accelerometers: Package,
+        motion: Motion,
+        aiding: Aiding,
+        field: FieldAid | None = None,
+    ) -> None:
         coefficients = accelerometers.coefficients
         senses_force = all(own.form.unit == "g" and not own.form.is_gravity for own in coefficients.axes.values())
         all_columns = tuple(accelerometers.columns) == tuple(coefficients.axes)
@@ -81,15 +92,22 @@ class AidedAngles:
                 "Earth rate: the filter takes it for a zero of the gyros and finds it by itself; nothing was computed; "
                 "leave the latitude out"
             )
+        if motion.method != "quaternion":
+            raise OutsideValidity(
+                "method: the filter carries the quaternion; nothing was computed; leave the method out"
+            )
         self.gyros, self.accelerometers, self.motion, self.aiding = gyros, accelerometers, motion, aiding
+        self.field = field
         self._clock = SampleClock(motion.rate_hz)
         self._filter: AttitudeFilter | None = None
-        self._innovations, self._errors = np.zeros(2), np.zeros(2)
+        self._innovations, self._of_field, self._errors = np.zeros(2), np.zeros(2), np.zeros(2)
 
     @property
     def needed(self) -> tuple[str, ...]:
         temperature = ["temperature_degc"] if self.accelerometers.coefficients.needs_temperature else []
-        return tuple(dict.fromkeys([*self.gyros.columns.values(), *self.accelerometers.columns.values(), *temperature]))
+        field = () if self.field is None else self.field.needed
+        own = self.gyros.columns.values(), self.accelerometers.columns.values(), field, temperature
+        return tuple(dict.fromkeys(name for names in own for name in names))
 
     @property
     def optional(self) -> tuple[str, ...]:
@@ -107,30 +125,32 @@ class AidedAngles:
         """Return the angles of further rows. Raises: OutsideValidity without a sampling rate."""
         rates = self.gyros.rates_rad_s(readings)
         force = self._force(readings)
+        field = np.full_like(force, np.nan) if self.field is None else self.field.field_ut(readings)
         rows = rates.shape[1]
         if not rows:
             return nothing(ANSWERS)
         steps = self._clock.steps(readings.get("time_s"), rows)
         if self._filter is None:
             steps = np.concatenate([[1], steps[1:]])
-            self._filter = self._started(force)
+            self._filter = self._started(force, field)
         sample = np.cumsum(np.minimum(steps, round(self._most_lost))) - 1
         is_used = steps > 0
         count = int(sample[-1]) + 1
-        slots, forces = np.full((3, count), np.nan), np.full((3, count), np.nan)
-        slots[:, sample[is_used]], forces[:, sample[is_used]] = rates[:, is_used], force[:, is_used]
-        path = self._filter.run(slots, forces)
+        slots = np.full((9, count), np.nan)
+        slots[:, sample[is_used]] = np.concatenate([rates, force, field])[:, is_used]
+        path = self._filter.run(slots[:3], slots[3:6], slots[6:])
         self._innovations += np.nansum(path.force_innovation), np.isfinite(path.force_innovation).sum()
+        self._of_field += np.nansum(path.field_innovation), np.isfinite(path.field_innovation).sum()
         self._compare(readings, path.quaternion[:, sample], path.turn_covariance[sample], is_used)
-        codes = np.zeros(rows, dtype=np.uint32)
+        codes = np.zeros(rows, dtype=np.uint64)
         for own, code in _CODES:
-            codes[(path.codes[sample] & own) != 0] |= np.uint32(code)
-        codes[steps > 1] |= np.uint32(flag_codes.SAMPLES_LOST)
+            codes[(path.codes[sample] & own) != 0] |= np.uint64(code)
+        codes[steps > 1] |= np.uint64(flag_codes.SAMPLES_LOST)
         codes[~is_used] = flag_codes.NOT_AFTER
         found = answer_of(path.quaternion[:, sample], path.turn_covariance[sample], codes)
         for values in found.columns.values():
             values[~is_used] = np.nan
-        return found
+        return Answer(found.columns, found.codes, _REASONS)
 
     def finish(self) -> Answer:
         """Return nothing: every row is answered at once."""
@@ -163,16 +183,10 @@ class AidedAngles:
         )
 
     def _innovations_in_words(self) -> str:
-        total, count = self._innovations
-        if not count:
+        if not self._innovations[1]:
             return "filter: no force was read"
-        low, high = mean_band(3, int(count))
-        mean = total / count
-        told = "as assumed" if low <= mean <= high else "not as assumed: state another deviation of the force"
-        return (
-            f"filter: mean normalised innovation of the force {mean:.3g} over {int(count)} rows, 3 expected, within "
-            f"{low:.3g} to {high:.3g} in 99.9 %: {told}"
-        )
+        told = f"filter: {_mean_in_words('force', self._innovations)}"
+        return told if not self._of_field[1] else f"{told}; {_mean_in_words('field', self._of_field)}"
 
     @property
     def _most_lost(self) -> float:
@@ -189,26 +203,52 @@ class AidedAngles:
         site = package.site_gravity_mps2
         return force if site is None else force * (calibration_gravity_mps2(package.coefficients) / site)
 
-    def _started(self, force: FloatArray) -> AttitudeFilter:
+    def _started(self, force: FloatArray, field: FloatArray) -> AttitudeFilter:
         assert self._clock.interval_s is not None
         walk = np.sqrt(np.trace(self.gyros.reading_covariance()) / 3.0 * self._clock.interval_s)
         noise = GyroNoise(float(walk), float(np.deg2rad(self.aiding.bias_walk_dps_per_sqrt_s)))
-        settings = FilterSettings(self._clock.interval_s, noise, self.aiding.force_sd_g)
+        own = self.field
+        settings = FilterSettings(
+            self._clock.interval_s,
+            noise,
+            self.aiding.force_sd_g,
+            field_reference_ut=None if own is None else own.reference_ut,
+            field_sd_ut=None if own is None else own.sd_ut,
+        )
         bias = self.gyros.calibration_covariance()[:3, :3]
-        start_rad = np.deg2rad(self._start_deg(force))
-        turn = self.motion.start_covariance() if self.motion.start_sd_deg is not None else _unstated(start_rad)
+        start_rad = self._start_rad(force, field)
+        if self.motion.start_sd_deg is not None:
+            turn = self.motion.start_covariance()
+        else:
+            turn = _unstated(start_rad) if own is None else np.deg2rad(UNSTATED_TILT_SD_DEG) ** 2 * np.eye(3)
         covariance = np.block([[turn, np.zeros((3, 3))], [np.zeros((3, 3)), bias]])
         return AttitudeFilter(settings, Estimate(quaternion_of_cr(start_rad), np.zeros(3), covariance))
 
-    def _start_deg(self, force: FloatArray) -> tuple[float, float, float]:
-        """Return the start that was stated; where none is, pitch and roll by the first force, yaw as 0."""
+    def _start_rad(self, force: FloatArray, field: FloatArray) -> FloatArray:
+        """Return the start that was stated; where none is, what the first force says, and a field of yaw, else 0."""
         if self.motion.start_deg is not None:
-            return self.motion.start_deg
+            return np.deg2rad(self.motion.start_deg)
+        if self.field is not None:
+            good = np.flatnonzero(np.isfinite(force).all(axis=0) & np.isfinite(field).all(axis=0))
+            found = self.field.start_rad(force[:, good[0]], field[:, good[0]]) if good.size else None
+            if found is not None:
+                return found
         good = np.flatnonzero(np.isfinite(force).all(axis=0))
         if not good.size:
-            return 0.0, 0.0, 0.0
+            return np.zeros(3)
         x, y, z = force[:, good[0]].tolist()
-        return float(np.rad2deg(np.arctan2(x, np.hypot(y, z)))), 0.0, float(np.rad2deg(np.arctan2(-y, -z)))
+        return np.array([np.arctan2(x, np.hypot(y, z)), 0.0, np.arctan2(-y, -z)])
+
+
+def _mean_in_words(what: str, innovations: FloatArray) -> str:
+    total, count = innovations
+    low, high = mean_band(3, int(count))
+    mean = total / count
+    told = "as assumed" if low <= mean <= high else f"not as assumed: state another deviation of the {what}"
+    return (
+        f"mean normalised innovation of the {what} {mean:.3g} over {int(count)} rows, 3 expected, within "
+        f"{low:.3g} to {high:.3g} in 99.9 %: {told}"
+    )
 
 
 def _unstated(start_rad: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from ams.arrays import FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.spread import PackageErrors
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
-from ams.attitude.three_axes import AttitudeColumns
+from ams.attitude.three_axes import BLOCK_ROWS, AttitudeColumns, blocks
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.alignment import AlignedPackage, AlignedSensor, Alignment
@@ -178,6 +178,21 @@ class Inference:
 
         Raises: DesignError, OutsideValidity where no row can be inferred.
         """
+        rows = readings[self.needed[0]].size
+        if rows <= BLOCK_ROWS:
+            return self._answered(readings)
+        columns = {name: np.empty(rows) for name in self.answers if name != "flag"}
+        codes = np.empty(rows, dtype=np.uint32)
+        reasons: Mapping[int, str] = flag_codes.WORDS
+        for block in blocks(rows):
+            found = self._answered({name: values[block] for name, values in readings.items()})
+            for name, values in found.columns.items():
+                columns[name][block] = values
+            codes[block], reasons = found.codes, found.reasons
+        return Answer(columns, codes, reasons)
+
+    def _answered(self, readings: Mapping[str, FloatArray]) -> Answer:
+        """Answer the rows of one block: those with a reading missing as well as the others."""
         is_whole = np.logical_and.reduce([np.isfinite(readings[name]) for name in self.needed])
         if is_whole.all():
             return self._answer(readings)

@@ -15,7 +15,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.attitude import flag_codes
 from ams.attitude.earth_rate import EarthRate
-from ams.attitude.gyro import quaternion_of_cr
+from ams.attitude.gyro import Method, path_by_butcher, quaternion_of_cr
 from ams.attitude.rate_errors import ErrorGrowth, RateErrors, angle_sds, cr_angles, rotation_matrices
 from ams.attitude.rate_scan import Interpolation, RateScan
 from ams.attitude.three_axes import LARGEST_SD_RAD
@@ -145,6 +145,8 @@ class Motion:
     """At the beginning, over which nothing turned: the mean of the outputs is their zero."""
     earth: EarthRate | None = None
     """None: the Earth's turn is left in the angles."""
+    method: Method = "quaternion"
+    """How gyros alone are integrated: by the scan of :mod:`ams.attitude.rate_scan`, or by CR's own, Butcher's."""
 
     def __post_init__(self) -> None:
         if self.rate_hz is not None and not self.rate_hz > 0.0:
@@ -287,7 +289,8 @@ class GyroAngles:
         if self._scan is None or self._growth is None:
             assert self._clock.interval_s is not None
             start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
-            self._scan = RateScan(start, self._clock.interval_s, self.motion.interpolation)
+            path = path_by_butcher if self.motion.method == "butcher" else None
+            self._scan = RateScan(start, self._clock.interval_s, self.motion.interpolation, path)
             self._growth = ErrorGrowth(self._errors, self._clock.interval_s)
             steps = np.concatenate([[1], steps[1:]])
         rates = np.linalg.inv(self.package.k_v_per_rad_s) @ (outputs_v - self._offset_v[:, None])
@@ -337,12 +340,12 @@ class GyroAngles:
         return found
 
 
-def answer_of(quaternion: FloatArray, covariance: FloatArray, codes: flag_codes.Codes) -> Answer:
+def answer_of(quaternion: FloatArray, covariance: FloatArray, codes: flag_codes.AnswerCodes) -> Answer:
     """Return the angles of (4, n) attitudes with the (n, 3, 3) covariance of their turn."""
     return _answer(cr_angles(quaternion), covariance, codes)
 
 
-def _answer(angles_rad: FloatArray, covariance: FloatArray, codes: flag_codes.Codes) -> Answer:
+def _answer(angles_rad: FloatArray, covariance: FloatArray, codes: flag_codes.AnswerCodes) -> Answer:
     """Return angles that can be told, in degrees; withhold the others and say why."""
     sds = angle_sds(angles_rad, covariance)
     lost = ~(sds <= LARGEST_SD_RAD)

@@ -5,7 +5,8 @@ from math import hypot, sqrt
 
 import numpy as np
 
-from ams.statistics.noise import allan_deviation, read_coefficients
+from ams.statistics.noise import AllanDeviation, allan_deviation, read_coefficients
+from ams.statistics.noise_terms import POWER_OF_TIME, TERMS, WORDS, NoiseTerm, noise_terms
 from ams.units import printed
 from procedures.description.kind_tables import Static
 from procedures.description.procedure_file import ProcedureDescription
@@ -81,7 +82,7 @@ class LongRest(PointKind):
         return Section(
             _static_result(solved.name, solved.static),
             beyond,
-            (_static_table(solved.static), *recorded_tables(record.dwells)),
+            (_static_table(solved.static), *_terms_tables(solved.static), *recorded_tables(record.dwells)),
             tuple(_allan_plot(solved.name, solved.static)),
         )
 
@@ -120,7 +121,15 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
         allowed_deg=plan.static.allowed_deg,
         drift_deg=drift_deg,
         verdict=_verdict(drift_deg, plan.static.use_s, plan.static.allowed_deg),
+        noise_terms=_terms(allan, count, reading.interval_s),
     )
+
+
+def _terms(allan: AllanDeviation, count: int, interval_s: float) -> tuple[NoiseTerm, ...]:
+    """Return the five terms where there are averaging times enough for them, and anything to be seen at all."""
+    if allan.tau_s.size <= len(TERMS) or not allan.deviation.all():
+        return ()
+    return noise_terms(allan, count, interval_s)
 
 
 def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float) -> Iterator[float]:
@@ -177,6 +186,33 @@ def _static_table(static: Mapping[str, StaticAxis]) -> TextTable:
     headings = ("axis", "unit", "offset", "u", "random walk (·√s)", "bias instability", "verdict")
     note = "Zeroed by the mean over as long as it is used: √2 of the Allan deviation at that time, expanded with k = 2."
     return TextTable("At rest", headings, rows, note)
+
+
+def _terms_tables(static: Mapping[str, StaticAxis]) -> Iterator[TextTable]:
+    """Yield the table of the five terms, of the axes that rested long enough for them."""
+    rows = tuple(
+        (axis, printed(one.unit), *(_term_in_words(term) for term in one.noise_terms))
+        for axis, one in static.items()
+        if one.noise_terms
+    )
+    if not rows:
+        return
+    headings = ("axis", "unit", *(f"{WORDS[term]} ({_per_time(term)})" for term in TERMS))
+    note = (
+        "σ²(τ) = 3Q²/τ² + N²/τ + (2 ln 2/π)B² + K²τ/3 + R²τ²/2, with 95 % intervals; a term that the record does not "
+        "tell from zero has a limit alone."
+    )
+    yield TextTable("Terms of the noise", headings, rows, note)
+
+
+def _term_in_words(term: NoiseTerm) -> str:
+    if term.value is None:
+        return f"at most {two_digits(term.high)}" if term.high else "none"
+    return f"{two_digits(term.value)} ({two_digits(term.low)} to {two_digits(term.high)})"
+
+
+def _per_time(term: str) -> str:
+    return {1.0: "·s", 0.5: "·√s", 0.0: "unit", -0.5: "/√s", -1.0: "/s"}[POWER_OF_TIME[term]]
 
 
 def _allan_plot(name: str, static: Mapping[str, StaticAxis]) -> Iterator[Plot]:

@@ -12,6 +12,7 @@ from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
 from ams.solve.table_errors import TablePriors
+from ams.statistics.noise_terms import NoiseTerm
 from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
@@ -89,6 +90,8 @@ class StaticAxis:
     drift_deg: float | None
     """Expanded (k = 2) error of the angle at the end of the use, zeroed over as long before; None without a scale."""
     verdict: str
+    noise_terms: tuple[NoiseTerm, ...] = ()
+    """The five terms of the Allan variance; none where the rest was too short for them."""
 
     @property
     def holds(self) -> bool | None:

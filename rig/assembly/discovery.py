@@ -1,7 +1,7 @@
 """What is connected to this machine: serial ports by their stable names, and VISA resources where there is a VISA."""
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -71,13 +71,17 @@ def identify_each(
 
 def _lines(description: RigDescription) -> Iterator[RigDescription]:
     """Yield the rig with the devices of one line only, for every line."""
-    nothing: dict[str, object] = {"axes": {}, "readouts": {}, "environment": {}, "streams": {}, "field": {}}
     for names in axis_lines(description.axes):
-        only: dict[str, object] = {"axes": {name: description.axes[name] for name in names}}
-        yield description.model_copy(update=nothing | only)
+        yield with_only(description, "axes", {name: description.axes[name] for name in names})
     for table in ("readouts", "environment", "streams", "field"):
         for name, device in getattr(description, table).items():
-            yield description.model_copy(update=nothing | {table: {name: device}})
+            yield with_only(description, table, {name: device})
+
+
+def with_only(description: RigDescription, table: str, devices: Mapping[str, object]) -> RigDescription:
+    """Return the rig with some devices of one table and no others, so that no other line is opened."""
+    nothing: dict[str, object] = {"axes": {}, "readouts": {}, "environment": {}, "streams": {}, "field": {}}
+    return description.model_copy(update=nothing | {table: dict(devices)})
 
 
 def _ask_line(line: RigDescription, claim: Claim) -> list[DeviceAnswer]:

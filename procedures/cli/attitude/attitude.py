@@ -1,7 +1,7 @@
 """``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from io import BytesIO
@@ -23,9 +23,10 @@ from ams.inputs.hdf5_blocks import blocks_of
 from ams.whole_file import whole_file
 from procedures.cli.attitude.lines import is_line, opened_source, opened_target
 from procedures.cli.attitude.plot import PlottedRows
+from procedures.cli.attitude.rig_stream import StreamWiring, opened_stream, stream_wiring
 from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
 from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
-from procedures.cli.attitude.stream import answer_stream
+from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
 from procedures.cli.attitude.view import ViewedRows
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
@@ -38,9 +39,12 @@ _IN_MEMORY_BYTES: Final = 1 << 26
 
 def attitude(
     coefficient_set: Path,
-    data: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    data: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     /,
     *,
+    rig: Path | None = None,
+    stream: str | None = None,
+    for_s: Annotated[float | None, Parameter(name="--for")] = None,
     out: str | None = None,
     axis: Named = None,
     model_set: Path | None = None,
@@ -70,7 +74,15 @@ def attitude(
         A set of accelerometers, one, two or three axes, or of three gyros, of any format.
     data
         A CSV, Parquet or HDF5 file of any size, or - for rows that arrive on standard input, header first; what has
-        arrived is answered at once. Also socket://HOST:PORT and udp://HOST:PORT.
+        arrived is answered at once. Also socket://HOST:PORT and udp://HOST:PORT. None with --rig and --stream.
+    rig
+        With --stream, instead of DATA: a rig file, whose stream is read as it comes. Nothing else of the rig is opened,
+        and nothing moves.
+    stream
+        The stream of --rig, such as imu. Its channels are those that the rig file wires to the set's sensor, or those
+        named by --axis AXIS=CHANNEL, such as x=imu.ax.
+    for_s
+        With --stream: how long to read, seconds; by default until Ctrl-C.
     out
         The file to write, .csv, .jsonl (JSON lines) or .parquet, or udp://HOST:PORT for JSON lines in datagrams; by
         default CSV on standard output.
@@ -105,36 +117,78 @@ def attitude(
     require_folder_of(plot, "--plot")
     if not _is_sent(out):
         require_folder_of(_path(out), "--out")
-    package = package_of(coefficient_set, axis, "--axis", "")
+    wiring = _wiring(data, rig, stream, for_s)
+    package = package_of(coefficient_set, axis, "--axis", "", wiring=wiring)
     if not package.senses_rates:
         stored = None if alignment is None else alignments.load_alignment(alignment)
         package = replace(package, site_gravity_mps2=gravity_mps2, alignment=stored)
     elif alignment is not None or solve_alignment is not None:
         raise RequestError("--alignment, --solve-alignment: belong to accelerometers, got gyros")
-    second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_", gravity_mps2)
-    if model_set is None and model_axis:
+    second = None
+    if model_set is not None:
+        second = package_of(model_set, model_axis, "--model-axis", "model_", gravity_mps2, wiring)
+    elif model_axis:
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
     geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
     if solve_alignment is not None:
+        if data is None:
+            raise RequestError("--solve-alignment: known attitudes stand in a file: give DATA, not --stream")
         _solve_alignment(package, reading_sd_v, Path(data), solve_alignment)
         return
-    before = samples or OfSamples()
-    angles = _angles_of(package, second, reading_sd_v, gyros or OfGyros(), before, gravity_mps2, geometry)
+    settings, before = gyros or OfGyros(), samples or OfSamples()
+    if wiring is not None:
+        is_needed = package.senses_rates or settings.gyro_set is not None
+        before = before.sampled_at(wiring.rate_hz, is_needed=is_needed)
+    angles = _angles_of(package, second, reading_sd_v, settings, before, gravity_mps2, geometry, wiring)
     found = before.before(angles)
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
     answers = _Answers(out, view, plot, package.coefficients.sensor)
-    if data == "-":
-        _answer_stream(found, sys.stdin.buffer, answers)
+    if wiring is not None:
+        _require_channels(found, wiring)
+        with opened_stream(wiring, for_s) as blocks:
+            _answer_stream(lambda writer_of: answer_blocks(found, writer_of, blocks), answers)
+    elif data is None or data == "-":
+        _answer_stream(lambda writer_of: answer_stream(found, writer_of, sys.stdin.buffer), answers)
     elif is_line(data):
         with opened_source(data) as source:
-            _answer_stream(found, source, answers)
+            _answer_stream(lambda writer_of: answer_stream(found, writer_of, source), answers)
     elif view:
-        raise RequestError("--view: shows rows as they arrive: DATA is then -, socket://… or udp://…; nothing was read")
+        raise RequestError(
+            "--view: shows rows as they arrive: DATA is then -, socket://… or udp://…, or --rig and --stream are given;"
+            " nothing was read"
+        )
     else:
         _answer_file(found, Path(data), answers)
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
+
+
+def _wiring(data: str | None, rig: Path | None, stream: str | None, for_s: float | None) -> StreamWiring | None:
+    """Return the rig's stream where one is meant. Raises: RequestError where it is unclear where rows come from."""
+    if (rig is None) != (stream is None):
+        raise RequestError(
+            "--rig and --stream belong together: the rig file, and which of its streams; nothing was read"
+        )
+    if (data is None) == (rig is None):
+        raise RequestError("DATA, or --rig and --stream: give one of the two; nothing was read")
+    if rig is None or stream is None:
+        if for_s is not None:
+            raise RequestError("--for: belongs to --stream; nothing was read")
+        return None
+    if for_s is not None and not for_s > 0.0:
+        raise RequestError(f"--for {for_s:g}: got a time that is not above 0 s; nothing was read")
+    return stream_wiring(rig, stream)
+
+
+def _require_channels(found: AngleStream, wiring: StreamWiring) -> None:
+    """Refuse what the angles need and no channel tells. Raises: RequestError."""
+    missing = [name for name in found.needed if name not in wiring.units]
+    if missing:
+        raise RequestError(
+            f"{wiring.rig}: the set needs {', '.join(missing)}, which the stream {wiring.name} does not tell; nothing "
+            "was opened"
+        )
 
 
 def _solve_alignment(package: Package, reading_sd_v: float | None, data: Path, out: Path) -> None:
@@ -165,10 +219,12 @@ def _angles_of(
     before: OfSamples,
     gravity_mps2: float | None,
     geometry: Mapping[str, bool],
+    wiring: StreamWiring | None,
 ) -> AngleStream:
     """Return what makes angles of the sets. Raises: RequestError, OutsideValidity, SetError."""
     if not package.senses_rates:
-        found = monitored(inference(package, second, reading_sd_v, **geometry), package.model, settings, before.rate_hz)
+        alone = inference(package, second, reading_sd_v, **geometry)
+        found = monitored(alone, package.model, settings, before.rate_hz, wiring)
         if settings.gyro_set is None:
             before.refuse_idle_rate()
         return found
@@ -178,7 +234,7 @@ def _angles_of(
         raise RequestError("--model-set: belongs to a sting package of accelerometers, got a set of gyros")
     if geometry != {"upright": True, "right_wing_down": True, "intervals": False}:
         raise RequestError("--intervals, --no-upright, --no-right-wing-down: belong to accelerometers, got gyros")
-    return angles_of_gyros(package, reading_sd_v, settings, before.rate_hz, gravity_mps2)
+    return angles_of_gyros(package, reading_sd_v, settings, before.rate_hz, gravity_mps2, wiring)
 
 
 @dataclass(frozen=True)
@@ -201,20 +257,20 @@ class _Answers:
         return taken if self.plot is None else PlottedRows(self.sensor, self.plot, taken)
 
 
-def _answer_stream(found: AngleStream, source: IO[bytes], answers: _Answers) -> None:
+def _answer_stream(answering: Callable[[WriterOf], None], answers: _Answers) -> None:
     """Block by block, into a file as well: what was answered stays when the stream breaks."""
     out = answers.out
     if out is None:
         to = None if answers.view else sys.stdout.buffer
-        answer_stream(found, lambda columns: (answers.writer(columns, to), to or BytesIO()), source)
+        answering(lambda columns: (answers.writer(columns, to), to or BytesIO()))
     elif _is_sent(out):
         with opened_target(out) as target:
-            answer_stream(found, lambda columns: (answers.writer(columns, target), target), source)
+            answering(lambda columns: (answers.writer(columns, target), target))
     elif out.endswith(".parquet"):
         raise RequestError(f"--out {out}: a stream is written as .csv or .jsonl; nothing was written")
     else:
         with Path(out).open("wb") as file:
-            answer_stream(found, lambda columns: (answers.writer(columns, file), file), source)
+            answering(lambda columns: (answers.writer(columns, file), file))
 
 
 def _answer_file(found: AngleStream, data: Path, answers: _Answers) -> None:

@@ -1,6 +1,6 @@
 """Which sets become which angles: accelerometers alone, gyros alone, or both together."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -12,13 +12,16 @@ from ams.exports.formats import load_set
 from ams.inference.aided_rates import AidedAngles, Aiding
 from ams.inference.angle_stream import AngleStream
 from ams.inference.averaged import AveragedAngles
+from ams.inference.field_aid import FieldAid
 from ams.inference.inference import Package
 from ams.inference.low_passed import LowPassedAngles, LowPassWish
 from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles, GyroPackage, Motion
+from procedures.cli.attitude.rig_stream import StreamWiring
 from procedures.errors import RequestError
 
-OF_AIDING: Final = ("accelerometers", "accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s")
+OF_FIELD: Final = ("magnetometers", "magnetometer_axis", "field_ut", "field_sd_ut")
+OF_AIDING: Final = ("accelerometers", "accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s", *OF_FIELD)
 DEFAULT_AGREEMENT_DEG: Final = 0.1
 Named = Annotated[list[str] | None, Parameter(negative=())]
 
@@ -38,6 +41,11 @@ class OfSamples:
     """Ripple in its pass band; by default 0.1 dB."""
     average_s: float | None = None
     """Accelerometers: average the outputs over windows of this length, one answer a window with its time_s."""
+
+    def sampled_at(self, rate_hz: float, *, is_needed: bool) -> "OfSamples":
+        """Return the same with a stream's own rate, where a rate is needed and none is stated."""
+        uses = is_needed or self.low_pass_hz is not None or self.average_s is not None
+        return replace(self, rate_hz=rate_hz) if uses and self.rate_hz is None else self
 
     def refuse_idle_rate(self) -> None:
         """Refuse a rate where accelerometers are neither filtered nor averaged. Raises: RequestError."""
@@ -76,6 +84,8 @@ class OfGyros:
 
     interpolation: Literal["cubic", "linear", "hold"] | None = None
     """Gyros: how the rate runs from sample to sample; by default cubic."""
+    method: Literal["quaternion", "butcher"] | None = None
+    """Gyros: by turns of the quaternion (the default), or Euler's angles by Butcher's method as CR does."""
     start_deg: Annotated[tuple[float, float, float] | None, Parameter(negative=())] = None
     """Gyros: pitch, yaw and roll at the first sample; by default 0 0 0, with accelerometers what gravity says."""
     start_sd_deg: float | None = None
@@ -94,7 +104,15 @@ class OfGyros:
     """With accelerometers: standard deviation of one component of the force, vibration included; by default 0.005 g."""
     bias_walk_dps_per_sqrt_s: float | None = None
     """With accelerometers: how far the zero of a gyro wanders in a second; by default 0.0001 °/s."""
-
+    magnetometers: Path | None = None
+    """With accelerometers: the set of magnetometers in the same package; its columns are magnetometer_x_ut and so on.
+    Yaw then rests on the field."""
+    magnetometer_axis: Named = None
+    """AXIS=COLUMN for the magnetometers."""
+    field_ut: Annotated[tuple[float, float, float] | None, Parameter(negative=())] = None
+    """With magnetometers: the field where they are used, µT along x at zero yaw, to the right and down."""
+    field_sd_ut: float | None = None
+    """With magnetometers: standard deviation of one component of the field; by default 0.5 µT."""
     gyro_set: Path | None = None
     """Accelerometers: the set of gyros beside them, columns gyro_x_v and so on; the answers are compared."""
     gyro_axis: Named = None
@@ -109,7 +127,9 @@ class OfGyros:
             raise RequestError(f"--{given[0].replace('_', '-')}: belongs to a set of gyros, got the model {model}")
 
 
-def monitored(found: AngleStream, model: str, settings: OfGyros, rate_hz: float | None) -> AngleStream:
+def monitored(
+    found: AngleStream, model: str, settings: OfGyros, rate_hz: float | None, wiring: StreamWiring | None = None
+) -> AngleStream:
     """Return the angles of accelerometers compared with those of gyros, where these are named. Raises: RequestError."""
     if settings.gyro_set is None:
         for name in ("gyro_axis", "agreement_deg"):
@@ -120,15 +140,20 @@ def monitored(found: AngleStream, model: str, settings: OfGyros, rate_hz: float 
     for name in OF_AIDING:
         if getattr(settings, name) is not None:
             raise RequestError(f"--{name.replace('_', '-')}: belongs to the filter, not to --gyro-set")
-    gyros = package_of(settings.gyro_set, settings.gyro_axis, "--gyro-axis", "gyro_")
+    gyros = package_of(settings.gyro_set, settings.gyro_axis, "--gyro-axis", "gyro_", wiring=wiring)
     limit_deg = DEFAULT_AGREEMENT_DEG if settings.agreement_deg is None else settings.agreement_deg
     return MonitoredAngles(found, angles_of_gyros(gyros, None, settings, rate_hz), limit_deg)
 
 
 def package_of(
-    path: Path, pairs: list[str] | None, option: str, prefix: str, gravity_mps2: float | None = None
+    path: Path,
+    pairs: list[str] | None,
+    option: str,
+    prefix: str,
+    gravity_mps2: float | None = None,
+    wiring: StreamWiring | None = None,
 ) -> Package:
-    """Return the set of a file with the columns of its axes.
+    """Return the set of a file with the columns of its axes; with a stream of a rig its channels.
 
     Raises: RequestError for a pair that is none; SetError.
     """
@@ -136,13 +161,18 @@ def package_of(
     coefficients.check_vectors(str(path))
     columns: dict[str, str] = {}
     unit = next(iter(coefficients.axes.values())).form.measured_unit
-    for pair in pairs or [f"{axis}={prefix}{axis}_{unit}" for axis in coefficients.axes]:
+    if not pairs:
+        named = [f"{axis}={prefix}{axis}_{unit}" for axis in coefficients.axes]
+        pairs = named if wiring is None else wiring.pairs(coefficients, option)
+    for pair in pairs:
         name, _, column = pair.partition("=")
         if name not in coefficients.axes or not column or name in columns:
             raise RequestError(
                 f"{option} {pair}: allowed is AXIS=COLUMN, each of {', '.join(coefficients.axes)} at most once"
             )
         columns[name] = column
+    if wiring is not None:
+        wiring.check(columns, unit, option)
     return Package(coefficients, columns, gravity_mps2)
 
 
@@ -160,6 +190,7 @@ def angles_of_gyros(
     settings: OfGyros,
     rate_hz: float | None,
     gravity_mps2: float | None = None,
+    wiring: StreamWiring | None = None,
 ) -> GyroAngles | AidedAngles:
     """Return what makes angles of gyros, with accelerometers where these are named.
 
@@ -175,6 +206,7 @@ def angles_of_gyros(
         settings.start_sd_deg,
         settings.rest_s or 0.0,
         _earth_rate(settings),
+        settings.method or "quaternion",
     )
     if settings.accelerometers is None:
         for name in OF_AIDING[1:]:
@@ -186,10 +218,30 @@ def angles_of_gyros(
     if settings.interpolation is not None:
         raise RequestError("--interpolation: the filter takes the rate's mean over an interval; leave it out")
     own, pairs = settings.accelerometers, settings.accelerometer_axis
-    force = package_of(own, pairs, "--accelerometer-axis", "accelerometer_", gravity_mps2)
+    force = package_of(own, pairs, "--accelerometer-axis", "accelerometer_", gravity_mps2, wiring)
     default = Aiding()
     walk, sd_g = settings.bias_walk_dps_per_sqrt_s, settings.force_sd_g
     aiding = Aiding(
         default.force_sd_g if sd_g is None else sd_g, default.bias_walk_dps_per_sqrt_s if walk is None else walk
     )
-    return AidedAngles(gyros, force, motion, aiding)
+    return AidedAngles(gyros, force, motion, aiding, _field_aid(settings, wiring))
+
+
+def _field_aid(settings: OfGyros, wiring: StreamWiring | None) -> FieldAid | None:
+    """Return the magnetometers beside a filter, where they are named. Raises: RequestError, OutsideValidity."""
+    if settings.magnetometers is None:
+        for name in OF_FIELD[1:]:
+            if getattr(settings, name) is not None:
+                raise RequestError(f"--{name.replace('_', '-')}: belongs to --magnetometers, which is missing")
+        return None
+    if settings.field_ut is None:
+        raise RequestError(
+            "--magnetometers: the field where they are used is missing: give --field-ut X Y Z, µT along x at zero yaw, "
+            "to the right and down"
+        )
+    own = package_of(
+        settings.magnetometers, settings.magnetometer_axis, "--magnetometer-axis", "magnetometer_", wiring=wiring
+    )
+    if settings.field_sd_ut is None:
+        return FieldAid(own, settings.field_ut)
+    return FieldAid(own, settings.field_ut, settings.field_sd_ut)

@@ -6,7 +6,7 @@ they are answered, what is waiting is taken as one block.
 """
 
 import csv
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import IO, Final
 
@@ -19,6 +19,8 @@ from ams.inputs.number_blocks import numbers_of
 from procedures.cli.attitude.rows import Rows, RowWriter
 from procedures.errors import RequestError
 
+WriterOf = Callable[[Sequence[str]], tuple[RowWriter, IO[bytes]]]
+"""From the columns of the answers to what takes them, and the file that it writes to."""
 LONGEST_LINE: Final = 65_536
 """Letters of a row; no package has so many outputs, and what never ends must not fill the memory."""
 _AT_ONCE: Final = 1 << 18
@@ -29,7 +31,7 @@ _FEW: Final = 50
 
 def answer_stream(
     found: AngleStream,
-    writer_of: Callable[[Sequence[str]], tuple[RowWriter, IO[bytes]]],
+    writer_of: WriterOf,
     source: IO[bytes],
 ) -> None:
     """Read a header and rows, write a header and answers, flushed whenever all that arrived is answered.
@@ -44,6 +46,24 @@ def answer_stream(
     for piece in chain([first], pieces):
         line = _answered(found, header, piece, line, writer)
         target.flush()
+    _end(found, writer, target)
+
+
+def answer_blocks(
+    found: AngleStream,
+    writer_of: WriterOf,
+    blocks: Iterable[Mapping[str, FloatArray]],
+) -> None:
+    """Answer readings that are numbers already, written and flushed block by block."""
+    writer, target = writer_of(found.answers)
+    target.flush()
+    for readings in blocks:
+        writer.write(Rows.of(found.answer(readings)))
+        target.flush()
+    _end(found, writer, target)
+
+
+def _end(found: AngleStream, writer: RowWriter, target: IO[bytes]) -> None:
     writer.write(Rows.of(found.finish()))
     writer.close()
     target.flush()
@@ -102,10 +122,11 @@ def _readings(
     header: Sequence[str], names: Sequence[str], needed: Sequence[str], lines: list[bytes | None], line: int
 ) -> tuple[Mapping[str, FloatArray], Mapping[int, str]]:
     """Return the numbers of the rows, NaN where there is none, and by row what is wrong with it."""
-    if len(lines) > _FEW and None not in lines:
-        quick = numbers_of(b"\n".join(own for own in lines if own is not None), header, names)
-        if quick is not None and quick[names[0]].size == len(lines):
+    if len(lines) > _FEW:
+        quick = _quick(header, names, lines)
+        if quick is not None:
             return quick, {}
+        return _halved(header, names, needed, lines, line)
     found: list[list[float]] = []
     wrong = {}
     for number, own in enumerate(lines, start=line):
@@ -119,6 +140,27 @@ def _readings(
     return {name: values[:, place] for place, name in enumerate(names)}, wrong
 
 
+def _quick(header: Sequence[str], names: Sequence[str], lines: list[bytes | None]) -> Mapping[str, FloatArray] | None:
+    """Return the numbers of lines that are all plain rows; None where one of them asks for a closer look."""
+    plain = [own for own in lines if own is not None]
+    if len(plain) < len(lines):
+        return None
+    found = numbers_of(b"\n".join(plain), header, names)
+    return found if found is not None and found[names[0]].size == len(lines) else None
+
+
+def _halved(
+    header: Sequence[str], names: Sequence[str], needed: Sequence[str], lines: list[bytes | None], line: int
+) -> tuple[Mapping[str, FloatArray], Mapping[int, str]]:
+    """Read both halves by themselves: one wrong row costs its neighbours a closer look, not all that came with it."""
+    half = len(lines) // 2
+    first, wrong_of_first = _readings(header, names, needed, lines[:half], line)
+    second, wrong_of_second = _readings(header, names, needed, lines[half:], line + half)
+    rows = first[names[0]].size
+    wrong = {**wrong_of_first, **{rows + row: why for row, why in wrong_of_second.items()}}
+    return {name: np.concatenate([first[name], second[name]]) for name in names}, wrong
+
+
 def _cells(
     header: Sequence[str], names: Sequence[str], needed: Sequence[str], line: bytes | None
 ) -> tuple[list[float], str]:
@@ -130,9 +172,8 @@ def _cells(
         return nothing, f"{len(cells)} cells instead of {len(header)}"
     row = dict(zip(header, cells, strict=True))
     bad = [name for name in needed if not is_number(row[name])]
-    if bad:
-        return nothing, f"{' and '.join(bad)} no number"
-    return [float(row[name]) if is_number(row[name]) else np.nan for name in names], ""
+    found = [float(row[name]) if is_number(row[name]) else np.nan for name in names]
+    return found, f"{' and '.join(bad)} no number" if bad else ""
 
 
 def _with_reasons(rows: Rows, wrong: Mapping[int, str]) -> Rows:

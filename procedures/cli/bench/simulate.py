@@ -6,9 +6,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ams.whole_file import write_whole
-from procedures.cli.bench.stopping import stoppable_wait
 from procedures.cli.options import Flag, require_folder_of
 from procedures.cli.output import note
+from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import RequestError
 from rig.assembly.faulty_lines import drivers_of
 from rig.assembly.simulate import serve_rig, write_rig

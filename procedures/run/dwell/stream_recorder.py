@@ -154,6 +154,13 @@ class Recorder:
         """Return how many samples came so far."""
         return self._tapes[stream].samples
 
+    def taken(self, stream: str) -> list[StreamBlock]:
+        """Return what came since this was asked last; it is kept here no longer."""
+        tape = self._tapes[stream]
+        with self._lock:
+            blocks, tape.blocks = tape.blocks, []
+        return blocks
+
     def stop(self) -> dict[str, Recording]:
         """End it; everything that was recorded, by stream. Raises: what a reader met."""
         self.close()

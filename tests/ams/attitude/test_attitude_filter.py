@@ -140,10 +140,12 @@ def test_gravity_that_stays_away_is_said() -> None:
     assert path.codes[150] == FORCE_REJECTED | UNAIDED
 
 
-@pytest.mark.thorough
-def test_hours_of_flight_stay_bounded_where_integration_drifts() -> None:
-    """Half an hour with a bias of 0.5 °/s: the gyro alone is 900° out, the filter within its own few tenths."""
-    flight = Flight(np.random.default_rng(8), 36_000, bias_sd=0.009)
+@pytest.mark.parametrize(
+    "rows", [pytest.param(36_000, marks=pytest.mark.thorough), pytest.param(216_000, marks=pytest.mark.soak)], ids=str
+)
+def test_hours_of_flight_stay_bounded_where_integration_drifts(rows: int) -> None:
+    """Half an hour and three, with a bias of 0.5 °/s: the gyro alone is 900° out, the filter within its few tenths."""
+    flight = Flight(np.random.default_rng(8), rows, bias_sd=0.009)
     running = AttitudeFilter(SETTINGS, flight.start)
     path = running.run(flight.gyro, flight.force, flight.field)
     off = (Rotation.from_quat(path.quaternion.T[1000:]) * flight.attitude[1000:].inv()).magnitude()

@@ -76,6 +76,19 @@ def test_holding_the_rate_at_100_hz_shows_the_report_s_error() -> None:
     assert worst["cubic"] < 1e-6
 
 
+@pytest.mark.parametrize("pieces", [1, 7])
+def test_butcher_s_method_says_what_the_quaternion_says(pieces: int) -> None:
+    """A fourth-order and a fifth-order method at 100 Hz: what parts them is the higher order's error."""
+    euler, rates = harmonic(100.0, 6.0)
+    readings = volts(euler, rates)
+    readings["x_v"][200] = np.nan
+    by_turns = whole(stream(Motion(100.0)), readings)
+    by_butcher = whole(stream(Motion(100.0, method="butcher")), readings, pieces)
+    assert by_butcher.codes.tolist() == by_turns.codes.tolist()
+    np.testing.assert_allclose(angles(by_butcher), angles(by_turns), atol=1e-6)
+    np.testing.assert_allclose(angles(by_butcher)[:190], euler[:190], atol=1e-6)
+
+
 @pytest.mark.parametrize("pieces", [1, 2, 50, 301])
 def test_pieces_make_the_whole(pieces: int) -> None:
     euler, rates = harmonic(100.0, 3.0)

@@ -11,6 +11,7 @@ from ams.statistics.intervals import (
     holm,
     prediction_halfwidth,
     t_quantile,
+    tabled_t_quantile,
 )
 
 
@@ -20,6 +21,13 @@ from ams.statistics.intervals import (
 def test_student_quantiles_are_those_of_the_tables(dof: float, table: float) -> None:
     """GUM table G.2, 95 %."""
     assert float(t_quantile(0.95, dof)) == pytest.approx(table, abs=6e-4)
+
+
+@pytest.mark.parametrize("level", [0.95, 0.999])
+def test_the_table_of_student_quantiles_is_the_quantile(level: float) -> None:
+    dof = np.array([0.5, 1.0, 1.7, 3.0, 4.5, 11.0, 60.3, 1e4, 1e9, np.inf])
+    np.testing.assert_allclose(tabled_t_quantile(level, dof), t_quantile(level, dof), rtol=1e-6)
+    assert np.isnan(tabled_t_quantile(level, np.array([np.nan]))).all()
 
 
 def test_f_limit_is_that_of_tp_table_2() -> None:

@@ -252,6 +252,8 @@ def test_an_offset_at_rest_and_a_drift_verdict(tmp_path: Path) -> None:
     assert not solved.failures
     document = json.loads(json.dumps(sensors_document(solved), allow_nan=False))
     assert document["ITG3200"]["static"]["x"]["verdict"].endswith("beyond the allowed ±0.1 deg")
+    terms = {term["name"]: term["value"] for term in document["ITG3200"]["static"]["x"]["noise_terms"]}
+    assert terms["white"] is not None
 
 
 def _run_until_a_look(small: MotionRun, run_dir: Path, fatal: int) -> None:
