@@ -40,6 +40,13 @@ def _facts(report: CheckReport) -> "Table":
     if plan.environment is not None:
         plateaus = ", ".join(f"{value:g}" for value in plan.environment.plateaus_degc)
         table.add_row("plateaus", f"{plateaus} °C by {plan.environment.name}")
+    at_once = [
+        f"{', '.join(names)} {what}"
+        for names, what in ((plan.moving_together, "move"), (plan.reading_together, "read"))
+        if len(names) > 1
+    ]
+    if at_once:
+        table.add_row("at the same time", "; ".join(at_once))
     table.add_row("duration", f"{_time(plan.expected.p50_s)} (p50), {_time(plan.expected.p90_s)} (p90)")
     if report.forecast.design is not None:
         _add_figures(table, report, report.forecast.design)

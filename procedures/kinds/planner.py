@@ -61,6 +61,8 @@ def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: 
         static=procedure.own(Static),
         most_samples=schedule.most_samples,
         sequential=sequential_of(procedure, schedule.design, is_at_rest=kind.table is None),
+        moving_together=rig.moving_together(),
+        reading_together=rig.reading_together(),
     )
 
 

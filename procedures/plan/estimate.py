@@ -1,11 +1,11 @@
 """How long a plan takes, from what the files say about the devices.
 
 p50 lets every dwell settle at the earliest time its settings allow and repeats none. p90 adds one more window to
-every settling and repeats one dwell in twenty: a bad night of a sound rig. Moves are counted axis after axis, as they
-are made.
+every settling and repeats one dwell in twenty: a bad night of a sound rig. Moves and readings are counted one after
+the other, or at once where the rig file says so, as they are made.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
@@ -32,7 +32,8 @@ def expected_duration(
 ) -> Expectation:
     """Return the duration of ``steps`` in the order given: ways, soaks, settling, what is read, ramps, an operator."""
     dwells = [step for step in steps if isinstance(step, Dwell)]
-    moving_s = sum(move_s(rig.axes, one.targets_deg, other.targets_deg) for one, other in pairwise(dwells))
+    together = rig.moving_together()
+    moving_s = sum(move_s(rig.axes, one.targets_deg, other.targets_deg, together) for one, other in pairwise(dwells))
     soaking_s = sum(step.soak_s for step in steps if isinstance(step, Soak))
     handling_s = HANDLING_S * sum(one.applied != other.applied for one, other in pairwise(dwells))
     one_window_s = window_s(rig, dwell, channels[0])
@@ -46,26 +47,34 @@ def expected_duration(
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """How long the samples of ``[dwell]`` take: of readouts one channel after the other, of streams all at once."""
+    """How long the samples of ``[dwell]`` take, with what a reference tells of the attitude before."""
 
-    in_turn_s: float
-    """With what a reference tells of the attitude before."""
-    at_once_s: float
+    turning_s: float
+    """While an axis turns, whose rate is watched between the channels: one channel after the other."""
+    resting_s: float
+    """Readouts that read together at the same time, the others one after the other."""
+    streamed_s: float
+    """Of streams, all at once."""
 
     @classmethod
     def of(cls, rig: RigDescription, dwell: DwellSettings, channels: Sequence[str]) -> "_Reading":
         reference = rig.attitude_reference
         told_s = (
-            (reference.samples * channel_reading_s(rig, channel) for channel in reference.channels.values())
+            sum(reference.samples * channel_reading_s(rig, channel) for channel in reference.channels.values())
             if reference
-            else ()
+            else 0.0
         )
-        seconds = {channel: dwell.samples * channel_reading_s(rig, channel, dwell.nplc) for channel in channels}
-        voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
-        return cls(
-            sum(seconds[channel] for channel in voltages) + sum(told_s),
-            max((seconds[channel] for channel in channels if channel not in voltages), default=0.0),
-        )
+        readout_s: dict[str, float] = {}
+        for channel in channels:
+            name = channel.partition(".")[0]
+            burst_s = dwell.samples * channel_reading_s(rig, channel, dwell.nplc)
+            readout_s[name] = readout_s.get(name, 0.0) + burst_s if name in rig.readouts else burst_s
+        together = rig.reading_together()
+        in_turn_s = sum(seconds for name, seconds in readout_s.items() if name in rig.readouts)
+        beside_s = [readout_s[name] for name in together if name in readout_s]
+        resting_s = in_turn_s - sum(beside_s) + max(beside_s, default=0.0)
+        streamed_s = max((seconds for name, seconds in readout_s.items() if name not in rig.readouts), default=0.0)
+        return cls(in_turn_s + told_s, resting_s + told_s, streamed_s)
 
 
 def _dwell_s(rig: RigDescription, dwell: Dwell, settling_s: float, reading: _Reading) -> float:
@@ -77,13 +86,13 @@ def _dwell_s(rig: RigDescription, dwell: Dwell, settling_s: float, reading: _Rea
                 if turn.sweep_deg
                 else 360.0 * (turn.revolutions + 0.5)
             )
-            sweeping_s = back_deg / abs(turn.rate_dps) if turn.sweep_deg else max(turn.seconds, reading.in_turn_s)
+            sweeping_s = back_deg / abs(turn.rate_dps) if turn.sweep_deg else max(turn.seconds, reading.turning_s)
             return sweeping_s + back_deg / axis.speed_dps + RAMP_S * max(turn.sweeps, 1)
         case Follow():
             return dwell.motion.seconds + RAMP_S
         case Rest():
-            return settling_s + max(dwell.motion.rest_seconds, reading.in_turn_s)
-    return settling_s + max(reading.in_turn_s, reading.at_once_s)
+            return settling_s + max(dwell.motion.rest_seconds, reading.resting_s)
+    return settling_s + max(reading.resting_s, reading.streamed_s)
 
 
 def window_s(rig: RigDescription, dwell: DwellSettings, channel: str) -> float:
@@ -97,9 +106,16 @@ def earliest_settling_s(dwell: DwellSettings, one_window_s: float) -> float:
     return max(dwell.settle.windows, ceil(dwell.settle.min_s / one_window_s)) * one_window_s
 
 
-def move_s(axes: Mapping[str, AxisSettings], start_deg: Mapping[str, float], end_deg: Mapping[str, float]) -> float:
-    """Seconds from one attitude to another, one axis after the other, approach included."""
-    return sum(_axis_move_s(axes[name], start_deg[name], end) for name, end in end_deg.items())
+def move_s(
+    axes: Mapping[str, AxisSettings],
+    start_deg: Mapping[str, float],
+    end_deg: Mapping[str, float],
+    together: Collection[str] = (),
+) -> float:
+    """Seconds from one attitude to another, approach included; axes named ``together`` at once, the others in turn."""
+    seconds = {name: _axis_move_s(axes[name], start_deg[name], end) for name, end in end_deg.items()}
+    at_once_s = max((seconds[name] for name in seconds if name in together), default=0.0)
+    return at_once_s + sum(seconds[name] for name in seconds if name not in together)
 
 
 def _axis_move_s(axis: AxisSettings, start_deg: float, end_deg: float) -> float:

@@ -84,6 +84,10 @@ class Plan:
     """Of one streamed channel in the longest dwell; 0 where ``[dwell]`` says it."""
     sequential: SequentialStop | None = None
     """None: every replication is measured."""
+    moving_together: tuple[str, ...] = ()
+    """Axes that go to an attitude at the same time; the others one after the other."""
+    reading_together: tuple[str, ...] = ()
+    """Readouts that read at the same time, each its channels in their order; the others one after the other."""
 
     @property
     def is_at_rest(self) -> bool:

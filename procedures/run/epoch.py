@@ -123,7 +123,7 @@ class Epoch:
         dwells = [step for step in self._left if isinstance(step, Dwell)]
         if not gates or not dwells:
             return
-        self._watch.rests_at(move(self._rig, dwells[0], self._wait, self._again))
+        self._watch.rests_at(move(self._rig, dwells[0], self._wait, self._again, self._plan.moving_together))
         self._announce(dwells[0], "warm-up")
         for gate in gates:
             self._live.warms_up(gate.channel)
@@ -217,7 +217,7 @@ class Epoch:
         self._progress_log.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
         crash_point(CrashPoint.INTENT_COMMITTED)
         self._live.moves(dwell, self._left)
-        rest_deg = move(self._rig, dwell, self._wait, self._again)
+        rest_deg = move(self._rig, dwell, self._wait, self._again, self._plan.moving_together)
         self._watch.rests_at(rest_deg)
         self._live.rests_at(rest_deg)
         crash_point(CrashPoint.IN_POSITION)
