@@ -361,7 +361,9 @@ class Epoch:
         elif self._history.epoch > 1 and self._history.mounting > 1:
             self._progress_log.event("seam", {"tested": False, "reason": "the package was mounted anew"})
         self._progress_log.enter(State.RUNNING)
-        self._progress_log.begin_pace(self._plan.expected.p50_s / max(len(self._plan.design_dwells), 1))
+        expected = self._plan.expected
+        each_s = expected.p50_s / max(len(self._plan.design_dwells), 1)
+        self._progress_log.begin_pace(each_s, expected.p90_s - expected.p50_s)
 
     def _boundary(self, dwell: Dwell | None = None) -> bool:
         """Between dwells; True where earlier steps come first now and ``dwell`` was put behind them."""
