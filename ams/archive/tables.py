@@ -2,7 +2,7 @@
 
 Rows are written once and never changed: what is told later (a signature, a certificate, a newer solution of the same
 run) is a row of its own. Every row is told by a record of the chain (:mod:`ams.archive.ledger`). Leases come and go,
-and durations only tell how long the next run may take: both are no part of the record.
+and durations and components only tell what to expect of the next run: they are no part of the record.
 """
 
 from datetime import UTC, datetime
@@ -219,3 +219,21 @@ DURATIONS = Table(
     Column("rest_s2", Double, nullable=False),
 )
 """Of every run, how long the parts of its steps were expected to take by the files, and took."""
+
+COMPONENTS = Table(
+    "components",
+    COMING_AND_GOING,
+    Column("journal_sha256", String(64), primary_key=True),
+    Column("sensor", Text, primary_key=True),
+    Column("axis", Text, primary_key=True),
+    Column("type", Text, nullable=False),
+    Column("rig", Text, nullable=False, index=True),
+    Column("simulated", Boolean, nullable=False),
+    Column("ended_utc", UtcDateTime, nullable=False),
+    Column("reading_g", Double, nullable=False),
+    Column("dwell_g", Double, nullable=False),
+    Column("lack_of_fit_g", Double, nullable=False),
+    Column("offset_drift_g", Double, nullable=False),
+    Column("sensitivity_drift", Double, nullable=False),
+)
+"""Of every run, what each sensor axis showed: noise, lack of fit and drift, per sensitivity."""

@@ -53,17 +53,19 @@ def check(
     fresh_seed: int | None = None,
     pilot: Pilot | None = None,
     learned: LearnedTimes = NOTHING_LEARNED,
+    past: Pilot | None = None,
 ) -> CheckReport:
-    """Plan and judge, by what a pilot run showed where there is one, and by how long past runs took.
+    """Plan and judge, by how long past runs of the rig took and what they showed; a pilot run that is named goes first.
 
     Raises: PlanError for everything that the planner refuses, and for a pilot that its kind has no use for.
     """
     plan = make_plan(rig, procedure, fresh_seed, learned)
     kind = KINDS[plan.kind]
-    if pilot is None:
+    shown = pilot or past
+    if shown is not None and isinstance(kind, LearnsFromPilot):
+        forecast = kind.forecast_after(shown, rig, procedure, plan)
+    elif pilot is None:
         forecast = kind.forecast(rig, procedure, plan)
-    elif isinstance(kind, LearnsFromPilot):
-        forecast = kind.forecast_after(pilot, rig, procedure, plan)
     else:
         raise procedure.error(("procedure", "kind"), f"{plan.kind!r} takes nothing from a pilot run; leave it out")
     return CheckReport(

@@ -13,7 +13,7 @@ from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolde
 from procedures.cli.output import print_json, say
 from procedures.cli.pilot import pilot_named
 from procedures.cli.places import shared_archive_url, teaching_archive
-from procedures.delivery.durations import learned_times
+from procedures.delivery.lessons import learned
 from procedures.errors import ExitStatus
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
@@ -49,8 +49,14 @@ def check(
         return _tell(before, json)
 
     procedure_description = read_procedure(procedure)
-    learned = learned_times(teaching_archive(archive, out, is_simulated=described.is_simulated), described)
-    report = check_plan(described, procedure_description, pilot=pilot_named(pilot, out, described), learned=learned)
+    past = learned(teaching_archive(archive, out, is_simulated=described.is_simulated), described)
+    report = check_plan(
+        described,
+        procedure_description,
+        pilot=pilot_named(pilot, out, described),
+        learned=past.times,
+        past=past.pilot,
+    )
     before = _preflight(rig, described, report.plan, out, archive)
     if json:
         print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))

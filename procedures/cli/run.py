@@ -40,7 +40,7 @@ from procedures.cli.places import (
 from procedures.cli.terminal import outlived
 from procedures.cli.working import working
 from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, solve_run
-from procedures.delivery.durations import learned_times
+from procedures.delivery.lessons import learned
 from procedures.delivery.publish import history_findings
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.header import make_header
@@ -94,7 +94,7 @@ def run(
     described, procedure_description = read_rig(rig), read_procedure(procedure)
     performed = described.all_on_twins() if rehearse else described
     past = teaching_archive(archive, out, is_simulated=performed.is_simulated)
-    plan = make_plan(described, procedure_description, learned=learned_times(past, performed))
+    plan = make_plan(described, procedure_description, learned=learned(past, performed).times)
     if not allow_network_folder:
         require_local(out)
     archive_url = archive if archive is not None or performed.is_simulated else default_archive_url()
