@@ -128,7 +128,6 @@ def test_two_hundred_runs_of_several_kinds_exceed_p50_by_half_and_p90_by_a_tenth
                     over[place] += 0.5 if abs(off) < 1e-3 else float(off > 0.0)
                 count += 1
             past.append(part_durations(record))
-    print(f"{count} runs: p50 exceeded by {over[0]:g}, p90 by {over[1]:g}")
     assert count >= 190
     assert over[0] / count == pytest.approx(0.5, abs=0.1), over
     assert over[1] / count == pytest.approx(0.1, abs=0.06), over
