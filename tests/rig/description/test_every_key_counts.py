@@ -96,6 +96,8 @@ TRIALS = {
     "sensors.*.largest_offset_tc_v_per_degc": Trial(1e-5, job="table", rig=USED_WARM, procedure=NOT_MODELLED),
     "sensors.*.largest_sensitivity_tc_per_degc": Trial(1e-5, job="table", rig=USED_WARM, procedure=NOT_MODELLED),
     "rig.gravity_mps2": Trial(9.81),
+    "motion.together": Trial(True, job="indexing-table", rig={"motion": {"together": False}}),
+    "reading.together": Trial(True, job="meters", rig={"reading": {"together": False}}),
     "axes.*:indexing-table.dialect": Trial("single-axis-0.0001deg"),
     "axes.*:maestro.points": Trial([[500.0, -181.0], [2500.0, 181.0]]),
     "axes.*:maestro.period_ms": Trial(12, rig={"axes": {name: {"model": "mini"} for name in ("pitch", "roll")}}),
