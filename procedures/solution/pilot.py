@@ -1,6 +1,6 @@
 """What a run that was made says of the next one on the same rig: noise, lack of fit and drift as it showed them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple
 from math import sqrt
 
@@ -26,13 +26,7 @@ def pilot_of(record: RunRecord, sensors: Mapping[str, SolvedSensor], rig: RigDes
             f"pilot {record.run_id}: it was simulated and teaches nothing about real devices; give a run that was "
             "measured"
         )
-    shown = {
-        (name, label): found
-        for name, solved in sensors.items()
-        if solved.calibration is not None
-        for label, axis in solved.calibration.axes.items()
-        if (found := _shown(axis, *_readings(record, name, label))) is not None
-    }
+    shown = shown_in(record, sensors)
     if not shown:
         raise RequestError(
             f"pilot {record.run_id}: it has no solved sensor with two replications or more, which alone tell noise, "
@@ -46,6 +40,22 @@ def pilot_of(record: RunRecord, sensors: Mapping[str, SolvedSensor], rig: RigDes
     return Pilot(f"run {record.run_id}", shown, of_type)
 
 
+def shown_in(record: RunRecord, sensors: Mapping[str, SolvedSensor]) -> dict[tuple[str, str], Shown]:
+    """Return what every axis of a solved run showed, by sensor and axis; those that were not replicated are missing."""
+    return {
+        (name, label): found
+        for name, solved in sensors.items()
+        if solved.calibration is not None
+        for label, axis in solved.calibration.axes.items()
+        if (found := _shown(axis, *_readings(record, name, label))) is not None
+    }
+
+
+def mean_of_shown(found: Sequence[Shown]) -> Shown:
+    """Return the root mean square of what several runs showed: variances are what adds up."""
+    return Shown(*np.sqrt(np.mean(np.square([astuple(one) for one in found]), axis=0)).tolist())
+
+
 def _readings(record: RunRecord, name: str, label: str) -> tuple[float, int]:
     """Return the scatter of the readings inside the dwells, volts, and how many a dwell had."""
     channel = {str(axis): channel for axis, channel in record.plan.sensors[name].channels.items()}[label]
@@ -55,7 +65,7 @@ def _readings(record: RunRecord, name: str, label: str) -> tuple[float, int]:
         if dwell.accepted and dwell.purpose == "design" and channel in dwell.readings
     ]
     squares = [reading.standard_deviation**2 for reading in readings]
-    return sqrt(float(np.mean(squares))), record.plan.dwell.samples
+    return sqrt(float(np.mean(squares))) if squares else 0.0, record.plan.dwell.samples
 
 
 def _shown(axis: AxisCalibration, reading_v: float, samples: int) -> Shown | None:

@@ -100,6 +100,8 @@ TRIALS = {
     "rig.latitude_deg": Trial(45.5, job="rates"),
     "rig.heading_deg": Trial(20.0, job="rates", rig=NEAR_TURIN),
     "rig.height_m": Trial(2000.0, job="rates", rig=NEAR_TURIN),
+    "motion.together": Trial(True, job="indexing-table", rig={"motion": {"together": False}}),
+    "reading.together": Trial(True, job="meters", rig={"reading": {"together": False}}),
     "axes.*:indexing-table.dialect": Trial("single-axis-0.0001deg"),
     "axes.*:maestro.points": Trial([[500.0, -181.0], [2500.0, 181.0]]),
     "axes.*:maestro.period_ms": Trial(12, rig={"axes": {name: {"model": "mini"} for name in ("pitch", "roll")}}),

@@ -1,0 +1,67 @@
+"""Laws of learning from the archive: a run that is published teaches the next `check` of its rig, and no other."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from command import call
+from finished_job import FinishedJob
+
+from ams.archive.lessons import keep_lesson, past_lessons
+from procedures.delivery.lessons import learned
+from rig.description.read import read_rig
+
+
+@pytest.fixture
+def taught(finished_job: FinishedJob, tmp_path: Path) -> str:
+    """The job's archive, with its run as if it had been made four times."""
+    finished_job.copied_to(tmp_path)
+    url = f"sqlite:///{tmp_path / 'runs' / 'archive.sqlite'}"
+    rig = read_rig(finished_job.folder / "rig.toml")
+    (lesson,) = past_lessons(url, rig.rig.name, simulated=True, most=30)
+    for name in "abc":
+        keep_lesson(url, replace(lesson, journal_sha256=name * 64))
+    return url
+
+
+def test_a_published_run_teaches_and_check_says_by_how_many(taught: str, finished_job: FinishedJob, capsys) -> None:
+    files = finished_job.folder / "procedure.toml", "--rig", finished_job.folder / "rig.toml"
+    first = call(capsys, "check", *files, "--out", finished_job.folder / "nowhere", "--json").document
+    told = call(capsys, "check", *files, "--archive", taught, "--json").document
+    assert (first["duration_learned_from"], told["duration_learned_from"]) == (0, 4)
+    assert told["duration_s"]["p50"] == pytest.approx(first["duration_s"]["p50"], rel=0.1)
+    assert sum(part["p50"] for part in told["duration_parts_s"].values()) == pytest.approx(told["duration_s"]["p50"])
+    sources = {
+        axis["noise_source"]
+        for axes in told["expected_standard_uncertainty"].values()
+        for axis in axes.values()
+    }  # fmt: skip
+    assert all("4 past runs of this rig" in source for source in sources)
+    shown = call(capsys, "check", *files, "--archive", taught)
+    assert "by 4 past runs of this rig" in " ".join(shown.out.split())
+
+
+def test_a_real_rig_learns_nothing_from_simulated_runs(taught: str, finished_job: FinishedJob) -> None:
+    rig = read_rig(finished_job.folder / "rig.toml")
+    assert learned(taught, rig).times.runs == 4
+    real = rig.model_copy(update={"twin": None, **_on_real_ports(rig)})
+    assert not real.is_simulated
+    assert learned(taught, real).times.runs == 0
+    assert learned(taught, real).pilot is None
+
+
+def _on_real_ports(rig) -> dict[str, object]:
+    places = {"axes": "port", "readouts": "resource", "environment": "port"}
+    return {
+        table: {name: one.model_copy(update={key: "socket://h:1"}) for name, one in getattr(rig, table).items()}
+        for table, key in places.items()
+    }
+
+
+def test_an_archive_that_cannot_be_asked_teaches_nothing_and_refuses_nothing(
+    finished_job: FinishedJob, tmp_path: Path
+) -> None:
+    rig = read_rig(finished_job.folder / "rig.toml")
+    (tmp_path / "broken.sqlite").write_bytes(b"no database")
+    for name in ("missing", "broken"):
+        assert learned(f"sqlite:///{tmp_path / name}.sqlite", rig).times.runs == 0
