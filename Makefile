@@ -32,13 +32,14 @@ types-elsewhere: $(STAMP) ## types as Windows and macOS have them
 thorough: $(STAMP)      ## what `make test` leaves for CI: every key of both files, every benchmark, more kills and campaigns
 	$(BIN)/python -m pytest -q -m "thorough and not soak" -n auto --maxprocesses 4 --dist worksteal
 
-check: lint types-elsewhere test thorough ## all that CI asks for
+check: lint types-elsewhere test thorough ## all that CI asks for, and more
 
 bench: $(STAMP)         ## speed and memory, side by side with what a user would otherwise pick
 	$(BIN)/python -m bench
 
-house: $(STAMP)         ## draw docs/architecture.md anew from the import contracts
+house: $(STAMP)         ## draw docs/architecture.md anew from the import contracts, and docs/calrig.1 from the commands
 	$(BIN)/python docs/house.py
+	$(BIN)/python docs/man_page.py
 
 site: $(STAMP)          ## the documentation as pages with search, into ./site; a warning fails
 	$(BIN)/python -m sphinx -b html -q -W --keep-going docs site

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from html import escape
 from io import StringIO
+from math import isfinite
+from numbers import Real
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -137,11 +139,11 @@ def plan(procedure: str | Path | Tables, rig: str | Path, *, points: Attitudes |
         return PlannedRun(Path(rig), Path(procedure), Path(procedure).read_text(encoding="utf-8-sig"), None, report)
     tables = {name: dict(keys) for name, keys in procedure.items()}
     if points is None:
-        text = toml_text(_with_whole_paths(tables))
+        text = _text(_with_whole_paths(tables))
         return PlannedRun(Path(rig), None, text, None, check_plan(described, procedure_of(TomlFile(COMPOSED, text))))
     attitudes = _attitudes(points)
     tables["design"] = {"order": "as-listed", **tables.get("design", {}), "kind": "file"}
-    text = toml_text(tables)
+    text = _text(tables)
     with TemporaryDirectory() as folder:
         there = _points_beside(Path(folder) / COMPOSED.name)
         there.write_text(_csv(attitudes), encoding="utf-8")
@@ -149,10 +151,23 @@ def plan(procedure: str | Path | Tables, rig: str | Path, *, points: Attitudes |
         return PlannedRun(Path(rig), None, text, attitudes, check_plan(described, asked))
 
 
+def _text(tables: Tables) -> str:
+    for table, keys in tables.items():
+        for key, value in keys.items():
+            try:
+                toml_value(value)
+            except TypeError as error:
+                raise RequestError(f"plan: {table}.{key}: {error}; nothing was planned") from None
+    return toml_text(tables)
+
+
 def _attitudes(points: Attitudes) -> pd.DataFrame:
     table = (
         points if isinstance(points, pd.DataFrame) else pd.DataFrame(list(points), columns=["pitch_deg", "roll_deg"])
     )
+    for value in table.to_numpy().ravel():
+        if not isinstance(value, Real) or not isfinite(value):
+            raise RequestError(f"plan: points: got {value!r}, allowed are numbers in degrees; nothing was planned")
     return table.reset_index(drop=True).astype("float64")
 
 
