@@ -75,7 +75,7 @@ def read_record(reader: JournalReader) -> RunRecord:
     The journal is verified first, chain, dwells and all: no number is drawn from one that was changed.
     Raises: JournalError, PlanError or DescriptionError where the journal is damaged or of another version.
     """
-    reader.verify()
+    dwells = tuple(reader.verified_dwells())
     header = reader.header
     return RunRecord(
         run_id=header.run_id,
@@ -86,7 +86,7 @@ def read_record(reader: JournalReader) -> RunRecord:
         plan=header.plan,
         rig=reader.rig,
         events=tuple(reader.events()),
-        dwells=tuple(reader.dwells()),
+        dwells=dwells,
         hashes={
             "journal content": reader.sha256_of_content(),
             "plan": header.plan_sha256,
