@@ -8,15 +8,16 @@ import csv
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
 import venv
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from example_files import EXAMPLE_RIG
 from job_files import job
 from programs import require_program
 
@@ -49,6 +50,16 @@ print(json.dumps({
     "html": all(one._repr_html_() for one in (run, solved, found, planned)),
 }))
 """
+NOTEBOOKS = """
+import pathlib, sys
+import nbformat
+from nbclient import NotebookClient
+folder = pathlib.Path(sys.argv[1])
+for path in sorted(folder.glob("*.ipynb")):
+    notebook = nbformat.read(path, as_version=4)
+    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
+    print(path.name)
+"""
 NUMPY_ALONE = """
 import sys
 import ams
@@ -75,12 +86,13 @@ UV = (sys.executable, "-m", "uv")
 class Installation:
     """One environment that holds the wheel and what an extra brings."""
 
-    def __init__(self, folder: Path, wheel: Path, extra: str) -> None:
+    def __init__(self, folder: Path, wheel: Path, extra: str, *beside: str) -> None:
+        """``beside``: other distributions that are installed with it."""
         self.folder, self.extra = folder, extra
         venv.create(folder)
         self.bin = folder / ("Scripts" if os.name == "nt" else "bin")
         asked = f"{wheel}[{extra}]" if extra else str(wheel)
-        index = [*UV, "pip", "install", "--quiet", "--python", str(self.bin / "python"), asked]
+        index = [*UV, "pip", "install", "--quiet", "--python", str(self.bin / "python"), asked, *beside]
         subprocess.run(index, check=True)
 
     def run(self, *words: object, statuses: tuple[int, ...] = (0,)) -> str:
@@ -108,10 +120,8 @@ class Installation:
 
 
 @pytest.fixture(scope="module", params=["", *EXTRAS], ids=lambda extra: extra or "bare")
-def installation(
-    request: pytest.FixtureRequest, wheel: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Installation]:
-    yield Installation(tmp_path_factory.mktemp("environment") / "env", wheel, request.param)
+def installation(request: pytest.FixtureRequest, wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installation:
+    return Installation(tmp_path_factory.mktemp("environment") / "env", wheel, request.param)
 
 
 def test_the_whole_job_with_what_is_installed(installation: Installation, tmp_path: Path) -> None:
@@ -133,14 +143,7 @@ def test_the_whole_job_with_what_is_installed(installation: Installation, tmp_pa
 
     document = json.loads((run / "coefficients" / "SN1047.json").read_text(encoding="utf-8"))
     facade = json.loads(installation.run("python", "-c", FACADE, run, ROOT / "examples" / "observations.csv", rig))
-    told_by_facade = {(row["axis"], row["parameter"]): row["value"] for row in facade["parameters"]}
-    in_set = {
-        (axis, name): one["value"]
-        for axis, section in document["axes"].items()
-        for name, one in section["parameters"].items()
-    }
-    assert in_set
-    assert {key: told_by_facade[key] for key in in_set} == in_set
+    _is_the_set(facade, document)
     assert facade["html"]
     assert facade["steps"] > 40
     assert facade["fitted"] > 12
@@ -155,6 +158,31 @@ def test_the_whole_job_with_what_is_installed(installation: Installation, tmp_pa
     wanted = (0,) if installation.extra in ("export", "all") else (2,)
     for name in formats:
         installation.run("calrig", "data", run, "--to", name, "--out", tmp_path / name, statuses=wanted)
+
+
+def test_the_run_of_the_demo_is_the_same_by_page_and_by_data_door(wheel: Path, tmp_path: Path) -> None:
+    installation = Installation(tmp_path / "env", wheel, "all")
+    told = installation.json("demo", "--out", tmp_path / "demo")
+    run = Path(told["run"])
+    document = json.loads((run / "coefficients" / "SN1047.json").read_text(encoding="utf-8"))
+    facade = json.loads(
+        installation.run("python", "-c", FACADE, run, ROOT / "examples" / "observations.csv", EXAMPLE_RIG)
+    )
+    _is_the_set(facade, document)
+    _numbers_stand_in_the_page(run, document)
+    tables = tmp_path / "tables"
+    installation.run("calrig", "data", run, "--out", tables)
+    with (tables / "readings.csv").open(encoding="utf-8", newline="") as stream:
+        assert [float(row["mean"]) for row in csv.DictReader(stream)] == facade["mean"]
+
+
+def test_the_notebooks_run(wheel: Path, tmp_path: Path) -> None:
+    """With the report's libraries alone, which draw their pictures."""
+    installation = Installation(tmp_path / "env", wheel, "report", "ipykernel", "nbclient", "nbformat")
+    shutil.copytree(installation.folder / "share" / "calrig" / "examples", tmp_path / "examples")
+    folder = tmp_path / "examples" / "notebooks"
+    shown = installation.run("python", "-c", NOTEBOOKS, folder)
+    assert shown.split() == sorted(path.name for path in folder.glob("*.ipynb"))
 
 
 def test_ams_needs_numpy_alone(wheel: Path, tmp_path: Path) -> None:
@@ -181,6 +209,18 @@ def test_the_manual_page_and_the_examples_come_along(wheel: Path, tmp_path: Path
     )
     assert (shown.returncode, shown.stderr) == (0, "")
     assert "calrig check" in shown.stdout
+
+
+def _is_the_set(facade: dict[str, Any], document: dict[str, Any]) -> None:
+    """What the facade solves from the journal is the coefficient set that the run left, to the last bit."""
+    solved = {(row["axis"], row["parameter"]): row["value"] for row in facade["parameters"]}
+    stated = {
+        (axis, name): parameter["value"]
+        for axis, section in document["axes"].items()
+        for name, parameter in section["parameters"].items()
+    }
+    assert stated
+    assert {key: solved[key] for key in stated} == stated
 
 
 def _numbers_stand_in_the_page(run: Path, document: dict[str, Any]) -> None:
