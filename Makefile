@@ -8,7 +8,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # As many workers as processors need no threads of the linear algebra beside them.
 test test-elsewhere thorough soak: export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house site soak clean lock setup
+.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house site links soak clean lock setup
 
 demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
 	$(BIN)/calrig demo
@@ -43,6 +43,9 @@ house: $(STAMP)         ## draw docs/architecture.md anew from the import contra
 
 site: $(STAMP)          ## the documentation as pages with search, into ./site; a warning fails
 	$(BIN)/python -m sphinx -b html -q -W --keep-going docs site
+
+links: $(STAMP)         ## whether every link of the pages leads somewhere; needs the network
+	$(BIN)/python -m sphinx -b linkcheck -q docs site/links
 
 soak: $(STAMP)          ## the long proofs
 	$(BIN)/python -m pytest -q -m soak -n 2 --timeout 7200
