@@ -8,7 +8,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # As many workers as processors need no threads of the linear algebra beside them.
 test test-elsewhere thorough soak: export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house site soak clean lock setup
+.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house site links soak clean lock setup
 
 demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
 	$(BIN)/calrig demo
@@ -32,16 +32,20 @@ types-elsewhere: $(STAMP) ## types as Windows and macOS have them
 thorough: $(STAMP)      ## what `make test` leaves for CI: every key of both files, every benchmark, more kills and campaigns
 	$(BIN)/python -m pytest -q -m "thorough and not soak" -n auto --maxprocesses 4 --dist worksteal
 
-check: lint types-elsewhere test thorough ## all that CI asks for
+check: lint types-elsewhere test thorough ## all that CI asks for, and more
 
 bench: $(STAMP)         ## speed and memory, side by side with what a user would otherwise pick
 	$(BIN)/python -m bench
 
-house: $(STAMP)         ## draw docs/architecture.md anew from the import contracts
+house: $(STAMP)         ## draw docs/architecture.md anew from the import contracts, and docs/calrig.1 from the commands
 	$(BIN)/python docs/house.py
+	$(BIN)/python docs/man_page.py
 
 site: $(STAMP)          ## the documentation as pages with search, into ./site; a warning fails
 	$(BIN)/python -m sphinx -b html -q -W --keep-going docs site
+
+links: $(STAMP)         ## whether every link of the pages leads somewhere; needs the network
+	$(BIN)/python -m sphinx -b linkcheck -q docs site/links
 
 soak: $(STAMP)          ## the long proofs
 	$(BIN)/python -m pytest -q -m soak -n 2 --timeout 7200

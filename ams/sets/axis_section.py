@@ -16,13 +16,7 @@ from ams.units import UNITS, unit_of
 
 def axis_section(axis: AxisCalibration, sensor: str) -> Document:
     """Return the document of one axis. Raises: SetError where a primary parameter is not determined."""
-    if not np.isfinite(axis.primary).all():
-        raise SetError(
-            f"{sensor}: axis {axis.axis}: a primary parameter is not determined: got "
-            f"{dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))}; no set was built; "
-            "a set needs every coefficient of its equation: add the missing design points"
-        )
-    axis = without_place(at_reference_time(axis))
+    axis = _of_a_set(axis, sensor)
     section: Document = {
         "nominal_axis": axis.nominal_axis,
         "equation": {},
@@ -41,6 +35,22 @@ def axis_section(axis: AxisCalibration, sensor: str) -> Document:
     units = units_in(axis.model, axis.primary_names)
     section["equation"] = _equation(axis, axis_numbers(axis.axis, section, axis.model, units))
     return section if units is None else _of_lines(section, units[0])
+
+
+def primary_section(axis: AxisCalibration, sensor: str) -> Document:
+    """Return the primary parameters alone, as they stand in the document of the axis. Raises: SetError as that."""
+    return _primary(_of_a_set(axis, sensor), sensor)
+
+
+def _of_a_set(axis: AxisCalibration, sensor: str) -> AxisCalibration:
+    """Return the solution as a set states it. Raises: SetError where a primary parameter is not determined."""
+    if not np.isfinite(axis.primary).all():
+        raise SetError(
+            f"{sensor}: axis {axis.axis}: a primary parameter is not determined: got "
+            f"{dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))}; no set was built; "
+            "a set needs every coefficient of its equation: add the missing design points"
+        )
+    return without_place(at_reference_time(axis))
 
 
 def _of_lines(section: Document, measured_unit: str) -> Document:
@@ -192,6 +202,8 @@ def _f_test(test: FTest) -> Document:
 def _matrix(values: FloatArray, size: int, where: str) -> list[Json]:
     if values.shape != (size, size):
         raise SetError(f"{where}: has the wrong shape: got {values.shape}, needed ({size}, {size}); nothing was built")
+    if np.isfinite(values).all():
+        return [[*row] for row in values.tolist()]
     return [[_number(value) for value in row] for row in values]
 
 

@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from procedures.check.toml_text import toml_text
+
 
 @dataclass(frozen=True)
 class Written:
@@ -32,15 +34,7 @@ def procedure_text(written: Written) -> str:
         **({} if written.reference_every is None else {"check": _reference(written)}),
         "solve": {"model": written.model},
     }
-    lines = list(_comments(written, ""))
-    for name, keys in tables.items():
-        lines += [
-            "",
-            *_comments(written, name),
-            f"[{name}]",
-            *(f"{key} = {_value(value)}" for key, value in keys.items()),
-        ]
-    return "\n".join(lines).lstrip("\n") + "\n"
+    return toml_text(tables, written.reasons)
 
 
 def _reference(written: Written) -> Mapping[str, object]:
@@ -55,17 +49,3 @@ def _reference(written: Written) -> Mapping[str, object]:
                 min((angle for angle in angles if angle != level), key=lambda angle: abs(angle - 30.0)),
             )
     return found
-
-
-def _comments(written: Written, table: str) -> Sequence[str]:
-    return [f"# {line}" for line in written.reasons.get(table, ())]
-
-
-def _value(value: object) -> str:
-    """Return a value in TOML."""
-    if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-        return f'"{escaped}"'
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(_value(item) for item in value)}]"
-    return repr(value)

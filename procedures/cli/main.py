@@ -100,7 +100,9 @@ def make_app(called: str = "") -> App:
         suppress_keyboard_interrupt=False,
         group_commands=Group("Options", sort_key=len(GROUPS)),
     )
-    app.register_install_completion_command(help="Completion of commands and options for bash, zsh or fish.")
+    app.register_install_completion_command(
+        help="Completion of commands and options for bash, zsh, fish or PowerShell."
+    )
     for place, (heading, commands) in enumerate(GROUPS.items()):
         group = Group(heading, sort_key=place)
         for rank, (name, target, summary) in enumerate(commands):

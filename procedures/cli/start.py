@@ -119,12 +119,15 @@ def _login_name() -> str:
 
 def _account_name() -> str:
     """Where no variable tells it, as under systemd or cron: only systems with accounts have a stop guard."""
-    import pwd
+    if sys.platform == "win32":
+        return "unknown"
+    else:
+        import pwd
 
-    try:
-        return pwd.getpwuid(os.getuid()).pw_name
-    except KeyError:
-        return f"uid {os.getuid()}"
+        try:
+            return pwd.getpwuid(os.getuid()).pw_name
+        except KeyError:
+            return f"uid {os.getuid()}"
 
 
 if __name__ == "__main__":

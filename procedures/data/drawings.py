@@ -33,6 +33,15 @@ def means_against_pitch(dwells: pd.DataFrame, readings: pd.DataFrame, channel: s
     )
 
 
+def attitudes_by_step(steps: pd.DataFrame) -> Drawing:
+    """Draw where every axis stands, step by step, a panel an axis; the steps are those of a plan."""
+    axes = [name for name in steps.columns if name.endswith("_deg")]
+    places = steps.index.to_numpy()
+    return _panels(
+        ((f"{name.removesuffix('_deg')} (°)", places, steps[name].to_numpy()) for name in axes), across="step"
+    )
+
+
 def residuals_against_pitch(sensors: Mapping[str, SolvedSensor]) -> Drawing:
     """Draw observed less fitted output of every row of the solution that is a dwell, a panel an axis."""
     return _panels(
@@ -44,15 +53,15 @@ def residuals_against_pitch(sensors: Mapping[str, SolvedSensor]) -> Drawing:
     )
 
 
-def _panels(panels: Iterable[tuple[str, FloatArray, FloatArray]]) -> Drawing:
+def _panels(panels: Iterable[tuple[str, FloatArray, FloatArray]], across: str = "pitch (°)") -> Drawing:
     drawn = list(panels)
     with style():
         figure = Drawing(figsize=(WIDTH_IN, 0.6 + _PANEL_IN * max(1, len(drawn))), layout="constrained")
-        for place, (label, pitch_deg, values) in enumerate(drawn):
+        for place, (label, stations, values) in enumerate(drawn):
             axes = figure.add_subplot(len(drawn), 1, place + 1)
             plain_axes(axes)
             axes.axhline(0.0, color=FAINT, linewidth=0.6)
-            axes.plot(pitch_deg, values, "o", color=BLUE, markersize=2.5)
+            axes.plot(stations, values, "o", color=BLUE, markersize=2.5)
             axes.set_ylabel(label)
-            axes.set_xlabel("pitch (°)" if place == len(drawn) - 1 else "")
+            axes.set_xlabel(across if place == len(drawn) - 1 else "")
         return figure

@@ -20,7 +20,7 @@ from ams.errors import AmsError, ArchiveError, OutsideValidity
 from ams.exports import dcc, json_text
 from ams.exports.formats import export_set, format_named
 from ams.exports.optional_libraries import missing_sentence
-from ams.sets.axis_section import axis_section
+from ams.sets.axis_section import primary_section
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
@@ -330,11 +330,7 @@ def primaries_of(run: SolvedRun) -> dict[str, dict[str, Any]]:
     A set with its test vectors and its seal takes longer than to solve it. Raises: ams.errors.SetError.
     """
     return {
-        name: {
-            "axes": {
-                axis: {"primary": axis_section(one, name)["primary"]} for axis, one in solved.calibration.axes.items()
-            }
-        }
+        name: {"axes": {axis: {"primary": primary_section(one, name)} for axis, one in solved.calibration.axes.items()}}
         for name, solved in run.sensors.items()
         if solved.calibration is not None and solved.calibration.model in FIELDS
     }

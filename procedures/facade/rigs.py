@@ -10,6 +10,7 @@ from tempfile import TemporaryFile
 
 from procedures.data.run_data import RunData, read_run
 from procedures.errors import RequestError, RunFailed
+from procedures.facade.planning import PlannedRun
 from rig.assembly.simulate import serve_rig
 from rig.clock import ScaledClock, SystemClock
 from rig.description.read import read_rig
@@ -18,8 +19,8 @@ _COMMAND = (sys.executable, "-m", "procedures.cli.main", "run")
 
 
 def run(
-    procedure: str | Path,
-    rig: str | Path,
+    procedure: str | Path | PlannedRun,
+    rig: str | Path | None = None,
     *,
     out: str | Path = "runs",
     operator: str | None = None,
@@ -28,11 +29,20 @@ def run(
 ) -> RunData:
     """Run a procedure to its end as ``calrig run`` does, and read it; what the run says stands on standard error.
 
+    ``procedure``: a file, or what :func:`calrig.plan` returned, which knows its rig.
+
     The run has a process of its own: a notebook that dies ends nothing, ``calrig status`` and ``calrig stop`` steer it,
     and an interrupt of the notebook stops it after the dwell in progress.
 
     Raises: RequestError where nothing was begun; RunFailed where it did not finish, which ``calrig resume`` continues.
     """
+    if isinstance(procedure, PlannedRun):
+        if rig is not None:
+            raise RequestError("run: a plan knows its rig; nothing was begun; leave the rig out, or plan with another")
+        with procedure.procedure_file() as file:
+            return run(file, procedure.rig, out=out, operator=operator, rehearse=rehearse, archive=archive)
+    if rig is None:
+        raise RequestError("run: a procedure file needs a rig file; nothing was begun; give its path")
     options = {"--operator": operator, "--archive": archive}
     given = [word for name, value in options.items() if value is not None for word in (name, value)]
     command = [*_COMMAND, str(procedure), "--rig", str(rig), "--out", str(out), "--json", *given]

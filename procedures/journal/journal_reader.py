@@ -1,6 +1,7 @@
 """The journal as everybody but the engine sees it: read-only, in short transactions, verified on demand."""
 
 import hashlib
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -152,12 +153,19 @@ class JournalReader:
         """Check the file, the chain of events and the SHA-256 of every dwell. Raises: JournalError naming the first
         dwell or event that is not as it was written.
         """
+        deque(self.verified_dwells(), maxlen=0)
+
+    def verified_dwells(self) -> Iterator[DwellRecord]:
+        """Verify the journal as :meth:`verify` does; yield every dwell as :meth:`dwells` gives it, once it is verified.
+
+        What is yielded is proven when the last is. Raises: JournalError.
+        """
         with storage_errors_of(self.path):
             problems = [row[0] for row in self._connection.execute("PRAGMA quick_check(1)")]
         if problems != ["ok"]:
             raise JournalError(f"{self.path}: is damaged ({problems[0]}); {_LEFT}; restore it from a copy")
         digests = self._verify_chain()
-        self._verify_dwells(digests)
+        yield from self._verify_dwells(digests, voided_in(self.events(VOIDED)))
 
     def sha256_of_content(self) -> str:
         """Return the SHA-256 of header, events and dwells as they were written.
@@ -224,7 +232,7 @@ class JournalReader:
             previous, expected = digest, expected + 1
         return digests
 
-    def _verify_dwells(self, digests: dict[Key, str]) -> None:
+    def _verify_dwells(self, digests: dict[Key, str], voided: Mapping[Key, str]) -> Iterator[DwellRecord]:
         found = 0
         for _, step, attempt, epoch, accepted, text, samples, digest in self._rows(_DWELLS):
             name = f"{self.path}: the dwell of step {step}, attempt {attempt}, epoch {epoch}"
@@ -234,6 +242,7 @@ class JournalReader:
             if (record.step, record.attempt, record.epoch, record.accepted) != (step, attempt, epoch, bool(accepted)):
                 raise JournalError(f"{name} is filed under another key than its own; {_LEFT}; {_SALVAGE}")
             found += 1
+            yield _as_corrected(record, voided.get((step, attempt, epoch)))
         if found != len(digests):
             raise JournalError(f"{self.path}: {len(digests)} dwells were committed, {found} are there; {_LEFT}")
 
@@ -285,4 +294,9 @@ def _as_it_stands(
             return None
     else:
         dwell = decode_dwell(text, samples, digest, units)
+    return _as_corrected(dwell, taken_back)
+
+
+def _as_corrected(dwell: DwellRecord, taken_back: str | None) -> DwellRecord:
+    """Return the dwell, not accepted where it was taken back or is damaged: the sentence that says why."""
     return dwell if taken_back is None else replace(dwell, accepted=False, reasons=(*dwell.reasons, taken_back))

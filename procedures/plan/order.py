@@ -15,7 +15,7 @@ import numpy as np
 
 from procedures.plan.designs import Design, DesignPoint
 
-Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "blocks", "random", "seeded"]
+Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "as-listed", "blocks", "random", "seeded"]
 Rows = list[list[DesignPoint]]
 
 DRAWN_ANEW = ("random",)
@@ -48,6 +48,8 @@ def sequence(design: Design, order: Order, chance: np.random.Generator | None = 
     if order in SHUFFLED:
         assert chance is not None, f"order {order} needs a generator"
         return _shuffled(points, order, chance)
+    if order == "as-listed":
+        return points
     rows = _rows(points)
     if order == "there-and-back":
         return tuple(_snake(_out_and_back(rows)))

@@ -59,8 +59,7 @@ def read_record(reader: JournalReader) -> RunRecord:
     The journal is verified first, chain, dwells and all: no number is drawn from one that was changed.
     Raises: JournalError, PlanError or DescriptionError where the journal is damaged or of another version.
     """
-    reader.verify()
-    header, stamped = reader.header, tuple(reader.events())
+    dwells, header, stamped = tuple(reader.verified_dwells()), reader.header, tuple(reader.events())
     return RunRecord(
         run_id=header.run_id,
         state=str(_state(reader)),
@@ -70,7 +69,7 @@ def read_record(reader: JournalReader) -> RunRecord:
         plan=header.plan,
         rig=reader.rig,
         events=tuple(on_one_clock(stamped)),
-        dwells=tuple(dwells_on_one_clock(reader.dwells(), stamped)),
+        dwells=tuple(dwells_on_one_clock(dwells, stamped)),
         hashes={
             "journal content": reader.sha256_of_content(),
             "plan": header.plan_sha256,

@@ -17,6 +17,7 @@ ALLOWED = {
     "own_export": ("calrig.exports", 1),
     "own_design": ("calrig.designs", 1),
     "own_observer": ("calrig.observers", 1),
+    "own_line_output": ("calrig.observers", 1),
     "own_section": ("calrig.sections", 1),
     "own_kind": ("calrig.kinds", 1),
 }

@@ -51,8 +51,9 @@ def test_the_tutorial_from_volts_to_angles_works(tmp_path: Path, monkeypatch: py
 
 @pytest.mark.thorough
 def test_the_first_calibration_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shutil.copytree(ROOT / "examples", tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
+    first, *steps = steps_of("first-calibration.md")
+    assert run_command(first) == 0
     (changes,) = blocks_of("first-calibration.md", "toml")
     procedure = tmp_path / "procedure.toml"
     text = procedure.read_text("utf-8")
@@ -61,11 +62,11 @@ def test_the_first_calibration_works(tmp_path: Path, monkeypatch: pytest.MonkeyP
         text, count = re.subn(rf"^{key} = .*$", line, text, count=1, flags=re.MULTILINE)
         assert count == 1, key
     procedure.write_text(text, encoding="utf-8")
-    for step in steps_of("first-calibration.md"):
+    for step in steps:
         assert run_command(step) == 0, step
     assert (tmp_path / "tables" / "dwells.csv").exists()
     (run,) = (tmp_path / "runs").glob("*/report.html")
-    assert [path.stem for path in (run.parent / "coefficients").glob("*.json")] == ["SN1047"]
+    assert [path.stem for path in (run.parent / "coefficients").glob("*.json")] == ["SN1"]
 
 
 @pytest.mark.thorough

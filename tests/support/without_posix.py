@@ -1,15 +1,21 @@
-"""Take away what only POSIX systems have, as far as calrig could see it, and put Windows' way of locking in its place.
+"""Take away what only POSIX systems have, as far as calrig could see it, and put Windows' ways in its place.
+
+A lock is one byte of an open file, and an open file is neither replaced nor deleted.
 
 Called before calrig is imported, in a process of its own. Libraries that have a Windows side of their own, and the
 standard library, are imported first and keep what they need.
 """
 
+import errno
 import fcntl
 import os
 import signal
 import socket
 import sys
 import types
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
 
 MODULES = ("fcntl", "termios", "tty", "pty", "resource", "pwd", "grp", "curses", "readline", "syslog")
 SIGNALS = ("SIGHUP", "SIGQUIT", "SIGTSTP", "SIGTTIN", "SIGTTOU", "SIGKILL", "SIGPIPE", "SIGUSR1", "SIGUSR2")
@@ -45,6 +51,35 @@ def take_away_posix() -> None:
     for name in ("AF_UNIX", "send_fds", "recv_fds"):
         delattr(socket, name)
     socket.socketpair = _pair_over_tcp  # type: ignore[assignment]
+    keep_open_files()
+
+
+def keep_open_files() -> None:
+    """Refuse from now on what Windows refuses: to replace, rename or delete a file that this process has open."""
+    for name in ("replace", "rename", "remove", "unlink"):
+        setattr(os, name, _refusing(getattr(os, name)))
+
+
+def _refusing(act: Callable[..., None]) -> Callable[..., None]:
+    def kept(*paths: Any, **options: Any) -> None:
+        folder = options.get("dir_fd")
+        for path in paths:
+            at = os.path.realpath(path if folder is None else f"/proc/self/fd/{folder}/{os.fspath(path)}")
+            if _is_open(at):
+                raise PermissionError(errno.EACCES, "it is being used by another process (WinError 32)", str(path))
+        act(*paths, **options)
+
+    return kept
+
+
+def _is_open(path: str) -> bool:
+    """Whether this process has the file open, or one in the folder."""
+    for handle in os.listdir("/proc/self/fd"):
+        with suppress(OSError):
+            opened = os.readlink(f"/proc/self/fd/{handle}")
+            if (opened == path and not os.path.isdir(path)) or opened.startswith(f"{path}{os.sep}"):
+                return True
+    return False
 
 
 def _pair_over_tcp() -> tuple[socket.socket, socket.socket]:

@@ -1,5 +1,6 @@
 """``calrig service``: the systemd unit that resumes a run after a crash or a reboot, with the paths of this machine."""
 
+import platform
 import shutil
 import sys
 from importlib.resources import files
@@ -37,7 +38,7 @@ def service(
     if show:
         say(text.rstrip())
         return ExitStatus.DONE
-    if not sys.platform.startswith("linux"):
+    if platform.system() != "Linux":
         raise RequestError(
             "service: systemd is of Linux; nothing was written; --show prints the unit, whose command another system's "
             "services may take"

@@ -1,4 +1,4 @@
-"""calrig for scripts and notebooks: fit observations, run procedures, read runs and coefficient sets.
+"""calrig for scripts and notebooks: fit observations, plan and run procedures, read runs and coefficient sets.
 
 Paths may be texts. What a function needs is loaded when it is first used, so that importing this costs next to nothing.
 docs/python.md shows each of them at work.
@@ -13,22 +13,26 @@ if TYPE_CHECKING:
     from procedures.data.run_data import read_run as read_run
     from procedures.data.solved import Solved as Solved
     from procedures.facade.fitting import fit as fit
+    from procedures.facade.planning import PlannedRun as PlannedRun
+    from procedures.facade.planning import plan as plan
     from procedures.facade.rigs import run as run
     from procedures.facade.rigs import simulate as simulate
 
     __version__: str
 
 _HOME = {
+    "PlannedRun": "procedures.facade.planning",
     "RunData": "procedures.data.run_data",
     "Solved": "procedures.data.solved",
     "fit": "procedures.facade.fitting",
     "load_set": "ams.exports.formats",
+    "plan": "procedures.facade.planning",
     "read_run": "procedures.data.run_data",
     "run": "procedures.facade.rigs",
     "simulate": "procedures.facade.rigs",
 }
 
-__all__ = ["RunData", "Solved", "__version__", "fit", "load_set", "read_run", "run", "simulate"]
+__all__ = ["PlannedRun", "RunData", "Solved", "__version__", "fit", "load_set", "plan", "read_run", "run", "simulate"]
 
 
 def __dir__() -> list[str]:

@@ -31,6 +31,16 @@ def command(name, *words):
     told[name] = [int(status), out.getvalue(), err.getvalue()]
 
 folder = Path(sys.argv[1])
+kept = folder / "kept.txt"
+with kept.open("w"):
+    for act in (kept.unlink, lambda: kept.replace(folder / "other"), lambda: procedure_file.replace(kept)):
+        procedure_file = folder / "procedure.toml"
+        try:
+            act()
+        except PermissionError:
+            continue
+        raise AssertionError("an open file was replaced")
+kept.unlink()
 procedure, rig, ported = folder / "procedure.toml", folder / "rig.toml", folder / "ported.toml"
 with reports_left_out():
     command("run", "run", procedure, "--rig", rig, "--out", folder / "runs ü", "--json")

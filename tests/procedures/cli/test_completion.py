@@ -1,11 +1,11 @@
 """Completion of the shell: installed where the shell looks, and known to the shell itself."""
 
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 from command import call
+from programs import require_program
 
 from procedures.cli.main import GROUPS
 
@@ -17,16 +17,47 @@ echo "${COMPREPLY[@]}"
 """
 
 
-def test_bash_completes_every_command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.fixture(autouse=True)
+def _home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Installing adds a line to the shell's own file."""
     monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.delenv("XDG_DATA_HOME", raising=False)
+    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "ZDOTDIR"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def test_bash_completes_every_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert call(capsys, "--install-completion", "--shell", "bash").status == 0
     (script,) = (path for path in tmp_path.rglob("calrig*") if path.is_file())
     text = script.read_text(encoding="utf-8")
     assert [name for commands in GROUPS.values() for name, _, _ in commands if name not in text] == []
-    shell = shutil.which("bash")
-    assert shell is not None
-    found = subprocess.run([shell, "-c", COMPLETE, "bash", script], capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [require_program("bash"), "-c", COMPLETE, "bash", script], capture_output=True, text=True, check=True
+    )
     assert set(found.stdout.split()) == {"resume", "resolve"}
+
+
+def test_fish_completes_every_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    script = written("fish", tmp_path, capsys)
+    command = [require_program("fish"), "--no-config", "-c", f"source {script}; complete -C 'calrig res'"]
+    found = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert [line.partition("\t")[0] for line in found.stdout.splitlines()] == ["resolve", "resume"]
+
+
+def test_zsh_takes_the_script_for_one_of_its_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    script = written("zsh", tmp_path, capsys)
+    assert script.read_text(encoding="utf-8").startswith("#compdef calrig")
+    subprocess.run([require_program("zsh"), "--no-rcs", "-n", script], check=True)
+
+
+def test_powershell_is_told_every_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """No PowerShell is to be had here: what is looked at is the text."""
+    text = written("powershell", tmp_path, capsys).read_text(encoding="utf-8")
+    assert "Register-ArgumentCompleter -Native -CommandName" in text
+    assert [name for commands in GROUPS.values() for name, _, _ in commands if f"'{name}'" not in text] == []
+
+
+def written(shell: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    """Return the script that ``--install-completion`` writes for a shell."""
+    script = folder / f"calrig.{shell}"
+    assert call(capsys, "--install-completion", "--shell", shell, "--output", script).status == 0
+    return script

@@ -38,7 +38,7 @@ def test_the_page_gives_what_it_shows(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_the_page_lists_every_name() -> None:
     text = PAGE.read_text(encoding="utf-8")
     functions = {name for name in calrig.__all__ if name.islower() and not name.startswith("_")}
-    assert functions == {"fit", "load_set", "read_run", "run", "simulate"}
+    assert functions == {"fit", "load_set", "plan", "read_run", "run", "simulate"}
     assert [name for name in functions if f"| `calrig.{name}(" not in text] == []
 
 
@@ -113,3 +113,82 @@ def test_a_rehearsal_is_a_run_as_any_other(tmp_path: Path) -> None:
     done = calrig.run(procedure, rig, out=tmp_path / "runs", rehearse=True, operator="A. Person")
     assert done.dwells["accepted"].all()
     assert done.path.parent == tmp_path / "runs"
+
+
+COMPOSED = {
+    "procedure": {"title": 'a "small" grid', "kind": "grid", "replications": 2},
+    "design": {"kind": "D", "pitch_deg": range(-60, 61, 30), "roll_deg": {"from": -180.0, "to": 120.0, "step": 60.0}},
+    "dwell": {"samples": 5, "settle": {"window_s": 1.0, "max_s": 30.0}},
+}
+
+
+def test_a_composed_plan_is_what_the_command_says_of_its_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    planned = calrig.plan(COMPOSED, str(EXAMPLE_RIG))
+    told = call(capsys, "check", planned.save(tmp_path / "p.toml"), "--rig", EXAMPLE_RIG, "--out", tmp_path, "--json")
+    said = json.loads(json.dumps(planned.document))
+    assert {key: told.document[key] for key in said} == said
+    assert planned.preflight(tmp_path).refusals == ()
+    steps = planned.steps
+    assert len(steps) == said["dwells_planned"]
+    assert steps["purpose"].value_counts().to_dict() == {"design": 60, "check": len(steps) - 60}
+    assert planned.title in str(planned)
+    assert "a &quot;small&quot; grid" in planned._repr_html_()
+    assert len(planned.plot().axes) == 2
+
+
+def test_points_are_visited_as_they_are_listed(tmp_path: Path) -> None:
+    listed = [(10.0, 0.0), (-20.0, 90.0), (10.0, -90.0), (0.0, 0.0), (30.0, 180.0), (-50.0, 30.0)]
+    table = pd.DataFrame(listed, columns=["pitch_deg", "roll_deg"], index=range(6, 0, -1))
+    head = {"procedure": {"title": "mine", "kind": "grid", "replications": 2}, "solve": {"extended": "no"}}
+    planned = calrig.plan(head, EXAMPLE_RIG, points=table)
+    first = planned.steps.query("replication == 1 and purpose == 'design'")
+    assert list(zip(first["pitch_deg"], first["roll_deg"], strict=True)) == listed
+    saved = planned.save(tmp_path / "mine.toml")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine-points.csv", "mine.toml"]
+    assert calrig.plan(saved, EXAMPLE_RIG).document == planned.document
+    assert planned.save(saved) == saved
+    with pytest.raises(RequestError, match=r"mine\.toml: is there already with another text; nothing was written"):
+        calrig.plan(COMPOSED, EXAMPLE_RIG).save(saved)
+
+
+def test_what_a_file_is_refused_for_a_composed_plan_is_refused_for() -> None:
+    wrong = {**COMPOSED, "procedure": {**COMPOSED["procedure"], "replication": 3}}
+    with pytest.raises(Exception, match=r"procedure\.toml:5: procedure\.replication: .*replications"):
+        calrig.plan(wrong, EXAMPLE_RIG)
+    with pytest.raises(Exception, match=r"procedure\.toml:\d+: design.*pitch"):
+        calrig.plan({**COMPOSED, "design": {"kind": "D", "pitch_deg": [-500.0, 0.0]}}, EXAMPLE_RIG)
+    with pytest.raises(RequestError, match=r"plan: dwell\.samples: got <object object .*allowed are texts, numbers"):
+        calrig.plan({**COMPOSED, "dwell": {"samples": object()}}, EXAMPLE_RIG)
+    with pytest.raises(RequestError, match=r"points: got 'a', allowed are numbers in degrees"):
+        calrig.plan(COMPOSED, EXAMPLE_RIG, points=[("a", 0.0)])  # type: ignore[list-item]
+
+
+def test_a_plan_is_run_from_its_own_file(
+    tmp_path: Path, finished_job: FinishedJob, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = f"import shutil, sys; shutil.copy(sys.argv[2], {str(tmp_path / 'asked.toml')!r}); "
+    says = code + SAYS % (str(finished_job.run), "finished")
+    monkeypatch.setattr("procedures.facade.rigs._COMMAND", (sys.executable, "-c", says, "run"))
+    planned = calrig.plan(COMPOSED, EXAMPLE_RIG)
+    assert calrig.run(planned).path == finished_job.run
+    assert (tmp_path / "asked.toml").read_text(encoding="utf-8") == planned.text
+    with pytest.raises(RequestError, match="a plan knows its rig"):
+        calrig.run(planned, EXAMPLE_RIG)
+    with pytest.raises(RequestError, match="a procedure file needs a rig file"):
+        calrig.run("procedure.toml")
+    saved = calrig.plan(planned.save(tmp_path / "p.toml"), EXAMPLE_RIG)
+    saved.file.write_text("# another", encoding="utf-8")  # type: ignore[union-attr]
+    with pytest.raises(RequestError, match=r"p\.toml: is not what was planned; nothing was begun; plan it again"):
+        calrig.run(saved)
+
+
+@pytest.mark.soak
+def test_a_composed_plan_is_rehearsed(tmp_path: Path) -> None:
+    planned = calrig.plan(COMPOSED, EXAMPLE_RIG)
+    done = calrig.run(planned, out=tmp_path / "runs", rehearse=True, operator="A. Person")
+    design = done.dwells.query("purpose == 'design' and accepted")
+    asked = planned.steps.query("purpose == 'design'")
+    assert design["step"].tolist() == asked.index.tolist()
+    assert (abs(design["pitch_deg"].to_numpy() - asked["pitch_deg"].to_numpy()) < 0.1).all()

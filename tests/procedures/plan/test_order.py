@@ -67,6 +67,11 @@ def test_raster_rolls_the_same_way_in_every_row():
     assert [(point.pitch_deg, point.roll_deg) for point in visited] == [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2)]
 
 
+def test_points_as_listed_are_visited_as_they_were_given():
+    listed = designs.scattered("file", [(10.0, 0.0), (-20.0, 90.0), (10.0, -90.0), (0.0, 0.0)])
+    assert in_order(listed, "as-listed") == listed.points
+
+
 def test_blocks_finish_a_pitch_row_before_the_next():
     pitch = [point.pitch_deg for point in in_order(NINETY, "blocks")]
     rows = [pitch[start : start + 13] for start in range(0, 247, 13)]
