@@ -45,7 +45,8 @@ def _of_three() -> dict[str, object]:
     aside, level = (by_three(5.0, 10.0, np.zeros(1), np.array([roll]))[0][0] for roll in (90.0, 0.0))
     determinant, least = rank_of_figure_12()
     return {
-        "three_01": 100.0 * worst[0.1, 10.0], "three_1": 100.0 * worst[1.0, 10.0], "three_even": 100.0 * worst[1.0, 1.0],
+        "three_01": 100.0 * worst[0.1, 10.0], "three_1": 100.0 * worst[1.0, 10.0],
+        "three_even": 100.0 * worst[1.0, 1.0],
         "three_5": 100.0 * (aside / level - 1.0), "determinant": determinant, "least": least,
         "ols_30": np.hypot(np.cos(np.pi / 6), 10.0 * np.sin(np.pi / 6)),
         "wls_30": 1.0 / np.sqrt(0.75 + 0.25 / 100.0),
