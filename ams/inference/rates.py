@@ -289,8 +289,8 @@ class GyroAngles:
         if self._scan is None or self._growth is None:
             assert self._clock.interval_s is not None
             start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
-            path = path_by_butcher if self.motion.method == "butcher" else None
-            self._scan = RateScan(start, self._clock.interval_s, self.motion.interpolation, path)
+            way = path_by_butcher if self.motion.method == "butcher" else None
+            self._scan = RateScan(start, self._clock.interval_s, self.motion.interpolation, way)
             self._growth = ErrorGrowth(self._errors, self._clock.interval_s)
             steps = np.concatenate([[1], steps[1:]])
         rates = np.linalg.inv(self.package.k_v_per_rad_s) @ (outputs_v - self._offset_v[:, None])

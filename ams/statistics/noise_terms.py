@@ -100,4 +100,4 @@ def _dof(m: FloatArray, count: int) -> FloatArray:
     white = (3.0 * (n - 1.0) / (2.0 * m) - 2.0 * (n - 2.0) / n) * 4.0 * m**2 / (4.0 * m**2 + 5.0)
     flicker = np.where(m < 1.5, 2.0 * (n - 2.0) ** 2 / (2.3 * n - 4.9), 5.0 * n**2 / (4.0 * m * (n + 3.0 * m)))
     walk = (n - 2.0) / m * ((n - 1.0) ** 2 - 3.0 * m * (n - 1.0) + 4.0 * m**2) / (n - 3.0) ** 2
-    return np.maximum(np.stack([phase, white, flicker, walk, walk], axis=-1), 1.0)
+    return np.asarray(np.maximum(np.stack([phase, white, flicker, walk, walk], axis=-1), 1.0))
