@@ -94,7 +94,13 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         "axes": {name: _axis_document(use) for name, use in report.axes.items()},
         "duration_s": {"p50": plan.expected.p50_s, "p90": plan.expected.p90_s},
         "duration_parts_s": {
-            name: {"count": part.count, "p50": part.p50_s, "p90": part.p90_s}
+            name: {
+                "count": part.count,
+                "p50": part.p50_s,
+                "p90": part.p90_s,
+                "each_p50": part.each_p50_s,
+                "each_p90": part.each_p90_s,
+            }
             for name, part in plan.expected.parts.items()
         },
         "duration_learned_from": plan.expected.learned_from,

@@ -88,11 +88,13 @@ def _axes(report: CheckReport) -> "Table":
 def _durations(report: CheckReport) -> "Table":
     """Return what takes how long, the longest first; what takes less than a thousandth of it all is left out."""
     expected = report.plan.expected
-    table = Table("what", "times", "p50", "p90", box=None)
+    table = Table("what", "times", "p50", "p90", "each", "p90", box=None)
     for name, part in sorted(expected.parts.items(), key=lambda item: -item[1].p50_s):
         if part.p50_s > 0.001 * expected.p50_s:
-            p90 = _time(part.p90_s) if expected.learned_from else ""
-            table.add_row(name, str(part.count), _time(part.p50_s), p90)
+            late, late_each = (
+                (f"{_time(part.p90_s)}", f"{part.each_p90_s:.3g} s") if expected.learned_from else ("", "")
+            )
+            table.add_row(name, str(part.count), _time(part.p50_s), late, f"{part.each_p50_s:.3g} s", late_each)
     return table
 
 

@@ -63,6 +63,10 @@ class Live:
     setpoint_degc: Mapping[str, float] = field(default_factory=dict)
     soak_left_s: float | None = None
     """At the least; it counts anew where the temperature leaves its band."""
+    usual_s: float | None = None
+    """How long the phase is expected to take; None where nobody knows."""
+    seldom_over_s: float | None = None
+    """Longer in one case of ten."""
     waiting_for: str = ""
     next_look_utc: datetime | None = None
     written_utc: datetime | None = None
@@ -90,6 +94,8 @@ class LiveFile:
                 phase=phase,
                 phase_since_utc=since_utc,
                 soak_left_s=None,
+                usual_s=None,
+                seldom_over_s=None,
                 waiting_for="",
                 next_look_utc=None,
             )

@@ -57,7 +57,7 @@ def live_rows(live: Live, now_utc: datetime) -> Iterator[Row]:
     if live.phase:
         since = "" if live.phase_since_utc is None else f" for {duration(_seconds(live.phase_since_utc, now_utc))}"
         waits = f", waiting for {one_line(live.waiting_for)}" if live.waiting_for else ""
-        yield "now", f"{live.phase}{since}{waits}"
+        yield "now", f"{live.phase}{since}{_usually(live)}{waits}"
     if live.now is not None:
         yield "at", f"{_target(live.now)}; seen at {_angles(live.positions_deg) or 'no position yet'}"
     if live.next is not None:
@@ -67,6 +67,13 @@ def live_rows(live: Live, now_utc: datetime) -> Iterator[Row]:
         yield one_line(name), f"{degc:.2f} degC{setpoint}"
     if live.soak_left_s is not None:
         yield "soak", f"{duration(live.soak_left_s)} left at the least"
+
+
+def _usually(live: Live) -> str:
+    if live.usual_s is None or live.seldom_over_s is None:
+        return ""
+    seldom = "" if live.seldom_over_s <= live.usual_s else f", seldom over {duration(live.seldom_over_s)}"
+    return f" (usually {duration(live.usual_s)}{seldom})"
 
 
 def _target(target: Target) -> str:

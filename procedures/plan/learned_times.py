@@ -77,11 +77,13 @@ class LearnedPart:
 
 @dataclass(frozen=True, slots=True)
 class PartTime:
-    """What all steps of a plan together take of one part."""
+    """What all steps of a plan together take of one part, and what one of them does."""
 
     count: int
     p50_s: float
     p90_s: float
+    each_p50_s: float = 0.0
+    each_p90_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,14 @@ class LearnedTimes:
             part_s = learned.ratio * expected_s
             part_s2 = learned.ratio_variance * expected_s**2 + learned.step_variance * expected_s2
             p50_s, variance_s2 = p50_s + part_s, variance_s2 + part_s2
-            found[name] = PartTime(int(count), part_s, part_s + student * sqrt(part_s2))
+            each_s, each_deviation = part_s / count, sqrt(learned.ratio_variance + learned.step_variance)
+            found[name] = PartTime(
+                int(count),
+                part_s,
+                part_s + student * sqrt(part_s2),
+                each_s,
+                each_s + student * each_deviation * expected_s / count,
+            )
         return p50_s, p50_s + student * sqrt(variance_s2), found
 
 

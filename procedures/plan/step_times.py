@@ -73,7 +73,7 @@ def step_parts(
         applied = step.applied or applied
         if not isinstance(step.motion, Turn | Follow):
             yield StepPart(step.step, SETTLE, settling_s)
-        yield StepPart(step.step, *_performed(rig, step, readings))
+        yield StepPart(step.step, reading_name(step), _reading_s(rig, step, readings))
         axes = step.targets_deg.keys()
         stands_deg = stands_deg | _left_at(step, rig.axes)
     homing_s = sum(HOMING_S + (COUPLING_S if rig.axes[name].increment_deg > 0.0 else 0.0) for name in axes)
@@ -120,20 +120,32 @@ class _Readings:
         )
 
 
-def _performed(rig: RigDescription, step: Dwell, readings: _Readings) -> tuple[str, float]:
-    """Return name and seconds of what is done at an attitude, behind the settling."""
-    at_rest_s = max(readings.resting_s, readings.streamed_s)
+def reading_name(step: Dwell) -> str:
+    """Return the name of what is done at the attitude of a dwell, behind the settling."""
+    match step.motion:
+        case Turn(sweep_deg=None):
+            return "turn"
+        case Turn():
+            return "sweep"
+        case Follow():
+            return "follow"
+        case Rest():
+            return "rest"
+    return "read"
+
+
+def _reading_s(rig: RigDescription, step: Dwell, readings: _Readings) -> float:
     match step.motion:
         case Turn(sweep_deg=None) as turn:
             reading_s = max(turn.seconds, readings.turning_s) + readings.starting_s
-            return "turn", reading_s + abs(turn.rate_dps) / GATHERING_DPS2 + 2.0 * STANDSTILL_S
+            return reading_s + abs(turn.rate_dps) / GATHERING_DPS2 + 2.0 * STANDSTILL_S
         case Turn() as turn:
-            return "sweep", _sweeping_s(rig.axes[turn.turned_axis], turn, readings.starting_s)
+            return _sweeping_s(rig.axes[turn.turned_axis], turn, readings.starting_s)
         case Follow() as follow:
-            return "follow", follow.seconds + LEADING_S
+            return follow.seconds + LEADING_S
         case Rest() as rest:
-            return "rest", max(rest.rest_seconds + readings.starting_s, readings.resting_s) + readings.told_s
-    return "read", at_rest_s + readings.told_s
+            return max(rest.rest_seconds + readings.starting_s, readings.resting_s) + readings.told_s
+    return max(readings.resting_s, readings.streamed_s) + readings.told_s
 
 
 def _sweeping_s(axis: AxisSettings, turn: Turn, starting_s: float) -> float:

@@ -12,6 +12,7 @@ intent → move → arrival by read-back → settle → look, read, look → jud
 """
 
 from collections import defaultdict, deque
+from functools import partial
 from itertools import count
 
 from procedures.common_mode.visit_watch import Judged, VisitWatch, way_out
@@ -53,7 +54,11 @@ class Epoch:
     def __init__(self, context: RunContext, history: History, identities: dict[str, str] | None) -> None:
         self._context = context
         self._plan, self._rig, self._progress_log = context.plan, context.rig, context.progress_log
-        self._wait, self._watch, self._live = context.wait, context.watch, LiveDwells(context.live)
+        self._wait, self._watch, self._live = (
+            context.wait,
+            context.watch,
+            LiveDwells(context.live, context.plan.expected.parts),
+        )
         self._history = history
         self._identities = identities
         self._noise = history.noise()
@@ -318,17 +323,13 @@ class Epoch:
 
         A check set that is measured again has chance of its own, and the drift of the moment.
         """
-        told = self._live.phase
+        told = partial(self._live.phase, dwell=dwell)
         if dwell.purpose != "check":
             return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read", told)
         if self._is_first_check_set:
-            return Announcement(
-                dwell.step, attempt, self._replications[dwell.step], "settle", "check", self._live.phase
-            )
+            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "check", told)
         epoch = self._history.epoch
-        return Announcement(
-            dwell.step, attempt, self._replications_so_far(), f"settle-{epoch}", f"check-{epoch}", self._live.phase
-        )
+        return Announcement(dwell.step, attempt, self._replications_so_far(), f"settle-{epoch}", f"check-{epoch}", told)
 
     def _replications_so_far(self) -> float:
         steps = agenda(self._plan.steps, self._history.accepted_steps)

@@ -1,10 +1,12 @@
 """What an epoch is doing, in the words of ``live.json``."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 
 from procedures.journal.live import Figure, LiveFile, Target
+from procedures.plan.learned_times import PartTime
+from procedures.plan.step_times import SETTLE, reading_name
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import Measurement
 
@@ -14,9 +16,17 @@ class LiveDwells:
     """The epoch's side of the file: one method for each thing that it does."""
 
     live: LiveFile
+    parts: Mapping[str, PartTime] = field(default_factory=dict)
+    """How long each part of a step is expected to take."""
 
-    def phase(self, phase: str) -> None:
-        self.live.tell(phase)
+    def phase(self, phase: str, dwell: Dwell | None = None) -> None:
+        """Tell a phase of a dwell, and how long it usually and seldom takes."""
+        name = SETTLE if phase == "settling" else "" if dwell is None else reading_name(dwell)
+        part = self.parts.get(name)
+        if part is None:
+            self.live.tell(phase)
+        else:
+            self.live.tell(phase, usual_s=part.each_p50_s, seldom_over_s=part.each_p90_s)
 
     def homes(self, axis: str) -> None:
         self.live.tell("homing", waiting_for=f"{axis} to find its home")

@@ -1,13 +1,14 @@
 """Where a run stands in words and for monitoring: a reader's own time beside UTC, and text that Prometheus takes."""
 
 import re
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
 
 import pytest
 
 from procedures.journal.live import Live, Target
 from procedures.journal.metrics import RunFigures, metrics_text
-from procedures.journal.standing_words import duration, rows_of
+from procedures.journal.standing_words import duration, live_rows, rows_of
 from procedures.records.progress import Progress, at_both
 from procedures.records.states import State
 
@@ -61,3 +62,17 @@ def test_every_line_of_the_metrics_is_in_the_format_whatever_a_run_is_called() -
     assert sum(line.startswith("calrig_run_state") and line.endswith(" 1") for line in lines) == 2
     heads = [line.split()[2] for line in text.splitlines() if line.startswith("# TYPE")]
     assert len(heads) == len(set(heads)), "one block a metric"
+
+
+def test_a_phase_tells_how_long_it_usually_takes() -> None:
+    live = Live(phase="settling", phase_since_utc=NOW, usual_s=3.0, seldom_over_s=4.6)
+    assert dict(live_rows(live, NOW))["now"] == "settling for 0 s (usually 3 s, seldom over 5 s)"
+    plain = Live(phase="reading", phase_since_utc=NOW, usual_s=720.0, seldom_over_s=720.0)
+    assert dict(live_rows(plain, NOW))["now"] == "reading for 0 s (usually 12 min)"
+
+
+def test_an_end_says_when_it_is_late_in_one_case_of_ten() -> None:
+    ends, late = NOW + timedelta(hours=1), NOW + timedelta(hours=2)
+    progress = replace(MOMENT, eta_utc=ends, late_utc=late)
+    told = dict(rows_of(progress, "", None, NOW, UTC))["ends"]
+    assert told == "2026-03-01 05:00 UTC; later than 2026-03-01 06:00 UTC in one case of ten"
