@@ -1,7 +1,7 @@
 """Quantiles and tails of the distributions that intervals and tests use.
 
 The one place that loads scipy.special, at the first call: importing the mathematics costs numpy alone, and a
-coefficient set is applied without scipy. Everything broadcasts as numpy does.
+coefficient set is applied, and turned into angles, without scipy. Everything broadcasts as numpy does.
 """
 
 from functools import cache
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ams.arrays import FloatArray
 from ams.errors import SolveError
+from ams.statistics import without_scipy
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -21,18 +22,20 @@ if TYPE_CHECKING:
 def _special() -> "ModuleType":
     try:
         import scipy.special  # 0.3 s, and not needed before the first interval
-    except ImportError as error:
-        raise SolveError(
-            f"quantiles of distributions need scipy, which is not installed ({error}); nothing was solved; "
-            "pip install scipy (a coefficient set is read, checked and applied without it)"
-        ) from error
-
+    except ImportError:
+        return without_scipy
     special: ModuleType = scipy.special
     return special
 
 
 def _called(function: str, *arguments: ArrayLike) -> FloatArray:
-    return np.asarray(getattr(_special(), function)(*arguments), dtype=np.float64)
+    known = getattr(_special(), function, None)
+    if known is None:
+        raise SolveError(
+            "tests and intervals of a calibration need scipy, which is not installed; nothing was solved; "
+            "pip install scipy (a coefficient set is read, checked, applied and turned into angles without it)"
+        )
+    return np.asarray(known(*arguments), dtype=np.float64)
 
 
 def student_t_quantile(probability: ArrayLike, degrees_of_freedom: ArrayLike) -> FloatArray:

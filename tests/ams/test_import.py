@@ -69,5 +69,5 @@ def test_a_set_is_read_verified_applied_and_written_with_numpy_alone(tmp_path: P
     volts, sentence = done.stdout.splitlines()
     expected = ams.apply(ams.load_set(SET), np.deg2rad([10.0, -20.0]), np.deg2rad([30.0, 60.0]), 20.0)
     assert volts == str({axis: np.round(values, 3).tolist() for axis, values in expected.items()})
-    assert sentence.startswith("quantiles of distributions need scipy, which is not installed")
+    assert sentence.startswith("tests and intervals of a calibration need scipy, which is not installed")
     assert (tmp_path / "set.json").read_bytes() == SET.read_bytes()
