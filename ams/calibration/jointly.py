@@ -82,9 +82,7 @@ def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequ
 
 def _with_level(priors: TablePriors, request: CalibrationRequest) -> TablePriors:
     """Return the priors with those of the level where none is given: a tilted base is an error of the table."""
-    read = {
-        error.effect: error.standard_uncertainty for errors in request.shared_errors.values() for error in errors
-    }
+    read = {error.effect: error.standard_uncertainty for errors in request.shared_errors.values() for error in errors}
     return replace(
         priors,
         pitch_zero_rad=priors.pitch_zero_rad or read.get("pitch", 0.0),
