@@ -29,7 +29,7 @@ def normal_gravity_mps2(latitude_deg: float, height_m: float = 0.0) -> float:
     sine_squared = float(np.sin(np.deg2rad(latitude_deg)) ** 2)
     surface = EQUATOR_MPS2 * (1.0 + SOMIGLIANA_K * sine_squared) / (1.0 - ECCENTRICITY_SQUARED * sine_squared) ** 0.5
     first = 2.0 / SEMI_MAJOR_M * (1.0 + FLATTENING + CENTRIFUGAL_RATIO - 2.0 * FLATTENING * sine_squared)
-    return surface * (1.0 - first * height_m + 3.0 * (height_m / SEMI_MAJOR_M) ** 2)
+    return float(surface * (1.0 - first * height_m + 3.0 * (height_m / SEMI_MAJOR_M) ** 2))
 
 
 @dataclass(frozen=True)

@@ -103,7 +103,7 @@ def campaign() -> Observations:
 
 def as_recorded(observations: Observations) -> Observations:
     """Return the rows with what a run records beside them: when, and how warm it was."""
-    time_s = 30.0 * np.arange(observations.rows)
+    time_s = np.asarray(30.0 * np.arange(observations.rows), dtype=np.float64)
     return replace(observations, time_s=time_s, temperature_degc=20.0 + 0.01 * np.sin(time_s / 5000.0))
 
 

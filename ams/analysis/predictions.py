@@ -12,7 +12,7 @@ from ams.models.drifting import DRIFT_NAME, REFERENCE_NAME, WithTime
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
-from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES, WithTemperature
+from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES, Order, WithTemperature
 from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth
 
 
@@ -31,7 +31,7 @@ def model_of_solution(axis: AxisCalibration) -> Model:
     if TEMPERATURE_NAMES[0] in axis.primary_names:
         reference_degc = references["reference_temperature_degc"]
         assert reference_degc is not None
-        order = 2 if SECOND_ORDER_NAMES[0] in axis.primary_names else 1
+        order: Order = 2 if SECOND_ORDER_NAMES[0] in axis.primary_names else 1
         model = WithTemperature(model, reference_degc, estimated_order=order)
     if DRIFT_NAME in axis.primary_names:
         reference_s = references[REFERENCE_NAME]

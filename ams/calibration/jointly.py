@@ -23,8 +23,6 @@ from ams.solve.joint import JointFit, joint_fit
 from ams.solve.table_errors import Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 
-_OF_THE_TABLE: Mapping[Effect, str] = {"pitch": "pitch_zero_rad", "base-tilt": "base_tilt_rad"}
-"""Errors that are unknowns of the joint fit, under the name of their prior."""
 _OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain")
 _TOLD = ("pitch zero", "roll zero", "base tilt", "squareness", "droop")
 
@@ -84,13 +82,12 @@ def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequ
 
 def _with_level(priors: TablePriors, request: CalibrationRequest) -> TablePriors:
     """Return the priors with those of the level where none is given: a tilted base is an error of the table."""
-    read = {
-        _OF_THE_TABLE[error.effect]: error.standard_uncertainty
-        for errors in request.shared_errors.values()
-        for error in errors
-        if error.effect in _OF_THE_TABLE
-    }
-    return replace(priors, **{name: u for name, u in read.items() if getattr(priors, name) == 0.0})
+    read = {error.effect: error.standard_uncertainty for errors in request.shared_errors.values() for error in errors}
+    return replace(
+        priors,
+        pitch_zero_rad=priors.pitch_zero_rad or read.get("pitch", 0.0),
+        base_tilt_rad=priors.base_tilt_rad or read.get("base-tilt", 0.0),
+    )
 
 
 def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -> JointFit:

@@ -94,7 +94,7 @@ def _rotated(columns: Sequence[int], model: Model, primary: FloatArray, rows: St
     k = np.array([named.get(f"k_{axis}_v_per_dps", 0.0) for axis in "xyz"])
     if rows.from_level is None or not k.any():
         return None
-    return np.einsum("i,nij->nj", k, rows.from_level[:, :, list(columns)])
+    return np.asarray(np.einsum("i,nij->nj", k, rows.from_level[:, :, list(columns)]))
 
 
 def _slope_of(model: Model) -> int | None:

@@ -109,9 +109,8 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
         return np.asarray((layout.sum_by_point(rows).T / readings).T)
 
     pitch, roll = angles_of_points(observations, layout)
-    primary = np.linalg.lstsq(basis, output, rcond=None)[0]
     quadratic = mean(quadratic_basis(specific_force(observations.pitch_rad, observations.roll_rad)))
-    common = _common(table, primary, pitch, roll)
+    common = _common(table, basis, output, pitch, roll)
     return _PointMeans(mean(basis), quadratic, mean(level_output), readings, precision, common)
 
 
@@ -137,17 +136,19 @@ def _means_of_alike(
     left = about_mean - (about_mean @ q) @ q.T
     dof = (n - 1) * (points - q.shape[1])
     precision = float(np.sum(left**2)) / dof if dof > 0 else 0.0
-    primary = np.linalg.lstsq(basis, mean, rcond=None)[0]
     quadratic = quadratic_basis(specific_force(pitch, roll))
     readings = np.full(points, float(n))
-    common = _common(table, primary, pitch, roll)
+    common = _common(table, basis, mean, pitch, roll)
     return _PointMeans(basis, quadratic, mean, readings, precision, common, float(np.sum(about_mean**2)))
 
 
-def _common(table: TableUncertainty | None, primary: FloatArray, pitch: FloatArray, roll: FloatArray) -> FloatArray:
+def _common(
+    table: TableUncertainty | None, basis: FloatArray, output: FloatArray, pitch: FloatArray, roll: FloatArray
+) -> FloatArray:
     """(K, q) columns of the table's index errors, volts."""
     if table is None:
         return np.zeros((pitch.size, 0))
+    primary = np.linalg.lstsq(basis, output, rcond=None)[0]
     return index_columns(table, shown_rad(table, {"pitch": pitch, "roll": roll}), _slopes(primary, pitch, roll))
 
 

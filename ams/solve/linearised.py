@@ -105,13 +105,10 @@ def linearise(
         assert len(models) == 1
         basis, outputs, convergence = _at_solution(model, free, names, rows, outputs[:, 0], weights)
     else:
-        basis = None
-        if weights is None and _repeats(stimulus, layout):
-            basis = _block(model, stimulus, layout)
-        if basis is not None:
+        block = _block(model, stimulus, layout) if weights is None and _repeats(stimulus, layout) else None
+        if block is not None:
             stimulus, times = _first(stimulus, layout.points), layout.replications
-        else:
-            basis = model.basis(stimulus)
+        basis = model.basis(stimulus) if block is None else block
         if model.fixed:
             outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
     form = repeated(factor(basis, names, stimulus, weights), times)

@@ -26,6 +26,8 @@ def test_nothing_is_approved_before_somebody_else_accepted_every_significant_fin
     sign(url, "SN1047", "reviewed", "B. Soo", NOW)
     with pytest.raises(ArchiveForbids, match=r"A\. Ray prepared this set"):
         accept(url, "SN1047", "y.cubic", "A. Ray", NOW, "small")
+    with pytest.raises(ArchiveForbids, match=r"accept y\.cubic: needs a name: got ' '; nothing was signed; say who"):
+        accept(url, "SN1047", "y.cubic", " ", NOW, "small")
     accept(url, "SN1047", "y.cubic", "B. Soo", NOW, "3 µg/g³: below the limit of this tunnel")
     with pytest.raises(ArchiveForbids, match=r"nobody has accepted y\.wrong-dwell, y\.wrong-dwell\.2; nothing was"):
         sign(url, "SN1047", "approved", "C. Lim", NOW)

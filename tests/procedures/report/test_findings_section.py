@@ -37,17 +37,6 @@ def test_without_tests_there_is_no_section() -> None:
     assert 'id="findings"' not in _page(Scene(replications=1))
 
 
-def test_of_several_sensors_what_rings_stands_in_rows_and_every_test_in_one() -> None:
-    page = _page(Scene(sensors=("SN1", "SN2"), offset_drift_v=4e-6))
-    section = page[page.index('<h2 id="findings">') : page.index('<h2 id="run">')]
-    assert section.count("offset changed by 12″") == 6
-    assert section.count(">lack of fit</td>") == 1
-    row = section[section.index(">drift of offset</td>", section.index("Smallest p")) :]
-    assert row[: row.index("</tr>")].count('<td class="n">6</td>') == 2  # channels tested, and significant on
-    quiet = _page(Scene(sensors=("SN1", "SN2")))
-    assert "None is significant." in quiet[quiet.index('<h2 id="findings">') : quiet.index('<h2 id="run">')]
-
-
 def test_who_accepted_a_finding_and_who_signed_stand_on_the_page() -> None:
     """As in the archive when the page is made: `calrig solve` makes it again."""
     view, when = run_view(Scene(offset_drift_v=4e-6)), datetime(2026, 3, 2, 9, tzinfo=UTC)
@@ -65,3 +54,14 @@ def test_who_accepted_a_finding_and_who_signed_stand_on_the_page() -> None:
     assert "said of y." not in words, "nobody accepted it"
     assert "the table turned. Released by C. Head, 2026-03-02 09:00:00 UTC: checked by hand" in words
     assert "prepared by A. Operator, 2026-03-02 09:00:00 UTC; approved by B. Chief" in words
+
+
+def test_of_several_sensors_what_rings_stands_in_rows_and_every_test_in_one() -> None:
+    page = _page(Scene(sensors=("SN1", "SN2"), offset_drift_v=4e-6))
+    section = page[page.index('<h2 id="findings">') : page.index('<h2 id="run">')]
+    assert section.count("offset changed by 12″") == 6
+    assert section.count(">lack of fit</td>") == 1
+    row = section[section.index(">drift of offset</td>", section.index("Smallest p")) :]
+    assert row[: row.index("</tr>")].count('<td class="n">6</td>') == 2  # channels tested, and significant on
+    quiet = _page(Scene(sensors=("SN1", "SN2")))
+    assert "None is significant." in quiet[quiet.index('<h2 id="findings">') : quiet.index('<h2 id="run">')]

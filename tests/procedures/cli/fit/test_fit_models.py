@@ -177,6 +177,7 @@ REQUESTS = [
     (("--package", "sting"), "belongs to --model pitch-yaw-roll"),
     (("--temperature", "apply", "--known-temperature", "x=1e-5"), "OFFSET_TC,SENSITIVITY_TC"),
     (("--known-temperature", "x=1e-5,1e-5"), "belongs to --temperature apply"),
+    (("--temperature-order", "2"), "belongs to --temperature estimate"),
     (("--temperature", "apply"), "axis x: no coefficients given"),
     (("--model", "gyro"), "pitch_rate_dps"),
     (("--model", "linear"), "reference_x_<unit>"),
