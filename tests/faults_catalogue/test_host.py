@@ -240,14 +240,15 @@ class _Hangs:
 
 
 def test_fault_20_stuck_a_stop_that_hangs_keeps_no_other_axis_from_its_stop(
-    small: Bench, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Detected: every stop has a thread and a deadline of its own.
     Response: all are attempted; what did not answer is named, and the run is tripped, also where it was aborted.
     """
     monkeypatch.setattr("rig.motion.move._ALLOWANCE_S", 0.05)
     released = Event()
-    with open_rig(small.rig) as rig:
+    slow = bench(tmp_path, rig=(("speed_dps = 180.0", "speed_dps = 20.0"),))
+    with open_rig(slow.rig) as rig:
         for axis in rig.axes.values():
             axis.home()
         rig.clock.sleep(60.0)
