@@ -48,7 +48,7 @@ def diagnose_joint(mountings: Sequence[Mounting], fit: JointFit, priors: TablePr
             continue
         for axis, one in solved.axes.items():
             found[axis] += [replace(finding, text=f"{name}{finding.text}") for finding in one.findings]
-    return JointDiagnosis({axis: _as_one_family(told) for axis, told in found.items()}, tuple(untested))
+    return JointDiagnosis({axis: _as_one_family(verdicts) for axis, verdicts in found.items()}, tuple(untested))
 
 
 def _as_one_family(findings: Sequence[Finding]) -> tuple[Finding, ...]:
