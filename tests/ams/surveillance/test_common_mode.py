@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ams.findings import Finding
-from ams.surveillance.common_mode import CommonMode, Visits, WatchedAxes, judge_visits
+from ams.surveillance.common_mode import CommonMode, judge_visits
+from ams.surveillance.common_mode_columns import Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of, turned_the_table
 
 Floats = NDArray[np.float64]
