@@ -97,8 +97,10 @@ def _validator() -> "Validator | None":
     except ImportError:
         return None
     text = files("ams.sets").joinpath("coefficient_set.schema.json").read_text(encoding="utf-8")
-    schema = json.loads(text)
-    return Draft202012Validator(_inlined(schema, schema["$defs"]))
+    schema: Document = json.loads(text)
+    definitions = schema.pop("$defs")
+    assert isinstance(definitions, dict)
+    return Draft202012Validator({key: _inlined(one, definitions) for key, one in schema.items()})
 
 
 def _inlined(schema: Json, definitions: Document) -> Json:
@@ -110,7 +112,7 @@ def _inlined(schema: Json, definitions: Document) -> Json:
         return [_inlined(one, definitions) for one in schema]
     if not isinstance(schema, dict):
         return schema
-    inlined: Document = {key: _inlined(one, definitions) for key, one in schema.items() if key not in ("$ref", "$defs")}
+    inlined: Document = {key: _inlined(one, definitions) for key, one in schema.items() if key != "$ref"}
     if "$ref" not in schema:
         return inlined
     definition = _inlined(definitions[str(schema["$ref"]).removeprefix("#/$defs/")], definitions)

@@ -250,7 +250,8 @@ def test_fault_51_a_servo_that_follows_late_is_waited_for(clean: Path, tmp_path:
     """
     rule = {"line": "axes.pitch", "kind": "lag", "lag_s": 6.0, "at_s": 1.0}
     unattended = UnattendedRun(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
-    patient = bench(tmp_path, procedure=((QUICK_SETTLE, "settle = { window_s = 1.5 }"),))
+    slow, patience = ("speed_dps = 180.0", "speed_dps = 20.0"), (QUICK_SETTLE, "settle = { window_s = 1.5 }")
+    patient = bench(tmp_path, rig=(slow,), procedure=(patience,))
     outcome, told = run_with_faults(patient, unattended, faults(late=rule))
     assert outcome.state is State.FINISHED
     assert told
