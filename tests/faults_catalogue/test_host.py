@@ -7,6 +7,7 @@ from pathlib import Path
 from threading import Event
 
 import pytest
+from dealt import dealt
 from faulty_rig import FaultyRig
 from journals import a_clock
 from small_run import Bench, bench, dwells_of, in_child, measured, resumed
@@ -41,7 +42,9 @@ def clean(small: Bench) -> Path:
     return small.folder / "clean"
 
 
-@pytest.mark.parametrize("point", [CrashPoint.MOVE_SENT, CrashPoint.BEFORE_COMMIT, CrashPoint.AFTER_COMMIT])
+@pytest.mark.parametrize(
+    "point", dealt([CrashPoint.MOVE_SENT, CrashPoint.BEFORE_COMMIT, CrashPoint.AFTER_COMMIT], every=3, first=1)
+)
 def test_fault_01_a_killed_process_loses_no_acknowledged_dwell_and_measures_none_twice(
     small: Bench, clean: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point: CrashPoint
 ) -> None:
