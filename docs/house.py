@@ -144,7 +144,7 @@ def _imported(module: str, path: Path, files: Mapping[str, Path]) -> Iterator[st
                 found = name if name in files else node.module
                 if found in files and found != module:
                     yield found
-        elif (name := imported_by_name(node)) in files:
+        elif isinstance(node, ast.Call) and (name := imported_by_name(node)) in files:
             yield name
 
 

@@ -86,12 +86,12 @@ def angle_uncertainties(
     is_level = not any(_follows_roll(axis) for axis in axes)
     attitude = box.attitudes(is_level=is_level)
     slopes = np.stack([_slopes(axis, attitude) for axis in axes], axis=1)  # (n, A, 2)
-    told = [place for place in range(2) if np.abs(slopes[..., place]).max() > 0.0][: len(axes)]
-    if not told:
+    determined = [place for place in range(2) if np.abs(slopes[..., place]).max() > 0.0][: len(axes)]
+    if not determined:
         return {}
     reading = np.array([axis.reading_v for axis in axes])
     weights = 1.0 / np.maximum(reading, _LEAST_READING * reading.max() or 1.0) ** 2
-    counted, estimator = _estimator(slopes[..., told], weights)
+    counted, estimator = _estimator(slopes[..., determined], weights)
     columns = [axis.model.jacobian(axis.primary, attitude) for axis in axes]
     directions = np.concatenate(
         [estimator[:, :, place, None] * column[:, None, :] for place, column in enumerate(columns)], axis=2
@@ -100,7 +100,7 @@ def angle_uncertainties(
     read = np.einsum("nta,a->nt", estimator**2, reading**2)
     return {
         ANGLES[place]: _uncertainty(directions[:, row], read[:, row], counted[:, row], added, components)
-        for row, place in enumerate(told)
+        for row, place in enumerate(determined)
     }
 
 

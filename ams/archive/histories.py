@@ -143,10 +143,10 @@ def _needed(connection: Connection, sensor: str, kind: _Kind, until_utc: datetim
     while names and others < LEARNED_FROM:
         before = accumulate((counts[name] for name in names), initial=others)
         batch = [name for name, known in zip(names, before, strict=False) if known < LEARNED_FROM][:_NAMES_AT_ONCE]
-        asked = _known(_rows(connection, kind, batch), until_utc)
+        batch_rows = _known(_rows(connection, kind, batch), until_utc)
         names = names[len(batch) :]
-        others += sum(not is_check for *_, is_check, _, _ in asked)
-        found += asked
+        others += sum(not is_check for *_, is_check, _, _ in batch_rows)
+        found += batch_rows
     return found
 
 

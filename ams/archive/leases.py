@@ -125,8 +125,8 @@ def _clock_of(connection: Connection, now_utc: datetime) -> tuple[datetime, time
     """Return what time it is where the leases are, and how far the clocks of two holders may be apart."""
     if connection.dialect.name != POSTGRES:
         return now_utc, timedelta(seconds=CLOCKS_APART_S)
-    told = connection.execute(text("SELECT clock_timestamp() AS now").columns(now=UtcDateTime)).scalar_one()
-    return told, timedelta()
+    server_utc = connection.execute(text("SELECT clock_timestamp() AS now").columns(now=UtcDateTime)).scalar_one()
+    return server_utc, timedelta()
 
 
 def _is_free(row: Row[Any], holder: Holder, now: datetime, apart: timedelta) -> bool:

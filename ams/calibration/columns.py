@@ -110,7 +110,7 @@ def solve_linearised(
     common = _common_errors(problem, table, shared)
     within, is_line = _within(problem, common, shared)
     mixed = estimate(problem.form, problem.alone, layout, problem.outputs, within, plots, is_weighted=not is_line)
-    return _told(problem, layout, mixed, common, within)
+    return _solved_columns(problem, layout, mixed, common, within)
 
 
 def expect_linearised(
@@ -131,7 +131,7 @@ def expect_linearised(
     mixed = expected_estimates(
         problem.form, problem.alone, layout, problem.outputs, own, beliefs, within, plots, is_weighted=not is_line
     )
-    return _told(problem, layout, mixed, common, within)
+    return _solved_columns(problem, layout, mixed, common, within)
 
 
 def _within(
@@ -146,7 +146,7 @@ def _within(
     return ([] if is_line and not any(error.effect == "field" for error in shared) else common), is_line
 
 
-def _told(
+def _solved_columns(
     problem: Linearised,
     layout: Layout,
     mixed: MixedEstimates,

@@ -53,8 +53,8 @@ def diagnose_joint(mountings: Sequence[Mounting], fit: JointFit, priors: TablePr
         for axis, one in solved.axes.items():
             found[axis] += [replace(finding, text=f"{name}{finding.text}") for finding in one.findings]
     if len(mountings) > 1:
-        found = {axis: _as_one_family(told) for axis, told in found.items()}
-    return JointDiagnosis({axis: tuple(told) for axis, told in found.items()}, tuple(untested), replications)
+        found = {axis: _as_one_family(verdicts) for axis, verdicts in found.items()}
+    return JointDiagnosis({axis: tuple(verdicts) for axis, verdicts in found.items()}, tuple(untested), replications)
 
 
 def _as_one_family(findings: Sequence[Finding]) -> list[Finding]:

@@ -41,8 +41,8 @@ def hdf5_blocks(path: Path, wanted: Sequence[str], optional: Sequence[str] = ())
         names = list(dict.fromkeys((*wanted, *(name for name in optional if name in columns))))
         lengths = {name: len(columns[name]) for name in names}
         if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{name} {count}" for name, count in lengths.items())
-            raise ObservationsError(f"{path}: the columns are of different lengths: {told}; nothing was solved")
+            listed = ", ".join(f"{name} {count}" for name, count in lengths.items())
+            raise ObservationsError(f"{path}: the columns are of different lengths: {listed}; nothing was solved")
         for start in range(0, lengths[names[0]], PIECE_ROWS):
             rows = slice(start, start + PIECE_ROWS)
             yield {name: np.asarray(columns[name][rows], dtype=float) for name in names}

@@ -118,12 +118,17 @@ def render(document: Mapping[str, Json]) -> bytes:
     return (_rendered(dict(document), 0, 0) + "\n").encode("utf-8")
 
 
+_ON_ONE_LINE = json.JSONEncoder(ensure_ascii=False, allow_nan=False)
+"""Made once: a set has some thousand values, and making an encoder takes longer than writing a number."""
+
+
 def _rendered(value: Json, indent: int, used: int) -> str:
-    flat = json.dumps(value, ensure_ascii=False, allow_nan=False)
-    if not isinstance(value, dict | list) or (indent > 0 and indent + used + len(flat) <= LINE_LENGTH):
-        return flat
+    if indent > 0 or not isinstance(value, dict | list):
+        flat = _ON_ONE_LINE.encode(value)
+        if not isinstance(value, dict | list) or indent + used + len(flat) <= LINE_LENGTH:
+            return flat
     if isinstance(value, dict):
-        names = [json.dumps(key, ensure_ascii=False) + ": " for key in value]
+        names = [_ON_ONE_LINE.encode(key) + ": " for key in value]
         lines = [
             name + _rendered(inner, indent + 2, len(name)) for name, inner in zip(names, value.values(), strict=True)
         ]

@@ -29,8 +29,8 @@ def triad_section(axes: Mapping[str, AxisNumbers]) -> Document:
         return {}
     matrix = np.stack([numbers.direction for numbers in axes.values()])
     measured, unit = forms[0].measured_unit, forms[0].unit
-    told = all(name in numbers.primary for numbers in axes.values() for name in numbers.form.directions)
-    angles = {"angle_between_deg": _angles_deg(matrix, [one.nominal_axis for one in axes.values()])} if told else {}
+    has_all = all(name in numbers.primary for numbers in axes.values() for name in numbers.form.directions)
+    angles = {"angle_between_deg": _angles_deg(matrix, [one.nominal_axis for one in axes.values()])} if has_all else {}
     return {
         "triad": {
             "axes": list(axes),

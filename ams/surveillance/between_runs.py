@@ -65,9 +65,9 @@ def pooled_scatter(population: Population, leave_out: str | None = None) -> Scat
     It is the same for all characteristics of a kind.
     """
     same = np.diff(population.sensor_index) == 0
-    asked = _asked(population, leave_out)
+    selected = _selected(population, leave_out)
     kept = same & np.array(
-        [label.sensor in asked and not label.is_check for label in population.labels[1:]], dtype=bool
+        [label.sensor in selected and not label.is_check for label in population.labels[1:]], dtype=bool
     )
     halves = 0.5 * np.diff(population.coordinates, axis=0)[kept] ** 2
     sensors = population.sensor_index[1:][kept]
@@ -89,7 +89,7 @@ def names_behind(names: Iterable[str], name: str | None) -> list[str]:
     return [one for one in (*behind, *before) if one != name]
 
 
-def _asked(population: Population, leave_out: str | None) -> frozenset[str]:
+def _selected(population: Population, leave_out: str | None) -> frozenset[str]:
     """Return the sensors that the scatter is learned from."""
     counts = Counter(label.sensor for label in population.labels if not label.is_check)
     order = names_behind(counts, leave_out)

@@ -32,68 +32,35 @@ from typing import Literal
 
 import numpy as np
 
-from ams.arrays import BoolArray, FloatArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.statistics.distributions import f_tail
+from ams.surveillance.common_mode_columns import (
+    BASE,
+    FIXTURE,
+    FIXTURE_Y,
+    FIXTURE_Z,
+    MODEL_ERROR,
+    PITCH,
+    ROLL,
+    ROTATIONS,
+    SAME,
+    Estimate,
+    Visits,
+    WatchedAxes,
+    Whitened,
+    columns_of,
+    force_changes,
+    sensitivity_of,
+    whiten,
+)
 
 Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
 
-MODEL_ERROR = 0.02
-"""Of the change itself: how well sensitivities and directions are known while a run goes on."""
 LEAST_OWN = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
 CONSISTENT = 0.01
 """A cause is contradicted where what it leaves over has less chance than this."""
 FEWEST_LEFT = 4
 """Degrees of freedom from which on what is left over tells how much the sensors do by themselves."""
-ROLL, PITCH, BASE, FIXTURE = "roll", "pitch", "tilt of the base", "fixture"
-FIXTURE_Y, FIXTURE_Z = "fixture about y", "fixture about z"
-ROTATIONS = (ROLL, PITCH, BASE, FIXTURE_Y, FIXTURE_Z)
-_SAME = 1e-6
-_ROUNDING = 4.0 * float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True)
-class WatchedAxes:
-    """A axes of one or more sensors."""
-
-    sensor: tuple[str, ...]
-    axis: tuple[str, ...]
-    meter: tuple[str, ...]
-    """What reads it: axes with the same word share gain and offset."""
-    k: FloatArray
-    """(A, 3) sensitive axis in table axes, units of the reading per g."""
-
-    @property
-    def sensors(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(self.sensor))
-
-
-@dataclass(frozen=True)
-class Visits:
-    """A later visit to K attitudes less an earlier one."""
-
-    pitch_rad: FloatArray
-    roll_rad: FloatArray
-    change: FloatArray
-    """(K, A) in the unit of the reading, NaN where an axis was not read in both."""
-    reading: FloatArray
-    """(K, A) the reading itself."""
-    variance: FloatArray
-    """(K, A) of the change, by the scatter of readings."""
-    degrees_of_freedom: float
-    """By which the variances are known; the smallest."""
-    seating_rad: float = 0.0
-    """Standard uncertainty of the *difference* of two seatings, about pitch and about roll."""
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """Size of one common part."""
-
-    value: float
-    """Radians, relative, or in the unit of the reading."""
-    standard_uncertainty: float
 
 
 @dataclass(frozen=True)
@@ -154,40 +121,6 @@ def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> Commo
 
 
 @dataclass(frozen=True)
-class _Whitened:
-    """Data and columns of some sensors, each datum with unit variance and independent."""
-
-    y: FloatArray
-    columns: Mapping[str, FloatArray]
-
-    def left(self, names: Sequence[str]) -> tuple[float, int]:
-        """Return (sum of squares left, rank) of a fit."""
-        if not names:
-            return float(self.y @ self.y), 0
-        matrix = self._matrix(names)
-        solved, _, rank, _ = np.linalg.lstsq(matrix, self.y, rcond=_SAME)
-        rest = self.y - matrix @ solved
-        return float(rest @ rest), int(rank)
-
-    def estimates(self, names: Sequence[str], scale: float) -> dict[str, Estimate]:
-        """Return each part with its standard uncertainty; what the data do not tell apart is shared out."""
-        matrix, norms = self._matrix(names), self._norms(names)
-        inverse = np.linalg.pinv(matrix, rcond=_SAME)
-        values, spreads = inverse @ self.y, np.sqrt(scale * (inverse**2).sum(axis=1))
-        return {
-            name: Estimate(float(value / norm), float(spread / norm))
-            for name, value, spread, norm in zip(names, values, spreads, norms, strict=True)
-        }
-
-    def _matrix(self, names: Sequence[str]) -> FloatArray:
-        return np.stack([self.columns[name] for name in names], axis=1) / self._norms(names)
-
-    def _norms(self, names: Sequence[str]) -> FloatArray:
-        norms = np.array([float(np.linalg.norm(self.columns[name])) for name in names])
-        return np.where(norms > 0.0, norms, 1.0)
-
-
-@dataclass(frozen=True)
 class _Scale:
     """What a sum of squares is judged against."""
 
@@ -211,12 +144,12 @@ def _odd_one(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alar
     """Return the sensor that differs most from the rest, if any does, and with what chance."""
     if len(among) < 2 or 2 * (len(among) - 1) < len(axes.sensors):
         return None
-    whole = _whitened(axes, visits, among)
+    whole = whiten(axes, visits, among)
     left, _ = whole.left(_names(whole))
     found: list[tuple[float, float, str]] = []
     for name in among:
         rest = tuple(one for one in among if one != name)
-        other = _whitened(axes, visits, rest)
+        other = whiten(axes, visits, rest)
         names = _names(other) if len(rest) > 1 else ()
         left_other, rank = other.left(names)
         scale = _scale(left_other, other.y.size - rank, visits.degrees_of_freedom)
@@ -230,7 +163,7 @@ def _odd_one(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alar
 
 
 def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm: float) -> CommonMode:
-    data = _whitened(axes, visits, among)
+    data = whiten(axes, visits, among)
     nothing = CommonMode((), 1.0, (), {}, (), tuple(among))
     if data.y.size == 0:
         return nothing
@@ -255,7 +188,7 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     if not consistent:
         return _together(data, among, scale, p_value, false_alarm)
     fewest, least_left, _ = min(consistent)
-    close = least_left + _SAME * max(least_left, 1.0)
+    close = least_left + SAME * max(least_left, 1.0)
     place = next(place for used, left, place in consistent if used == fewest and left <= close)
     also = tuple(causes[other] for *_, other in consistent if other != place)
     return CommonMode(
@@ -263,12 +196,12 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     )
 
 
-def _freedom(data: _Whitened, rank: int, used: int, among: Sequence[str]) -> int:
+def _freedom(data: Whitened, rank: int, used: int, among: Sequence[str]) -> int:
     """Of what a cause leaves over: against the whole common part, or for a lone sensor against all its data."""
     return (rank if len(among) > 1 else data.y.size) - used
 
 
-def _together(data: _Whitened, among: Sequence[str], scale: _Scale, p_value: float, false_alarm: float) -> CommonMode:
+def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: float, false_alarm: float) -> CommonMode:
     """Judge rotation, gain and offset in this order, each beside the others, where there are data enough for all."""
     names = _names(data)
     if len(among) == 1 or data.y.size - data.left(names)[1] < FEWEST_LEFT:
@@ -290,7 +223,7 @@ def _together(data: _Whitened, among: Sequence[str], scale: _Scale, p_value: flo
     return CommonMode(tuple(causes), p_value, (), kept, (), tuple(among))
 
 
-def _causes(data: _Whitened) -> Iterator[Cause]:
+def _causes(data: Whitened) -> Iterator[Cause]:
     """Single causes in the order in which they are judged."""
     yield Cause("table-rotation", ROLL, (ROLL,))
     yield Cause("table-rotation", PITCH, (PITCH,))
@@ -307,82 +240,9 @@ def _of_meter(name: str) -> Cause:
     return Cause("meter-gain" if name.startswith("gain") else "meter-offset", name, (name,))
 
 
-def _names(data: _Whitened) -> tuple[str, ...]:
+def _names(data: Whitened) -> tuple[str, ...]:
     """Return the common columns."""
     return tuple(name for name in data.columns if not name.startswith("own"))
-
-
-def _whitened(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> _Whitened:
-    kept = np.array([name in among for name in axes.sensor], dtype=bool)
-    columns = _columns(axes, visits, kept, is_lone=len(among) == 1)
-    pieces_y: list[FloatArray] = []
-    pieces: dict[str, list[FloatArray]] = {name: [] for name in columns}
-    spread = _model_error(axes, visits)
-    for place in range(visits.pitch_rad.size):
-        read = kept & np.isfinite(visits.change[place])
-        if not read.any():
-            continue
-        rounding = (_ROUNDING * visits.reading[place, read]) ** 2 + np.finfo(float).tiny
-        imperfect = (spread[place] * _scale_of(axes)[read]) ** 2
-        covariance = np.diag(visits.variance[place, read] + imperfect + rounding)
-        for name in (ROLL, PITCH):
-            turned = visits.seating_rad * columns[name][place, read]
-            covariance = covariance + np.outer(turned, turned)
-        factor = np.linalg.cholesky(covariance)
-        pieces_y.append(np.linalg.solve(factor, visits.change[place, read]))
-        for name, column in columns.items():
-            pieces[name].append(np.linalg.solve(factor, column[place, read]))
-    empty = [np.zeros(0)]
-    return _Whitened(
-        np.concatenate(pieces_y or empty), {name: np.concatenate(found or empty) for name, found in pieces.items()}
-    )
-
-
-def _scale_of(axes: WatchedAxes) -> FloatArray:
-    return np.asarray(np.linalg.norm(axes.k, axis=1))
-
-
-def _model_error(axes: WatchedAxes, visits: Visits) -> FloatArray:
-    """Return (K,) what imperfectly known axes make of the changes of an attitude, g."""
-    relative = visits.change / _scale_of(axes)
-    squares = np.where(np.isfinite(relative), relative, 0.0) ** 2
-    read = np.maximum(np.isfinite(relative).sum(axis=1), 1)
-    return np.asarray(MODEL_ERROR * np.sqrt(squares.sum(axis=1) / read))
-
-
-def _columns(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: bool) -> dict[str, FloatArray]:
-    """Name to (K, A) what one unit of a cause does."""
-    force = specific_force(visits.pitch_rad, visits.roll_rad)
-    moved = dict(zip(ROTATIONS, force_changes(visits.pitch_rad, visits.roll_rad), strict=True))
-    columns = {name: change @ axes.k.T for name, change in moved.items()}
-    reading = np.where(np.isfinite(visits.reading), visits.reading, 0.0)
-    for meter in dict.fromkeys(word for word, is_kept in zip(axes.meter, kept, strict=True) if is_kept):
-        shared = np.array([word == meter for word in axes.meter], dtype=float)
-        columns[f"gain of {meter}"] = reading * shared
-        columns[f"offset of {meter}"] = np.ones_like(reading) * shared
-    if is_lone:
-        for place in np.flatnonzero(kept):
-            alone = np.zeros(kept.size)
-            alone[place] = 1.0
-            label = f"{axes.sensor[place]} {axes.axis[place]}"
-            columns[f"own offset of {label}"] = np.ones_like(reading) * alone
-            columns[f"own sensitivity of {label}"] = (force @ axes.k.T) * alone
-    return columns
-
-
-def force_changes(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, ...]:
-    """Return ∂f by roll slip, pitch slip, tilt of the base about its forward axis, fixture about y and z, (K, 3) each.
-
-    Per radian, in table axes.
-    """
-    force, none = specific_force(pitch_rad, roll_rad), np.zeros_like(pitch_rad)
-    return (
-        specific_force_by_roll(pitch_rad, roll_rad),
-        specific_force_by_pitch(pitch_rad, roll_rad),
-        np.stack([none, np.cos(roll_rad), -np.sin(roll_rad)], axis=1),
-        np.stack([-force[:, 2], none, force[:, 0]], axis=1),
-        np.stack([force[:, 1], -force[:, 0], none], axis=1),
-    )
 
 
 def _rotation_rad(visits: Visits, common: CommonMode) -> float:
@@ -394,11 +254,11 @@ def _rotation_rad(visits: Visits, common: CommonMode) -> float:
 def _sized(axes: WatchedAxes, visits: Visits, own: OwnChange, common: CommonMode) -> OwnChange:
     """Return what a sensor changed beyond the common part, its largest as an angle."""
     kept = np.array([name == own.sensor for name in axes.sensor], dtype=bool)
-    columns = _columns(axes, visits, kept, is_lone=False)
+    columns = columns_of(axes, visits, kept, is_lone=False)
     shared = sum(
         (estimate.value * columns[name] for name, estimate in common.estimates.items() if name in columns),
         np.zeros_like(visits.change),
     )
-    angle = np.where(np.isfinite(visits.change) & kept, (visits.change - shared) / _scale_of(axes), 0.0)
+    angle = np.where(np.isfinite(visits.change) & kept, (visits.change - shared) / sensitivity_of(axes), 0.0)
     place = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
     return replace(own, axis=axes.axis[int(place[1])], largest_rad=float(angle[place]))

@@ -5,17 +5,8 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from ams.findings import Finding
-from ams.surveillance.common_mode import (
-    BASE,
-    FIXTURE_Y,
-    FIXTURE_Z,
-    PITCH,
-    ROLL,
-    ROTATIONS,
-    Cause,
-    CommonMode,
-    Estimate,
-)
+from ams.surveillance.common_mode import Cause, CommonMode
+from ams.surveillance.common_mode_columns import BASE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
 from ams.units import ARCSEC_PER_DEG
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")

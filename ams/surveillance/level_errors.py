@@ -94,14 +94,14 @@ def _errors(line: AxisNumbers, measured_by: CoefficientSet, name: str) -> LevelE
     limits = measured_by.validity.levels.get(new.form.inputs[place], (0.0, 0.0))
     level = np.array(limits)
     reading = new.primary[new.form.offset] + new.direction[place] * level
-    told = (reading - line.primary[line.form.offset]) / line.direction[place]
+    level_of_line = (reading - line.primary[line.form.offset]) / line.direction[place]
     variances, dofs = _variances(measured_by, name, level)
     total = variances.sum(axis=0)
     shares = variances / np.where(total > 0.0, total, 1.0)
     with np.errstate(divide="ignore"):
         dof = 1.0 / np.sum(shares**2 / dofs[:, None], axis=0)
     uncertainty = np.sqrt(total) / abs(line.direction[place])
-    error = np.zeros_like(level) if line is new else told - level
+    error = np.zeros_like(level) if line is new else level_of_line - level
     return LevelErrors(name, new.form.unit, level, error, uncertainty, np.asarray(t_quantile(_COVERAGE, dof)))
 
 

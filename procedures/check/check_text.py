@@ -66,8 +66,8 @@ def _add_figures(table: "Table", report: CheckReport, figures: DesignFigures) ->
     table.add_row("figure of merit", merit if usage is None else f"{merit}, over the usage range {usage:.3f}")
     table.add_row("time and model", f"correlated by {figures.time_correlation:.2f} within a replication")
     largest = {order: max(map(abs, bias.values()), default=0.0) for order, bias in figures.drift_bias.items()}
-    told = ", ".join(f"{order} {share:.2g}" for order, share in largest.items())
-    table.add_row("of a drift", f"over a replication a parameter takes at most: {told}")
+    shares = ", ".join(f"{order} {share:.2g}" for order, share in largest.items())
+    table.add_row("of a drift", f"over a replication a parameter takes at most: {shares}")
 
 
 def _steps(report: CheckReport) -> "Table":

@@ -86,8 +86,8 @@ def _twin(answers: Answers) -> str:
         f"noise_v = {8e-6 * abs(answers.sensitivity_v_per_g):.3g}\n"
         for axis, azimuth in zip(answers.axes, (35.0, -110.0, 160.0), strict=False)
     )
-    told = "# What the twins really are: remove these tables when no device is a twin any more."
-    return f"\n{told}\n[twin]\nseed = 7\n\n{truths}"
+    comment = "# What the twins really are: remove these tables when no device is a twin any more."
+    return f"\n{comment}\n[twin]\nseed = 7\n\n{truths}"
 
 
 def first_procedure(answers: Answers, rig: RigDescription) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.surveillance.between_runs import MEDIAN_OF_CHI_SQUARE_1
-from ams.surveillance.common_mode import WatchedAxes
+from ams.surveillance.common_mode_columns import WatchedAxes
 from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import Sensor
 

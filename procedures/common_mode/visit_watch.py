@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ams.findings import Finding
-from ams.surveillance.common_mode import CommonMode, Visits, judge_visits
+from ams.surveillance.common_mode import CommonMode, judge_visits
+from ams.surveillance.common_mode_columns import Visits
 from ams.surveillance.common_mode_words import findings_of, turned_the_table
 from procedures.common_mode.check_sets import check_set_pairs
 from procedures.common_mode.sensed_axes import KnownAxes, attitude_of, sensed_axes

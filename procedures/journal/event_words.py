@@ -21,12 +21,12 @@ def event_words(event: Event) -> str:
             return f"{_text(detail, 'to')}{f': {why}' if why else ''}"
         case "dwell":
             reasons = detail.get("reasons")
-            told = "; ".join(map(str, reasons)) if isinstance(reasons, list) else ""
-            return "" if detail.get("accepted") else f"step {detail.get('step')} rejected: {told}"
+            joined = "; ".join(map(str, reasons)) if isinstance(reasons, list) else ""
+            return "" if detail.get("accepted") else f"step {detail.get('step')} rejected: {joined}"
         case "request":
             refused = _text(detail, "refused")
-            asked = f"{_text(detail, 'kind')} asked for by {_text(detail, 'by')}"
-            return f"request refused: {refused}" if refused else asked
+            request = f"{_text(detail, 'kind')} asked for by {_text(detail, 'by')}"
+            return f"request refused: {refused}" if refused else request
         case "note" | "ack":
             word = "note" if event.kind == "note" else "acknowledged"
             return f"{word} by {_text(detail, 'by')}: {_text(detail, 'text')}".rstrip(": ")
@@ -36,8 +36,8 @@ def event_words(event: Event) -> str:
             return f"stop guard: {_text(detail, 'why')}"
         case _ if event.kind in SILENT:
             return ""
-    told = _text(detail, "text") or _text(detail, "reason") or _text(detail, "failed")
-    return f"{event.kind.replace('_', ' ')}: {told}" if told else ""
+    joined = _text(detail, "text") or _text(detail, "reason") or _text(detail, "failed")
+    return f"{event.kind.replace('_', ' ')}: {joined}" if joined else ""
 
 
 def _text(detail: Mapping[str, object], name: str) -> str:

@@ -36,8 +36,8 @@ def metrics_text(runs: Iterable[RunFigures]) -> str:
     """Return the text: one block a metric, one line a run; the same runs give the same text."""
     found: dict[str, list[str]] = {name: [] for name in _HELP}
     for name, labels, value in (sample for run in runs for sample in _samples(run)):
-        told = ",".join(f'{label}="{_escaped(text)}"' for label, text in labels.items())
-        found[name].append(f"{name}{{{told}}} {value:.15g}")
+        label_text = ",".join(f'{label}="{_escaped(text)}"' for label, text in labels.items())
+        found[name].append(f"{name}{{{label_text}}} {value:.15g}")
     blocks = (
         (f"# HELP {name} {_HELP[name]}", f"# TYPE {name} gauge", *lines) for name, lines in found.items() if lines
     )

@@ -73,16 +73,16 @@ def _place(lattice: list[tuple[float, float]], pair: tuple[float, float]) -> int
     return lattice.index(pair)
 
 
-def terms(angles_rad: FloatArray, asked: Literal["linear", "extended"], *, with_roll: bool) -> FloatArray:
+def terms(angles_rad: FloatArray, order: Literal["linear", "extended"], *, with_roll: bool) -> FloatArray:
     """Return (N, P) the terms of a package at (N, 2) pitch and roll: of all its axes together."""
     pitch, roll = angles_rad.T
     if not with_roll:
         columns = [np.ones_like(pitch), np.sin(pitch), np.cos(pitch)]
-        columns += [np.sin(2.0 * pitch), np.cos(2.0 * pitch)] if asked == "extended" else []
+        columns += [np.sin(2.0 * pitch), np.cos(2.0 * pitch)] if order == "extended" else []
         return np.stack(columns, axis=1)
     force = specific_force(pitch, roll)
     linear = np.concatenate([np.ones((len(pitch), 1)), force], axis=1)
-    return linear if asked == "linear" else np.concatenate([linear, quadratic_basis(force), force**3], axis=1)
+    return linear if order == "linear" else np.concatenate([linear, quadratic_basis(force), force**3], axis=1)
 
 
 def _region(table: OptimalTable, pitch_deg: tuple[float, ...], *, with_roll: bool) -> FloatArray:

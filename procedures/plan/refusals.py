@@ -232,7 +232,7 @@ def _rank_deficient(
     models: Mapping[tuple[str, str], Model],
 ) -> Iterator[PlanError]:
     """Tell once what no axis is told by these attitudes, else axis by axis."""
-    told: set[str] = set()
+    reasons: set[str] = set()
     for (serial, axis), model in models.items():
         nominal = sensors[serial].nominal_v_per_g(axis) or 1.0
         try:
@@ -243,8 +243,8 @@ def _rank_deficient(
         if not lost:
             continue
         reason = _why_lost(procedure, design, model, lost, f"{serial}.{axis}")
-        if str(reason) not in told:
-            told.add(str(reason))
+        if str(reason) not in reasons:
+            reasons.add(str(reason))
             yield reason
 
 

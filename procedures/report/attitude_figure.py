@@ -64,8 +64,8 @@ def _draw_along(
 
 def _draw_spread(axes: "Axes", name: str, pitch: FloatArray, sd: FloatArray) -> None:
     canvas.plain_axes(axes)
-    is_told = np.isfinite(pitch) & np.isfinite(sd)
+    is_drawn = np.isfinite(pitch) & np.isfinite(sd)
     is_large = pitch.size > canvas.RASTERISE_FROM
-    axes.plot(pitch[is_told], sd[is_told], ".", color=canvas.INK, markersize=2.0, rasterized=is_large)
-    axes.set_ylim(bottom=0.0, top=1.15 * float(sd[is_told].max()) if is_told.any() and sd[is_told].any() else None)
+    axes.plot(pitch[is_drawn], sd[is_drawn], ".", color=canvas.INK, markersize=2.0, rasterized=is_large)
+    axes.set_ylim(bottom=0.0, top=1.15 * float(sd[is_drawn].max()) if is_drawn.any() and sd[is_drawn].any() else None)
     axes.set_ylabel(f"s. d. of {name}, degrees")

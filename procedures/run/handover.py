@@ -111,8 +111,8 @@ def _accepted(dwells: Sequence[DwellRecord]) -> Iterable[str]:
     yield f"accepted ({len(counted)}), the newest last; calrig void --from STEP takes back a step and all after it"
     for dwell in counted[-_MOST:]:
         angles = ", ".join(f"{name} {angle_deg:g}" for name, angle_deg in dwell.targets_deg.items())
-        told = f"{dwell.purpose}, replication {dwell.replication}" if dwell.replication else dwell.purpose
-        yield f"  {dwell.ended_utc:%m-%d %H:%M} step {dwell.step}: {told}, {angles}"
+        what = f"{dwell.purpose}, replication {dwell.replication}" if dwell.replication else dwell.purpose
+        yield f"  {dwell.ended_utc:%m-%d %H:%M} step {dwell.step}: {what}, {angles}"
 
 
 def _kind(reason: str) -> str:

@@ -95,7 +95,7 @@ def expected_sensor(
     temperature = observations.temperature_degc
     low, high = usage.pitch_deg
     box = UsageBox((radians(low), radians(high)), None if temperature is None else float(temperature.mean()))
-    told = angle_uncertainties(known, found.package.components, box)
+    in_usage = angle_uncertainties(known, found.package.components, box)
     angles = {
         name: ExpectedAngle(
             degrees(one.u95_rad),
@@ -103,7 +103,7 @@ def expected_sensor(
             {PARTS.get(source, source): degrees(share) for source, share in one.shares_rad.items()},
             one.counted,
         )
-        for name, one in told.items()
+        for name, one in in_usage.items()
     }
     return ExpectedSensor(found, angles)
 

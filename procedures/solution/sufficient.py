@@ -48,12 +48,12 @@ def _judged(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord], repl
         halves[serial] = max((angle.u95_deg for angle in angles.values()), default=0.0)
         drifting += [f"{serial} {axis} {name}" for axis, one in found.items() for name in one.drifting]
     worst = max(halves, key=lambda name: halves[name])
-    told = f"replication {replications}: U95 {halves[worst]:.3g}° ({worst}), wanted {rule.half_width_deg:g}°"
+    sentence = f"replication {replications}: U95 {halves[worst]:.3g}° ({worst}), wanted {rule.half_width_deg:g}°"
     is_met = halves[worst] <= rule.half_width_deg
     if is_met and drifting:
-        told += f"; a drift is significant ({', '.join(drifting)}), so all replications are measured"
+        sentence += f"; a drift is significant ({', '.join(drifting)}), so all replications are measured"
     is_enough = is_met and not drifting and replications >= rule.least_replications
-    return Sufficiency(replications, is_enough, f"{told}: {'enough' if is_enough else 'one more'}", halves)
+    return Sufficiency(replications, is_enough, f"{sentence}: {'enough' if is_enough else 'one more'}", halves)
 
 
 def _as_shown(belief: AxisBelief, found: Shown) -> AxisBelief:

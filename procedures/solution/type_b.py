@@ -102,8 +102,8 @@ def table_in_words(rig: RigDescription) -> str:
 
 def _teller(rig: RigDescription, name: str) -> str:
     """Name the channel that tells the attitude in place of the axis, if any."""
-    told = rig.attitude_reference.channels if rig.attitude_reference else {}
-    return next((f" by {channel}" for axis, channel in told.items() if axis == name), "")
+    channel_of = rig.attitude_reference.channels if rig.attitude_reference else {}
+    return next((f" by {channel}" for axis, channel in channel_of.items() if axis == name), "")
 
 
 def _shape_in_words(rig: RigDescription, name: str) -> str:

@@ -87,8 +87,8 @@ def at_addresses(description: RigDescription, addresses: Mapping[str, str], time
             continue
         table, _, name = key.partition(".")
         device = getattr(description, table)[name]
-        told = {"port": address, "resource": address, "scanner_resource": None}
-        keys = {place: value for place, value in told.items() if place in type(device).model_fields}
+        keys_of_address = {"port": address, "resource": address, "scanner_resource": None}
+        keys = {place: value for place, value in keys_of_address.items() if place in type(device).model_fields}
         changed[table][name] = device.model_copy(update=keys)
     twin = (description.twin or TwinSection()).model_copy(update={"control": addresses[CONTROL], "time": time})
     return description.model_copy(update={**changed, "twin": twin})

@@ -116,9 +116,9 @@ def _unusable_reference(file: TomlFile, rig: RigDescription, units: Mapping[str,
     reference = rig.attitude_reference
     angles = sorted(channel for channel, unit in units.items() if unit == "deg")
     about = {
-        f"{name}.{channel}": told
+        f"{name}.{channel}": axis
         for name, readout in rig.readouts.items()
-        for channel, told in readout.attitude_axes().items()
+        for channel, axis in readout.attitude_axes().items()
     }
     for axis, channel in reference.channels.items() if reference else ():
         key = ("attitude_reference", "channels", axis)

@@ -164,16 +164,16 @@ class AngleMeter:
     def _unit(self, channel: AngleChannel) -> AngleUnit:
         """Return the unit on the wire, now. Raises: DeviceRefused where it is not the one that the file states."""
         stated = self._settings.values
-        told: AngleUnit | None = self._dialect.unit
+        reported: AngleUnit | None = self._dialect.unit
         if self._dialect.unit_query is not None:
             question = self._codec.ask(Question("unit", channel.axis))
-            told = self._exchange.ask(
+            reported = self._exchange.ask(
                 question, lambda reply: self._codec.parse_unit(reply, channel.axis), idempotent=True
             )
         elif self._dialect.units:
-            told = self._ask_reading(channel).unit
-        self._require_stated(told)
-        unit = stated if told is None else told
+            reported = self._ask_reading(channel).unit
+        self._require_stated(reported)
+        unit = stated if reported is None else reported
         assert unit is not None  # a file without one was refused
         return unit
 
@@ -194,11 +194,11 @@ class AngleMeter:
             lines=self._codec.reply_lines("reading"),
         )
 
-    def _require_stated(self, told: AngleUnit | None) -> None:
+    def _require_stated(self, found: AngleUnit | None) -> None:
         stated = self._settings.values
-        if told is not None and stated not in (None, told):
+        if found is not None and stated not in (None, found):
             raise DeviceRefused(
-                f"{self.name}: its unit is {told}, need {stated} (readouts.{self.name}: values); nothing is measured;"
+                f"{self.name}: its unit is {found}, need {stated} (readouts.{self.name}: values); nothing is measured;"
                 " set it at the device, or correct the file"
             )
 

@@ -32,7 +32,7 @@ def keep_axis_promises(
     if not axis.state().is_homed:
         expect_refusal(lambda: axis.start_move(target_deg), f"{axis.name}: a move without a home", "not homed")
     else:
-        _keep_home_that_is_told(axis, clock, target_deg)
+        _keep_home_that_is_reported(axis, clock, target_deg)
     home_deg = home_and_arrive(axis, clock, clock.sleep)
     expect_rest_at_home(axis, home_deg)
     before_deg = {name: other.state().position_deg for name, other in others.items()}
@@ -54,7 +54,7 @@ def keep_axis_promises(
     expect_near(again_deg, home_deg, close_deg, f"{axis.name}: a second home is another place")
 
 
-def _keep_home_that_is_told(axis: Axis, clock: Clock, target_deg: float) -> None:
+def _keep_home_that_is_reported(axis: Axis, clock: Clock, target_deg: float) -> None:
     """Move an axis that says that it is homed before anybody homed it: it must have been true."""
     try:
         move_and_arrive(axis, target_deg, clock, clock.sleep)

@@ -56,8 +56,8 @@ def keep_stop_steps(bench: AxisBench, ends_deg: tuple[float, float], close_deg: 
     bench.clock.sleep(REST_S)
     expect_near(bench.true_deg, rested_deg, 1e-9, f"{name}: stop_steps sent at rest moved it")
     for other, before_deg in others_deg.items():
-        told_deg = bench.rig.axes[other].state().position_deg
-        expect_near(told_deg, before_deg, close_deg, f"{other}: stop_steps of {name} moved it")
+        after_deg = bench.rig.axes[other].state().position_deg
+        expect_near(after_deg, before_deg, close_deg, f"{other}: stop_steps of {name} moved it")
     bench.axis.start_move(to_deg)
     _half_way(bench, from_deg, to_deg)
     stopped_deg = _stopped_by(bench, steps, "moves")
@@ -104,8 +104,8 @@ def keep_starts_single(bench: AxisBench, ends_deg: tuple[float, float]) -> None:
 def _keep_start_single(bench: AxisBench, what: str, start: Callable[[], None]) -> None:
     once = _starts(bench, start, None)
     for lost in range(bench.line.heard):
-        told = _starts(bench, start, lost)
-        expect(told <= once, f"{bench.name}: {what} was started {told} times where one answer was lost, need {once}")
+        count = _starts(bench, start, lost)
+        expect(count <= once, f"{bench.name}: {what} was started {count} times where one answer was lost, need {once}")
 
 
 def _starts(bench: AxisBench, start: Callable[[], None], lost: int | None) -> int:
@@ -132,13 +132,13 @@ def keep_home_honest(bench: AxisBench, away_deg: float, close_deg: float) -> Non
     if cut_power is None:
         return
     home_and_arrive(bench.axis, bench.clock, bench.clock.sleep)
-    told_deg = move_and_arrive(bench.axis, away_deg, bench.clock, bench.clock.sleep)
+    reached_deg = move_and_arrive(bench.axis, away_deg, bench.clock, bench.clock.sleep)
     cut_power(bench.clock.monotonic_s())
     bench.reconnect()
     state = bench.axis.state()
     if state.is_homed:
-        what = f"{bench.name}: its power failed at {told_deg:g} deg, and it says that it is homed"
-        expect_near(state.position_deg, told_deg, close_deg, what)
+        what = f"{bench.name}: its power failed at {reached_deg:g} deg, and it says that it is homed"
+        expect_near(state.position_deg, reached_deg, close_deg, what)
 
 
 def keep_speed(bench: AxisBench, ends_deg: tuple[float, float]) -> None:

@@ -86,12 +86,12 @@ class AngleDialect(StrictTable):
     @model_validator(mode="after")
     def _tells_its_unit_in_one_way(self) -> "AngleDialect":
         with_reading = "unit" in Template(self.reading.reply).fields
-        asked = self.unit_query is not None
-        if asked and "unit" not in Template(self.unit_query.reply).fields:  # type: ignore[union-attr]
+        has_query = self.unit_query is not None
+        if has_query and "unit" not in Template(self.unit_query.reply).fields:  # type: ignore[union-attr]
             raise ValueError("unit_query: its reply needs {unit}")
-        if with_reading + asked + (self.unit is not None) > 1:
+        if with_reading + has_query + (self.unit is not None) > 1:
             raise ValueError("unit: give one of unit, {unit} in the reading's reply, and unit_query")
-        if bool(self.units) != (with_reading or asked):
+        if bool(self.units) != (with_reading or has_query):
             raise ValueError(
                 "units: {unit} in a reply and the table [units], which says what its words mean, go together"
             )
@@ -107,8 +107,8 @@ class AngleDialect(StrictTable):
         filled |= {"axis": 1, "unit": next(iter(self.units), "deg")}
         for x, y in ((0.0, 0.0), (1.25, -0.5), (-0.125, 12.5)):
             line = template.render(**filled, x=x, y=y)
-            told = template.match(line)
-            if told is None or any(abs(float(told[name]) - {"x": x, "y": y}[name]) > 0.5 for name in numbers):
+            matched = template.match(line)
+            if matched is None or any(abs(float(matched[name]) - {"x": x, "y": y}[name]) > 0.5 for name in numbers):
                 raise ValueError(
                     f"reading: it is written {line!r}, which does not read back; a blank or a comma parts numbers"
                 )

@@ -66,20 +66,20 @@ class AngleCodec:
         """Parse the whole answer to a reading, without its last end. Raises: DeviceNonsense."""
         if self.dialect.checksum == "xor":
             reply = _checked(reply)
-        told = self._told(self._reading, reply, axis)
-        unit = self._unit_called(str(told["unit"])) if "unit" in told else None
-        return Reading({name: float(told[name]) for name in ("x", "y") if name in told}, unit)
+        fields = self._fields_of(self._reading, reply, axis)
+        unit = self._unit_called(str(fields["unit"])) if "unit" in fields else None
+        return Reading({name: float(fields[name]) for name in ("x", "y") if name in fields}, unit)
 
     def parse_unit(self, reply: bytes, axis: int) -> AngleUnit:
         """Parse the answer to the question for the unit. Raises: DeviceNonsense."""
         assert self._unit is not None
-        return self._unit_called(str(self._told(self._unit, reply, axis)["unit"]))
+        return self._unit_called(str(self._fields_of(self._unit, reply, axis)["unit"]))
 
     def parse_identity(self, reply: bytes) -> str:
         """Parse what it says of itself, on one line. Raises: DeviceNonsense."""
         assert self._identity is not None
-        told = self._told(self._identity, reply, 1)
-        said = " ".join(str(told[name]).strip() for name in ("text", "serial") if name in told).strip()
+        fields = self._fields_of(self._identity, reply, 1)
+        said = " ".join(str(fields[name]).strip() for name in ("text", "serial") if name in fields).strip()
         if not said:
             raise DeviceNonsense("it says nothing about itself")
         return said
@@ -104,13 +104,13 @@ class AngleCodec:
         assert self._identity is not None
         return self._identity.render(text=text, serial=serial).encode(_CHARACTERS) + self.reply_terminator
 
-    def _told(self, template: Template, reply: bytes, axis: int) -> dict[str, FieldValue]:
-        told = template.match(reply.decode(_CHARACTERS))
-        if told is None:
+    def _fields_of(self, template: Template, reply: bytes, axis: int) -> dict[str, FieldValue]:
+        fields = template.match(reply.decode(_CHARACTERS))
+        if fields is None:
             raise DeviceNonsense(f"the dialect {self.dialect.name} expects an answer such as {template.text!r}")
-        if told.get("axis", axis) != axis:
-            raise DeviceNonsense(f"it answers for axis {told['axis']}, asked was {axis}")
-        return told
+        if fields.get("axis", axis) != axis:
+            raise DeviceNonsense(f"it answers for axis {fields['axis']}, asked was {axis}")
+        return fields
 
     def _unit_called(self, word: str) -> AngleUnit:
         if word not in self.dialect.units:

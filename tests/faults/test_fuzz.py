@@ -38,7 +38,7 @@ from rig.wire.indexing_table import AskPosition, AskState, Home, Identify, Move,
 from rig.wire.table_dialect import load_dialect
 
 pytestmark = pytest.mark.timeout(600)
-DEFAULT_ROUNDS = 200
+DEFAULT_ROUNDS, THOROUGH_ROUNDS = 80, 300
 SOAK_S = 600.0
 SLOWEST_S = 5.0
 MOST_GROWTH_MB = 400.0
@@ -224,12 +224,20 @@ def _peak_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
 
 
+@pytest.mark.parametrize(
+    "seeds",
+    [
+        range(DEFAULT_ROUNDS),
+        pytest.param(range(DEFAULT_ROUNDS, THOROUGH_ROUNDS), marks=pytest.mark.thorough),
+    ],
+    ids=["first", "more"],
+)
 @pytest.mark.parametrize("name", NAMES)
 def test_fault_58_69_what_nobody_would_write_is_refused_with_a_sentence(
-    readers: Mapping[str, Reader], name: str, tmp_path: Path
+    readers: Mapping[str, Reader], name: str, seeds: range, tmp_path: Path
 ) -> None:
-    rounds = DEFAULT_ROUNDS * (4 if name == "wire" else 1)
-    _rounds(readers[name], iter(range(rounds)), tmp_path)
+    many = 4 if name == "wire" else 1
+    _rounds(readers[name], iter(range(many * seeds.start, many * seeds.stop)), tmp_path)
 
 
 @pytest.mark.soak

@@ -52,19 +52,28 @@ def target(tmp_path_factory: pytest.TempPathFactory) -> MakeTarget:
     return make
 
 
-@pytest.mark.parametrize("share", [len(RIGS), pytest.param(1, marks=pytest.mark.soak)], ids=["dealt out", "all"])
+@pytest.mark.parametrize(
+    ("first", "share"),
+    [
+        pytest.param(0, 2 * len(RIGS), id="dealt out"),
+        pytest.param(len(RIGS), 2 * len(RIGS), id="the others", marks=pytest.mark.thorough),
+        pytest.param(0, 1, id="all", marks=pytest.mark.soak),
+    ],
+)
 @pytest.mark.parametrize("devices", RIGS)
-def test_fault_01_killed_at_every_named_place_nothing_is_lost(target: MakeTarget, devices: str, share: int) -> None:
+def test_fault_01_killed_at_every_named_place_nothing_is_lost(
+    target: MakeTarget, devices: str, first: int, share: int
+) -> None:
     """Each place once, at a passage drawn anew for each set of devices; dealt out, the sets share the places."""
     number = sorted(RIGS).index(devices)
     chance, aimed = np.random.default_rng(number), target(devices)
-    for point in OF_A_RUN[number % share :: share]:
+    for point in OF_A_RUN[(first + number) % share :: share]:
         passage = int(chance.integers(1, PASSAGES.get(point, 20) + 1))
         assert kill_and_resume(aimed, (f"{point}:{passage}", None), chance) >= 1, f"{point} was never passed"
 
 
 @pytest.mark.parametrize(
-    "most", [2, pytest.param(8, marks=pytest.mark.thorough), pytest.param(15, marks=pytest.mark.soak)]
+    "most", [1, pytest.param(8, marks=pytest.mark.thorough), pytest.param(15, marks=pytest.mark.soak)]
 )
 @pytest.mark.parametrize("devices", RIGS)
 def test_fault_01_killed_at_random_moments_nothing_is_lost(target: MakeTarget, devices: str, most: int) -> None:
@@ -90,9 +99,9 @@ class Asks:
     [
         (CrashPoint.PAUSED, "pause"),
         (CrashPoint.HELD, ""),
-        (CrashPoint.ENDING, "abort"),
         (CrashPoint.MADE_SAFE, "abort"),
-        (CrashPoint.ENDING, "stop"),
+        pytest.param(CrashPoint.ENDING, "abort", marks=pytest.mark.thorough),
+        pytest.param(CrashPoint.ENDING, "stop", marks=pytest.mark.thorough),
     ],
 )
 def test_fault_01_killed_while_it_stands_still_or_gives_up_a_run_is_resumed(
@@ -101,7 +110,7 @@ def test_fault_01_killed_while_it_stands_still_or_gives_up_a_run_is_resumed(
     """Held: the meter's line is pulled out. What was asked of the dead process is not asked of the next."""
     aimed = target("table-3458a")
     run_dir = aimed.new_folder()
-    cut = {"line": "readouts.dmm", "kind": "hang-up", "away_s": 20.0, "at_s": 150.0}
+    cut = {"line": "readouts.dmm", "kind": "hang-up", "away_s": 20.0, "at_s": 60.0}
     faults = None if asked else FaultPlan.model_validate({"fault": {"cut": cut}})
 
     def work(seen: RunObserver) -> Outcome:

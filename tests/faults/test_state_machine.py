@@ -42,7 +42,7 @@ from rig.motion.move import home_and_arrive
 
 HAPPENINGS = ("pause", "stop", "abort", "note", "unplug", "stop button", "jog", "resume")
 RESTS_BEFORE_HELP, RESTS_BEFORE_STOP = 20, 150
-EXAMPLES, STEPS = 8, 6
+EXAMPLES, MORE_EXAMPLES, STEPS = 4, 12, 6
 
 
 class Plug:
@@ -258,8 +258,11 @@ def _settings(examples: int, steps: int) -> settings:
 
 
 @pytest.mark.timeout(600)
-def test_whatever_is_asked_in_whatever_order_the_run_keeps_its_promises(machine: type[RunAndRig]) -> None:
-    run_state_machine_as_test(machine, settings=_settings(EXAMPLES, STEPS))
+@pytest.mark.parametrize("examples", [EXAMPLES, pytest.param(MORE_EXAMPLES, marks=pytest.mark.thorough)])
+def test_whatever_is_asked_in_whatever_order_the_run_keeps_its_promises(
+    machine: type[RunAndRig], examples: int
+) -> None:
+    run_state_machine_as_test(machine, settings=_settings(examples, STEPS))
 
 
 @pytest.mark.soak

@@ -29,9 +29,9 @@ def test_fault_68_a_sensor_mixed_up_with_another_is_named_with_its_partner() -> 
 
 
 WRONG = {
-    "an unknown key": ("speed_dps = 20.0", "speed_dps = 20.0\ncolour = 1"),
-    "a key without its unit": ("speed_dps = 20.0", "speed = 20.0"),
-    "a doubled key": ("speed_dps = 20.0", "speed_dps = 20.0\nspeed_dps = 20.0"),
+    "an unknown key": ("speed_dps = 180.0", "speed_dps = 180.0\ncolour = 1"),
+    "a key without its unit": ("speed_dps = 180.0", "speed = 20.0"),
+    "a doubled key": ("speed_dps = 180.0", "speed_dps = 180.0\nspeed_dps = 180.0"),
     "a word for a truth": ("increment_deg = 1.0", "increment_deg = no"),
     "a clock time": ("increment_deg = 1.0", "increment_deg = 12:30:00"),
     "a number in quotes": ("increment_deg = 1.0", 'increment_deg = "1.0"'),
@@ -41,7 +41,7 @@ WRONG = {
     "limits the wrong way round": ("limits_deg = [-180.0, 180.0]", "limits_deg = [180.0, -180.0]"),
     "millivolts": ("nominal_sensitivity_v_per_g = 2.5", "nominal_sensitivity_mv_per_g = 2500.0"),
     "gravity in feet": ("gravity_mps2 = 9.80665", "gravity_mps2 = 32.17"),
-    "a negative speed": ("speed_dps = 20.0", "speed_dps = -20.0"),
+    "a negative speed": ("speed_dps = 180.0", "speed_dps = -20.0"),
     "another driver": ('driver = "hp3458a"', 'driver = "hp3458"'),
     "a channel that is none": ('x = "dmm.x"', 'x = "dmm.q"'),
 }

@@ -7,6 +7,7 @@ from pathlib import Path
 from threading import Event
 
 import pytest
+from dealt import dealt
 from faulty_rig import FaultyRig
 from journals import a_clock
 from small_run import Bench, bench, dwells_of, in_child, measured, resumed
@@ -41,7 +42,9 @@ def clean(small: Bench) -> Path:
     return small.folder / "clean"
 
 
-@pytest.mark.parametrize("point", [CrashPoint.MOVE_SENT, CrashPoint.BEFORE_COMMIT, CrashPoint.AFTER_COMMIT])
+@pytest.mark.parametrize(
+    "point", dealt([CrashPoint.MOVE_SENT, CrashPoint.BEFORE_COMMIT, CrashPoint.AFTER_COMMIT], every=3, first=1)
+)
 def test_fault_01_a_killed_process_loses_no_acknowledged_dwell_and_measures_none_twice(
     small: Bench, clean: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point: CrashPoint
 ) -> None:
@@ -240,14 +243,15 @@ class _Hangs:
 
 
 def test_fault_20_stuck_a_stop_that_hangs_keeps_no_other_axis_from_its_stop(
-    small: Bench, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Detected: every stop has a thread and a deadline of its own.
     Response: all are attempted; what did not answer is named, and the run is tripped, also where it was aborted.
     """
     monkeypatch.setattr("rig.motion.move._ALLOWANCE_S", 0.05)
     released = Event()
-    with open_rig(small.rig) as rig:
+    slow = bench(tmp_path, rig=(("speed_dps = 180.0", "speed_dps = 20.0"),))
+    with open_rig(slow.rig) as rig:
         for axis in rig.axes.values():
             axis.home()
         rig.clock.sleep(60.0)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from dealt import dealt
 from runs_with_faults import faults, run_with_faults
 from small_run import Bench, bench, dwells_of, measured
 from unattended_run import UnattendedRun, asks, events, states
@@ -45,7 +46,7 @@ def test_fault_24_garbled_bytes_are_asked_for_again_and_change_no_number(
     """Detected: framing, checksum, a strict pattern over the whole line, range.
     Response: drained and asked again at most twice where that is harmless; then the dwell is void and repeated.
     """
-    _unharmed(small, clean, tmp_path / "run", noise={"line": line, "kind": "garble", "every": 61})
+    _unharmed(small, clean, tmp_path / "run", noise={"line": line, "kind": "garble", "every": 67})
 
 
 def test_fault_24_stuck_a_line_that_only_talks_nonsense_measures_nothing(small: Bench, tmp_path: Path) -> None:
@@ -62,8 +63,14 @@ def _ask_everything(small: Bench, rule: dict[str, object]) -> None:
         rig.environments["air"].temperature_degc()
 
 
-@pytest.mark.parametrize("keep", [1, 4, 9])
-@pytest.mark.parametrize("line", [TABLE, METER])
+@pytest.mark.parametrize(
+    ("line", "keep"),
+    [
+        (TABLE, 4),
+        (METER, 9),
+        *[pytest.param(*one, marks=pytest.mark.thorough) for one in ((TABLE, 1), (TABLE, 9), (METER, 1), (METER, 4))],
+    ],
+)
 def test_fault_25_a_partial_reply_is_never_used(
     small: Bench, clean: Path, tmp_path: Path, line: str, keep: int
 ) -> None:
@@ -82,7 +89,7 @@ def test_fault_25_a_reply_that_trickles_is_put_together(small: Bench, clean: Pat
     assert len(told) > 20
 
 
-@pytest.mark.parametrize("line", [TABLE, METER, CHAMBER])
+@pytest.mark.parametrize("line", dealt([TABLE, METER, CHAMBER], every=3, first=1))
 def test_fault_26_a_late_reply_is_not_the_answer_to_the_next_question(
     small: Bench, clean: Path, tmp_path: Path, line: str
 ) -> None:
@@ -94,7 +101,7 @@ def test_fault_26_a_late_reply_is_not_the_answer_to_the_next_question(
     )
 
 
-@pytest.mark.parametrize("line", [TABLE, METER, CHAMBER])
+@pytest.mark.parametrize("line", dealt([TABLE, METER, CHAMBER], every=3, first=0))
 def test_fault_27_a_doubled_reply_is_dropped_before_the_next_question(
     small: Bench, clean: Path, tmp_path: Path, line: str
 ) -> None:
@@ -119,7 +126,7 @@ def test_fault_28_an_echo_now_and_then_changes_no_number(small: Bench, clean: Pa
     _unharmed(small, clean, tmp_path / "run", echo={"line": TABLE, "kind": "echo", "every": 89})
 
 
-@pytest.mark.parametrize("line", [TABLE, METER, CHAMBER])
+@pytest.mark.parametrize("line", dealt([TABLE, METER, CHAMBER], every=3, first=2))
 def test_fault_29_stale_bytes_at_open_are_no_answer(small: Bench, clean: Path, tmp_path: Path, line: str) -> None:
     """Detected: bytes before the first question, or before its answer.
     Response: waited until quiet, discarded, asked again.
@@ -139,7 +146,7 @@ def test_fault_30_a_lost_question_is_asked_again(small: Bench, clean: Path, tmp_
     _unharmed(small, clean, tmp_path / "run", lost={"line": TABLE, "kind": "drop", "on": "question", "every": 53})
 
 
-@pytest.mark.parametrize("code", [1, 2, 3, 5, 6, 10, 11])
+@pytest.mark.parametrize("code", [2, 6, 11, *[pytest.param(n, marks=pytest.mark.thorough) for n in (1, 3, 5, 10)]])
 def test_fault_31_one_exception_is_void_or_waited_for_and_changes_no_number(
     small: Bench, clean: Path, tmp_path: Path, code: int
 ) -> None:

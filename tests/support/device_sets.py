@@ -30,7 +30,7 @@ driver = "{driver}"
 port = "twin"
 axis = {number}
 limits_deg = [-180.0, 180.0]
-speed_dps = 20.0
+speed_dps = 180.0
 arrival_tolerance_deg = {tolerance_deg}
 {extra}
 """

@@ -20,19 +20,23 @@ pitch_deg = { from = -60.0, to = 60.0, step = 60.0 }
 roll_deg = { from = -180.0, to = 90.0, step = 90.0 }
 [dwell]
 samples = 5
-settle = { window_s = 1.0, windows = 2, min_s = 1.0, max_s = 30.0 }
+settle = { window_s = 0.5, windows = 2, min_s = 0.5, max_s = 30.0 }
 [check]
 reference_every = 5
 [export]
 formats = ["csv", "mat"]
 """
 
+SPEED_DPS = 90.0
+"""The example's own axes take their time, and are looked at all the while."""
+
 
 def job(
     folder: Path, changes: dict[str, str] | None = None, rig_changes: dict[str, str] | None = None
 ) -> tuple[str, str]:
     """Paths of ``procedure.toml`` and ``rig.toml`` in ``folder``, with pieces of their text replaced."""
-    texts = {"procedure.toml": (SMALL, changes), "rig.toml": (EXAMPLE_RIG.read_text(encoding="utf-8"), rig_changes)}
+    rig = EXAMPLE_RIG.read_text(encoding="utf-8").replace("speed_dps = 5.0", f"speed_dps = {SPEED_DPS}")
+    texts = {"procedure.toml": (SMALL, changes), "rig.toml": (rig, rig_changes)}
     for name, (text, wanted) in texts.items():
         for old, new in (wanted or {}).items():
             assert old in text, old

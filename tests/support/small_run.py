@@ -31,14 +31,14 @@ driver = "indexing-table"
 port = "twin"
 increment_deg = 1.0
 limits_deg = [-180.0, 180.0]
-speed_dps = 20.0
+speed_dps = 180.0
 axis = 1
 [axes.roll]
 driver = "indexing-table"
 port = "twin"
 increment_deg = 1.0
 limits_deg = [-180.0, 180.0]
-speed_dps = 20.0
+speed_dps = 180.0
 axis = 2
 [readouts.dmm]
 driver = "hp3458a"
@@ -70,9 +70,12 @@ pitch_deg = { from = -30.0, to = 30.0, step = 30.0 }
 roll_deg = { from = -180.0, to = 90.0, step = 90.0 }
 [dwell]
 samples = 5
+settle = { window_s = 0.25, min_s = 0.5 }
 [check]
 reference_every = 7
 """
+QUICK_SETTLE = "settle = { window_s = 0.25, min_s = 0.5 }"
+"""Where what settles slowly is what a test is about, it replaces this line."""
 
 
 @dataclass(frozen=True)

@@ -123,5 +123,5 @@ def standstill_s(entry: int) -> float:
 
 def _slow(folder: Path) -> Bench:
     """Moves of many seconds."""
-    text = (("speed_dps = 20.0", "speed_dps = 5.0"),)
+    text = (("speed_dps = 180.0", "speed_dps = 5.0"),)
     return bench(folder, rig=text)

@@ -46,8 +46,8 @@ def panel(sensor: str, seen: Seen) -> Group:
         if f"{name}_deg" not in seen.angles_deg:
             continue
         value, sd = seen.angles_deg[f"{name}_deg"], seen.angles_deg.get(f"{name}_sd_deg", math.nan)
-        told = not math.isnan(value)
-        shown = Text(f"{value:+11.4f}°" if told else "        —", "bold white" if told else BAD)
+        is_known = not math.isnan(value)
+        shown = Text(f"{value:+11.4f}°" if is_known else "        —", "bold white" if is_known else BAD)
         spread = "" if math.isnan(sd) else f"± {2.0 * sd:.4f}° (k = 2)"
         table.add_row(Text(name, QUIET), shown, Text(spread, QUIET))
     is_good = not seen.flag

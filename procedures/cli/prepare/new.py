@@ -113,7 +113,7 @@ def _complete(answers: Answers, given: Mapping[str, Any]) -> Answers:
     if sys.stdin.isatty():
         for item in fields(Answers):
             if given[item.name] is None:
-                answers = replace(answers, **{item.name: _asked(item.name, getattr(answers, item.name))})
+                answers = replace(answers, **{item.name: _answer_to(item.name, getattr(answers, item.name))})
     if not set(answers.axes) <= set("xyz") or len(set(answers.axes)) != len(answers.axes) or not answers.axes:
         raise RequestError(f"new: --axes: got {answers.axes!r}, allowed are x, y, z and several of them, such as xyz")
     if not 0.0 < answers.usage_deg <= 90.0:
@@ -123,7 +123,7 @@ def _complete(answers: Answers, given: Mapping[str, Any]) -> Answers:
     return answers
 
 
-def _asked(name: str, default: Any) -> Any:
+def _answer_to(name: str, default: Any) -> Any:
     """Ask until the answer is of the kind of the default; an empty one is the default."""
     while True:
         answer = input(f"{QUESTIONS[name]} [{default}]: ").strip()

@@ -32,14 +32,14 @@ def solve(
     """
     check_trials(monte_carlo, is_possible=True)
     folder = alive_or_latest(run, out)
-    with working() as told:
-        solved = solve_run(folder, told)
+    with working() as progress_line:
+        solved = solve_run(folder, progress_line)
     if monte_carlo:
         solved = _checked(solved, monte_carlo)
     for failure in solved.failures:
         note(failure)
-    with working() as told:
-        delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated), told)
+    with working() as progress_line:
+        delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated), progress_line)
     if json:
         print_json({"sensors": sensors_document(solved)})
     else:

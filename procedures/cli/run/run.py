@@ -210,10 +210,10 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     if outcome.reason:
         note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
     try:
-        with working() as told:
-            solved = solve_run(folder, told)
+        with working() as progress_line:
+            solved = solve_run(folder, progress_line)
             url = archive_of(folder, archive, is_simulated=solved.record.is_simulated)
-            delivery = deliver(solved, url, told)
+            delivery = deliver(solved, url, progress_line)
     except BaseException as error:
         attendance.tell_end(f"{outcome.state}, and nothing delivered", f"{error}\ncalrig solve {folder} delivers it.")
         raise

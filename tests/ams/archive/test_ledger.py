@@ -2,6 +2,8 @@
 
 import re
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from shutil import copyfile
 from typing import Any
 
 import pytest
@@ -16,14 +18,31 @@ NOW = datetime(2026, 6, 1, tzinfo=UTC)
 FILE = "ab" * 32
 
 
-def filled(archive: Any) -> str:
-    """One run, signed and certified; returns the checksum of its set."""
-    sensor = a_sensor(0)
-    publish_run(archive.url, a_run(0), [sensor], NOW)
+def _fill(url: str) -> None:
+    publish_run(url, a_run(0), [a_sensor(0)], NOW)
     for minutes, (role, name) in enumerate((("prepared", "A. Ray"), ("reviewed", "B. Soo"), ("approved", "C. Lim"))):
-        sign(archive.url, "SN1", role, name, NOW + timedelta(minutes=minutes))
-    issue_certificate(archive.url, "SN1", Certificate("26-001", "", FILE, "C. Lim", NOW, None, ""))
-    return sensor.coefficients.sha256
+        sign(url, "SN1", role, name, NOW + timedelta(minutes=minutes))
+    issue_certificate(url, "SN1", Certificate("26-001", "", FILE, "C. Lim", NOW, None, ""))
+
+
+@pytest.fixture(scope="module")
+def filled_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Filled once: tests change copies of it."""
+    path = tmp_path_factory.mktemp("filled") / "archive.sqlite"
+    _fill(f"sqlite:///{path}")
+    return path
+
+
+@pytest.fixture
+def filled(archive: Any, request: pytest.FixtureRequest) -> str:
+    """One run in the archive, signed and certified; returns the checksum of its set."""
+    if archive.is_sqlite:
+        made: Path = request.getfixturevalue("filled_file")
+        for part in made.parent.iterdir():
+            copyfile(part, Path(archive.url.removeprefix("sqlite:///")).with_name(part.name))
+    else:
+        _fill(archive.url)
+    return a_sensor(0).coefficients.sha256
 
 
 @pytest.mark.parametrize(
@@ -48,16 +67,14 @@ def filled(archive: Any) -> str:
         ("INSERT INTO standards VALUES ('1', '2', 'meter', NULL, '{}')", "standards 1 2: no record tells of this row"),
     ],
 )
-def test_a_change_behind_the_record_shows(archive: Any, statement: str, fault: str) -> None:
-    filled(archive)
+def test_a_change_behind_the_record_shows(archive: Any, filled: str, statement: str, fault: str) -> None:
     assert verify_archive(archive.url).faults == ()
     archive.execute(statement)
     faults = verify_archive(archive.url).faults
     assert any(re.search(fault, one) for one in faults), faults
 
 
-def test_the_head_stands_for_everything_and_moves_with_every_write(archive: Any) -> None:
-    filled(archive)
+def test_the_head_stands_for_everything_and_moves_with_every_write(archive: Any, filled: str) -> None:
     before = verify_archive(archive.url).head
     publish_run(archive.url, a_run(0), [a_sensor(0)], NOW)
     assert verify_archive(archive.url).head == before
@@ -65,8 +82,8 @@ def test_the_head_stands_for_everything_and_moves_with_every_write(archive: Any)
     assert verify_archive(archive.url).head.sequence == before.sequence + 3
 
 
-def test_a_set_filed_under_another_checksum_is_not_handed_out(archive: Any) -> None:
-    first = filled(archive)
+def test_a_set_filed_under_another_checksum_is_not_handed_out(archive: Any, filled: str) -> None:
+    first = filled
     publish_run(archive.url, a_run(1), [a_sensor(1)], NOW)
     archive.execute(
         f"UPDATE sets SET document = (SELECT document FROM sets WHERE sha256 <> '{first}') WHERE sha256 = '{first}'"
@@ -101,8 +118,7 @@ def test_signatures_come_in_their_order_and_not_all_from_one_hand(archive: Any) 
         sign(url, "SN1", "withdrawn", " ", NOW)
 
 
-def test_a_withdrawn_set_stays_withdrawn_and_needs_a_reason(archive: Any) -> None:
-    filled(archive)
+def test_a_withdrawn_set_stays_withdrawn_and_needs_a_reason(archive: Any, filled: str) -> None:
     with pytest.raises(ArchiveError, match="withdrawn: needs a reason"):
         sign(archive.url, "SN1", "withdrawn", "C. Lim", NOW)
     assert sign(archive.url, "SN1", "withdrawn", "C. Lim", NOW, "wrong mount").state == "withdrawn"
@@ -112,11 +128,11 @@ def test_a_withdrawn_set_stays_withdrawn_and_needs_a_reason(archive: Any) -> Non
         issue_certificate(archive.url, "SN1", Certificate("26-009", "", FILE, "C. Lim", NOW, None, ""))
 
 
-def test_a_certificate_needs_an_approved_set_and_a_number_of_its_own(archive: Any) -> None:
+def test_a_certificate_needs_an_approved_set_and_a_number_of_its_own(archive: Any, filled: str) -> None:
     publish_run(archive.url, a_run(1), [a_sensor(1, "SN2")], NOW)
     with pytest.raises(ArchiveError, match="is unsigned, needed is approved; nothing was issued; have it signed first"):
         issue_certificate(archive.url, "SN2", Certificate("26-001", "", FILE, "C. Lim", NOW, None, ""))
-    sha256 = filled(archive)
+    sha256 = filled
     again = issue_certificate(archive.url, "SN1", Certificate("26-001", "", FILE, "C. Lim", NOW, None, ""))
     assert [one.number for one in again.certificates] == ["26-001"]
     with pytest.raises(ArchiveError, match="26-001: is issued already"):

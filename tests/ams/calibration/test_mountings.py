@@ -142,7 +142,11 @@ def test_a_mounting_of_too_few_dwells_is_refused_in_words() -> None:
 
 
 @pytest.mark.parametrize(
-    ("mounting", "campaigns"), [(_split(6, 3), 150), (_split(6, 2, K // 2), 150)], ids=["between", "within"]
+    ("mounting", "campaigns"),
+    [
+        pytest.param(_split(6, 3), 150, id="between", marks=pytest.mark.thorough),
+        pytest.param(_split(6, 2, K // 2), 150, id="within"),
+    ],
 )
 def test_intervals_hold_the_truth_over_a_move(mounting: NDArray[np.int64], campaigns: int) -> None:
     """Between two replications, and within one. 95 % of 150: 135 to 150 at 1 in 1000 (binomial)."""

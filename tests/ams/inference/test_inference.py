@@ -81,7 +81,7 @@ def test_standard_deviations_of_two_packages_are_those_of_a_monte_carlo() -> Non
         assert np.mean(found[f"{name}_sd_deg"]) == pytest.approx(np.std(found[f"{name}_deg"]), rel=0.05)
 
 
-@pytest.mark.parametrize("axes", ["xyz", "xy", "x"])
+@pytest.mark.parametrize("axes", [pytest.param("xyz", marks=pytest.mark.thorough), "xy", "x"])
 def test_stated_standard_deviations_cover_calibration_and_reading(axes: str) -> None:
     chance, sigma = np.random.default_rng(8), 3e-4
     readings = tp_readings(axes, ATTITUDES[:4])

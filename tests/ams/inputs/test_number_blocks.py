@@ -21,7 +21,7 @@ CELLS = st.one_of(
 BODIES = st.lists(st.lists(CELLS, min_size=1, max_size=4).map(",".join), min_size=1, max_size=4).map("\n".join)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(body=BODIES, columns=st.integers(1, 3), ending=st.sampled_from(["", "\n", "\r\n", "\n\n"]))
 def test_what_the_quick_reader_takes_the_careful_one_takes_to_the_last_bit(
     tmp_path_factory: pytest.TempPathFactory, body: str, columns: int, ending: str

@@ -137,7 +137,7 @@ def test_the_same_index_a_turn_apart_is_the_same_point(written) -> None:
     assert found.roll_rad[2] == 2 * np.pi
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=75, deadline=None)
 @given(content=st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda t: t.encode("utf-8", "replace"))))
 def test_rubbish_is_refused_and_never_a_traceback(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     path = tmp_path_factory.getbasetemp() / "rubbish.csv"

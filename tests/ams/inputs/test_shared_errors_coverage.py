@@ -22,7 +22,7 @@ K = np.array([2.5, 0.02, 0.012])
 
 
 @pytest.mark.parametrize(
-    "campaigns", [300, pytest.param(600, marks=pytest.mark.thorough), pytest.param(6000, marks=pytest.mark.soak)]
+    "campaigns", [150, pytest.param(600, marks=pytest.mark.thorough), pytest.param(6000, marks=pytest.mark.soak)]
 )
 def test_95_percent_intervals_hold_the_truth_in_95_percent_of_campaigns(campaigns: int) -> None:
     chance = np.random.default_rng(11)
@@ -37,5 +37,5 @@ def test_95_percent_intervals_hold_the_truth_in_95_percent_of_campaigns(campaign
         axis = calibrate(replace(rows, outputs={"x": output}), request).axes["x"]
         half = t_quantile(0.95, axis.primary_dof) * np.sqrt(np.diag(axis.primary_covariance))
         held += np.abs(axis.primary - truth) <= half
-    tolerance = {300: 0.04, 600: 0.03}.get(campaigns, 0.01)
+    tolerance = {150: 0.057, 600: 0.03}.get(campaigns, 0.01)
     assert held / campaigns == pytest.approx(0.95, abs=tolerance)

@@ -270,7 +270,7 @@ def test_one_pitch_angle_only_is_refused_in_words():
         joint_fit([Mounting(flat)], "xyz", TablePriors())
 
 
-@pytest.mark.parametrize("replications", [2, 4])
+@pytest.mark.parametrize("replications", [pytest.param(2, marks=pytest.mark.thorough), 4])
 def test_intervals_hold_where_every_parameter_drifts_between_replications(replications):
     """Offsets and sensitivities move by 5″ between replications: Student with the replications' own degrees of freedom.
 

@@ -217,7 +217,7 @@ def test_increments_count_from_the_tables_zero(tmp_path):
     assert make_plan(rig_file(tmp_path, off), procedure_file(tmp_path, halves, ('"D1"', '"D0"'))).steps
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(increment=st.sampled_from([0.0001, 0.1, 0.3, 1.0, 15.0]), multiple=st.integers(-300, 300))
 def test_every_decimal_multiple_of_an_increment_is_allowed(increment, multiple):
     from decimal import Decimal
@@ -365,7 +365,7 @@ def test_an_axis_approached_from_one_side_turns_twice_at_every_dwell(tmp_path):
     assert move_s(axes, {"pitch": 10.0, "roll": 5.0}, {"pitch": 10.0, "roll": 5.0}) == pytest.approx(stay_s)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=75, deadline=None)
 @given(
     low=st.sampled_from([-180, -78, -73, -70, -69]),
     high=st.sampled_from([180, 78, 73, 70, 69]),

@@ -54,7 +54,7 @@ def test_a_run_whose_supply_drifts_is_resumed_without_a_step(tmp_path: Path) -> 
     chains = "".join(f'[chain."dmm.{axis}"]\n{chain}' for axis in "xyz")
     supply = '[twin.supplies."dmm.s"]\ndrift_v_per_replication = 0.05\n'
     tables = (("[twin]\n", f"{chains}[twin]\n"), ("[twin.truth.SN1]", f"{supply}[twin.truth.SN1]"))
-    one = bench(tmp_path, rig=(channels, *tables), procedure=(("[check]", "[stop]\nmax_duration_s = 150.0\n[check]"),))
+    one = bench(tmp_path, rig=(channels, *tables), procedure=(("[check]", "[stop]\nmax_duration_s = 60.0\n[check]"),))
     run_dir = tmp_path / "run"
     outcome, processes = one.run(run_dir), 1
     while outcome.state is State.STOPPED and processes < 9:

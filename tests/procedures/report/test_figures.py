@@ -1,4 +1,5 @@
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -6,7 +7,7 @@ import pytest
 from report_scene import Scene, run_view
 
 from procedures.report.canvas import style
-from procedures.report.figures import draw_figures, write_figures
+from procedures.report.figures import Figures, draw_figures, write_figures
 from procedures.report.run_figures import drift_figure
 
 SCENES = {
@@ -15,8 +16,14 @@ SCENES = {
     "two sensors, ten replications": Scene(
         sensors=("A.1", "A 1"), axes=("x",), replications=10, pitch_deg=(-60, 0, 60)
     ),
+    "one axis, replicated": Scene(axes=("x",)),
     "interrupted": Scene(axes=("y", "z"), interruptions=2, rejected=1),
 }
+
+
+@cache
+def drawn(name: str) -> Figures:
+    return draw_figures(run_view(SCENES[name]))
 
 
 SHORT = "one axis, one replication, no azimuth"
@@ -26,7 +33,7 @@ SHORT = "one axis, one replication, no azimuth"
     "name", [name if name == SHORT else pytest.param(name, marks=pytest.mark.thorough) for name in SCENES]
 )
 def test_every_figure_shows_data(name: str) -> None:
-    figures = draw_figures(run_view(SCENES[name])).all()
+    figures = drawn(name).all()
     assert len(figures) >= 7
     for figure in figures:
         marks = len(re.findall(rb"<use x=\"|<image |<path d=\"M[^\"]*[LHV][^\"]*\"", figure.svg))
@@ -44,7 +51,7 @@ def test_the_same_view_gives_the_same_bytes() -> None:
 
 
 def test_names_are_unique_and_safe_for_files_whatever_the_sensors_are_called(tmp_path: Path) -> None:
-    figures = draw_figures(run_view(SCENES["two sensors, ten replications"]))
+    figures = drawn("two sensors, ten replications")
     names = [figure.name for figure in figures.all()]
     assert len(set(names)) == len(names)
     assert all(re.fullmatch(r"[a-z0-9-]+", name) for name in names)
@@ -59,26 +66,25 @@ def test_drift_is_drawn_only_where_there_are_replications() -> None:
 
 
 def test_no_figure_refers_to_anything_outside_itself() -> None:
-    for figure in draw_figures(run_view(Scene(axes=("x",)))).all():
+    for figure in drawn("one axis, replicated").all():
         targets = re.findall(rb"(?:href|src)=\"([^\"]*)\"", figure.svg)
         assert all(target.startswith((b"#", b"data:")) for target in targets)
 
 
 def test_the_marks_stand_where_the_residuals_are() -> None:
     # Read back from the drawing: the marks of each replication, in its colour, at heights that fall as residuals rise.
-    view = run_view(Scene(axes=("x",)))
-    sensor = view.sensors[0]
+    sensor = run_view(SCENES["one axis, replicated"]).sensors[0]
     rows, solution = sensor.observations, sensor.axes[0].calibration
     assert rows is not None
-    figures = draw_figures(view).all()
+    figures = drawn("one axis, replicated").all()
     for name in ("residuals-pitch", "residuals-roll", "residuals-time"):
         svg = next(figure.svg for figure in figures if figure.name.endswith(name)).decode()
         marks: dict[str, list[float]] = {}
         for height, symbol in re.findall(r'<use x="[\d.-]+" y="([\d.-]+)"[^>]* href="#(\w+)"', svg):
             marks.setdefault(symbol, []).append(float(height))
-        drawn = [heights for heights in marks.values() if len(heights) == 49]
-        assert len(drawn) == 3
-        for label, heights in enumerate(drawn, start=1):
+        heights_of = [heights for heights in marks.values() if len(heights) == 49]
+        assert len(heights_of) == 3
+        for label, heights in enumerate(heights_of, start=1):
             residuals_v = solution.residuals_v[rows.replication == label]
             drawn_as = np.corrcoef(heights, residuals_v)[0, 1]
             assert drawn_as == pytest.approx(-1.0, abs=1e-5), "drawn to a tenth of a point"

@@ -351,12 +351,12 @@ def test_a_soak_brings_the_chamber_into_its_band_first(tmp_path: Path) -> None:
 
 
 def test_the_longest_duration_stops_the_run_after_the_dwell(tmp_path: Path) -> None:
-    small = bench(tmp_path, procedure=(("[check]", "[stop]\nmax_duration_s = 300.0\n[check]"),))
+    small = bench(tmp_path, procedure=(("[check]", "[stop]\nmax_duration_s = 80.0\n[check]"),))
     outcome = small.run(tmp_path / "run")
     assert outcome.state is State.STOPPED
-    assert "max_duration_s = 300 s has passed" in outcome.reason
-    assert dwells_of(tmp_path / "run")[-1].ended_s >= 300.0
-    assert dwells_of(tmp_path / "run")[-2].ended_s <= 300.0 + 30.0
+    assert "max_duration_s = 80 s has passed" in outcome.reason
+    assert dwells_of(tmp_path / "run")[-1].ended_s >= 80.0
+    assert dwells_of(tmp_path / "run")[-2].ended_s <= 80.0 + 30.0
 
 
 def test_fault_18_a_defect_stops_the_axes_is_journalled_and_passed_on(small: Bench, tmp_path: Path) -> None:

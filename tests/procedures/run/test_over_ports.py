@@ -21,7 +21,7 @@ FACTOR = 100.0
 SHORT = (("step = 30.0", "step = 60.0"), ("replications = 2", "replications = 1"), ("samples = 5", "samples = 3"))
 
 
-@pytest.mark.parametrize("pty", [False, True])
+@pytest.mark.parametrize("pty", [pytest.param(False, marks=pytest.mark.thorough), True])
 def test_a_run_over_real_ports_reads_what_it_reads_in_memory(tmp_path: Path, pty: bool) -> None:
     small = bench(tmp_path, procedure=SHORT)
     small.run(tmp_path / "memory")

@@ -352,7 +352,9 @@ def _on_a_full_disk(small: Bench, run_dir: Path, limit_bytes: int) -> None:
     (run_dir / "outcome.txt").write_text(f"{int(outcome.exit_status)} {outcome.reason}")
 
 
-@pytest.mark.parametrize("limit_bytes", [150_000, 302_000, 420_000])
+@pytest.mark.parametrize(
+    "limit_bytes", [302_000, *[pytest.param(n, marks=pytest.mark.thorough) for n in (150_000, 420_000)]]
+)
 def test_a_full_disk_ends_the_run_safely_and_resume_finishes_it(small: Bench, limit_bytes: int) -> None:
     small.run(small.folder / "whole")
     run_dir = small.folder / "full"

@@ -220,10 +220,10 @@ class Signalling:
     ("numbers", "state"),
     [
         ([signal.SIGINT], State.STOPPED),
-        ([signal.SIGINT] * 2, State.ABORTED),
+        pytest.param([signal.SIGINT] * 2, State.ABORTED, marks=pytest.mark.thorough),
         ([signal.SIGINT] * 11, State.ABORTED),
-        ([signal.SIGTERM], State.STOPPED),
-        ([signal.SIGQUIT], State.ABORTED),
+        pytest.param([signal.SIGTERM], State.STOPPED, marks=pytest.mark.thorough),
+        pytest.param([signal.SIGQUIT], State.ABORTED, marks=pytest.mark.thorough),
         ([signal.SIGHUP], State.FINISHED),
         ([signal.SIGINT, signal.SIGTERM, signal.SIGHUP], State.STOPPED),
     ],

@@ -31,7 +31,7 @@ def test_intervals_of_offset_and_sensitivities_hold_the_twins_truth(tmp_path: Pa
             folder,
             rig=(
                 ("seed = 7", f"seed = {seed}"),
-                ("speed_dps = 20.0", "speed_dps = 20.0\nuncertainty_arcsec = 1.0"),
+                ("speed_dps = 180.0", "speed_dps = 20.0\nuncertainty_arcsec = 1.0"),
             ),
             procedure=(("replications = 2", "replications = 6"),),
         )

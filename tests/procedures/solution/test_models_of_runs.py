@@ -11,7 +11,7 @@ from small_run import RIG, Bench, bench, dwells_of
 
 from ams.calibration.calibrate import calibrate
 from ams.observations import Observations
-from procedures.delivery.deliver import sets_of, solve_run
+from procedures.delivery.deliver import Delivery, deliver, sensors_document, sets_of, solve_run
 from procedures.errors import PlanError
 from procedures.kinds.expected_attitudes import forecast_of_design
 from procedures.kinds.read import read_procedure
@@ -22,7 +22,7 @@ from rig.errors import DescriptionError
 YAW = (
     "[readouts.dmm]",
     '[axes.yaw]\ndriver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0\nlimits_deg = [-90.0, 90.0]\n'
-    "speed_dps = 20.0\naxis = 3\n[readouts.dmm]",
+    "speed_dps = 180.0\naxis = 3\n[readouts.dmm]",
 )
 GIMBAL = ("roll_deg = {", "yaw_deg = [-30.0, 0.0, 30.0]\nroll_deg = {")
 
@@ -170,24 +170,29 @@ def test_a_straight_line_of_a_tumble_is_the_two_level_solution_of_the_twin(tmp_p
     assert found["offset_g"][0] == pytest.approx(-0.005 / slope, abs=5e-3)
 
 
+@pytest.mark.usefixtures("no_report")
 def test_delivery_of_a_gimbal_run_leaves_a_set_with_its_yaw_range(tmp_path: Path) -> None:
-    from procedures.delivery.deliver import deliver, solve_run
-
-    made = bench(tmp_path, (YAW,), (GIMBAL, solve_table('model = "pitch-yaw-roll"')))
-    made.run(tmp_path / "run")
-    delivery = deliver(solve_run(tmp_path / "run"), None)
+    delivery = _delivered_gimbal(tmp_path)
     document = json.loads(delivery.sets["SN1"].read_text(encoding="utf-8"))
     assert document["validity"]["yaw_deg"] == [-30.0, 30.0]
     assert document["convention"]["name"] == "CR"
-    assert delivery.report.exists()
     rows = {row.name: row for row in delivery.view.sensors[0].axes[0].parameters}
     assert (rows["sensitivity_v_per_g"].truth, rows["azimuth_deg"].truth) == (-2.5, pytest.approx(125.0))
 
 
 @pytest.mark.thorough
-def test_straight_lines_of_accelerometers_leave_a_report_and_a_set(tmp_path: Path) -> None:
-    from procedures.delivery.deliver import deliver, sensors_document, solve_run
+def test_delivery_of_a_gimbal_run_leaves_a_report(tmp_path: Path) -> None:
+    assert _delivered_gimbal(tmp_path).report.exists()
 
+
+def _delivered_gimbal(tmp_path: Path) -> Delivery:
+    made = bench(tmp_path, (YAW,), (GIMBAL, solve_table('model = "pitch-yaw-roll"')))
+    made.run(tmp_path / "run")
+    return deliver(solve_run(tmp_path / "run"), None)
+
+
+@pytest.mark.thorough
+def test_straight_lines_of_accelerometers_leave_a_report_and_a_set(tmp_path: Path) -> None:
     made = bench(tmp_path, (), (solve_table('model = "linear"'),))
     made.run(tmp_path / "run")
     run = solve_run(tmp_path / "run")
@@ -205,8 +210,6 @@ def test_straight_lines_of_accelerometers_leave_a_report_and_a_set(tmp_path: Pat
 @pytest.mark.thorough
 def test_a_time_term_of_a_run_takes_the_twins_drift_and_the_set_says_where_it_stands(tmp_path: Path) -> None:
     """The twin's offset moves by 40 µV a replication; the drift found is that over the hours of a replication."""
-    from procedures.delivery.deliver import deliver, solve_run
-
     drifting = ("azimuth_deg = 35.0,", "azimuth_deg = 35.0, offset_drift_v_per_replication = 4e-5,")
     four = ("replications = 2", "replications = 4")
     made = bench(tmp_path, (drifting,), (four, solve_table('time_term = "linear"')))

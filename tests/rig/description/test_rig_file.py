@@ -129,7 +129,7 @@ def test_the_rehearsal_of_a_real_rig_touches_no_address(tmp_path: Path) -> None:
     assert set(rehearsed.twin.truth["SN1047"]) == {"x", "y", "z"}
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(position=st.integers(0, len(EXAMPLE_RIG.read_bytes()) - 1), byte=st.integers(0, 255))
 def test_any_changed_byte_is_accepted_or_a_sentence(
     tmp_path_factory: pytest.TempPathFactory, position: int, byte: int

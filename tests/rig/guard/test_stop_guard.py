@@ -102,7 +102,13 @@ def _ends_in_stopped_axes(folder: Path, family: str, end: str, after_s: float = 
 
 @pytest.mark.parametrize(
     ("family", "end"),
-    [("zaber", "KILL"), ("oriental-az", "STOP"), ("maestro", "QUIT"), ("indexing-table", "MEMORY"), ("zaber", "HUNG")],
+    [
+        ("zaber", "KILL"),
+        ("oriental-az", "STOP"),
+        pytest.param("maestro", "QUIT", marks=pytest.mark.thorough),
+        ("indexing-table", "MEMORY"),
+        pytest.param("zaber", "HUNG", marks=pytest.mark.thorough),
+    ],
 )
 def test_fault_74_an_engine_that_dies_or_freezes_leaves_its_axes_standing(
     tmp_path: Path, family: str, end: str

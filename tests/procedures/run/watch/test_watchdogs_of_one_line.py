@@ -10,10 +10,11 @@ from procedures.journal.journal_reader import JournalReader
 AXIS = """driver = "{driver}"
 port = "twin"
 {keys}limits_deg = [-180.0, 180.0]
-speed_dps = 20.0
+speed_dps = {speed_dps}
 """
-TABLE = AXIS.format(driver="indexing-table", keys="increment_deg = 1.0\n")
-DRIVE = AXIS.format(driver="oriental-az", keys="step_deg = 0.01\nwatchdog_s = 3.0\narrival_tolerance_deg = 0.02\n")
+TABLE = AXIS.format(driver="indexing-table", keys="increment_deg = 1.0\n", speed_dps=180.0)
+DRIVE_KEYS = "step_deg = 0.01\nwatchdog_s = 3.0\narrival_tolerance_deg = 0.02\n"
+DRIVE = AXIS.format(driver="oriental-az", keys=DRIVE_KEYS, speed_dps=20.0)
 
 
 def test_the_silence_that_proves_one_is_not_broken_by_the_other(tmp_path: Path) -> None:

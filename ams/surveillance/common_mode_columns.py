@@ -1,0 +1,174 @@
+"""What each cause does to the readings of two visits, (K, A) over all axes of all sensors, and the fit of it.
+
+Each datum is brought to unit variance: the scatter of readings, of seating the table anew, and of knowing the axes
+imperfectly stands in the covariance. Source: as of :mod:`ams.surveillance.common_mode`.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ams.arrays import BoolArray, FloatArray
+from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+
+MODEL_ERROR = 0.02
+"""Of the change itself: how well sensitivities and directions are known while a run goes on."""
+ROLL, PITCH, BASE, FIXTURE = "roll", "pitch", "tilt of the base", "fixture"
+FIXTURE_Y, FIXTURE_Z = "fixture about y", "fixture about z"
+ROTATIONS = (ROLL, PITCH, BASE, FIXTURE_Y, FIXTURE_Z)
+SAME = 1e-6
+"""Relative: what differs by less is the same to a least-squares fit."""
+_ROUNDING = 4.0 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class WatchedAxes:
+    """A axes of one or more sensors."""
+
+    sensor: tuple[str, ...]
+    axis: tuple[str, ...]
+    meter: tuple[str, ...]
+    """What reads it: axes with the same word share gain and offset."""
+    k: FloatArray
+    """(A, 3) sensitive axis in table axes, units of the reading per g."""
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(self.sensor))
+
+
+@dataclass(frozen=True)
+class Visits:
+    """A later visit to K attitudes less an earlier one."""
+
+    pitch_rad: FloatArray
+    roll_rad: FloatArray
+    change: FloatArray
+    """(K, A) in the unit of the reading, NaN where an axis was not read in both."""
+    reading: FloatArray
+    """(K, A) the reading itself."""
+    variance: FloatArray
+    """(K, A) of the change, by the scatter of readings."""
+    degrees_of_freedom: float
+    """By which the variances are known; the smallest."""
+    seating_rad: float = 0.0
+    """Standard uncertainty of the *difference* of two seatings, about pitch and about roll."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Size of one common part."""
+
+    value: float
+    """Radians, relative, or in the unit of the reading."""
+    standard_uncertainty: float
+
+
+@dataclass(frozen=True)
+class Whitened:
+    """Data and columns of some sensors, each datum with unit variance and independent."""
+
+    y: FloatArray
+    columns: Mapping[str, FloatArray]
+
+    def left(self, names: Sequence[str]) -> tuple[float, int]:
+        """Return (sum of squares left, rank) of a fit."""
+        if not names:
+            return float(self.y @ self.y), 0
+        matrix = self._matrix(names)
+        solved, _, rank, _ = np.linalg.lstsq(matrix, self.y, rcond=SAME)
+        rest = self.y - matrix @ solved
+        return float(rest @ rest), int(rank)
+
+    def estimates(self, names: Sequence[str], scale: float) -> dict[str, Estimate]:
+        """Return each part with its standard uncertainty; what the data do not tell apart is shared out."""
+        matrix, norms = self._matrix(names), self._norms(names)
+        inverse = np.linalg.pinv(matrix, rcond=SAME)
+        values, spreads = inverse @ self.y, np.sqrt(scale * (inverse**2).sum(axis=1))
+        return {
+            name: Estimate(float(value / norm), float(spread / norm))
+            for name, value, spread, norm in zip(names, values, spreads, norms, strict=True)
+        }
+
+    def _matrix(self, names: Sequence[str]) -> FloatArray:
+        return np.stack([self.columns[name] for name in names], axis=1) / self._norms(names)
+
+    def _norms(self, names: Sequence[str]) -> FloatArray:
+        norms = np.array([float(np.linalg.norm(self.columns[name])) for name in names])
+        return np.where(norms > 0.0, norms, 1.0)
+
+
+def whiten(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> Whitened:
+    """Return data and columns of the sensors ``among``."""
+    kept = np.array([name in among for name in axes.sensor], dtype=bool)
+    columns = columns_of(axes, visits, kept, is_lone=len(among) == 1)
+    pieces_y: list[FloatArray] = []
+    pieces: dict[str, list[FloatArray]] = {name: [] for name in columns}
+    spread = _model_error(axes, visits)
+    for place in range(visits.pitch_rad.size):
+        read = kept & np.isfinite(visits.change[place])
+        if not read.any():
+            continue
+        rounding = (_ROUNDING * visits.reading[place, read]) ** 2 + np.finfo(float).tiny
+        imperfect = (spread[place] * sensitivity_of(axes)[read]) ** 2
+        covariance = np.diag(visits.variance[place, read] + imperfect + rounding)
+        for name in (ROLL, PITCH):
+            turned = visits.seating_rad * columns[name][place, read]
+            covariance = covariance + np.outer(turned, turned)
+        factor = np.linalg.cholesky(covariance)
+        pieces_y.append(np.linalg.solve(factor, visits.change[place, read]))
+        for name, column in columns.items():
+            pieces[name].append(np.linalg.solve(factor, column[place, read]))
+    empty = [np.zeros(0)]
+    return Whitened(
+        np.concatenate(pieces_y or empty), {name: np.concatenate(found or empty) for name, found in pieces.items()}
+    )
+
+
+def sensitivity_of(axes: WatchedAxes) -> FloatArray:
+    """Return (A,) in the unit of the reading per g."""
+    return np.asarray(np.linalg.norm(axes.k, axis=1))
+
+
+def _model_error(axes: WatchedAxes, visits: Visits) -> FloatArray:
+    """Return (K,) what imperfectly known axes make of the changes of an attitude, g."""
+    relative = visits.change / sensitivity_of(axes)
+    squares = np.where(np.isfinite(relative), relative, 0.0) ** 2
+    read = np.maximum(np.isfinite(relative).sum(axis=1), 1)
+    return np.asarray(MODEL_ERROR * np.sqrt(squares.sum(axis=1) / read))
+
+
+def columns_of(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: bool) -> dict[str, FloatArray]:
+    """Name to (K, A) what one unit of a cause does."""
+    force = specific_force(visits.pitch_rad, visits.roll_rad)
+    moved = dict(zip(ROTATIONS, force_changes(visits.pitch_rad, visits.roll_rad), strict=True))
+    columns = {name: change @ axes.k.T for name, change in moved.items()}
+    reading = np.where(np.isfinite(visits.reading), visits.reading, 0.0)
+    for meter in dict.fromkeys(word for word, is_kept in zip(axes.meter, kept, strict=True) if is_kept):
+        shared = np.array([word == meter for word in axes.meter], dtype=float)
+        columns[f"gain of {meter}"] = reading * shared
+        columns[f"offset of {meter}"] = np.ones_like(reading) * shared
+    if is_lone:
+        for place in np.flatnonzero(kept):
+            alone = np.zeros(kept.size)
+            alone[place] = 1.0
+            label = f"{axes.sensor[place]} {axes.axis[place]}"
+            columns[f"own offset of {label}"] = np.ones_like(reading) * alone
+            columns[f"own sensitivity of {label}"] = (force @ axes.k.T) * alone
+    return columns
+
+
+def force_changes(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, ...]:
+    """Return ∂f by roll slip, pitch slip, tilt of the base about its forward axis, fixture about y and z, (K, 3) each.
+
+    Per radian, in table axes.
+    """
+    force, none = specific_force(pitch_rad, roll_rad), np.zeros_like(pitch_rad)
+    return (
+        specific_force_by_roll(pitch_rad, roll_rad),
+        specific_force_by_pitch(pitch_rad, roll_rad),
+        np.stack([none, np.cos(roll_rad), -np.sin(roll_rad)], axis=1),
+        np.stack([-force[:, 2], none, force[:, 0]], axis=1),
+        np.stack([force[:, 1], -force[:, 0], none], axis=1),
+    )

@@ -1,0 +1,15 @@
+"""Cases of a law dealt to `make test` and to `make thorough`: the first has a share, and none is dropped."""
+
+from collections.abc import Iterable
+from itertools import product
+
+import pytest
+
+
+def dealt(*values: Iterable[object], every: int, first: int = 0) -> list[object]:
+    """Return all combinations of the values; each but the ``every``-th, from ``first``, is left to `make thorough`."""
+    cases = list(product(*values))
+    return [
+        pytest.param(*case, marks=() if place % every == first else pytest.mark.thorough)
+        for place, case in enumerate(cases)
+    ]
