@@ -38,7 +38,7 @@ GROUPS = {
     "Steer": (
         ("status", "steer:status", "Look at a run, also from another process, or list all runs."),
         ("attach", "steer:attach", "Show a running run again, with its keys."),
-        ("console", "console:console", "Runs, the night and the archive as pages for a browser; nothing is steered."),
+        ("console", "console:app", "Runs, the night and the archive as pages for a browser; and who may steer there."),
         ("handover", "people:handover", "The whole state of a run on one page."),
         ("pause", "steer:pause", "Pause a run after the dwell in progress."),
         ("continue", "steer:continue_", "Continue a paused or held run."),

@@ -52,6 +52,15 @@ class RigSection(StrictTable):
     gravity_source: str = ""
     gravity_uncertainty_mps2: NotNegative = 0.0
     latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None
+    resume_after_power_cut: bool = False
+    """Whether the queue may resume a run once after a cold start, where something stops every axis."""
+
+
+class ConsoleSection(StrictTable):
+    """``[console]``: what a browser may do."""
+
+    motion_from_elsewhere: bool = False
+    """Whether a browser of another machine may begin motion: continue, resume, arm the queue."""
 
 
 class Standard(StrictTable):
@@ -262,6 +271,7 @@ class RigDescription(StrictTable):
     job: Job = Job()
     laboratory: Laboratory | None = None
     acceptance: Acceptance = Acceptance()
+    console: ConsoleSection = ConsoleSection()
     interlocks: Interlocks = Interlocks()
     approved_by: str | None = None
     twin: TwinSection | None = None

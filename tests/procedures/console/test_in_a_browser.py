@@ -17,7 +17,8 @@ from procedures.records.states import State
 
 SIZES = [(390, 844), (820, 1180), (1440, 900)]
 STATES = (State.FINISHED, State.TRIPPED, State.STOPPED, State.FAILED, State.RUNNING, State.HELD)
-SMALL = """[...document.querySelectorAll('a, button, input, summary')].filter(one => !one.classList.contains('skip'))
+SMALL = """[...document.querySelectorAll('a, button, input:not([type=hidden]), summary')]
+  .filter(one => !one.classList.contains('skip') && one.type !== 'checkbox' && one.checkVisibility())
   .map(one => [one.textContent, one.getBoundingClientRect()])
   .filter(([_, box]) => box.width > 0 && (box.height < 43.9 || box.width < 30)).map(([text]) => text)"""
 CUT = """[...document.querySelectorAll('main *')].filter(one => {
@@ -26,7 +27,8 @@ CUT = """[...document.querySelectorAll('main *')].filter(one => {
     || style.overflow === 'hidden' && one.scrollWidth > one.clientWidth + 1);
 }).map(one => one.outerHTML.slice(0, 80))"""
 OVER = """(() => { const kinds = ['p', 'dd', 'dt', 'li', 'h1', 'h2', 'summary'].map(one => `main ${one}`).join();
-  const lines = [...document.querySelectorAll(kinds)].filter(one => one.getBoundingClientRect().width > 0);
+  const lines = [...document.querySelectorAll(kinds)]
+    .filter(one => one.checkVisibility() && one.getBoundingClientRect().width > 0);
   return lines.filter((one, n) => lines.slice(n + 1).some(other => {
     if (one.contains(other) || other.contains(one)) return false;
     const a = one.getBoundingClientRect(), b = other.getBoundingClientRect();
