@@ -34,6 +34,7 @@ GROUPS = {
     "Run": (
         ("run", "run.run:run", "Run a procedure on a rig, then solve, archive, report and export."),
         ("resume", "run.run:resume", "Continue a run after a crash, a stop, an abort or a trip."),
+        ("queue", "run.queue:app", "What runs tonight: add, arm, attest, decide; and the runner that starts it."),
         ("void", "steer.people:void", "Take back a dwell and everything after it; a resume measures it again."),
         ("redo", "steer.people:redo", "Take back one replication; a resume measures it again."),
         ("close", "steer.steer:close", "Close a run that is never to be resumed."),

@@ -84,6 +84,12 @@ def shared_archive_url(archive: str | None = None) -> str | None:
     return archive or os.environ.get("CALRIG_ARCHIVE") or None
 
 
+def queues_of_here() -> Path:
+    """Return the folder of queues: ``CALRIG_QUEUES``, else that of the user's state folder."""
+    given = os.environ.get("CALRIG_QUEUES")
+    return Path(given) if given else user_state_path("calrig") / "queues"
+
+
 def people_of_here() -> People:
     """Return the accounts of this machine: ``CALRIG_PEOPLE``, else ``people.json`` in the user's state folder."""
     given = os.environ.get("CALRIG_PEOPLE")
