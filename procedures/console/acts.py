@@ -42,6 +42,8 @@ class Asked:
     number: int | None
     """The step to void from, or the replication to redo."""
     is_remounted: bool
+    fields: Mapping[str, str]
+    """All that was sent, for what only some acts have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,7 @@ def read_act(act: Act, fields: Mapping[str, str], by: str, place: str) -> Asked:
         text,
         _number(act, "number", fields),
         fields.get("remounted", "") in ("1", "true", "on"),
+        fields,
     )
 
 

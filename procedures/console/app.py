@@ -22,6 +22,7 @@ from procedures.console.acting import Acting, new_key
 from procedures.console.entrance import Entrance
 from procedures.console.gate import Gate, token_of
 from procedures.console.night import needs_a_person, night
+from procedures.console.queues import QueuePages
 from procedures.console.sessions import Visitor
 from procedures.console.shared import Console
 from procedures.console.templates_of import HERE, Pages
@@ -42,6 +43,7 @@ def make_app(console: Console) -> ASGIApp:
     """Return the application behind its gate."""
     templates = Pages()
     pages, acting, entrance = _Pages(console, templates), Acting(console, templates), Entrance(console, templates)
+    queues = QueuePages(console, templates, acting)
     routes = [
         Route("/", pages.home),
         Route("/run/{name}", pages.run),
@@ -53,6 +55,9 @@ def make_app(console: Console) -> ASGIApp:
         Route("/api/v1/runs/{name}", pages.api_run),
         Route("/api/v1/runs/{name}/map", pages.api_map),
         Route("/api/v1/runs/{name}/{act}", acting.on_run, methods=["POST"]),
+        Route("/queue", queues.page),
+        Route("/api/v1/queues", queues.api),
+        Route("/api/v1/queues/{name}/{act}", queues.act, methods=["POST"]),
         Route("/metrics", pages.metrics),
         Route("/healthz", pages.healthz),
         Route("/enter", entrance.enter),

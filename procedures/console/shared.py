@@ -35,6 +35,8 @@ class Console:
     clock: Clock
     sessions: Sessions
     site: Site
+    queues: Path
+    """The folder of queues."""
     entered: asyncio.Event = field(default_factory=asyncio.Event)
     """Set when somebody entered: the next link can be told."""
     logging_in: asyncio.Lock = field(default_factory=asyncio.Lock)

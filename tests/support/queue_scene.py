@@ -26,6 +26,8 @@ class Process:
     state: State | None = None
     by: str = ""
     was_busy: bool = False
+    of_start: int = 0
+    """Which start of its item it is: the words of another one tell nothing of this one."""
 
 
 @dataclass
@@ -68,6 +70,8 @@ class MadeWorld:
     def look(self, item: Item) -> Look:
         self._pass()
         seen = self.processes.get(item.number)
+        if seen is not None and seen.of_start != item.starts:
+            seen = None if item.run == "" else Process(False, seen.run, seen.state, seen.by)
         if seen is None or (seen.run is None and not seen.is_alive):
             return Look(False, None, was_busy=seen is not None and seen.was_busy, said="")
         state = State.INTERRUPTED if not seen.is_alive and seen.state in ACTIVE else seen.state
@@ -85,6 +89,7 @@ class MadeWorld:
 
     def _begin(self, item: Item, process: Process, kind: str) -> None:
         assert self.alive() == [], "two runs at once"
+        process.of_start = item.starts + 1
         self.processes[item.number] = process
         self.started.append((item.number, kind))
 

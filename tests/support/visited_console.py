@@ -33,7 +33,8 @@ class Visited:
         self.people = People(folder / "people.json", cost=CHEAP)
         self.sessions = Sessions(self.clock, self.people, "lab")
         archive = f"sqlite:///{folder / 'none.sqlite'}"
-        self.console = Console(RunList(folder / "runs"), archive, self.clock, self.sessions, Site(frozenset([HOST])))
+        site = Site(frozenset([HOST]))
+        self.console = Console(RunList(folder / "runs"), archive, self.clock, self.sessions, site, folder / "queues")
         self.browser = self.new_browser()
 
     def new_browser(self, address: str = "127.0.0.1") -> TestClient:
