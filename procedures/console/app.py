@@ -180,8 +180,9 @@ class _Pages:
             while not gone.done() and (visitor := self._console.sessions.visitor(token)) is not None:
                 page, now_s = await run_sync(self._console.page, name), self._console.clock.monotonic_s()
                 if page.version != version:
-                    html = self._templates.html("standing.html.j2", page=page, waits=needs_a_person(page))
-                    news = {"html": html, "done": page.status.dwells_done}
+                    banner = self._templates.html("banner.html.j2", page=page, waits=needs_a_person(page))
+                    html = self._templates.html("standing.html.j2", page=page)
+                    news = {"banner": banner, "html": html, "done": page.status.dwells_done}
                     if (now_offered := _offered(page, visitor)) != offered:
                         news["acts"] = self._templates.html("acts.html.j2", page=page, visitor=visitor, key=new_key())
                         offered = now_offered

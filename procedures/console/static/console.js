@@ -3,13 +3,19 @@
 (() => {
   const place = document.getElementById("standing"), fresh = document.getElementById("fresh");
   const picture = document.getElementById("picture"), canvas = document.getElementById("map");
-  const under = document.getElementById("under"), run = encodeURIComponent(place.dataset.run);
+  const banner = document.getElementById("banner"), under = document.getElementById("under"), run = encodeURIComponent(place.dataset.run);
   let heard = performance.now(), pause = 500, shown = -1, drawn = null, waits = 0, isDue = false, label = 0;
 
   const tell = () => {
     const age = (performance.now() - heard) / 1000;
     fresh.classList.toggle("stale", age > 5);
     fresh.textContent = age > 5 ? `STALE for ${age.toFixed(0)} s, trying again` : "● live";
+  };
+
+  const put = (where, html) => {  // what is open stays open
+    const open = [...where.querySelectorAll("details")].map((one) => one.open);
+    where.innerHTML = html;
+    where.querySelectorAll("details").forEach((one, n) => { if (n in open) one.open = open[n]; });
   };
 
   const listen = () => {
@@ -19,10 +25,9 @@
       pause = 500;
       const news = JSON.parse(event.data);
       if (news.html !== undefined) {
-        const open = [...place.querySelectorAll("details")].map((one) => one.open);
-        place.innerHTML = news.html;
-        place.querySelectorAll("details").forEach((one, n) => { if (n in open) one.open = open[n]; });
-        const first = place.querySelector(".state b");
+        put(banner, news.banner);
+        put(place, news.html);
+        const first = banner.querySelector(".state b");
         if (first) document.title = document.title.replace(/^[A-Z]+ /, `${first.textContent} `);
         if (news.done !== shown) { shown = news.done; look(); }
       }
@@ -41,10 +46,8 @@
   const offer = (html) => {  // not under a hand: what is being typed or held stays until it is done
     offered = html;
     if (isBusy || acts.contains(document.activeElement) && document.activeElement.value) return;
-    const said = document.getElementById("said"), open = [...acts.querySelectorAll("details")].map((one) => one.open);
-    const [told, kind] = [said.textContent, said.className];
-    acts.innerHTML = html;
-    acts.querySelectorAll("details").forEach((one, n) => { if (n in open) one.open = open[n]; });
+    const said = document.getElementById("said"), [told, kind] = [said.textContent, said.className];
+    put(acts, html);
     document.getElementById("said").textContent = told;
     document.getElementById("said").className = kind;
     offered = null;

@@ -88,7 +88,7 @@ def test_a_socket_is_opened_by_our_own_pages_alone(visited: Visited, origin: str
 
 def test_a_socket_ends_with_its_session(visited: Visited) -> None:
     with visited.enter().websocket_connect(f"ws://{HOST}/live/night-1", headers={"origin": BASE}) as socket:
-        assert "FINISHED" in socket.receive_json()["html"]
+        assert "FINISHED" in socket.receive_json()["banner"]
         visited.clock.sleep(LIFE_S)
         with pytest.raises(WebSocketDisconnect):
             _hear_until_it_ends(socket)

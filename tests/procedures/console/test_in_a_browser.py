@@ -1,5 +1,6 @@
 """The pages in Chromium, in every size and both schemes: nothing is cut, small, foreign or dead."""
 
+import json
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,6 +13,7 @@ from programs import require_program
 from run_folders import make_run
 
 from procedures.journal.journal import Journal
+from procedures.journal.owner import owning
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 
@@ -70,6 +72,25 @@ def _require_whole(page: Page) -> None:
     assert page.evaluate(SMALL) == []
 
 
+def _require_steering(page: Page, run: Path, base: str) -> None:
+    """A touch asks for a pause; a stop of the axes is held; what was asked stands in the run's folder, once."""
+    with owning(run):
+        page.goto(f"{base}/run/{run.name}")
+        _require_whole(page)
+        page.get_by_text("Pause after dwell").click()
+        expect(page.locator("#said")).to_contain_text("pause was asked for")
+        stop = page.get_by_text("Stop axes: hold")
+        expect(stop).to_be_in_viewport()
+        stop.click()
+        expect(page.locator("#said")).to_contain_text("hold it for half a second")
+        stop.hover()
+        page.mouse.down()
+        expect(page.locator("#said")).to_contain_text("abort was asked for")
+        page.mouse.up()
+    asked = [json.loads(path.read_text()) for path in sorted((run / "requests").glob("*.json"))]
+    assert [(one["kind"], one["via"]) for one in asked] == [("pause", "console"), ("abort", "console")]
+
+
 ONE = [((390, 844), "dark")]
 ALL = [(size, scheme) for size in SIZES for scheme in ("light", "dark")]
 
@@ -87,6 +108,9 @@ def test_a_page_on_a_phone_is_whole_alive_and_asks_nobody_else(
     journal.append_event("note", {"by": "anna", "text": "the door was open", "at_utc": "x"}, a_clock())
     journal.close()
     expect(shown.locator(".news li").first).to_contain_text("note by anna: the door was open", timeout=2000)
+    _require_steering(shown, runs / "running", base)
+    shown.goto(f"{base}/queue")
+    _require_whole(shown)
     shown.keyboard.press("Tab")
     expect(shown.locator(".skip")).to_be_focused()
     assert complaints == []
