@@ -127,7 +127,8 @@ class ImpatientProtocol(H11Protocol):
         super().connection_lost(exc)
 
     def _end_where_silent(self) -> None:
-        if self.cycle is None and self.transport.get_protocol() is self:  # a socket of a page has gone on to another
+        has_asked = getattr(self, "cycle", None) is not None  # typed as if it were always there
+        if not has_asked and self.transport.get_protocol() is self:  # a socket of a page has gone on to another
             self.transport.abort()
 
 
