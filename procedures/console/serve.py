@@ -61,9 +61,10 @@ def bound(listen: str, tls: tuple[Path, Path] | None = None, names: tuple[str, .
         )
     if tls is not None:
         _require_tls(tls)
+    proxied = _proxied(proxy) if proxy else None
     listening = _socket(listen, host, number)
-    if proxy:
-        return Listening(listening, _proxied(proxy), is_here=False)
+    if proxied is not None:
+        return Listening(listening, proxied, is_here=False)
     own = _names(listening, is_here, names)
     return Listening(listening, Site(own, "http" if tls is None else "https"), is_here, tls)
 
