@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -18,7 +19,8 @@ from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 
 SIZES = [(390, 844), (820, 1180), (1440, 900)]
-STATES = (State.FINISHED, State.TRIPPED, State.STOPPED, State.FAILED, State.RUNNING, State.HELD)
+LIVE = (State.RUNNING, State.HELD, State.PAUSED)
+STATES = (State.FINISHED, State.TRIPPED, State.STOPPED, State.FAILED, *LIVE)
 SMALL = """[...document.querySelectorAll('a, button, input:not([type=hidden]), summary')]
   .filter(one => !one.classList.contains('skip') && one.type !== 'checkbox' && one.checkVisibility())
   .map(one => [one.textContent, one.getBoundingClientRect()])
@@ -119,14 +121,17 @@ def test_a_page_on_a_phone_is_whole_alive_and_asks_nobody_else(
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("page", ALL, indirect=True, ids=str)
-def test_every_page_in_every_state_is_whole(page: tuple[Page, list[str], list[str]]) -> None:
+def test_every_page_in_every_state_is_whole(page: tuple[Page, list[str], list[str]], runs: Path) -> None:
     shown, complaints, _ = page
     base = shown.url.rstrip("/")
-    for path in ("/night", *(f"/run/{state}" for state in STATES)):
-        shown.goto(f"{base}{path}")
-        _require_whole(shown)
-        shown.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
-        _require_whole(shown)
+    with ExitStack() as alive:
+        for state in LIVE:
+            alive.enter_context(owning(runs / str(state)))
+        for path in ("/night", "/queue", "/login", *(f"/run/{state}" for state in STATES)):
+            shown.goto(f"{base}{path}")
+            _require_whole(shown)
+            shown.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+            _require_whole(shown)
     shown.set_viewport_size({"width": 195, "height": 422})  # a phone at 200 %
     shown.goto(f"{base}/run/tripped")
     assert shown.evaluate("document.documentElement.scrollWidth") <= 195
