@@ -2,7 +2,8 @@
 
 Four eyes: whoever prepared a set neither reviews nor approves it. A signature is a row of its own and is never taken
 back; a set that must not be used any more is *withdrawn*, by name and with a reason, and stays withdrawn. Names are
-compared without regard to case and spaces; who a name is, the login of the machine and the database's roles say.
+compared without regard to case and spaces. What showed that it is that person (``identified_by``) is the caller's: the
+command asks for a secret, and the record tells that it did.
 
 A significant finding of a set is *accepted*, and a quarantine *released*, by name and with a reason, after the set was
 prepared and by somebody else than who prepared it. Nothing is approved that holds a finding which nobody accepted, or
@@ -123,8 +124,12 @@ def sign(
     signed_utc: datetime,
     comment: str = "",
     busy_timeout_s: float = BUSY_TIMEOUT_S,
+    *,
+    identified_by: str = "",
 ) -> SignOff:
     """Sign a set (by sensor: its latest, or by checksum) in a role.
+
+    ``identified_by``: what showed that it is that person, for the record.
 
     Raises: ArchiveError where the order, the four eyes or the archive do not allow it; nothing is written then.
     """
@@ -133,7 +138,7 @@ def sign(
         sha256 = find_set(connection, key)
         signed = _sign_off(connection, sha256)
         _check_turn(signed, wanted, name, comment)
-        _insert(connection, sha256, Signature(wanted, name.strip(), signed_utc, comment), "signature")
+        _insert(connection, sha256, Signature(wanted, name.strip(), signed_utc, comment), "signature", identified_by)
         return _sign_off(connection, sha256)
 
 
@@ -145,6 +150,8 @@ def accept(
     accepted_utc: datetime,
     reason: str,
     busy_timeout_s: float = BUSY_TIMEOUT_S,
+    *,
+    identified_by: str = "",
 ) -> SignOff:
     """Accept a significant finding of a set by its name (``x.cubic``), with a reason.
 
@@ -156,7 +163,9 @@ def accept(
         signed = _sign_off(connection, sha256)
         _check_acceptance(signed, finding, name, reason)
         comment = f"{finding}{OF_THE_FINDING}{reason.strip()}"
-        _insert(connection, sha256, Signature(ACCEPTED, name.strip(), accepted_utc, comment), "acceptance")
+        _insert(
+            connection, sha256, Signature(ACCEPTED, name.strip(), accepted_utc, comment), "acceptance", identified_by
+        )
         return _sign_off(connection, sha256)
 
 
@@ -167,6 +176,8 @@ def release(
     released_utc: datetime,
     reason: str,
     busy_timeout_s: float = BUSY_TIMEOUT_S,
+    *,
+    identified_by: str = "",
 ) -> SignOff:
     """Release a set from quarantine; ``key`` is its checksum, for a set in quarantine is no sensor's latest.
 
@@ -182,7 +193,13 @@ def release(
         if signed.release is not None:
             raise ArchiveForbids(f"{where}: {signed.release.name} released it already; nothing was signed")
         _check_word(signed, where, name, reason)
-        _insert(connection, sha256, Signature(RELEASED, name.strip(), released_utc, reason.strip()), "release")
+        _insert(
+            connection,
+            sha256,
+            Signature(RELEASED, name.strip(), released_utc, reason.strip()),
+            "release",
+            identified_by,
+        )
         return _sign_off(connection, sha256)
 
 
@@ -336,9 +353,10 @@ def _next_signature(connection: Connection) -> int:
     return int(connection.execute(select(func.coalesce(func.max(SIGNATURES.c.sequence), 0))).scalar_one()) + 1
 
 
-def _insert(connection: Connection, sha256: str, signature: Signature, kind: str) -> None:
+def _insert(connection: Connection, sha256: str, signature: Signature, kind: str, identified_by: str) -> None:
     row = {"sequence": _next_signature(connection), "sha256": sha256, **vars(signature)}
-    write(connection, signature.signed_utc, kind, [Written(SIGNATURES, [row])], {"by": signature.name})
+    detail = {"by": signature.name} | ({"identified_by": identified_by} if identified_by else {})
+    write(connection, signature.signed_utc, kind, [Written(SIGNATURES, [row])], detail)
 
 
 def _sign_off(connection: Connection, sha256: str) -> SignOff:

@@ -34,6 +34,7 @@ GROUPS = {
     "Run": (
         ("run", "run.run:run", "Run a procedure on a rig, then solve, archive, report and export."),
         ("resume", "run.run:resume", "Continue a run after a crash, a stop, an abort or a trip."),
+        ("queue", "run.queue:app", "What runs tonight: add, arm, attest, decide; and the runner that starts it."),
         ("void", "steer.people:void", "Take back a dwell and everything after it; a resume measures it again."),
         ("redo", "steer.people:redo", "Take back one replication; a resume measures it again."),
         ("close", "steer.steer:close", "Close a run that is never to be resumed."),
@@ -44,8 +45,8 @@ GROUPS = {
         ("attach", "steer.steer:attach", "Show a running run again, with its keys."),
         (
             "console",
-            "steer.console:console",
-            "Runs, the night and the archive as pages for a browser; nothing is steered.",
+            "steer.console:app",
+            "Runs, the night and the archive as pages for a browser; and who may steer there.",
         ),
         ("handover", "steer.people:handover", "The whole state of a run on one page."),
         ("pause", "steer.steer:pause", "Pause a run after the dwell in progress."),

@@ -25,6 +25,10 @@ Operator = Annotated[str | None, Parameter(help="Who does it, for the record; by
 NamedOperator = Annotated[str, Parameter(help="Who decides it, for the record.")]
 Reason = Annotated[str | None, Parameter(help="Why, for the record.")]
 NeededReason = Annotated[str, Parameter(help="Why, for the record.")]
+SecretFile = Annotated[
+    Path | None,
+    Parameter(help="File whose first line is the secret of who signs (- is standard input); else the terminal asks."),
+]
 Archive = Annotated[
     str | None,
     Parameter(

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from platformdirs import user_state_path
 
+from procedures.accounts.people import People
 from procedures.errors import RequestError
 
 JOURNAL = "journal.sqlite"
@@ -98,6 +99,18 @@ def shared_archive_url(archive: str | None = None) -> str | None:
     Only one that was named can be shared with other computers, and keep leases for them.
     """
     return archive or os.environ.get("CALRIG_ARCHIVE") or None
+
+
+def queues_of_here() -> Path:
+    """Return the folder of queues: ``CALRIG_QUEUES``, else that of the user's state folder."""
+    given = os.environ.get("CALRIG_QUEUES")
+    return Path(given) if given else user_state_path("calrig") / "queues"
+
+
+def people_of_here() -> People:
+    """Return the accounts of this machine: ``CALRIG_PEOPLE``, else ``people.json`` in the user's state folder."""
+    given = os.environ.get("CALRIG_PEOPLE")
+    return People(Path(given) if given else user_state_path("calrig") / "people.json")
 
 
 def login_name() -> str:

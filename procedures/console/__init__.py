@@ -1,1 +1,1 @@
-"""Pages for a browser: a run, the night, the archive. They read journals and the archive; nothing is steered here."""
+"""Pages for a browser: a run, the night, the archive; who may, steers there by the requests of the commands."""

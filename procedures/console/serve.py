@@ -1,87 +1,183 @@
-"""The server: bound to this machine before anything is told, ended by a signal, silent about what it was asked."""
+"""The server: bound before anything is told, ended by a signal, silent about what it was asked."""
 
 import asyncio
 import socket
+import ssl
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import dataclass
 from ipaddress import ip_address
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
 
 import uvicorn
+from psutil import net_if_addrs
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from procedures.console.app import Console, make_app
+from procedures.console.app import make_app
+from procedures.console.gate import Site
+from procedures.console.shared import Console
 from procedures.errors import RequestError
 
 DEFAULT_LISTEN = "127.0.0.1:8600"
+FAMILIES = (socket.AF_INET, socket.AF_INET6)
 LONGEST_MESSAGE = 1024
 MOST_CONNECTIONS = 256
+FIRST_WORDS_S = 5.0
+"""Who has connected and not asked anything whole for so long is sent away: he keeps a place from somebody."""
 
 
-def bound(listen: str) -> socket.socket:
-    """Return a socket that listens at HOST:PORT of this machine alone. Raises: RequestError."""
+@dataclass(frozen=True)
+class Listening:
+    """Where the pages are served, and how."""
+
+    socket: socket.socket
+    site: Site
+    is_here: bool
+    """Whether only this machine reaches it: then a link that the terminal shows opens it."""
+    tls: tuple[Path, Path] | None = None
+    """Certificate and key."""
+
+
+def bound(listen: str, tls: tuple[Path, Path] | None = None, names: tuple[str, ...] = (), proxy: str = "") -> Listening:
+    """Return a socket that listens at HOST:PORT: this machine alone, or another address with TLS.
+
+    ``names``: by which else browsers reach it; ``proxy``: the address of a proxy on this machine that does the TLS.
+    Raises: RequestError.
+    """
     host, _, port = listen.rpartition(":")
     host = host.strip("[]")
     try:
         number = int(port)
-        is_own = host == "localhost" or ip_address(host).is_loopback
+        is_here = host == "localhost" or ip_address(host).is_loopback
     except ValueError:
         raise RequestError(f"--listen: got {listen!r}, needed is HOST:PORT such as {DEFAULT_LISTEN}") from None
-    if not is_own:
+    if not is_here and (tls is None or proxy):
         raise RequestError(
-            f"--listen: got {listen!r}; the pages are served to this machine alone (127.0.0.1, ::1 or localhost): from "
-            f"another one look through ssh -L {number or 8600}:127.0.0.1:{number or 8600}; nothing was served"
+            f"--listen: got {listen!r}, which other machines reach: needed are --tls-cert and --tls-key; nothing was "
+            "served; or listen to this machine alone (127.0.0.1, ::1 or localhost), behind a proxy (--proxy) or "
+            f"through ssh -L {number or 8600}:127.0.0.1:{number or 8600}"
         )
+    if tls is not None:
+        _require_tls(tls)
+    proxied = _proxied(proxy) if proxy else None
+    listening = _socket(listen, host, number)
+    if proxied is not None:
+        return Listening(listening, proxied, is_here=False)
+    own = _names(listening, is_here, names)
+    return Listening(listening, Site(own, "http" if tls is None else "https"), is_here, tls)
+
+
+def _socket(listen: str, host: str, number: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     found = socket.socket(family, socket.SOCK_STREAM)
     try:
         found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         found.bind((host, number))
-    except OSError as error:
+    except (OSError, OverflowError) as error:
         found.close()
         raise RequestError(
-            f"--listen {listen}: cannot be bound: {error.strerror}; another console may be there; give another port, "
-            "or 0 for one that is free"
+            f"--listen {listen}: cannot be bound: {getattr(error, 'strerror', error)}; another console may be there; "
+            "give another port, or 0 for one that is free"
         ) from error
     return found
 
 
-def hosts_of(listening: socket.socket) -> frozenset[str]:
-    """Return what a browser of this machine may call it."""
-    port = listening.getsockname()[1]
-    return frozenset(f"{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]"))
+def _require_tls(tls: tuple[Path, Path]) -> None:
+    try:
+        ssl.create_default_context(ssl.Purpose.CLIENT_AUTH).load_cert_chain(*tls, password="")
+    except (OSError, ValueError) as error:
+        raise RequestError(
+            f"--tls-cert {tls[0]}, --tls-key {tls[1]}: are no certificate with its key: {error}; nothing was served"
+        ) from error
 
 
-def serve(listening: socket.socket, console: Console, tell: Callable[[str], None]) -> None:
+def _proxied(proxy: str) -> Site:
+    parts = urlsplit(proxy)
+    if parts.scheme != "https" or not parts.hostname or parts.path not in ("", "/"):
+        raise RequestError(f"--proxy: got {proxy!r}, needed is the address that browsers use, as https://rig.example")
+    return Site(frozenset([parts.netloc]), "https", is_proxied=True)
+
+
+def _names(listening: socket.socket, is_here: bool, names: tuple[str, ...]) -> frozenset[str]:
+    """Return what a browser may call it. An address in figures cannot be bent to this machine, as a name can."""
+    host, port = listening.getsockname()[:2]
+    if is_here:
+        own = {"127.0.0.1", "localhost", "::1"}
+    else:
+        own = {host, socket.gethostname().lower()} if host not in ("0.0.0.0", "::") else _own_names()  # noqa: S104
+    ways = {f"[{name}]" if ":" in name else name for name in own | set(names)}
+    return frozenset(f"{name}:{port}" for name in ways) | (frozenset(ways) if port == 443 else frozenset())
+
+
+def _own_names() -> set[str]:
+    found = {one.address for addresses in net_if_addrs().values() for one in addresses if one.family in FAMILIES}
+    return {socket.gethostname().lower()} | {address.partition("%")[0] for address in found}
+
+
+class ImpatientProtocol(H11Protocol):
+    """HTTP that gives nobody a place for nothing: half-open connections and slow headers end in time."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._patience = self.loop.call_later(FIRST_WORDS_S, self._end_where_silent)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._patience.cancel()
+        super().connection_lost(exc)
+
+    def _end_where_silent(self) -> None:
+        has_asked = getattr(self, "cycle", None) is not None  # typed as if it were always there
+        if not has_asked and self.transport.get_protocol() is self:  # a socket of a page has gone on to another
+            self.transport.abort()
+
+
+def serve(listening: Listening, console: Console, tell: Callable[[str], None]) -> None:
     """Serve until a signal ends it; ``tell`` is given a link, and another each time one was used."""
     asyncio.run(_serve(listening, console, tell))
 
 
-async def _serve(listening: socket.socket, console: Console, tell: Callable[[str], None]) -> None:
-    app = make_app(console, hosts_of(listening))
+async def _serve(listening: Listening, console: Console, tell: Callable[[str], None]) -> None:
+    tls: dict[str, Any] = {}
+    if listening.tls is not None:
+        tls = {"ssl_certfile": str(listening.tls[0]), "ssl_keyfile": str(listening.tls[1])}
     config = uvicorn.Config(
-        app,
+        make_app(console),
         log_level="critical",
         access_log=False,
+        http=ImpatientProtocol,
         ws="websockets-sansio",
         ws_max_size=LONGEST_MESSAGE,
         limit_concurrency=MOST_CONNECTIONS,
         timeout_keep_alive=5,
         timeout_graceful_shutdown=2,
         server_header=False,
+        proxy_headers=False,
         lifespan="off",
+        **tls,
     )
-    host, port = listening.getsockname()[:2]
-    where = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
-    links = asyncio.ensure_future(_links(console, f"http://{where}/enter?key=", tell))
-    with closing(listening):
+    telling = asyncio.ensure_future(_links(listening, console, tell) if listening.is_here else _codes(console, tell))
+    with closing(listening.socket):
         try:
-            await uvicorn.Server(config).serve(sockets=[listening])
+            await uvicorn.Server(config).serve(sockets=[listening.socket])
         finally:
-            links.cancel()
+            telling.cancel()
             console.close()
 
 
-async def _links(console: Console, address: str, tell: Callable[[str], None]) -> None:
+async def _links(listening: Listening, console: Console, tell: Callable[[str], None]) -> None:
+    host, port = listening.socket.getsockname()[:2]
+    address = f"{console.site.scheme}://{f'[{host}]' if ':' in host else host}:{port}/enter?key="
     while True:
         console.entered.clear()
         tell(address + console.sessions.new_key())
+        await console.entered.wait()
+
+
+async def _codes(console: Console, tell: Callable[[str], None]) -> None:
+    """Tell the code that a browser of another machine needs before it begins motion."""
+    while True:
+        console.entered.clear()
+        tell(f"code at the rig, for one browser that is to begin motion from elsewhere: {console.sessions.new_code()}")
         await console.entered.wait()

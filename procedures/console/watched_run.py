@@ -10,6 +10,7 @@ from pathlib import Path
 from threading import Lock
 
 from procedures.console.heat_map import MOST_COLUMNS, HeatMap, heat_map
+from procedures.journal.corrections import TAKES_BACK
 from procedures.journal.event_words import event_words
 from procedures.journal.follower import FollowedDwell, Follower, News
 from procedures.journal.journal_reader import JournalReader
@@ -18,7 +19,7 @@ from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import Row, rows_of
 from procedures.journal.stop_advice import advice
 from procedures.journal.voids import KIND as VOIDED
-from procedures.journal.voids import Key, keys_in
+from procedures.journal.voids import Key, key_of, keys_in
 from procedures.records.dwells import Event
 from procedures.records.states import GOING, State
 from rig.clock import Clock
@@ -64,12 +65,19 @@ class RunPage:
     channels: tuple[ChannelNow, ...]
     verdict: Mapping[str, object] | None
     has_report: bool
+    last_step: int | None
+    """Of the newest dwell that counts, which can be taken back; None where there is none."""
     version: str
     """Another one where anything on the page is another."""
 
     @property
     def is_unasked_stop(self) -> bool:
         return self.status.state in (State.HELD, State.TRIPPED, State.FAILED, State.INTERRUPTED)
+
+    @property
+    def can_be_taken_back(self) -> bool:
+        """Whether dwells of it can be taken back now."""
+        return not self.is_alive and self.last_step is not None and self.status.state in TAKES_BACK
 
     @property
     def is_going(self) -> bool:
@@ -133,6 +141,7 @@ class WatchedRun:
                 ),
                 verdict=read_verdict(self.folder),
                 has_report=(self.folder / "report.html").is_file(),
+                last_step=self._last_step(),
                 version=hashlib.sha256(repr(mark).encode()).hexdigest()[:16],
             )
 
@@ -156,6 +165,12 @@ class WatchedRun:
         if event.kind == VOIDED:
             self._taken_back.update(keys_in(event))
             self._seen += 1
+
+    def _last_step(self) -> int | None:
+        counted = (
+            one.record for one in reversed(self._dwells) if one.record.accepted and one.record.purpose != "check"
+        )
+        return next((dwell.step for dwell in counted if key_of(dwell) not in self._taken_back), None)
 
     def _picture(self) -> HeatMap | None:
         if self._map[0] != self._seen:

@@ -3,7 +3,7 @@
 Nothing is edited: each is one more line of the audit trail (:mod:`procedures.journal.voids`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +31,10 @@ class Authorisation:
     reason: str
     is_remounted: bool = False
     """The package was moved: what is measured from now on belongs to a new mounting."""
+    via: str = ""
+    """By what it was said, where not by a command."""
+    place: str = ""
+    """From where."""
 
     def __post_init__(self) -> None:
         """Refuse texts that hold what nobody sees, whoever asks. Raises: RequestError."""
@@ -65,18 +69,28 @@ def redo(run_dir: Path, replication: int, authorisation: Authorisation, clock: C
     return _void(run_dir, dwells, "redo", authorisation, clock)
 
 
-def add_note(run_dir: Path, operator: str, text: str, clock: Clock | None = None) -> None:
+def add_note(
+    run_dir: Path, operator: str, text: str, clock: Clock | None = None, *, via: str = "", place: str = ""
+) -> None:
     """Add a note to a run that no process runs. Raises: RequestError, JournalError, StorageFailed."""
-    clock = clock or SystemClock()
-    with _owned_journal(run_dir, clock) as journal:
-        journal.append_event("note", {"by": operator, "text": text, "at_utc": clock.now_utc().isoformat()}, clock)
+    _say(run_dir, "note", operator, text, clock or SystemClock(), _whence(via, place))
 
 
-def acknowledge(run_dir: Path, operator: str, text: str, clock: Clock | None = None) -> None:
+def acknowledge(
+    run_dir: Path, operator: str, text: str, clock: Clock | None = None, *, via: str = "", place: str = ""
+) -> None:
     """Somebody knows of the alarm of a run that no process runs. Raises as :func:`add_note`."""
-    clock = clock or SystemClock()
+    _say(run_dir, "ack", operator, text, clock or SystemClock(), _whence(via, place))
+
+
+def _say(run_dir: Path, kind: str, by: str, text: str, clock: Clock, whence: Mapping[str, str]) -> None:
     with _owned_journal(run_dir, clock) as journal:
-        journal.append_event("ack", {"by": operator, "text": text, "at_utc": clock.now_utc().isoformat()}, clock)
+        journal.append_event(kind, {"by": by, "text": text, "at_utc": clock.now_utc().isoformat(), **whence}, clock)
+
+
+def _whence(via: str, place: str) -> dict[str, str]:
+    """Return by what and from where it was said; nothing of a command."""
+    return {name: value for name, value in (("via", via), ("place", place)) if value}
 
 
 def is_acknowledged(run_dir: Path) -> bool:
@@ -142,7 +156,7 @@ def _void(
         detail = void_detail(
             dwells, authorisation.operator, authorisation.reason, cause, is_remounted=authorisation.is_remounted
         )
-        journal.append_event(KIND, detail, clock)
+        journal.append_event(KIND, {**detail, **_whence(authorisation.via, authorisation.place)}, clock)
         if state is State.FINISHED:
             _enter(journal, state, State.STOPPED, authorisation.operator, f"{cause}: {authorisation.reason}", clock)
     return len(dwells)

@@ -57,6 +57,15 @@ class RigSection(StrictTable):
     """Above sea level."""
     heading_deg: Annotated[float, Field(ge=-360.0, le=360.0)] | None = None
     """Where x points when all axes stand at zero, from north through east."""
+    resume_after_power_cut: bool = False
+    """Whether the queue may resume a run once after a cold start, where something stops every axis."""
+
+
+class ConsoleSection(StrictTable):
+    """``[console]``: what a browser may do."""
+
+    motion_from_elsewhere: bool = False
+    """Whether a browser of another machine may begin motion: continue, resume, arm the queue."""
 
 
 class Standard(StrictTable):
@@ -281,6 +290,7 @@ class RigDescription(StrictTable):
     job: Job = Job()
     laboratory: Laboratory | None = None
     acceptance: Acceptance = Acceptance()
+    console: ConsoleSection = ConsoleSection()
     interlocks: Interlocks = Interlocks()
     motion: Motion = Motion()
     reading: Reading = Reading()

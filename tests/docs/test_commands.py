@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 
 import pytest
@@ -41,7 +42,8 @@ def _help(command: tuple[str, ...]) -> str:
 
 
 def _command_of(words: list[str]) -> tuple[str, ...]:
-    return tuple(words[:2] if words[0] == "archive" and len(words) > 1 and words[1].isalpha() else words[:1])
+    deepest = {"archive": 2, "queue": 2, "console": 3}.get(words[0], 1)
+    return tuple(takewhile(str.isalpha, words[:deepest]))
 
 
 def _unknown_in(typed: str) -> list[str]:

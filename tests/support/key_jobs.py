@@ -59,6 +59,7 @@ def _table() -> Job:
         _example("rig.toml"),
         tomllib.loads("""
 approved_by = "B. Chief"
+console = { motion_from_elsewhere = false }
 rig = { gravity_uncertainty_mps2 = 1e-5 }
 environment.air = { standard = "probe" }
 interlocks.temperature.air = { band_degc = [10.0, 30.0] }

@@ -27,6 +27,7 @@ from ams.surveillance.adjustment import Adjustment
 from procedures.certificate.grounds import Grounds
 from procedures.certificate.page import certificate_page
 from procedures.check.check_report import check, to_document
+from procedures.console.rights import refused_elsewhere
 from procedures.delivery.deliver import SolvedRun, _as_left, sensors_document, sets_of
 from procedures.errors import ProcedureError
 from procedures.journal.header import make_header
@@ -91,6 +92,7 @@ def stages(job: Job, folder: Path, said_before: Callable[[], str] = str) -> Iter
     try:
         rig, procedure = read_rig(files[0]), read_procedure(files[1])
         report = check(rig, procedure, fresh_seed=1)
+        yield "from another machine", refused_elsewhere("continue", rig)
         yield "plan", _text({**_without_echoes(to_document(report)), "steps of all": report.plan.steps})
         yield from _performed(job, rig, report.plan, folder, said_before)
     except SeenOnTheWire as seen:

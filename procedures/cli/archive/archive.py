@@ -22,6 +22,7 @@ from ams.archive.synthetic import Story, synthetic_archive
 from ams.archive.synthetic_runs import publish_synthetic
 from ams.surveillance.compare import compare as compare_sets
 from ams.whole_file import write_whole
+from procedures.cli.archive.identity import OWN_WORD, signer
 from procedures.cli.archive.text import (
     adjustment_lines,
     comparison_lines,
@@ -32,9 +33,9 @@ from procedures.cli.archive.text import (
     set_lines,
     sign_off_lines,
 )
-from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
+from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, SecretFile, require_folder_of
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import default_archive_url, find_run, login_name
+from procedures.cli.places import default_archive_url, find_run
 from procedures.cli.results.coefficients_text import set_text
 from procedures.cli.run.run import archive_of
 from procedures.delivery.deliver import publish_folder
@@ -264,10 +265,13 @@ def sign(
     *,
     operator: Operator = None,
     comment: str = "",
+    secret_file: SecretFile = None,
     archive: Archive = None,
     json: Json = False,
 ) -> None:
     """Sign a set as prepared, reviewed or approved, in this order and not all by one person; or withdraw it.
+
+    Who signs has an account (`calrig console people`) and tells its secret, at the terminal or by --secret-file.
 
     Parameters
     ----------
@@ -279,7 +283,8 @@ def sign(
         A remark; the reason where a set is withdrawn.
     """
     url = archive or default_archive_url()
-    _tell(sign_set(url, key, role, operator or login_name(), datetime.now(UTC), comment), json=json)
+    who = signer(operator, secret_file)
+    _tell(sign_set(url, key, role, who, datetime.now(UTC), comment, identified_by=OWN_WORD), json=json)
 
 
 @app.command
@@ -290,6 +295,7 @@ def accept(
     *,
     reason: str = "",
     operator: Operator = None,
+    secret_file: SecretFile = None,
     archive: Archive = None,
     json: Json = False,
 ) -> None:
@@ -302,10 +308,11 @@ def accept(
     finding
         The finding's name as archive show tells it, such as x.cubic.
     reason
-        Why it does not forbid the use of the set; needed, as is --operator.
+        Why it does not forbid the use of the set; needed.
     """
     url = archive or default_archive_url()
-    _tell(accept_finding(url, key, finding, operator or "", datetime.now(UTC), reason), json=json)
+    who = signer(operator, secret_file)
+    _tell(accept_finding(url, key, finding, who, datetime.now(UTC), reason, identified_by=OWN_WORD), json=json)
 
 
 @app.command
@@ -315,6 +322,7 @@ def release(
     *,
     reason: str = "",
     operator: Operator = None,
+    secret_file: SecretFile = None,
     archive: Archive = None,
     json: Json = False,
 ) -> None:
@@ -325,10 +333,11 @@ def release(
     key
         Six or more characters of the set's checksum.
     reason
-        Why it may be used; needed, as is --operator.
+        Why it may be used; needed.
     """
     url = archive or default_archive_url()
-    _tell(release_set(url, key, operator or "", datetime.now(UTC), reason), json=json)
+    who = signer(operator, secret_file)
+    _tell(release_set(url, key, who, datetime.now(UTC), reason, identified_by=OWN_WORD), json=json)
 
 
 @app.command

@@ -1,4 +1,4 @@
-"""``calrig service``: the systemd unit that resumes a run after a crash or a reboot, with the paths of this machine."""
+"""``calrig service``: the systemd units that resume a run after a crash or a reboot, and that run a queue."""
 
 import platform
 import shutil
@@ -16,25 +16,32 @@ from procedures.cli.output import say
 from procedures.errors import ExitStatus, RequestError
 
 NAME = "calrig@.service"
+QUEUE_NAME = "calrig-queue.service"
 
 
 def service(
     *,
     out: RunsFolder = RUNS,
+    queue: Annotated[
+        Path | None, Parameter(help="A rig file: the unit of the runner of its queue instead of that of runs.")
+    ] = None,
     show: Annotated[bool, Parameter(negative=(), help="Print the unit; write nothing.")] = False,
 ) -> int:
     """Write the user's systemd unit: ``calrig@NAME`` resumes the run NAME of the folder of runs.
 
-    The folders that it may write to are made, since it does not start without them. A unit of before is replaced.
+    With --queue it is that of the runner of a queue, which starts what is due. The folders that a unit may write to
+    are made, since it does not start without them. A unit of before is replaced.
     """
     program, runs, state = _program(), out.absolute(), user_state_path("calrig")
-    for path in (program, str(runs), str(state)):
+    rig = None if queue is None else queue.absolute()
+    for path in (program, str(runs), str(state), str(rig or "")):
         if set(path) & set(" %\"'\\"):
             raise RequestError(
                 f"service: {path}: has a space, a percent sign or a quote, which a unit would read as something else; "
                 "nothing was written; give calrig and its runs plain paths"
             )
-    text = unit_text(program, runs, state)
+    name = NAME if rig is None else QUEUE_NAME
+    text = unit_text(program, runs, state, rig)
     if show:
         say(text.rstrip())
         return ExitStatus.DONE
@@ -46,17 +53,19 @@ def service(
     folder = user_config_path("systemd") / "user"
     for made in (folder, runs, state):
         made.mkdir(parents=True, exist_ok=True)
-    write_whole(folder / NAME, text.encode("utf-8"))
-    say(f"written: {folder / NAME}")
-    say("now: systemctl --user daemon-reload && systemctl --user enable --now calrig@NAME")
+    write_whole(folder / name, text.encode("utf-8"))
+    say(f"written: {folder / name}")
+    unit = "calrig@NAME" if rig is None else name
+    say(f"now: systemctl --user daemon-reload && systemctl --user enable --now {unit}")
     say("and once, so that it goes on after logout: loginctl enable-linger")
     return ExitStatus.DONE
 
 
-def unit_text(program: str, runs: Path, state: Path) -> str:
-    """Return the unit with its paths."""
-    text = files("procedures.cli.bench").joinpath(NAME).read_text(encoding="utf-8")
-    for mark, path in {"@CALRIG@": program, "@RUNS@": str(runs), "@STATE@": str(state)}.items():
+def unit_text(program: str, runs: Path, state: Path, rig: Path | None = None) -> str:
+    """Return the unit with its paths; ``rig``: of the queue's rig file, for the unit of its runner."""
+    template = files("procedures.cli.bench").joinpath(NAME if rig is None else QUEUE_NAME)
+    text = template.read_text(encoding="utf-8")
+    for mark, path in {"@CALRIG@": program, "@RUNS@": str(runs), "@STATE@": str(state), "@RIG@": str(rig)}.items():
         text = text.replace(mark, path)
     return text
 

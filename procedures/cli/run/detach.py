@@ -14,7 +14,7 @@ from pathlib import Path
 
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.told_folder import told_folder
 from rig.clock import Clock, SystemClock
 
 LOG_FILE = "terminal.log"
@@ -54,7 +54,7 @@ def detached(
             creationflags=_AWAY_FROM_CONSOLE,
         )
     folder = None
-    while (folder := _folder_in(log)) is None and child.poll() is None:
+    while (folder := told_folder(log)) is None and child.poll() is None:
         clock.sleep(_LOOK_S)
     if folder is None:
         said = log.read_text(encoding="utf-8", errors="replace").strip()
@@ -83,10 +83,3 @@ def _log_in(out: Path) -> Path:
         ) from error
     os.close(handle)
     return Path(name)
-
-
-def _folder_in(log: Path) -> Path | None:
-    """Return the first whole line that is the folder of a run."""
-    lines = log.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)
-    folders = (Path(line.rstrip("\n")) for line in lines if line.endswith("\n"))
-    return next((folder for folder in folders if (folder / JOURNAL_FILE).exists()), None)

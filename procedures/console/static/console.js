@@ -3,7 +3,7 @@
 (() => {
   const place = document.getElementById("standing"), fresh = document.getElementById("fresh");
   const picture = document.getElementById("picture"), canvas = document.getElementById("map");
-  const under = document.getElementById("under"), run = encodeURIComponent(place.dataset.run);
+  const banner = document.getElementById("banner"), under = document.getElementById("under"), run = encodeURIComponent(place.dataset.run);
   let heard = performance.now(), pause = 500, shown = -1, drawn = null, waits = 0, isDue = false, label = 0;
 
   const tell = () => {
@@ -12,20 +12,26 @@
     fresh.textContent = age > 5 ? `STALE for ${age.toFixed(0)} s, trying again` : "● live";
   };
 
+  const put = (where, html) => {  // what is open stays open
+    const open = [...where.querySelectorAll("details")].map((one) => one.open);
+    where.innerHTML = html;
+    where.querySelectorAll("details").forEach((one, n) => { if (n in open) one.open = open[n]; });
+  };
+
   const listen = () => {
-    const socket = new WebSocket(`ws://${location.host}/live/${run}`);
+    const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live/${run}`);
     socket.onmessage = (event) => {
       heard = performance.now();
       pause = 500;
       const news = JSON.parse(event.data);
       if (news.html !== undefined) {
-        const open = [...place.querySelectorAll("details")].map((one) => one.open);
-        place.innerHTML = news.html;
-        place.querySelectorAll("details").forEach((one, n) => { if (n in open) one.open = open[n]; });
-        const first = place.querySelector(".state b");
+        put(banner, news.banner);
+        put(place, news.html);
+        const first = banner.querySelector(".state b");
         if (first) document.title = document.title.replace(/^[A-Z]+ /, `${first.textContent} `);
         if (news.done !== shown) { shown = news.done; look(); }
       }
+      if (news.acts !== undefined) offer(news.acts);
       tell();
     };
     socket.onclose = () => {
@@ -34,6 +40,78 @@
       tell();
     };
   };
+
+  const acts = document.getElementById("acts");
+  let offered = null, isBusy = false;
+  const offer = (html) => {  // not under a hand: what is being typed or held stays until it is done
+    offered = html;
+    if (isBusy || acts.contains(document.activeElement) && document.activeElement.value) return;
+    const said = document.getElementById("said"), [told, kind] = [said.textContent, said.className];
+    put(acts, html);
+    document.getElementById("said").textContent = told;
+    document.getElementById("said").className = kind;
+    offered = null;
+  };
+
+  const say = (told, isRefused) => {
+    const said = document.getElementById("said");
+    said.textContent = told;
+    said.classList.toggle("refused", isRefused);
+  };
+
+  let number = 0;
+  const act = async (form) => {
+    const fields = new URLSearchParams(new FormData(form)), name = form.dataset.act;
+    number += 1;
+    fields.set("key", `${fields.get("key")}-${number}`);  // one act, however often it must be sent
+    isBusy = true;
+    say(`${name}: asked, waiting for an answer`, false);
+    for (let tries = 1; ; tries += 1) {
+      const patience = setTimeout(() => say(`${name}: no answer yet; still waiting, and trying again`, true), 900);
+      try {
+        const answer = await fetch(form.action, {
+          method: "POST", body: fields, headers: { accept: "application/json" }, signal: AbortSignal.timeout(4000),
+        });
+        const news = await answer.json();
+        say(news.told, !news.done);
+        if (news.done) form.reset();
+        break;
+      } catch {
+        say(`${name}: NOT answered after ${tries} ${tries === 1 ? "try" : "tries"}; trying again; use the button at the machine`, true);
+        await new Promise((go) => setTimeout(go, 500));
+      } finally {
+        clearTimeout(patience);
+      }
+    }
+    isBusy = false;
+    if (offered !== null) offer(offered);
+  };
+
+  acts.addEventListener("submit", (event) => {
+    event.preventDefault();
+    if (event.target.dataset.hold === undefined) act(event.target);
+  });
+  const HOLD_MS = 500;  // against a touch by accident; the stop itself can be taken up again
+  let holding = 0;
+  const press = (event) => {
+    const button = event.target.closest("[data-hold] button");
+    if (!button || event.repeat || (event.type === "keydown" && event.key !== " " && event.key !== "Enter")) return;
+    isBusy = true;
+    button.classList.add("held");
+    clearTimeout(holding);
+    holding = setTimeout(() => { holding = 0; button.classList.remove("held"); act(button.form); }, HOLD_MS);
+  };
+  const release = () => {
+    if (!holding) return;
+    clearTimeout(holding);
+    holding = 0;
+    isBusy = false;
+    acts.querySelectorAll(".held").forEach((one) => one.classList.remove("held"));
+    say("hold it for half a second: then every axis stops at once", false);
+  };
+  acts.addEventListener("pointerdown", press);
+  acts.addEventListener("keydown", press);
+  for (const kind of ["pointerup", "pointercancel", "keyup", "blur"]) window.addEventListener(kind, release);
 
   const look = () => {  // at most every five seconds, however fast dwells come
     isDue = true;

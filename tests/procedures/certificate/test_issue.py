@@ -9,6 +9,7 @@ from pathlib import Path
 import pikepdf
 import pytest
 from certificate_scene import RELEASED, set_with_findings
+from signers import with_accounts
 from solved import provenance, solved_package
 
 from ams.archive.sets import list_sets, publish, show
@@ -61,11 +62,12 @@ def test_the_attached_certificate_for_machines_holds_the_same_set_and_says_who_a
 
 
 def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_attachments_name_who_approved(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
     publish(url, [set_with_findings(approved_by=None)], MOMENT)
     where = ["--archive", url]
+    secret = with_accounts(tmp_path, monkeypatch, "A. Operator", "B. Chief", "C. Reader")
     for word in (
         ["sign", "SN1047", "prepared", "--operator", "A. Operator"],
         *(
@@ -75,7 +77,7 @@ def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_a
         ["sign", "SN1047", "reviewed", "--operator", "C. Reader"],
         ["sign", "SN1047", "approved", "--operator", "B. Chief"],
     ):
-        assert run_command(["archive", *word, *where]) == 0, word
+        assert run_command(["archive", *word, *where, *secret]) == 0, word
     capsys.readouterr()
     assert run_command(["archive", "show", "SN1047", *where]) == 0
     shown = capsys.readouterr().out
@@ -94,7 +96,7 @@ def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_a
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["accept", "SN1047", "y.cubic", "--reason", "small"], "accept y.cubic: needs a name"),
+        (["accept", "SN1047", "y.cubic", "--operator", "N. N.", "--reason", "small"], "N. N.: nobody of that name has"),
         (["accept", "SN1047", "y.cubic", "--operator", "C. Reader"], "accept y.cubic: needs a reason"),
         (["accept", "SN1047", "x.drift", "--operator", "C. Reader", "--reason", "small"],
          "no such finding: its significant findings are y.cubic, y.wrong-dwell, y.wrong-dwell.2"),
@@ -102,12 +104,17 @@ def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_a
     ],
 )  # fmt: skip
 def test_a_word_without_name_reason_or_object_is_a_sentence(
-    arguments: list[str], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: list[str],
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
     publish(url, [set_with_findings()], MOMENT)
     sign(url, "SN1047", "prepared", "A. Operator", MOMENT)
-    assert run_command(["archive", *arguments, "--archive", url]) == 2
+    secret = with_accounts(tmp_path, monkeypatch, "C. Reader")
+    assert run_command(["archive", *arguments, "--archive", url, *secret]) == 2
     assert words in capsys.readouterr().err
 
 

@@ -1,6 +1,8 @@
 """The pages in Chromium, in every size and both schemes: nothing is cut, small, foreign or dead."""
 
+import json
 from collections.abc import Iterator
+from contextlib import ExitStack
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -12,12 +14,15 @@ from programs import require_program
 from run_folders import make_run
 
 from procedures.journal.journal import Journal
+from procedures.journal.owner import owning
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 
 SIZES = [(390, 844), (820, 1180), (1440, 900)]
-STATES = (State.FINISHED, State.TRIPPED, State.STOPPED, State.FAILED, State.RUNNING, State.HELD)
-SMALL = """[...document.querySelectorAll('a, button, input, summary')].filter(one => !one.classList.contains('skip'))
+LIVE = (State.RUNNING, State.HELD, State.PAUSED)
+STATES = (State.FINISHED, State.TRIPPED, State.STOPPED, State.FAILED, *LIVE)
+SMALL = """[...document.querySelectorAll('a, button, input:not([type=hidden]), summary')]
+  .filter(one => !one.classList.contains('skip') && one.type !== 'checkbox' && one.checkVisibility())
   .map(one => [one.textContent, one.getBoundingClientRect()])
   .filter(([_, box]) => box.width > 0 && (box.height < 43.9 || box.width < 30)).map(([text]) => text)"""
 CUT = """[...document.querySelectorAll('main *')].filter(one => {
@@ -26,7 +31,8 @@ CUT = """[...document.querySelectorAll('main *')].filter(one => {
     || style.overflow === 'hidden' && one.scrollWidth > one.clientWidth + 1);
 }).map(one => one.outerHTML.slice(0, 80))"""
 OVER = """(() => { const kinds = ['p', 'dd', 'dt', 'li', 'h1', 'h2', 'summary'].map(one => `main ${one}`).join();
-  const lines = [...document.querySelectorAll(kinds)].filter(one => one.getBoundingClientRect().width > 0);
+  const lines = [...document.querySelectorAll(kinds)]
+    .filter(one => one.checkVisibility() && one.getBoundingClientRect().width > 0);
   return lines.filter((one, n) => lines.slice(n + 1).some(other => {
     if (one.contains(other) || other.contains(one)) return false;
     const a = one.getBoundingClientRect(), b = other.getBoundingClientRect();
@@ -68,6 +74,25 @@ def _require_whole(page: Page) -> None:
     assert page.evaluate(SMALL) == []
 
 
+def _require_steering(page: Page, run: Path, base: str) -> None:
+    """A touch asks for a pause; a stop of the axes is held; what was asked stands in the run's folder, once."""
+    with owning(run):
+        page.goto(f"{base}/run/{run.name}")
+        _require_whole(page)
+        page.get_by_text("Pause after dwell").click()
+        expect(page.locator("#said")).to_contain_text("pause was asked for")
+        stop = page.get_by_text("Stop axes: hold")
+        expect(stop).to_be_in_viewport()
+        stop.click()
+        expect(page.locator("#said")).to_contain_text("hold it for half a second")
+        stop.hover()
+        page.mouse.down()
+        expect(page.locator("#said")).to_contain_text("abort was asked for")
+        page.mouse.up()
+    asked = [json.loads(path.read_text()) for path in sorted((run / "requests").glob("*.json"))]
+    assert [(one["kind"], one["via"]) for one in asked] == [("pause", "console"), ("abort", "console")]
+
+
 ONE = [((390, 844), "dark")]
 ALL = [(size, scheme) for size in SIZES for scheme in ("light", "dark")]
 
@@ -85,6 +110,9 @@ def test_a_page_on_a_phone_is_whole_alive_and_asks_nobody_else(
     journal.append_event("note", {"by": "anna", "text": "the door was open", "at_utc": "x"}, a_clock())
     journal.close()
     expect(shown.locator(".news li").first).to_contain_text("note by anna: the door was open", timeout=2000)
+    _require_steering(shown, runs / "running", base)
+    shown.goto(f"{base}/queue")
+    _require_whole(shown)
     shown.keyboard.press("Tab")
     expect(shown.locator(".skip")).to_be_focused()
     assert complaints == []
@@ -93,14 +121,17 @@ def test_a_page_on_a_phone_is_whole_alive_and_asks_nobody_else(
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("page", ALL, indirect=True, ids=str)
-def test_every_page_in_every_state_is_whole(page: tuple[Page, list[str], list[str]]) -> None:
+def test_every_page_in_every_state_is_whole(page: tuple[Page, list[str], list[str]], runs: Path) -> None:
     shown, complaints, _ = page
     base = shown.url.rstrip("/")
-    for path in ("/night", *(f"/run/{state}" for state in STATES)):
-        shown.goto(f"{base}{path}")
-        _require_whole(shown)
-        shown.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
-        _require_whole(shown)
+    with ExitStack() as alive:
+        for state in LIVE:
+            alive.enter_context(owning(runs / str(state)))
+        for path in ("/night", "/queue", "/login", *(f"/run/{state}" for state in STATES)):
+            shown.goto(f"{base}{path}")
+            _require_whole(shown)
+            shown.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
+            _require_whole(shown)
     shown.set_viewport_size({"width": 195, "height": 422})  # a phone at 200 %
     shown.goto(f"{base}/run/tripped")
     assert shown.evaluate("document.documentElement.scrollWidth") <= 195

@@ -14,10 +14,13 @@ from starlette.testclient import TestClient
 
 from ams.frames import specific_force
 from ams.units import ARCSEC_PER_RAD
-from procedures.console.app import Console, make_app
+from procedures.accounts.people import People
+from procedures.console.app import make_app
+from procedures.console.gate import Site
 from procedures.console.heat_map import heat_map
 from procedures.console.night import evening_before
 from procedures.console.sessions import Sessions
+from procedures.console.shared import Console
 from procedures.journal.follower import FollowedDwell
 from procedures.journal.journal import Journal
 from procedures.journal.run_list import RunList
@@ -48,9 +51,10 @@ def runs(tmp_path: Path) -> Path:
 @pytest.fixture
 def browser(runs: Path) -> Iterator[TestClient]:
     clock = a_clock()
-    sessions = Sessions(clock)
-    console = Console(RunList(runs), f"sqlite:///{runs.parent / 'none.sqlite'}", clock, sessions)
-    client = TestClient(make_app(console, frozenset([HOST])), base_url=f"http://{HOST}")
+    sessions = Sessions(clock, People(runs.parent / "people.json"))
+    archive = f"sqlite:///{runs.parent / 'none.sqlite'}"
+    console = Console(RunList(runs), archive, clock, sessions, Site(frozenset([HOST])), runs.parent / "queues")
+    client = TestClient(make_app(console), base_url=f"http://{HOST}")
     client.get("/enter", params={"key": sessions.new_key()})
     yield client
     console.close()

@@ -1,11 +1,14 @@
 """``calrig archive`` and ``calrig resolve`` as a user calls them, rightly and wrongly."""
 
+import json
+import sqlite3
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 from command import Outcome, call
 from reports_left_out import reports_left_out
+from signers import with_accounts
 from small_run import PROCEDURE, RIG
 from stored_runs import DATA, StoredCase
 
@@ -135,14 +138,28 @@ def test_a_run_of_straight_lines_is_published_with_its_units(
     assert charts[0]["name"].startswith("offset_ut.")
 
 
-def test_signing_and_verifying(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
+def test_signing_needs_the_secret_of_that_very_person(
+    archive, laboratory: Laboratory, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:  # type: ignore[no-untyped-def]
     first = checksums(archive)[0][:12]
-    refused = archive("sign", first, "approved", "--operator", "A. Ray")
+    unknown = archive("sign", first, "prepared", "--operator", "A. Ray")
+    assert (unknown.status, "A. Ray: nobody of that name has an account" in unknown.err) == (2, True)
+    secret = with_accounts(tmp_path, monkeypatch, "A. Ray", "B. Sun")
+    silent = archive("sign", first, "prepared", "--operator", "A. Ray")
+    assert (silent.status, "needs the secret of its person" in silent.err) == (2, True)
+    (tmp_path / "guess").write_text("aaaa-aaaa-aaaa-aaab")
+    wrong = archive("sign", first, "prepared", "--operator", "A. Ray", "--secret-file", tmp_path / "guess")
+    assert (wrong.status, "that is not the secret" in wrong.err) == (2, True)
+    refused = archive("sign", first, "approved", "--operator", "A. Ray", *secret)
     assert (refused.status, "is not its turn" in refused.err) == (2, True)
-    assert archive("sign", first, "prepared", "--operator", "A. Ray", "--json").document["state"] == "prepared"
+    signed = archive("sign", first, "prepared", "--operator", "a. ray", *secret, "--json").document
+    assert (signed["state"], signed["signatures"][0]["name"]) == ("prepared", "A. Ray")
     report = archive("verify", "--json").document
     assert (report["verified"], report["faults"]) == (True, [])
     assert "intact" in archive("verify").out
+    with sqlite3.connect(laboratory.folder / "archive.sqlite") as records:
+        (told,) = records.execute("SELECT detail FROM records WHERE kind = 'signature'").fetchone()
+    assert json.loads(told)["identified_by"] == "the secret of that name"
 
 
 def test_resolve_finds_the_same_numbers_and_writes_nothing(
@@ -167,7 +184,7 @@ def test_resolve_finds_the_same_numbers_and_writes_nothing(
         (["show", "SN9"], 2, "no single set for 'SN9': found nothing"),
         (["history", "SN9"], 2, "sensor 'SN9': has no set here"),
         (["compare", "SN1", "ffffff"], 2, "no single set for 'ffffff'"),
-        (["sign", "SN1", "blessed", "--operator", "A"], 2, "role: got 'blessed', allowed are"),
+        (["sign", "SN1", "blessed", "--operator", "N. N."], 2, "nobody of that name has an account"),
         (["publish", "nowhere"], 2, "nowhere: no run is there"),
         (["demo", "--sensors", 3], 2, "a demonstration needs at least 8 sensors and 4 years: got 3 and 8"),
     ],

@@ -1,0 +1,217 @@
+"""``calrig queue``: what runs tonight on a rig, and the runner that starts what is due."""
+
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from procedures.cli.options import RUNS, Archive, Json, NeededReason, Operator, Rig, RunsFolder
+from procedures.cli.output import note, print_json, say
+from procedures.cli.places import login_name, queues_of_here
+from procedures.errors import ExitStatus, ProcedureError, RequestError
+from procedures.kinds.read import read_procedure
+from procedures.queue import people
+from procedures.queue.moments import moment
+from procedures.queue.people import Choice
+from procedures.queue.runner import Runner
+from procedures.queue.state import Item, Place, Queue
+from procedures.queue.store import FILE, QueueStore, folder_of_rig
+from procedures.queue.words import item_document, queue_lines
+from procedures.queue.world import RigWorld, boot, checked, is_possible
+from rig import file_lock
+from rig.assembly.unguarded import unguarded_sentences
+from rig.clock import SystemClock
+from rig.description.read import read_rig
+
+app = App(name="queue", help="What runs tonight on a rig, one run after the other.", group_commands="Commands")
+LOOK_S = 1.0
+OfRig = Annotated[
+    Path | None, Parameter(name="--rig", help="A rig file of the rig; not needed where there is one queue.")
+]
+Number = Annotated[int, Parameter(help="The number of the item, as calrig queue list tells it.")]
+
+
+@app.command
+def add(
+    procedure: Path,
+    /,
+    *,
+    rig: Rig,
+    out: RunsFolder = RUNS,
+    operator: Operator = None,
+    not_before: str | None = None,
+    not_after: str | None = None,
+    json: Json = False,
+) -> int:
+    """Add a run at the end of the queue of its rig, and check it at once; it is checked again before it starts.
+
+    Parameters
+    ----------
+    not_before
+        A time such as 22:00 or 2026-03-01T22:00, here.
+    not_after
+        The time after which it is not started any more: it expires.
+    """
+    described, description = read_rig(rig), read_procedure(procedure)
+    clock = SystemClock()
+    store = QueueStore(folder_of_rig(queues_of_here(), described.rig.name), clock)
+    now = clock.now_utc()
+    item = people.add(
+        store,
+        procedure,
+        rig,
+        described,
+        out,
+        operator or login_name(),
+        title=description.procedure.title,
+        not_before_utc=None if not_before is None else moment(not_before, "--not-before", now),
+        not_after_utc=None if not_after is None else moment(not_after, "--not-after", now),
+        refused=checked(procedure, rig, out),
+    )
+    if json:
+        print_json(item_document(item))
+    else:
+        say(f"item {item.number}: {item.title}: {item.place}")
+        for sentence in item.told:
+            say(f"it would be refused: {sentence}")
+    return ExitStatus.WRONG_REQUEST if item.place is Place.REFUSED else ExitStatus.DONE
+
+
+@app.command(name="list")
+def list_(*, rig: OfRig = None, json: Json = False) -> None:
+    """Show the queue: whether it is armed, what is mounted, and every item with what it waits for."""
+    _tell(_store(rig).read(), json=json)
+
+
+@app.command
+def move(item: Number, /, *, before: int = 0, rig: OfRig = None, operator: Operator = None) -> None:
+    """Put an item before another, or at the end.
+
+    Parameters
+    ----------
+    before
+        The item that comes after it; without it, it is put at the end.
+    """
+    _tell(people.move(_store(rig), item, before, operator or login_name()))
+
+
+@app.command
+def remove(item: Number, /, *, rig: OfRig = None, operator: Operator = None) -> None:
+    """Take out an item that has not begun."""
+    _tell(people.remove(_store(rig), item, operator or login_name()))
+
+
+@app.command
+def arm(*, until: str, rig: OfRig = None, operator: Operator = None) -> None:
+    """Let what waits start, until a time, in the name of the operator; told is what will run.
+
+    Parameters
+    ----------
+    until
+        Nothing starts after it: a time such as 06:00 or 2026-03-02T06:00, here.
+    """
+    clock = SystemClock()
+    now = clock.now_utc()
+    until_utc = moment(until, "--until", now)
+    _tell(people.arm(_store(rig), operator or login_name(), until_utc, boot(), now))
+
+
+@app.command
+def disarm(*, rig: OfRig = None, operator: Operator = None) -> None:
+    """Let nothing more start. What runs goes on: calrig stop, or abort, ends it."""
+    _tell(people.disarm(_store(rig), operator or login_name()))
+
+
+@app.command
+def attest(
+    *mounted: Annotated[str, Parameter(help="Each sensor that is mounted, with its datum face: SN1047 or SN1047=A.")],
+    rig: OfRig = None,
+    operator: Operator = None,
+) -> None:
+    """Say, by name, what is mounted now; the check set of the next run verifies it by measurement."""
+    parts = dict(_sensor(one) for one in mounted)
+    _tell(people.attest(_store(rig), operator or login_name(), parts))
+
+
+@app.command
+def decide(
+    item: Number, choice: Choice, /, *, reason: NeededReason, rig: OfRig = None, operator: Operator = None
+) -> None:
+    """Say what becomes of a run that tripped, failed, was stopped or aborted; then arm the queue again.
+
+    Parameters
+    ----------
+    choice
+        resume goes on with its run, again measures it from the start, drop leaves it.
+    """
+    _tell(people.decide(_store(rig), item, choice, reason, operator or login_name()))
+
+
+@app.command
+def run(*, rig: OfRig = None, archive: Archive = None) -> int:
+    """Start what is due, until Ctrl-C. It holds no device: what it has started goes on without it.
+
+    One runner a queue; `calrig service --queue RIG` writes its unit.
+    """
+    if not is_possible():
+        raise RequestError("queue run: this system hands no lock to another process; nothing was started")
+    clock, store = SystemClock(), _store(rig)
+    store.folder.mkdir(parents=True, exist_ok=True)
+    with (store.folder / "runner.lock").open("a+", encoding="utf-8") as file:
+        if not file_lock.take(file, clock, 5):
+            raise RequestError(f"{store.folder}: another runner has this queue; nothing was started")
+        world = RigWorld(store.folder, clock, unguarded_sentences, archive)
+        runner = Runner(store, world, clock, note)
+        note(f"queue {store.folder.name}: what is due starts; Ctrl-C ends this, and no run notices")
+        signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(ExitStatus.DONE))  # noqa: ARG005
+        _run(runner, clock)
+    return ExitStatus.DONE
+
+
+def _run(runner: Runner, clock: SystemClock) -> None:
+    told = ""
+    while True:
+        try:
+            runner.step()
+            told = ""
+        except KeyboardInterrupt:
+            return
+        except ProcedureError as error:
+            if str(error) != told:  # once, however long it lasts
+                told = str(error)
+                note(told)
+        try:
+            clock.sleep(LOOK_S)
+        except KeyboardInterrupt:
+            return
+
+
+def _store(rig: Path | None) -> QueueStore:
+    """Return the queue of a rig, or the only one. Raises: RequestError."""
+    queues, clock = queues_of_here(), SystemClock()
+    if rig is not None:
+        return QueueStore(folder_of_rig(queues, read_rig(rig).rig.name), clock)
+    found = sorted(path.parent for path in queues.glob(f"*/{FILE}"))
+    if len(found) != 1:
+        told = f"there are {len(found)} queues" if found else "there is no queue"
+        raise RequestError(f"queue: {told} in {queues}; nothing was done; give --rig with a rig file of the rig")
+    return QueueStore(found[0], clock)
+
+
+def _sensor(word: str) -> tuple[str, str]:
+    name, _, datum = word.partition("=")
+    return name.strip(), datum.strip()
+
+
+def _tell(queue: Queue, *, json: bool = False) -> None:
+    now = SystemClock().now_utc()
+    if json:
+        items: Sequence[Item] = [one for one in queue.items if one.place is not Place.REMOVED]
+        armed = queue.is_armed(boot(), now)
+        print_json({"armed": armed, "sequence": queue.sequence, "items": [item_document(one) for one in items]})
+        return
+    for line in queue_lines(queue, boot(), now):
+        say(line)

@@ -1,0 +1,78 @@
+"""What is posted: read, allowed or refused, done once in a thread of its own, and answered to a page or a program."""
+
+import secrets
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from anyio.to_thread import run_sync
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+
+from procedures.console.acts import ACCEPTED, ON_RUNS, WRONG, Answer, Asked, perform, read_act
+from procedures.console.gate import read_fields, require_token
+from procedures.console.rights import BEGINS_MOTION, STOPS, Act, refusal
+from procedures.console.shared import Console
+from procedures.console.templates_of import Pages
+from procedures.errors import RequestError
+from rig.description.rig_file import RigDescription
+
+FORBIDDEN, TOO_MANY = 403, 429
+
+
+class Acting:
+    """One method a route."""
+
+    def __init__(self, console: Console, pages: Pages) -> None:
+        self._console = console
+        self._pages = pages
+
+    async def on_run(self, request: Request) -> Response:
+        """Pause, continue, stop, abort, note, ack, void or redo."""
+        act = next((one for one in ON_RUNS if one == request.path_params["act"]), None)
+        if act is None:
+            raise HTTPException(404, f"allowed on a run are {', '.join(ON_RUNS)}")
+        folder = self._console.folder_of(request.path_params["name"])
+        rig = partial(self._console.rig_of, folder)
+        return await self.answer(request, act, rig, partial(self._perform, folder), f"/run/{folder.name}")
+
+    def _perform(self, folder: Path, asked: Asked) -> Answer:
+        return perform(folder, asked, self._console.clock)
+
+    async def answer(
+        self,
+        request: Request,
+        act: Act,
+        rig: Callable[[], RigDescription | None],
+        do: Callable[[Asked], Answer],
+        back: str,
+    ) -> Response:
+        """Do an act for whoever may; the same key again is answered as before. Raises: HTTPException."""
+        console, visitor = self._console, self._console.visitor(request)
+        fields = await read_fields(request)
+        require_token(request, fields, visitor)
+        place = request.client.host if request.client else ""
+        try:
+            asked = read_act(act, fields, visitor.name, place)
+        except RequestError as error:
+            return self._told(request, Answer(WRONG, str(error)), back)
+        if not console.is_known(visitor, asked.key):
+            is_elsewhere = console.site.is_elsewhere(request.scope)
+            known_rig = await run_sync(rig) if is_elsewhere and act in BEGINS_MOTION else None
+            if forbidden := refusal(act, visitor, known_rig, is_elsewhere=is_elsewhere):
+                return self._told(request, Answer(FORBIDDEN, forbidden), back)
+            if act not in STOPS and not console.sessions.counts_act(visitor):
+                return self._told(request, Answer(TOO_MANY, "too many acts within a minute; nothing was done"), back)
+        return self._told(request, await console.once(visitor, asked.key, partial(do, asked)), back)
+
+    def _told(self, request: Request, answer: Answer, back: str) -> Response:
+        if "text/html" in request.headers.get("accept", ""):
+            visitor = self._console.visitor(request)
+            return self._pages.shown("told.html.j2", answer.status, told=answer.told, back=back, visitor=visitor)
+        return JSONResponse({"done": answer.status == ACCEPTED, "told": answer.told}, answer.status)
+
+
+def new_key() -> str:
+    """Return what makes an act of a page one act."""
+    return secrets.token_hex(8)

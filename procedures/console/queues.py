@@ -1,0 +1,161 @@
+"""The queues as their page shows them, and what is said to them there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from functools import partial
+from pathlib import Path
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+
+from procedures.console.acting import Acting, new_key
+from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Answer, Asked
+from procedures.console.rights import Act
+from procedures.console.shared import Console
+from procedures.console.templates_of import Pages
+from procedures.errors import ProcedureError, RequestError
+from procedures.queue import people
+from procedures.queue.moments import moment
+from procedures.queue.state import Item, Place, Queue
+from procedures.queue.store import FILE, QueueStore
+from procedures.queue.words import armed_sentence, item_document, mounted_sentence, mounted_words
+from procedures.queue.world import boot
+from rig.clock import Clock
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+from rig.errors import RigError
+
+ACTS: tuple[Act, ...] = ("arm", "disarm", "move", "remove", "attest", "decide")
+GONE = (Place.REMOVED, Place.DROPPED)
+
+
+@dataclass(frozen=True)
+class ShownQueue:
+    """One queue."""
+
+    name: str
+    queue: Queue
+    is_armed: bool
+    armed: str
+    mounted: str
+    needed: str
+    """What the next item needs, as it is typed: ``SN1047=A SN1052``."""
+    items: tuple[Item, ...]
+    trouble: str = ""
+
+
+def shown_queues(folder: Path, clock: Clock) -> list[ShownQueue]:
+    """Return every queue of the folder, one that cannot be read with its sentence."""
+    return [_shown(path.parent, clock) for path in sorted(folder.glob(f"*/{FILE}"))]
+
+
+def _shown(folder: Path, clock: Clock) -> ShownQueue:
+    try:
+        queue = QueueStore(folder, clock).read()
+    except ProcedureError as error:
+        return ShownQueue(folder.name, Queue(), False, "", "", "", (), str(error))
+    now = clock.now_utc()
+    waiting = queue.in_place(Place.WAITING)
+    needs = waiting[0].needs if waiting else {}
+    return ShownQueue(
+        folder.name,
+        queue,
+        queue.is_armed(boot(), now),
+        armed_sentence(queue, boot(), now),
+        mounted_sentence(queue),
+        " ".join(f"{name}={datum}" if datum else name for name, datum in needs.items()),
+        tuple(one for one in queue.items if one.place not in GONE),
+    )
+
+
+class QueuePages:
+    """One method a route."""
+
+    def __init__(self, console: Console, pages: Pages, acting: Acting) -> None:
+        self._console = console
+        self._pages = pages
+        self._acting = acting
+
+    async def page(self, request: Request) -> Response:
+        queues = shown_queues(self._console.queues, self._console.clock)
+        visitor = self._console.visitor(request)
+        return self._pages.shown(
+            "queue.html.j2", here="queue", queues=queues, visitor=visitor, key=new_key(), words=mounted_words
+        )
+
+    async def api(self, request: Request) -> Response:
+        queues = shown_queues(self._console.queues, self._console.clock)
+        documents = [
+            {
+                "queue": one.name,
+                "sequence": one.queue.sequence,
+                "armed": one.is_armed,
+                "told": one.armed,
+                "items": [item_document(item) for item in one.items],
+                "trouble": one.trouble or None,
+            }
+            for one in queues
+        ]
+        return JSONResponse({"queues": documents})
+
+    async def act(self, request: Request) -> Response:
+        """Arm, disarm, move, remove, attest or decide."""
+        act = next((one for one in ACTS if one == request.path_params["act"]), None)
+        name = request.path_params["name"]
+        folder = next(
+            (path.parent for path in self._console.queues.glob(f"*/{FILE}") if path.parent.name == name), None
+        )
+        if act is None or folder is None or folder.is_symlink():
+            raise HTTPException(404, "there is no such queue, or no such act")
+        store = QueueStore(folder, self._console.clock)
+        do: Callable[[Asked], Answer] = partial(_perform, store, self._console.clock)
+        return await self._acting.answer(request, act, partial(_rig_of, store), do, "/queue")
+
+
+def _rig_of(store: QueueStore) -> RigDescription | None:
+    """Return the rig file of what would run next; None where it cannot be read: then nothing is allowed by it."""
+    items = store.read().in_place(Place.RESUMING, Place.UNDECIDED, Place.WAITING)
+    try:
+        return read_rig(Path(items[0].rig.path)) if items else None
+    except RigError:
+        return None
+
+
+def _perform(store: QueueStore, clock: Clock, asked: Asked) -> Answer:
+    try:
+        _require_seen(store.read(), asked)
+        _say(store, asked, clock.now_utc())
+    except ProcedureError as error:
+        return Answer(REFUSED, str(error))
+    except (KeyError, TypeError):
+        return Answer(WRONG, f"{asked.act}: something that it needs is missing; nothing was changed")
+    return Answer(ACCEPTED, f"{asked.act}: done")
+
+
+def _say(store: QueueStore, asked: Asked, now_utc: datetime) -> None:
+    number = asked.number or 0
+    match asked.act:
+        case "arm":
+            people.arm(store, asked.by, moment(asked.fields["until"], "until", now_utc), boot(), now_utc)
+        case "disarm":
+            people.disarm(store, asked.by)
+        case "move":
+            people.move(store, number, int(asked.fields.get("to", "0") or "0"), asked.by)
+        case "remove":
+            people.remove(store, number, asked.by)
+        case "attest":
+            parts = (word.partition("=") for word in asked.fields["mounted"].replace(",", " ").split())
+            people.attest(store, asked.by, {name: datum for name, _, datum in parts})
+        case "decide":
+            people.decide(store, number, asked.fields["choice"], asked.text, asked.by)
+
+
+def _require_seen(queue: Queue, asked: Asked) -> None:
+    """Refuse what was asked in view of another queue. Disarming is taken as it comes. Raises: RequestError."""
+    if asked.act != "disarm" and asked.expects != queue.sequence:
+        raise RequestError(
+            f"{asked.act} was asked in view of another queue (expects {asked.expects}, it is {queue.sequence}); "
+            "nothing was changed; look again, then ask again"
+        )

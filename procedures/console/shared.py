@@ -1,0 +1,112 @@
+"""What the pages read and the acts need, shared by all requests of one console."""
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Lock
+
+from starlette.exceptions import HTTPException
+from starlette.requests import HTTPConnection
+
+from procedures.console.acts import Answer
+from procedures.console.gate import Site, token_of
+from procedures.console.sessions import Sessions, Visitor
+from procedures.console.watched_run import RunPage, WatchedRun
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.run_list import ListedRun, RunList
+from procedures.journal.storage import JOURNAL_FILE
+from rig.clock import Clock
+from rig.description.read import rig_from_json
+from rig.description.rig_file import RigDescription
+
+MOST_WATCHED = 8
+MOST_ANSWERS = 1000
+
+
+@dataclass
+class Console:
+    """Of one process."""
+
+    runs: RunList
+    archive_url: str
+    clock: Clock
+    sessions: Sessions
+    site: Site
+    queues: Path
+    """The folder of queues."""
+    entered: asyncio.Event = field(default_factory=asyncio.Event)
+    """Set when somebody entered: the next link can be told."""
+    logging_in: asyncio.Lock = field(default_factory=asyncio.Lock)
+    """One guess at a time: each takes memory and time by intention."""
+    hands: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(8, "acts"))
+    """For acts alone: a stop waits for no page that is being read."""
+    sockets: int = 0
+    _answers: OrderedDict[tuple[str, str], asyncio.Future[Answer]] = field(default_factory=OrderedDict)
+    _watched: dict[str, WatchedRun] = field(default_factory=dict)
+    _lock: Lock = field(default_factory=Lock)
+
+    def visitor(self, connection: HTTPConnection) -> Visitor:
+        """Return who asks; the gate has let nobody else in. Raises: HTTPException where the session ended since."""
+        found = self.sessions.visitor(token_of(connection.headers, self.site))
+        if found is None:
+            raise HTTPException(401, "the session has ended; enter again")
+        return found
+
+    def listed(self) -> tuple[ListedRun, ...]:
+        with self._lock:
+            return self.runs.read()
+
+    def folder_of(self, name: str) -> Path:
+        """Return the folder of a run by its name there: no link, no other folder. Raises: HTTPException."""
+        path = self.runs.folder / name
+        is_plain = name not in ("", ".", "..") and not {"/", "\\", "\0"} & set(name) and not name.startswith(".")
+        if not is_plain or path.is_symlink() or not (path / JOURNAL_FILE).is_file():
+            raise HTTPException(404, "there is no such run")
+        return path
+
+    def watched(self, name: str) -> WatchedRun:
+        """Return the run of a name that stands in the folder of runs. Raises: HTTPException, JournalError."""
+        with self._lock:
+            path = self.folder_of(name)
+            if name not in self._watched:
+                while len(self._watched) >= MOST_WATCHED:
+                    self._watched.pop(next(iter(self._watched))).close()
+                self._watched[name] = WatchedRun(path, self.clock)
+            return self._watched[name]
+
+    def page(self, name: str) -> RunPage:
+        return self.watched(name).page()
+
+    def rig_of(self, folder: Path) -> RigDescription:
+        """Return the rig file that a run was begun with. Raises: JournalError."""
+        with JournalReader.open(folder) as reader:
+            return rig_from_json(reader.header.rig_json)
+
+    def first(self) -> str | None:
+        """Return the run that is alive, else the latest that can be read."""
+        alive = self.runs.alive()
+        if alive:
+            return alive[0].name
+        return next((run.path.name for run in self.listed() if not run.trouble), None)
+
+    async def once(self, visitor: Visitor, key: str, do: Callable[[], Answer]) -> Answer:
+        """Do an act in a thread; a page that heard nothing asks again with the same key, and the act counts once."""
+        place = (visitor.token, key)
+        if place not in self._answers:
+            self._answers[place] = asyncio.get_running_loop().run_in_executor(self.hands, do)
+            while len(self._answers) > MOST_ANSWERS:
+                self._answers.popitem(last=False)
+        return await asyncio.shield(self._answers[place])
+
+    def is_known(self, visitor: Visitor, key: str) -> bool:
+        """Return whether an act came before with this key."""
+        return (visitor.token, key) in self._answers
+
+    def close(self) -> None:
+        self.hands.shutdown(wait=False, cancel_futures=True)
+        for run in self._watched.values():
+            run.close()
+        self._watched.clear()

@@ -1,0 +1,162 @@
+"""What people say to the queue: each act is refused with a sentence, or is one event with a name."""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from datetime import datetime
+from pathlib import Path
+from typing import Literal, get_args
+
+from procedures.errors import RequestError
+from procedures.queue.state import OVER, Item, Place, Queue, Source
+from procedures.queue.store import Change, QueueStore
+from rig.description.rig_file import RigDescription
+
+Choice = Literal["resume", "again", "drop"]
+Check = Callable[[Path, Path, Path], Sequence[str]]
+"""Procedure, rig file and folder of runs to what speaks against starting; empty where nothing does."""
+MOVABLE = (Place.WAITING, Place.REFUSED)
+REMOVABLE = (Place.WAITING, Place.REFUSED, Place.RESUMING)
+
+
+def source_of(path: Path) -> Source:
+    """Return a file as it is now. Raises: RequestError."""
+    try:
+        content = path.read_bytes()
+        return Source(str(path.resolve()), content.decode("utf-8"), hashlib.sha256(content).hexdigest())
+    except (OSError, UnicodeDecodeError) as error:
+        raise RequestError(f"{path}: cannot be read: {error}; nothing was added") from error
+
+
+def needs_of(rig: RigDescription) -> dict[str, str]:
+    """Return the sensors that must be mounted, each with its datum face; a check sensor stays where it is."""
+    return {name: sensor.mount.datum for name, sensor in rig.sensors.items() if not sensor.check_sensor}
+
+
+def add(
+    store: QueueStore,
+    procedure: Path,
+    rig_file: Path,
+    rig: RigDescription,
+    out: Path,
+    by: str,
+    *,
+    title: str,
+    not_before_utc: datetime | None,
+    not_after_utc: datetime | None,
+    refused: Sequence[str],
+) -> Item:
+    """Add an item at the end, with what its check said. Raises: RequestError."""
+    _require_name("add", by)
+    if not_before_utc is not None and not_after_utc is not None and not_before_utc >= not_after_utc:
+        raise RequestError("queue add: --not-before is not before --not-after; nothing was added")
+    sources = {"procedure": asdict(source_of(procedure)), "rig": asdict(source_of(rig_file))}
+
+    def decide(queue: Queue) -> Change:
+        return "add", {
+            "item": queue.numbers + 1,
+            "by": by,
+            "title": title,
+            **sources,
+            "out": str(out.resolve()),
+            "needs": needs_of(rig),
+            "not_before_utc": _text(not_before_utc),
+            "not_after_utc": _text(not_after_utc),
+            "resumes_after_power_cut": rig.rig.resume_after_power_cut,
+            "refused": list(refused),
+        }
+
+    return store.change(decide).items[-1]
+
+
+def move(store: QueueStore, number: int, to: int, by: str) -> Queue:
+    """Put an item before another, or at the end where there is none of that number. Raises: RequestError."""
+    _require_name("move", by)
+
+    def decide(queue: Queue) -> Change:
+        _require(queue, number, MOVABLE, "move")
+        return "move", {"item": number, "to": to, "by": by}
+
+    return store.change(decide)
+
+
+def remove(store: QueueStore, number: int, by: str) -> Queue:
+    """Take an item out that has not begun. Raises: RequestError."""
+    _require_name("remove", by)
+
+    def decide(queue: Queue) -> Change:
+        _require(queue, number, REMOVABLE, "remove")
+        return "remove", {"item": number, "by": by}
+
+    return store.change(decide)
+
+
+def arm(store: QueueStore, by: str, until_utc: datetime, boot: str, now_utc: datetime) -> Queue:
+    """Let what waits start until a time. Raises: RequestError."""
+    _require_name("arm", by)
+    if until_utc <= now_utc:
+        raise RequestError(f"queue arm: got a time that is over ({until_utc:%Y-%m-%d %H:%M} UTC); nothing was armed")
+
+    def decide(queue: Queue) -> Change:
+        if undecided := queue.in_place(Place.UNDECIDED):
+            raise RequestError(
+                f"queue arm: item {undecided[0].number} needs a decision first ({'; '.join(undecided[0].told)}); "
+                "nothing was armed; calrig queue decide"
+            )
+        waiting = [one.number for one in queue.items if one.place not in (*OVER, Place.REFUSED)]
+        if not waiting:
+            raise RequestError("queue arm: nothing waits; nothing was armed; calrig queue add")
+        return "arm", {"by": by, "until_utc": until_utc.isoformat(), "boot": boot, "items": waiting}
+
+    return store.change(decide)
+
+
+def disarm(store: QueueStore, by: str) -> Queue:
+    """Let nothing more start; what runs goes on. Raises: RequestError."""
+    _require_name("disarm", by)
+    return store.change(lambda _queue: ("disarm", {"by": by, "reason": f"{by} disarmed it"}))
+
+
+def attest(store: QueueStore, by: str, mounted: Mapping[str, str]) -> Queue:
+    """Say what is mounted: sensor to datum face. Raises: RequestError."""
+    _require_name("attest", by)
+    if not mounted:
+        raise RequestError("queue attest: needed is what is mounted, such as SN1047 or SN1047=A; nothing was attested")
+    return store.change(lambda _queue: ("attest", {"by": by, "mounted": dict(mounted)}))
+
+
+def decide(store: QueueStore, number: int, choice: str, reason: str, by: str) -> Queue:
+    """Say what becomes of an item that was not finished. Raises: RequestError."""
+    _require_name("decide", by)
+    if choice not in get_args(Choice):
+        raise RequestError(f"queue decide: got {choice!r}, allowed are {', '.join(get_args(Choice))}")
+    if not reason.strip():
+        raise RequestError("queue decide: needs a reason; nothing was decided; give --reason")
+
+    def decided(queue: Queue) -> Change:
+        item = _require(queue, number, (Place.UNDECIDED,), "decide")
+        if choice == "resume" and not item.run:
+            raise RequestError(f"queue decide: item {number} has no run that could be resumed; take again, or drop")
+        return "decide", {"item": number, "choice": choice, "reason": reason, "by": by}
+
+    return store.change(decided)
+
+
+def _require(queue: Queue, number: int, places: Sequence[Place], act: str) -> Item:
+    item = queue.item(number)
+    if item is None:
+        raise RequestError(f"queue {act}: there is no item {number}; nothing was changed; calrig queue list")
+    if item.place not in places:
+        raise RequestError(
+            f"queue {act}: item {number} is {item.place}, needed is {' or '.join(places)}; nothing was changed"
+        )
+    return item
+
+
+def _require_name(act: str, by: str) -> None:
+    if not by.strip():
+        raise RequestError(f"queue {act}: needs a name; nothing was changed; give --operator")
+
+
+def _text(moment: datetime | None) -> str | None:
+    return None if moment is None else moment.isoformat()

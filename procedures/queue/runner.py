@@ -1,0 +1,172 @@
+"""What starts what is due: one step looks at the queue and at the world, and does at most one thing.
+
+The runner holds no device. Whatever it is about to do stands in the queue's record first, and what a killed runner
+left is found again from the record, from the lock that the started process inherited, and from the run's journal. So
+it may be killed between any two lines: no item is started twice, and none is lost.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Protocol
+
+from procedures.queue.state import AT_WORK, Attestation, Item, Place, Queue
+from procedures.queue.store import Change, QueueStore
+from procedures.queue.words import mounted_words
+from procedures.records.states import ACTIVE, State
+from rig.clock import Clock
+
+BUSY_TOLD_S = 600.0
+"""The rig is in use by somebody else: told after so long."""
+SHUTDOWN = "signal SIGTERM"
+"""Who asked for a stop where the machine was shut down in order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What is seen of a started item."""
+
+    is_alive: bool
+    """A process of it lives, or somebody runs its run."""
+    run: Path | None
+    state: State | None = None
+    """As the journal tells it; INTERRUPTED where nobody runs it and it has not ended."""
+    reason: str = ""
+    by: str = ""
+    was_busy: bool = False
+    """Nothing began because somebody else has the rig."""
+    said: str = ""
+    """The last words of the process."""
+
+
+class World(Protocol):
+    """Everything outside the queue's record."""
+
+    def boot(self) -> str:
+        """Return what is another after every start of the machine."""
+
+    def check(self, item: Item) -> Sequence[str]:
+        """Return what speaks against starting the item now."""
+
+    def busy(self, item: Item) -> str:
+        """Return who has its rig; empty where nobody has."""
+
+    def start(self, item: Item, by: str) -> None:
+        """Start its run in a process that outlives this one."""
+
+    def resume(self, item: Item, by: str, reason: str) -> None:
+        """Resume its run in a process that outlives this one."""
+
+    def look(self, item: Item) -> Look:
+        """Return what is seen of it."""
+
+    def is_stopped_by_something(self, item: Item) -> bool:
+        """Whether every axis of its rig has a guard or a watchdog."""
+
+    def note(self, run: Path, attestation: Attestation) -> None:
+        """Write into the run who said what is mounted."""
+
+
+@dataclass
+class Runner:
+    """Of one queue; only one process has it."""
+
+    store: QueueStore
+    world: World
+    clock: Clock
+    tell: Callable[[str], None]
+    _busy_since_s: float | None = None
+    _told: set[str] = field(default_factory=set)
+
+    def step(self) -> Queue:
+        """Do what is next; returns the queue as it was found. Raises: ProcedureError."""
+        queue, now_utc = self.store.read(), self.clock.now_utc()
+        for item in queue.in_place(Place.WAITING):
+            if item.is_late(now_utc):
+                self._add(queue, "expired", {"item": item.number})
+                return queue
+        at_work = queue.in_place(*AT_WORK)
+        if at_work:
+            self._follow(queue, at_work[0])
+        elif queue.is_armed(self.world.boot(), now_utc) and not queue.in_place(Place.UNDECIDED):
+            self._begin_next(queue, now_utc)
+        return queue
+
+    def _follow(self, queue: Queue, item: Item) -> None:
+        look = self.world.look(item)
+        if look.run is not None and item.place is Place.STARTING:
+            if queue.attestation is not None and not item.run:
+                self.world.note(look.run, queue.attestation)
+            self._add(queue, "began", {"item": item.number, "run": str(look.run)})
+        elif look.is_alive:
+            return
+        elif look.run is None:
+            reason = look.said or "its process ended before a run began"
+            self._add(queue, "unbegun", {"item": item.number, "busy": look.was_busy, "reason": reason})
+        elif self._is_of_a_cold_start(item, look):
+            detail = {"item": item.number, "boot": self.world.boot(), "by_itself": True}
+            if self._add(queue, "resume", detail):
+                self.world.resume(item, queue.arming.by if queue.arming else item.added_by, "cold start")
+        else:
+            state = look.state or State.INTERRUPTED
+            ended = State.INTERRUPTED if state in ACTIVE else state
+            self._add(queue, "ended", {"item": item.number, "state": str(ended), "reason": look.reason})
+
+    def _is_of_a_cold_start(self, item: Item, look: Look) -> bool:
+        """Whether the run is resumed by itself: once, where the rig file allows it and something stops every axis."""
+        if item.boot == self.world.boot() or item.resumed_itself or not item.resumes_after_power_cut:
+            return False
+        is_cut = look.state is State.INTERRUPTED or look.state in ACTIVE
+        is_shut_down = look.state is State.STOPPED and look.by == SHUTDOWN
+        return (is_cut or is_shut_down) and self.world.is_stopped_by_something(item)
+
+    def _begin_next(self, queue: Queue, now_utc: datetime) -> None:
+        due = queue.in_place(Place.RESUMING) or queue.in_place(Place.WAITING)
+        if not due or (item := due[0]).is_early(now_utc):
+            return
+        if item.place is Place.WAITING and not queue.is_mounted(item):
+            self._tell_once(f"item {item.number} waits for an attestation that {mounted_words(item.needs)} is mounted")
+            return
+        if self._is_busy(item):
+            return
+        assert queue.arming is not None
+        detail = {"item": item.number, "boot": self.world.boot()}
+        if item.place is Place.RESUMING:
+            if self._add(queue, "resume", detail):
+                self.world.resume(item, item.decided_by, item.reason)
+            return
+        if refused := list(self.world.check(item)):
+            self._add(queue, "checked", {"item": item.number, "refused": refused})
+            return
+        if item.is_late(self.clock.now_utc()) or not queue.is_armed(self.world.boot(), self.clock.now_utc()):
+            return  # the check took its time
+        if self._add(queue, "start", detail):
+            self.world.start(item, queue.arming.by)
+
+    def _is_busy(self, item: Item) -> bool:
+        owner, now_s = self.world.busy(item), self.clock.monotonic_s()
+        if not owner:
+            self._busy_since_s = None
+            return False
+        self._busy_since_s = now_s if self._busy_since_s is None else self._busy_since_s
+        if now_s - self._busy_since_s >= BUSY_TOLD_S:
+            self._tell_once(f"item {item.number} waits for the rig, which is in use by {owner}")
+        return True
+
+    def _add(self, seen: Queue, kind: str, detail: dict[str, object]) -> bool:
+        """Record what was decided in view of a queue; False where somebody has changed it since."""
+        is_added = False
+
+        def unless_changed(queue: Queue) -> Change | None:
+            nonlocal is_added
+            is_added = queue.sequence == seen.sequence
+            return (kind, detail) if is_added else None
+
+        self.store.change(unless_changed)
+        return is_added
+
+    def _tell_once(self, text: str) -> None:
+        if text not in self._told:
+            self._told.add(text)
+            self.tell(text)

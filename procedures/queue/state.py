@@ -1,0 +1,290 @@
+"""The queue as its events tell it. Every rule of its table stands here and in :mod:`procedures.queue.runner`.
+
+=====================  ==================================================================================
+event                  what becomes of the queue
+=====================  ==================================================================================
+``add``, ``move``      the order is another; by another person than who armed it, it is disarmed
+``checked``            an item that is refused stays with its sentences, until it is removed or added again
+``arm``                what waits may start, until the time that was said, and until the next cold start
+``attest``             a person says what is mounted; the check set of the run verifies it by measurement
+``start``, ``resume``  an item has the rig
+``began``              the run of the item is known
+``unbegun``            no run began: it waits again where the rig was busy, else as ``ended``
+``ended``              finished: what it needed is what is mounted. Anything else disarms the queue, and the
+                       item stays in front until a person decides: resume, measure again, drop
+``expired``            its window is over: it is never started late
+=====================  ==================================================================================
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from enum import StrEnum
+from typing import Any
+
+from procedures.records.states import State
+
+Detail = Mapping[str, Any]
+
+
+class Place(StrEnum):
+    """Where an item stands."""
+
+    WAITING = "waiting"
+    REFUSED = "refused"
+    STARTING = "starting"
+    RUNNING = "running"
+    UNDECIDED = "needs a decision"
+    RESUMING = "to be resumed"
+    FINISHED = "finished"
+    EXPIRED = "expired"
+    DROPPED = "dropped"
+    REMOVED = "removed"
+
+
+AT_WORK = (Place.STARTING, Place.RUNNING)
+"""It has the rig."""
+OVER = (Place.FINISHED, Place.EXPIRED, Place.DROPPED, Place.REMOVED)
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One line of the queue's record."""
+
+    sequence: int
+    utc: datetime
+    kind: str
+    detail: Detail
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A file as it was when the item was added."""
+
+    path: str
+    text: str
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """One run that is to be."""
+
+    number: int
+    title: str
+    procedure: Source
+    rig: Source
+    out: str
+    needs: Mapping[str, str]
+    """Sensors that must be mounted, each with its datum face, empty where the rig file names none."""
+    added_by: str
+    not_before_utc: datetime | None
+    not_after_utc: datetime | None
+    resumes_after_power_cut: bool
+    place: Place = Place.WAITING
+    told: tuple[str, ...] = ()
+    """Why it is refused, or what ended it."""
+    run: str = ""
+    """The folder of its run, once that is known."""
+    boot: str = ""
+    """Of the start of the machine in which it was started last."""
+    started_utc: datetime | None = None
+    starts: int = 0
+    resumed_itself: int = 0
+    """Times after a cold start; once at most."""
+    reason: str = ""
+    """Of the person who decided that it is to be resumed."""
+    decided_by: str = ""
+
+    def is_late(self, now_utc: datetime) -> bool:
+        return self.not_after_utc is not None and now_utc > self.not_after_utc
+
+    def is_early(self, now_utc: datetime) -> bool:
+        return self.not_before_utc is not None and now_utc < self.not_before_utc
+
+
+@dataclass(frozen=True, slots=True)
+class Arming:
+    """A named act: what will run until when."""
+
+    by: str
+    until_utc: datetime
+    boot: str
+
+
+@dataclass(frozen=True, slots=True)
+class Attestation:
+    """What a person says is mounted, or what a finished run has shown."""
+
+    by: str
+    mounted: Mapping[str, str]
+    said_utc: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class Queue:
+    """Where everything stands."""
+
+    sequence: int = 0
+    items: tuple[Item, ...] = ()
+    """In the order in which they are to run; those that are over stand where they stood."""
+    arming: Arming | None = None
+    disarmed_because: str = "nobody has armed it"
+    attestation: Attestation | None = None
+    numbers: int = 0
+    """The highest number that an item has had."""
+    events: tuple[Event, ...] = field(default=(), repr=False)
+
+    def is_armed(self, boot: str, now_utc: datetime) -> bool:
+        """Whether anything may start: armed since this start of the machine, and not beyond what was said."""
+        return self.arming is not None and self.arming.boot == boot and now_utc <= self.arming.until_utc
+
+    def why_not_armed(self, boot: str, now_utc: datetime) -> str:
+        """Return why nothing may start; empty where something may."""
+        if self.arming is None:
+            return self.disarmed_because
+        if self.arming.boot != boot:
+            return "the machine was started anew since"
+        return f"{self.arming.by} armed it until {self.arming.until_utc:%Y-%m-%d %H:%M} UTC" * (
+            now_utc > self.arming.until_utc
+        )
+
+    def item(self, number: int) -> Item | None:
+        return next((one for one in self.items if one.number == number), None)
+
+    def in_place(self, *places: Place) -> tuple[Item, ...]:
+        return tuple(one for one in self.items if one.place in places)
+
+    def is_mounted(self, item: Item) -> bool:
+        """Whether what the item needs is what is said to be mounted."""
+        return self.attestation is not None and dict(self.attestation.mounted) == dict(item.needs)
+
+
+def folded(events: Iterable[Event], queue: Queue | None = None) -> Queue:
+    """Return the queue after these events."""
+    found = queue or Queue()
+    for event in events:
+        found = replace(_after(found, event), sequence=event.sequence, events=(*found.events, event))
+    return found
+
+
+def _after(queue: Queue, event: Event) -> Queue:
+    detail = event.detail
+    match event.kind:
+        case "add":
+            item = _item(detail)
+            added = replace(queue, items=(*queue.items, item), numbers=item.number)
+            return _changed_by(added, str(detail["by"]), "added to")
+        case "move":
+            return _changed_by(_moved(queue, int(detail["item"]), int(detail["to"])), str(detail["by"]), "reordered")
+        case "remove":
+            return _with(queue, detail, place=Place.REMOVED)
+        case "checked":
+            refused = tuple(map(str, detail["refused"]))
+            return _with(queue, detail, place=Place.REFUSED if refused else Place.WAITING, told=refused)
+        case "arm":
+            until = datetime.fromisoformat(str(detail["until_utc"]))
+            return replace(queue, arming=Arming(str(detail["by"]), until, str(detail["boot"])), disarmed_because="")
+        case "disarm":
+            return _disarmed(queue, str(detail["reason"]))
+        case "attest":
+            return replace(queue, attestation=Attestation(str(detail["by"]), dict(detail["mounted"]), event.utc))
+        case "start" | "resume":
+            return _started(queue, event)
+        case "began":
+            return _with(queue, detail, place=Place.RUNNING, run=str(detail["run"]))
+        case "unbegun" if detail["busy"]:
+            return _with(queue, detail, place=Place.WAITING, told=(str(detail["reason"]),))
+        case "unbegun":
+            told = str(detail["reason"])
+            return _disarmed(_with(queue, detail, place=Place.UNDECIDED, told=(told,)), told)
+        case "ended":
+            return _ended(queue, detail, event.utc)
+        case "expired":
+            return _with(queue, detail, place=Place.EXPIRED, told=("its window was over before it could start",))
+        case "decide":
+            return _decided(queue, detail)
+    return queue
+
+
+def _item(detail: Detail) -> Item:
+    refused = tuple(map(str, detail["refused"]))
+    return Item(
+        number=int(detail["item"]),
+        title=str(detail["title"]),
+        procedure=Source(**detail["procedure"]),
+        rig=Source(**detail["rig"]),
+        out=str(detail["out"]),
+        needs=dict(detail["needs"]),
+        added_by=str(detail["by"]),
+        not_before_utc=_moment(detail["not_before_utc"]),
+        not_after_utc=_moment(detail["not_after_utc"]),
+        resumes_after_power_cut=bool(detail["resumes_after_power_cut"]),
+        place=Place.REFUSED if refused else Place.WAITING,
+        told=refused,
+    )
+
+
+def _moment(text: object) -> datetime | None:
+    return None if text is None else datetime.fromisoformat(str(text))
+
+
+def _with(queue: Queue, detail: Detail, **changed: Any) -> Queue:
+    number = int(detail["item"])
+    return replace(queue, items=tuple(replace(one, **changed) if one.number == number else one for one in queue.items))
+
+
+def _disarmed(queue: Queue, reason: str) -> Queue:
+    return replace(queue, arming=None, disarmed_because=reason)
+
+
+def _changed_by(queue: Queue, by: str, how: str) -> Queue:
+    if queue.arming is None or queue.arming.by == by:
+        return queue
+    return _disarmed(queue, f"{by} has {how} what {queue.arming.by} armed")
+
+
+def _moved(queue: Queue, number: int, to: int) -> Queue:
+    others = [one for one in queue.items if one.number != number]
+    (moved,) = [one for one in queue.items if one.number == number]
+    place = next((n for n, one in enumerate(others) if one.number == to), len(others))
+    return replace(queue, items=(*others[:place], moved, *others[place:]))
+
+
+def _started(queue: Queue, event: Event) -> Queue:
+    item = queue.item(int(event.detail["item"]))
+    assert item is not None
+    by_itself = int(bool(event.detail.get("by_itself", False)))
+    return _with(
+        queue,
+        event.detail,
+        place=Place.STARTING,
+        told=(),
+        boot=str(event.detail["boot"]),
+        started_utc=event.utc,
+        starts=item.starts + 1,
+        resumed_itself=item.resumed_itself + by_itself,
+    )
+
+
+def _ended(queue: Queue, detail: Detail, utc: datetime) -> Queue:
+    item = queue.item(int(detail["item"]))
+    assert item is not None
+    if detail["state"] == State.FINISHED:
+        found = _with(queue, detail, place=Place.FINISHED, told=())
+        said, began = queue.attestation, item.started_utc
+        if said is not None and began is not None and said.said_utc >= began:
+            return found  # somebody has said since what is mounted: that is newer than what the run has shown
+        return replace(found, attestation=Attestation("the run that finished", item.needs, utc))
+    told = f"{detail['state']}{f': {reason}' if (reason := detail['reason']) else ''}"
+    return _disarmed(_with(queue, detail, place=Place.UNDECIDED, told=(told,)), f"item {item.number}: {told}")
+
+
+def _decided(queue: Queue, detail: Detail) -> Queue:
+    by, reason = str(detail["by"]), str(detail["reason"])
+    match detail["choice"]:
+        case "resume":
+            return _with(queue, detail, place=Place.RESUMING, reason=reason, decided_by=by)
+        case "again":
+            return _with(queue, detail, place=Place.WAITING, run="", told=(), resumed_itself=0)
+    return _with(queue, detail, place=Place.DROPPED, told=(reason,))

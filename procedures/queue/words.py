@@ -1,0 +1,67 @@
+"""The queue in words, for the terminal and for programs."""
+
+from collections.abc import Iterator, Mapping
+from datetime import datetime
+
+from procedures.journal.standing_words import at_both
+from procedures.queue.state import OVER, Item, Place, Queue
+from rig.plain_text import one_line
+
+
+def queue_lines(queue: Queue, boot: str, now_utc: datetime) -> Iterator[str]:
+    """Yield where the queue stands, then its items in order; those that are over last."""
+    yield armed_sentence(queue, boot, now_utc)
+    yield mounted_sentence(queue)
+    for item in sorted(queue.items, key=lambda one: one.place in OVER):
+        if item.place is Place.REMOVED:
+            continue
+        told = f": {one_line('; '.join(item.told))}" if item.told else ""
+        yield f"{item.number:>4}  {item.place:<16} {one_line(item.title)}{_window(item)}{told}"
+        if item.run:
+            yield f"      {item.run}"
+
+
+def armed_sentence(queue: Queue, boot: str, now_utc: datetime) -> str:
+    """Say whether anything starts, and by whose word."""
+    if why := queue.why_not_armed(boot, now_utc):
+        return f"disarmed: {one_line(why)}"
+    assert queue.arming is not None
+    return f"armed by {one_line(queue.arming.by)} until {at_both(queue.arming.until_utc)}"
+
+
+def mounted_sentence(queue: Queue) -> str:
+    """Say what is mounted, and who says so."""
+    if queue.attestation is None:
+        return "mounted: nobody has said what"
+    said = queue.attestation
+    return f"mounted: {one_line(mounted_words(said.mounted))}, says {one_line(said.by)}"
+
+
+def mounted_words(mounted: Mapping[str, str]) -> str:
+    """Return sensors with their datum faces."""
+    return ", ".join(f"{name}{f' datum {datum}' if datum else ''}" for name, datum in mounted.items())
+
+
+def item_document(item: Item) -> dict[str, object]:
+    """Return an item as ``calrig queue list --json`` has it."""
+    return {
+        "item": item.number,
+        "place": str(item.place),
+        "title": item.title,
+        "procedure": item.procedure.path,
+        "procedure_sha256": item.procedure.sha256,
+        "rig": item.rig.path,
+        "rig_sha256": item.rig.sha256,
+        "out": item.out,
+        "needs": dict(item.needs),
+        "added_by": item.added_by,
+        "not_before_utc": None if item.not_before_utc is None else item.not_before_utc.isoformat(),
+        "not_after_utc": None if item.not_after_utc is None else item.not_after_utc.isoformat(),
+        "told": list(item.told),
+        "run": item.run or None,
+    }
+
+
+def _window(item: Item) -> str:
+    begins = f", not before {at_both(item.not_before_utc)}" if item.not_before_utc else ""
+    return begins + (f", not after {at_both(item.not_after_utc)}" if item.not_after_utc else "")

@@ -1,0 +1,195 @@
+"""The world of a runner: processes of ``calrig``, locks that they inherit, journals that they write.
+
+A started process holds a lock on a file of its item, which it was handed open: the lock is there from before the
+process began until it has ended, however that ends, and also for who looks after the runner was killed.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from datetime import timedelta
+from pathlib import Path
+
+import psutil
+
+from procedures.errors import ProcedureError, RequestError
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.owner import is_owned
+from procedures.journal.run_list import RunList
+from procedures.journal.spool import ask
+from procedures.journal.standing import derived_state
+from procedures.journal.told_folder import told_folder
+from procedures.queue.people import source_of
+from procedures.queue.runner import Look
+from procedures.queue.state import Attestation, Item
+from procedures.queue.words import mounted_words
+from rig import file_lock
+from rig.clock import Clock
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+from rig.errors import RigError
+from rig.lines.lock import owner_of
+
+BOOT_FILE = Path("/proc/sys/kernel/random/boot_id")
+COMMAND = (sys.executable, "-m", "procedures.cli.main")
+BUSY_WORDS = "in use by"
+_CHECK_S = 600.0
+_ATTEMPTS = 10
+
+
+@dataclass
+class RigWorld:
+    """Of one queue's folder."""
+
+    folder: Path
+    clock: Clock
+    unguarded: Callable[[RigDescription], Sequence[str]]
+    """What nobody stops when a process dies: sentences, none where every axis has a guard or a watchdog."""
+    archive: str | None = None
+    command: Sequence[str] = COMMAND
+    _children: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    """Of this process: asked for their end, so that none stays behind as a zombie."""
+
+    def boot(self) -> str:
+        return boot()
+
+    def check(self, item: Item) -> Sequence[str]:
+        """Return what speaks against starting: a file that is another now, or what ``calrig check`` says."""
+        for source in (item.procedure, item.rig):
+            try:
+                now = source_of(Path(source.path))
+            except RequestError as error:
+                return [str(error)]
+            if now.sha256 != source.sha256:
+                return [f"{source.path}: was changed since the item was added; add it again"]
+        return checked(Path(item.procedure.path), Path(item.rig.path), Path(item.out), self.command)
+
+    def busy(self, item: Item) -> str:
+        """Return who has the rig file."""
+        owner = owner_of(item.rig.path)
+        return "" if owner is None else str(owner)
+
+    def start(self, item: Item, by: str) -> None:
+        """Start its run; what it says goes to the item's log."""
+        words = ["run", item.procedure.path, "--rig", item.rig.path, "--out", item.out, "--operator", by]
+        self._spawn(item, item.starts + 1, words)
+
+    def resume(self, item: Item, by: str, reason: str) -> None:
+        self._spawn(item, item.starts + 1, ["resume", item.run, "--operator", by, "--reason", reason])
+
+    def look(self, item: Item) -> Look:
+        """Return what is seen of it: the lock first, then what its process wrote before it ended."""
+        self._children = [child for child in self._children if child.poll() is None]
+        is_alive = self._is_locked(item)
+        log = self._log(item, item.starts)
+        run = Path(item.run) if item.run else told_folder(log) or self._run_of(item)
+        if run is None:
+            said = _last_words(log)
+            return Look(is_alive, None, was_busy=BUSY_WORDS in said, said=said)
+        is_owned_now = is_owned(run)
+        with JournalReader.open(run) as reader:
+            written, entered = reader.state(), reader.last_event("state")
+        detail = {} if entered is None else entered.detail
+        state = derived_state(written, is_alive=is_owned_now)
+        reason, by = str(detail.get("reason", "")), str(detail.get("by", ""))
+        return Look(is_alive or is_owned_now, run, state, reason, by)
+
+    def is_stopped_by_something(self, item: Item) -> bool:
+        try:
+            return not self.unguarded(read_rig(Path(item.rig.path)))
+        except RigError:
+            return False
+
+    def note(self, run: Path, attestation: Attestation) -> None:
+        """Write it once: the key is the attestation's own."""
+        text, key = f"mounted: {mounted_words(attestation.mounted)}", f"mounted {run.name}"
+        try:
+            ask(run, "note", attestation.by, self.clock.now_utc(), text, via="queue", key=key)
+        except ProcedureError:
+            return  # it has ended already: the queue's record says who attested what
+
+    def _spawn(self, item: Item, number: int, words: Sequence[str]) -> None:
+        archive = [] if self.archive is None else ["--archive", self.archive]
+        with self._lock_file(item).open("a+", encoding="utf-8") as lock, self._log(item, number).open("wb") as log:
+            if not file_lock.take(lock, self.clock, _ATTEMPTS):
+                return  # its process lives: there is nothing to start
+            try:
+                child = subprocess.Popen(  # noqa: S603  this very program
+                    [*self.command, *words, *archive],
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=log,
+                    start_new_session=True,
+                    pass_fds=[lock.fileno()],
+                )
+            except OSError as error:
+                log.write(f"cannot be started: {error}\n".encode())
+                return
+            self._children.append(child)
+
+    def _is_locked(self, item: Item) -> bool:
+        try:
+            with self._lock_file(item).open(encoding="utf-8") as file:
+                return file_lock.is_held(file)
+        except FileNotFoundError:
+            return False
+
+    def _lock_file(self, item: Item) -> Path:
+        return self.folder / f"item-{item.number}.lock"
+
+    def _log(self, item: Item, number: int) -> Path:
+        return self.folder / f"item-{item.number}-{number}.log"
+
+    def _run_of(self, item: Item) -> Path | None:
+        """Return the run that was begun since the start from the very same files: a power cut may take the log back."""
+        if item.started_utc is None:
+            return None
+        for one in RunList(Path(item.out)).read():
+            if one.started_utc is None or one.started_utc < item.started_utc - timedelta(seconds=1):
+                continue
+            with JournalReader.open(one.path) as reader:
+                header = reader.header
+            if (header.procedure_sha256, header.rig_sha256) == (item.procedure.sha256, item.rig.sha256):
+                return one.path
+        return None
+
+
+def boot() -> str:
+    """Return what is another after every start of this machine: the kernel's number of it; elsewhere its moment."""
+    try:
+        return BOOT_FILE.read_text(encoding="ascii").strip()
+    except OSError:
+        return f"{psutil.boot_time():.0f}"
+
+
+def checked(procedure: Path, rig: Path, out: Path, command: Sequence[str] = COMMAND) -> list[str]:
+    """Return what ``calrig check`` says against a run: none where it may begin."""
+    words = [*command, "check", str(procedure), "--rig", str(rig), "--out", str(out), "--json"]
+    try:
+        done = subprocess.run(words, capture_output=True, timeout=_CHECK_S, check=False)  # noqa: S603  this very program
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return [f"calrig check gave no answer: {error}"]
+    if done.returncode == 0:
+        return []
+    try:
+        refusals = json.loads(done.stdout)["refusals"]
+    except (ValueError, KeyError, TypeError):
+        refusals = []
+    said = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
+    return [str(one) for one in refusals] or said or [f"calrig check ended with status {done.returncode}"]
+
+
+def _last_words(log: Path) -> str:
+    try:
+        lines = log.read_text(encoding="utf-8", errors="replace").strip().splitlines()
+    except OSError:
+        return ""
+    return "; ".join(lines[-3:])
+
+
+def is_possible() -> bool:
+    """Whether this system hands an open lock to a process."""
+    return os.name == "posix"

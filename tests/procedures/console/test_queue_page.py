@@ -1,0 +1,84 @@
+"""The queue in a browser: what runs until when is armed by name, in view of what was seen, and not by everybody."""
+
+from collections.abc import Iterator
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+from queue_scene import Scene
+from small_run import RIG
+from starlette.testclient import TestClient
+from visited_console import BASE, Visited
+
+from procedures.queue import people
+from rig.description.read import read_rig
+
+OWN = {"origin": BASE}
+QUEUE = "/api/v1/queues/bench"
+
+
+@pytest.fixture
+def visited(tmp_path: Path) -> Iterator[Visited]:
+    found = Visited(tmp_path)
+    yield found
+    found.console.close()
+
+
+@pytest.fixture
+def scene(visited: Visited, tmp_path: Path) -> Scene:
+    made = Scene(visited.console.queues / "bench", visited.clock)
+    for name, text in (("procedure.toml", "[procedure]\n"), ("rig.toml", RIG)):
+        (tmp_path / name).write_text(text)
+    for title in ("first <b>night", "second"):
+        people.add(
+            made.store, tmp_path / "procedure.toml", tmp_path / "rig.toml", read_rig(tmp_path / "rig.toml"),
+            tmp_path / "runs", "Anna", title=title, not_before_utc=None,
+            not_after_utc=visited.clock.now_utc() + timedelta(hours=9), refused=[],
+        )  # fmt: skip
+    return made
+
+
+def _post(visited: Visited, scene: Scene, browser: TestClient, act: str, **fields: str) -> tuple[int, str]:
+    given = {"csrf": visited.csrf(browser), "expects": str(scene.queue().sequence), "key": act} | fields
+    answer = browser.post(f"{QUEUE}/{act}", data=given, headers=OWN)
+    return answer.status_code, answer.json()["told"]
+
+
+def test_the_page_shows_what_waits_and_for_what(visited: Visited, scene: Scene) -> None:
+    page = visited.enter().get("/queue").text
+    assert "DISARMED" in page
+    assert "nobody has armed it" in page
+    assert "first &lt;b&gt;night" in page
+    (queue,) = visited.browser.get("/api/v1/queues").json()["queues"]
+    assert [one["place"] for one in queue["items"]] == ["waiting", "waiting"]
+
+
+def test_a_night_is_armed_and_decided_in_the_browser(visited: Visited, scene: Scene) -> None:
+    browser = visited.person("Ben", "move")
+    assert _post(visited, scene, browser, "attest", mounted="SN1")[0] == 202
+    assert _post(visited, scene, browser, "move", number="2", to="1")[0] == 202
+    assert _post(visited, scene, browser, "arm", until="23:00")[0] == 202
+    armed = scene.queue()
+    assert armed.arming is not None
+    assert (armed.arming.by, [one.number for one in armed.items]) == ("Ben", [2, 1])
+    assert "ARMED" in browser.get("/queue").text
+    assert _post(visited, scene, browser, "remove", number="1")[0] == 202
+    assert _post(visited, scene, browser, "disarm", expects="1")[0] == 202, "as it comes"
+    code, told = _post(visited, scene, browser, "decide", number="2", choice="again", text="why")
+    assert (code, "needed is needs a decision" in told) == (409, True)
+
+
+def test_who_may_not_or_has_not_seen_it_changes_nothing(visited: Visited, scene: Scene) -> None:
+    operator, watcher = visited.person("Olga", "operate"), visited.person("Wim", "watch")
+    before = scene.queue().sequence
+    assert _post(visited, scene, operator, "arm", until="23:00")[0] == 403
+    assert _post(visited, scene, watcher, "disarm")[0] == 403
+    far = visited.person("Ben", "move", "192.0.2.9")
+    code, told = _post(visited, scene, far, "arm", until="23:00")
+    assert (code, "motion_from_elsewhere" in told) == (403, True)
+    near = visited.enter()
+    assert _post(visited, scene, near, "arm", until="23:00", expects="1")[0] == 409
+    assert _post(visited, scene, near, "arm", key="x")[0] == 400
+    assert _post(visited, scene, near, "arm", key="y", until="soon")[0] == 409
+    assert near.post("/api/v1/queues/../../etc/arm", data={}, headers=OWN).status_code in (404, 405)
+    assert scene.queue().sequence == before

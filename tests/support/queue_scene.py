@@ -1,0 +1,143 @@
+"""A queue with a world that a test makes: processes that begin, end and die at its word; a runner that is killed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from journals import a_clock
+
+from procedures.queue.runner import Look, Runner
+from procedures.queue.state import Attestation, Item, Queue
+from procedures.queue.store import QueueStore
+from procedures.records.states import ACTIVE, State
+from rig.clock import VirtualClock
+
+
+class Killed(BaseException):
+    """The runner, between two lines."""
+
+
+@dataclass
+class Process:
+    """One that the runner started."""
+
+    is_alive: bool = True
+    run: Path | None = None
+    state: State | None = None
+    by: str = ""
+    was_busy: bool = False
+    of_start: int = 0
+    """Which start of its item it is: the words of another one tell nothing of this one."""
+
+
+@dataclass
+class MadeWorld:
+    """What a runner sees; every call may be its last."""
+
+    clock: VirtualClock
+    boots: int = 1
+    busy_by: str = ""
+    refused: tuple[str, ...] = ()
+    is_guarded: bool = True
+    processes: dict[int, Process] = field(default_factory=dict)
+    started: list[tuple[int, str]] = field(default_factory=list)
+    """Item, and ``start`` or ``resume``."""
+    notes: list[tuple[Path, Attestation]] = field(default_factory=list)
+    lives: int = 1_000_000
+    """Calls before the runner is killed."""
+
+    def boot(self) -> str:
+        return f"boot {self.boots}"
+
+    def check(self, item: Item) -> Sequence[str]:
+        self._pass()
+        return self.refused
+
+    def busy(self, item: Item) -> str:
+        return self.busy_by
+
+    def start(self, item: Item, by: str) -> None:
+        self._pass()
+        self._begin(item, Process(), "start")
+        self._pass()
+
+    def resume(self, item: Item, by: str, reason: str) -> None:
+        self._pass()
+        before = self.processes[item.number]
+        self._begin(item, Process(run=before.run, state=before.state), "resume")
+        self._pass()
+
+    def look(self, item: Item) -> Look:
+        self._pass()
+        seen = self.processes.get(item.number)
+        if seen is not None and seen.of_start != item.starts:
+            seen = None if item.run == "" else Process(False, seen.run, seen.state, seen.by)
+        if seen is None or (seen.run is None and not seen.is_alive):
+            return Look(False, None, was_busy=seen is not None and seen.was_busy, said="")
+        state = State.INTERRUPTED if not seen.is_alive and seen.state in ACTIVE else seen.state
+        return Look(seen.is_alive, seen.run, state, "", seen.by)
+
+    def is_stopped_by_something(self, item: Item) -> bool:
+        return self.is_guarded
+
+    def note(self, run: Path, attestation: Attestation) -> None:
+        self._pass()
+        self.notes.append((run, attestation))
+
+    def alive(self) -> list[int]:
+        return [number for number, one in self.processes.items() if one.is_alive]
+
+    def _begin(self, item: Item, process: Process, kind: str) -> None:
+        assert self.alive() == [], "two runs at once"
+        process.of_start = item.starts + 1
+        self.processes[item.number] = process
+        self.started.append((item.number, kind))
+
+    def _pass(self) -> None:
+        self.lives -= 1
+        if self.lives < 0:
+            raise Killed
+
+
+class FragileStore(QueueStore):
+    """A store whose user may be killed before a change and after it."""
+
+    world: MadeWorld
+
+    def change(self, decide):  # type: ignore[no-untyped-def]
+        self.world._pass()
+        found = super().change(decide)
+        self.world._pass()
+        return found
+
+
+@dataclass
+class Scene:
+    """The queue of one rig."""
+
+    folder: Path
+    clock: VirtualClock = field(default_factory=a_clock)
+
+    def __post_init__(self) -> None:
+        self.world = MadeWorld(self.clock)
+        self.store = QueueStore(self.folder, self.clock)
+        self.told: list[str] = []
+        self.new_runner()
+
+    def new_runner(self) -> None:
+        store = FragileStore(self.folder, self.clock)
+        store.world = self.world
+        self.runner = Runner(store, self.world, self.clock, self.told.append)
+
+    def step(self, lives: int = 1_000_000) -> bool:
+        """One look of the runner; True where it was killed in it, and another is begun."""
+        self.world.lives = lives
+        try:
+            self.runner.step()
+        except Killed:
+            self.new_runner()
+            return True
+        return False
+
+    def queue(self) -> Queue:
+        return self.store.read()
