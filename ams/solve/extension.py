@@ -148,7 +148,7 @@ def _common(
     """(K, q) columns of the table's index errors, volts."""
     if table is None:
         return np.zeros((pitch.size, 0))
-    primary = np.linalg.lstsq(basis, output, rcond=None)[0]
+    primary = np.asarray(np.linalg.lstsq(basis, output, rcond=None)[0], dtype=np.float64)
     return index_columns(table, shown_rad(table, {"pitch": pitch, "roll": roll}), _slopes(primary, pitch, roll))
 
 

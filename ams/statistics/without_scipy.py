@@ -115,7 +115,7 @@ def _beta_share(a: ArrayLike, b: ArrayLike, x: ArrayLike) -> FloatArray:
             + p * np.log(y) + q * np.log1p(-y) - np.log(p)
         )  # fmt: skip
     share = np.exp(log_front) * _beta_fraction(p, q, y)
-    return np.where(turned, 1.0 - share, share)
+    return np.asarray(np.where(turned, 1.0 - share, share), dtype=np.float64)
 
 
 def _beta_fraction(a: FloatArray, b: FloatArray, x: FloatArray) -> FloatArray:

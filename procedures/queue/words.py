@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 
-from procedures.journal.standing_words import at_both
 from procedures.queue.state import OVER, Item, Place, Queue
+from procedures.records.progress import at_both
 from rig.plain_text import one_line
 
 
