@@ -7,8 +7,6 @@ noise, the lack of fit and the drift that are believed beforehand and are told w
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from ams.errors import AmsError
 from ams.models.drifting import REFERENCE_NAME
 from ams.models.extended import TRACELESS_NAME
@@ -17,21 +15,18 @@ from ams.parameter_words import words_of
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
-from procedures.plan.drift_bias import drift_bias
+from procedures.plan.drift_bias import TIME_CONFOUNDED, drift_bias, time_correlation
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
 from procedures.plan.sequential import CALIBRATION_OVER_USAGE, usage_pitch_deg
-from procedures.plan.specific_force import columns_of
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
-from procedures.solution.expected import ExpectedSensor, PlannedRows, Usage, expected_sensor
+from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
 from procedures.solution.type_b import level_remarks
 from rig.description.rig_file import RigDescription
 
 LEAST_REPLICATIONS = 6
 """TP, recommendation 6."""
 FEW_REPLICATIONS = 4
-TIME_CONFOUNDED = 0.5
-"""Correlation of time with a term of the model from which on a drift is said to pass for it."""
 _NO_PARAMETERS = (TRACELESS_NAME, REFERENCE_NAME, "reference_temperature_degc")
 """Stated beside the parameters: made from others, or chosen."""
 
@@ -50,7 +45,7 @@ def forecast_of_design(
     sensors = _expected_sensors(rig, procedure, plan, believed, usage)
     first = next(iter(next(iter(sensors.values())).solution.axes.values()))
     parameters = [item.name for item in first.parameters if item.name not in _NO_PARAMETERS]
-    correlation = time_correlation(plan)
+    correlation = time_correlation_of(plan)
     figures = DesignFigures(
         parameters=tuple(words_of(name).label for name in parameters),
         rank=len(parameters),
@@ -92,9 +87,9 @@ def _expected_sensors(
     )
     found = {}
     for serial, sensor in plan.sensors.items():
-        own = {axis: one for (name, axis), one in believed.items() if name == serial}
+        own = Believed({axis: one for (name, axis), one in believed.items() if name == serial}, plan.dwell.samples)
         try:
-            found[serial] = expected_sensor(rig, plan.solve, serial, sensor, rows, own, plan.dwell.samples, usage)
+            found[serial] = expected_sensor(rig, plan.solve, serial, sensor, rows, own, usage)
         except AmsError as error:
             raise procedure.error(("solve", "model"), f"{serial} cannot be solved from this plan: {error}") from None
     return found
@@ -121,24 +116,14 @@ def _axes(
             )
 
 
-def time_correlation(plan: Plan) -> float:
-    """Return the correlation of time with the terms of the model in the first replication.
-
-    Near 1, a drift passes for a parameter.
-    """
+def time_correlation_of(plan: Plan) -> float:
+    """Return the correlation of time with the terms of the model in the first replication."""
     by_label = {point.label: point for point in plan.design.points}
     points = [by_label[dwell.point] for dwell in plan.design_dwells if dwell.replication == 1]
     serial, sensor = next(iter(plan.sensors.items()))
     axis = str(next(iter(sensor.channels)))
-    terms = columns_of(
-        model_named(plan.solve.model_of(serial, rolls=sensor.rolls), axis), points, sensor.nominal_v_per_g(axis) or 1.0
-    )
-    time = np.arange(len(points)) - (len(points) - 1) / 2.0
-    varying = terms - terms.mean(axis=0)
-    length = np.linalg.norm(varying, axis=0)
-    kept = length > 1e-9 * length.max()
-    with_time = np.abs(time @ varying[:, kept]) / (np.linalg.norm(time) * length[kept])
-    return float(with_time.max(initial=0.0))
+    model = model_named(plan.solve.model_of(serial, rolls=sensor.rolls), axis)
+    return time_correlation(model, points, sensor.nominal_v_per_g(axis) or 1.0)
 
 
 def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
