@@ -26,8 +26,8 @@ from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Provenance
 from bench.attitude import best_s
 from bench.figure import Effort, Figure
-from procedures.cli.attitude_rows import CsvRows, JsonRows, ParquetRows, Rows
-from procedures.cli.attitude_stream import answer_stream
+from procedures.cli.attitude.rows import CsvRows, JsonRows, ParquetRows, Rows
+from procedures.cli.attitude.stream import answer_stream
 
 K = np.array([[2.5, 0.02, -0.03], [0.01, -2.4, 0.04], [-0.02, 0.03, 2.6]])
 OFFSET_V = np.array([0.01, -0.02, 0.03])

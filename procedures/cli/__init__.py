@@ -1,1 +1,1 @@
-"""The command: one file a group of subcommands, loaded when called."""
+"""The command: where it begins and how it speaks; its subcommands stand in rooms by the headings of `--help`."""

@@ -2,7 +2,7 @@
 
 TCP has what RTU lacks, a transaction number: a reply that carries another one belongs to a question that was given
 up, and is passed over while the right one is waited for. Unit and function must match as well, and the length that
-the header names must be the one that the question asks for.
+the header names must be the one that the question asks for. A connection on which a header is none is given up.
 """
 
 import logging
@@ -13,7 +13,7 @@ from pymodbus.framer import FramerSocket
 from pymodbus.pdu import DecodePDU, ModbusPDU
 from pymodbus.pdu.register_message import ReadHoldingRegistersRequest, WriteMultipleRegistersRequest
 
-from rig.errors import DeviceNonsense, DeviceSilent
+from rig.errors import DeviceNonsense, DeviceSilent, LinkLost
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.exchange import Patience
@@ -39,6 +39,7 @@ class ModbusTcp:
         self._framer = FramerSocket(DecodePDU(False))
         self._transaction = 0
         self._received = b""
+        self._misframed = ""
 
     def read_holding(self, address: int, count: int = 1) -> tuple[int, ...]:
         """Read ``count`` holding registers from ``address`` (function 3).
@@ -82,6 +83,8 @@ class ModbusTcp:
 
     def _exchange(self, request: ModbusPDU) -> ModbusPDU:
         """Ask one question and take the reply with its number."""
+        if self._misframed:
+            raise self._without_frames(request)
         self.counts.asked += 1
         self._transaction = (self._transaction + 1) % _TRANSACTIONS
         request.transaction_id = self._transaction
@@ -115,17 +118,21 @@ class ModbusTcp:
             raise self._lost(request)
         return _HEADER + following
 
-    def _lost(self, request: ModbusPDU) -> DeviceNonsense:
-        """Drop bytes that have no beginning, and whatever is on its way, so that the next frame starts clean."""
-        header = self._received[:_HEADER].hex(" ")
+    def _lost(self, request: ModbusPDU) -> LinkLost:
+        """Give the connection up: TCP loses no bytes, so one without frames stays wrong, however quiet it becomes.
+
+        Waiting for silence is not enough: the rest of a frame that was dropped may arrive behind the next header.
+        """
+        self._misframed = self._received[:_HEADER].hex(" ")
         self.counts.stale_bytes += len(self._received)
         self._received = b""
-        limit_s = self.stream.clock.monotonic_s() + self._patience.quiet_limit_s
-        while stale := self.stream.read(self.stream.clock.monotonic_s() + self._patience.quiet_s):
-            self.counts.stale_bytes += len(stale)
-            if self.stream.clock.monotonic_s() >= limit_s:
-                break
-        return self._nonsense(request, f"{header} is no Modbus TCP header")
+        return self._without_frames(request)
+
+    def _without_frames(self, request: ModbusPDU) -> LinkLost:
+        return LinkLost(
+            f"{self.stream.name}: no answer to {in_words(request)}: {self._misframed} is no Modbus TCP header; nothing"
+            " was taken from it; the connection must be opened again; check that this is a Modbus TCP device or gateway"
+        )
 
     def _decode(self, request: ModbusPDU, frame: bytes) -> ModbusPDU:
         unit, function = frame[6], frame[7]

@@ -14,7 +14,7 @@ from house import BEGIN, PAGE, circle_in, drawing, imported_by_name, read_house,
 OWN = ("ams", "rig", "procedures")
 LATER = {
     # ours: what one command of several needs, and the facade whose names load at their first use
-    "procedures.jog_screen.session": {"procedures/cli/jog.py"},
+    "procedures.jog_screen.session": {"procedures/cli/bench/jog.py"},
     "importlib.metadata": {"procedures/cli/main.py", "procedures/import_name/calrig/__init__.py"},
     "procedures.cli.support": {"procedures/cli/main.py"},
     # the stop goes before anything else is imported
@@ -33,7 +33,7 @@ LATER = {
     "scipy.linalg": {"ams/solve/gauss_newton.py"},
     "scipy.signal": {"ams/attitude/filters.py"},
     "scipy.io": {"ams/exports/matlab.py"},
-    "pandas": {"ams/inputs/number_blocks.py", "procedures/cli/attitude_rows.py"},
+    "pandas": {"ams/inputs/number_blocks.py", "procedures/cli/attitude/rows.py"},
     "alembic": {"ams/archive/connection.py"},
     "jsonschema": {"ams/sets/schema.py"},
     # optional: extras of the installation
@@ -41,7 +41,7 @@ LATER = {
     "apprise": {"procedures/alerts/channels.py"},
     "distributed": {"procedures/delivery/resolve_workers.py"},
     "h5py": {"ams/exports/hdf5.py", "ams/inputs/hdf5_blocks.py"},
-    "pyarrow": {"procedures/cli/attitude_rows.py", "ams/inputs/number_blocks.py"},
+    "pyarrow": {"procedures/cli/attitude/rows.py", "ams/inputs/number_blocks.py"},
     "procedures.data.dataset": {"procedures/data/write.py"},  # xarray
 }
 """What is imported inside functions, and the only files that may."""

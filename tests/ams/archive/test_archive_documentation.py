@@ -21,7 +21,7 @@ def test_the_examples_of_the_page_give_what_it_shows(monkeypatch: pytest.MonkeyP
 
 
 def test_the_page_names_every_command_role_rule_and_verdict() -> None:
-    from procedures.cli.archive import app
+    from procedures.cli.archive.archive import app
 
     page = PAGE.read_text("utf-8")
     commands = [f"calrig archive {name}" for name in app if not name.startswith("-")]

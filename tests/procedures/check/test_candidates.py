@@ -122,7 +122,7 @@ def test_a_table_that_stops_at_few_angles_is_asked_for_no_others(tmp_path: Path)
 def test_the_command_writes_file_picture_and_document(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("procedures.cli.plan.SPACE", SMALL)
+    monkeypatch.setattr("procedures.cli.prepare.plan.SPACE", SMALL)
     out, plot = tmp_path / "p.toml", tmp_path / "p.svg"
     options = ("--rig", EXAMPLE_RIG, "--hours", "2", "--usage-pitch=-30:30")
     document = call(capsys, "plan", *options, "--out", out, "--plot", plot, "--json").document

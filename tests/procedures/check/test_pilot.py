@@ -7,7 +7,7 @@ from command import call
 from finished_job import FinishedJob
 
 from procedures.check.check_report import check
-from procedures.cli.pilot import pilot_named
+from procedures.cli.prepare.pilot import pilot_named
 from procedures.kinds.read import read_procedure
 from rig.description.read import read_rig
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from procedures.cli.archive_url import require_archive_url
 from procedures.cli.places import (
     default_archive_url,
     find_run,
     left_out_where_empty,
     new_run_folder,
 )
+from procedures.cli.run.archive_url import require_archive_url
 from procedures.errors import RequestError
 
 

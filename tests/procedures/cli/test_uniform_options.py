@@ -13,7 +13,8 @@ from example_files import EXAMPLE_RIG
 from job_files import job
 from run_folders import make_run
 
-from procedures.cli import archive, options
+from procedures.cli import options
+from procedures.cli.archive import archive
 from procedures.cli.main import GROUPS
 from procedures.records.states import State
 

@@ -11,7 +11,7 @@ from journals import a_clock
 from small_run import bench, dwells_of, in_child, measured_in, resumed
 from unattended_run import events
 
-from procedures.cli.stopping import stoppable_wait
+from procedures.cli.bench.stopping import stoppable_wait
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.spool import Request, Spool, Taken, ask

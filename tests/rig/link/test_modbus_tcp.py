@@ -3,11 +3,11 @@
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from table_bench import virtual_clock
 
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RigError
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, LinkLost, RigError
 from rig.link import faults
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
@@ -95,14 +95,21 @@ def test_fault_32_a_reply_with_another_number_is_passed_over_and_the_right_one_w
         ("00 00 00 05 01 04 02 00 07", "unit 1, function 4 answered"),
         ("00 00 00 07 01 03 04 00 07 00 07", "need 11 bytes"),
         ("00 00 00 05 01 03 04 00 07", "need 11 bytes"),
-        ("00 01 00 05 01 03 02 00 07", "no Modbus TCP header"),
-        ("00 00 FF FF 01 03 02 00 07", "no Modbus TCP header"),
     ],
 )
 def test_a_reply_that_cannot_be_the_answer_is_nonsense(body: str, text: str) -> None:
     client, _ = _client(_numbered(body))
     with pytest.raises(DeviceNonsense, match=text):
         client.read_holding(10)
+
+
+@pytest.mark.parametrize("body", ["00 01 00 05 01 03 02 00 07", "00 00 FF FF 01 03 02 00 07"])
+def test_a_connection_without_frames_is_given_up(body: str) -> None:
+    client, server = _client(_numbered(body))
+    for _ in range(2):
+        with pytest.raises(LinkLost, match="no Modbus TCP header"):
+            client.read_holding(10)
+    assert len(server.asked) == 1
 
 
 @pytest.mark.parametrize(("code", "kind"), [(2, DeviceRefused), (4, DeviceFault), (99, DeviceNonsense)])
@@ -120,6 +127,7 @@ def test_silence_is_told_after_three_questions() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(0, 15), st.integers(0, 5), st.floats(0.0, 4.0)), max_size=6))
+@example([(0, 3, 0.0), (1, 4, 2.0), (3, 4, 1.0)])  # the rest of a frame behind the header of the next
 def test_no_script_of_faults_gives_a_wrong_value(script_of_faults: list[tuple[int, int, float]]) -> None:
     def fault(kind: int, delay_s: float) -> faults.Fault:
         return (
@@ -136,7 +144,7 @@ def test_no_script_of_faults_gives_a_wrong_value(script_of_faults: list[tuple[in
     for register in (10, 20, 30, 40, 50):
         try:
             assert client.read_holding(register) == (register,)
-        except (DeviceSilent, DeviceNonsense):
+        except (DeviceSilent, DeviceNonsense, LinkLost):
             continue
 
 

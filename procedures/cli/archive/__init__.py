@@ -1,0 +1,1 @@
+"""The archive and what is made from it: certificates, archived runs solved again."""

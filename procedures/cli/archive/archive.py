@@ -1,0 +1,408 @@
+"""``calrig archive``: what was calibrated, with which result, who stands behind it, what it did over the years."""
+
+from dataclasses import asdict
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+from cyclopts import App
+
+from ams.archive.connection import migrate as migrate_archive
+from ams.archive.desk import SENSOR_EVERY_DAYS, due_list, search_runs
+from ams.archive.histories import history as history_of
+from ams.archive.refusals import without_password
+from ams.archive.runs import Override, adjustment_of
+from ams.archive.sets import Search, list_sets
+from ams.archive.sets import show as show_set
+from ams.archive.signatures import SignOff, sign_off, verify_archive
+from ams.archive.signatures import accept as accept_finding
+from ams.archive.signatures import release as release_set
+from ams.archive.signatures import sign as sign_set
+from ams.archive.synthetic import Story, synthetic_archive
+from ams.archive.synthetic_runs import publish_synthetic
+from ams.surveillance.compare import compare as compare_sets
+from ams.whole_file import write_whole
+from procedures.cli.archive.text import (
+    adjustment_lines,
+    comparison_lines,
+    due_lines,
+    found_lines,
+    history_lines,
+    plain,
+    set_lines,
+    sign_off_lines,
+)
+from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
+from procedures.cli.output import note, print_json, say
+from procedures.cli.places import default_archive_url, find_run, login_name
+from procedures.cli.results.coefficients_text import set_text
+from procedures.cli.run.run import archive_of
+from procedures.delivery.deliver import publish_folder
+from procedures.delivery.publish import history_findings
+from procedures.errors import ExitStatus, RequestError
+from procedures.report.history_figure import history_figure
+
+app = App(
+    name="archive",
+    help="Coefficient sets in the archive: what was found, what was left, and over the years.",
+    group_commands="Commands",
+)
+
+
+@app.command(name="list")
+def list_(
+    *,
+    sensor: str | None = None,
+    serial: str | None = None,
+    rig: str | None = None,
+    run: str | None = None,
+    since: str | None = None,
+    until: str | None = None,
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """List the sets, by sensor, then oldest first.
+
+    Parameters
+    ----------
+    sensor
+        Only this sensor's.
+    serial
+        Only of this serial number.
+    rig
+        Only what was calibrated on this rig.
+    run
+        Only of this run.
+    since
+        Only calibrated on this day (2026-03-01) or later.
+    until
+        Only calibrated on this day or earlier.
+    """
+    url = archive or default_archive_url()
+    last = _day("until", until)
+    wanted = Search(sensor, serial, rig, run, _day("since", since), None if last is None else last + timedelta(days=1))
+    rows = list_sets(url, search=wanted)
+    if json:
+        print_json({"archive": without_password(url), "sets": [plain(asdict(row)) for row in rows]})
+        return
+    say(f"{len(rows)} {'set' if len(rows) == 1 else 'sets'} in {without_password(url)}")
+    for line in set_lines(rows):
+        say(line)
+
+
+@app.command
+def due(
+    *,
+    within_days: int | None = None,
+    sensor_every_days: int = SENSOR_EVERY_DAYS,
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """List standards and sensors by the day on which they are due.
+
+    Parameters
+    ----------
+    within_days
+        Only what is due within so many days from today, or overdue.
+    sensor_every_days
+        The interval after which a sensor is calibrated again.
+    """
+    url, today = archive or default_archive_url(), datetime.now(UTC).date()
+    found = [
+        one
+        for one in due_list(url, sensor_every_days)
+        if within_days is None or ((left := one.days_left(today)) is not None and left <= within_days)
+    ]
+    if json:
+        entries = [{**plain(asdict(one)), "days_left": one.days_left(today)} for one in found]
+        print_json({"archive": without_password(url), "due": entries})
+        return
+    for line in due_lines(found, today):
+        say(line)
+
+
+@app.command
+def search(*words: str, archive: Archive = None, json: Json = False) -> None:
+    """Find runs by any words that are known of them: title, operator, sensor, customer, order, standard, day.
+
+    The serial number of a standard finds what was measured with it.
+
+    Parameters
+    ----------
+    words
+        All of them must be known of the run; without any, every run is listed.
+    """
+    url = archive or default_archive_url()
+    found = search_runs(url, words)
+    if json:
+        print_json({"archive": without_password(url), "runs": [plain(asdict(one)) for one in found]})
+        return
+    say(f"{len(found)} {'run' if len(found) == 1 else 'runs'} in {without_password(url)}")
+    for line in found_lines(found):
+        say(line)
+
+
+@app.command
+def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
+    """Show one set: its coefficients with their uncertainties, as found and as left, and who signed it.
+
+    Parameters
+    ----------
+    key
+        A sensor (its latest set), or six or more characters of a checksum.
+    """
+    url = archive or default_archive_url()
+    found = show_set(url, key)
+    if json:
+        print_json(found.document)
+        return
+    say(set_text(found.document, found.status))
+    adjustment = adjustment_of(url, found.sha256)
+    say()
+    for line in adjustment_lines(adjustment):
+        say(line)
+    for line in sign_off_lines(sign_off(url, found.sha256)):
+        say(line)
+
+
+@app.command
+def compare(old: str, new: str, /, *, archive: Archive = None, json: Json = False) -> None:
+    """Two sets of one sensor: the rotation of a remount first, then what each axis changed.
+
+    Parameters
+    ----------
+    old
+        The older set: six or more characters of its checksum, or a sensor (its latest set).
+    new
+        The newer set.
+    """
+    url = archive or default_archive_url()
+    found = compare_sets(show_set(url, old), show_set(url, new))
+    if json:
+        print_json(plain(asdict(found)))
+        return
+    for line in comparison_lines(found):
+        say(line)
+
+
+@app.command
+def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None, json: Json = False) -> None:
+    """Follow a sensor over the years: control charts, what happened to it, advice on its interval.
+
+    Parameters
+    ----------
+    sensor
+        The sensor.
+    plot
+        Draw the charts into this SVG file.
+    """
+    require_folder_of(plot, "--plot")
+    found = history_of(archive or default_archive_url(), sensor)
+    if plot is not None:
+        write_whole(plot, history_figure(found).svg)
+    if json:
+        print_json(plain(asdict(found)))
+    else:
+        for line in history_lines(found):
+            say(line)
+        if plot is not None:
+            say(f"charts       {plot}")
+
+
+@app.command
+def publish(
+    run: NamedRun,
+    /,
+    *,
+    override: str | None = None,
+    supersede: str | None = None,
+    operator: Operator = None,
+    out: RunsFolder = RUNS,
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.
+
+    Parameters
+    ----------
+    override
+        Why an expired standard is accepted all the same; needs --operator.
+    supersede
+        Why this journal takes the place of another one of the same run, as of a copy; needs --operator.
+    """
+    if (override is None and supersede is None) != (operator is None):
+        raise RequestError(
+            "an override needs --override REASON and --operator NAME together, a supersession --supersede REASON and "
+            "--operator NAME; nothing was published"
+        )
+    word, succession = (
+        Override(operator, why) if why is not None and operator is not None else None for why in (override, supersede)
+    )
+    folder = find_run(run, out)
+    url, published = publish_folder(
+        folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word, succession
+    )
+    if json:
+        sets = [plain(asdict(one)) for one in published.publications]
+        found = {name: plain(asdict(one)) for name, one in published.adjustments.items()}
+        print_json({"archive": without_password(url), "sets": sets, "adjustments": found})
+        return
+    shown = without_password(url)
+    for one in published.publications:
+        say(f"{one.sha256[:12]}  {one.sensor:<16} {'published' if one.is_new else 'was there already'}   {shown}")
+        for line in adjustment_lines(published.adjustments.get(one.sensor)):
+            say(f"  {line}")
+    for finding in history_findings(url, published):
+        say(f"look at this: {finding}")
+
+
+@app.command
+def sign(
+    key: str,
+    role: str,
+    /,
+    *,
+    operator: Operator = None,
+    comment: str = "",
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """Sign a set as prepared, reviewed or approved, in this order and not all by one person; or withdraw it.
+
+    Parameters
+    ----------
+    key
+        A sensor (its latest set), or six or more characters of a checksum.
+    role
+        prepared, reviewed, approved or withdrawn.
+    comment
+        A remark; the reason where a set is withdrawn.
+    """
+    url = archive or default_archive_url()
+    _tell(sign_set(url, key, role, operator or login_name(), datetime.now(UTC), comment), json=json)
+
+
+@app.command
+def accept(
+    key: str,
+    finding: str,
+    /,
+    *,
+    reason: str = "",
+    operator: Operator = None,
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """Accept a significant finding of a set, by name and with a reason; without it the set is not approved.
+
+    Parameters
+    ----------
+    key
+        A sensor (its latest set), or six or more characters of a checksum.
+    finding
+        The finding's name as archive show tells it, such as x.cubic.
+    reason
+        Why it does not forbid the use of the set; needed, as is --operator.
+    """
+    url = archive or default_archive_url()
+    _tell(accept_finding(url, key, finding, operator or "", datetime.now(UTC), reason), json=json)
+
+
+@app.command
+def release(
+    key: str,
+    /,
+    *,
+    reason: str = "",
+    operator: Operator = None,
+    archive: Archive = None,
+    json: Json = False,
+) -> None:
+    """Release a set from quarantine, by name and with a reason: from then on it counts like any other.
+
+    Parameters
+    ----------
+    key
+        Six or more characters of the set's checksum.
+    reason
+        Why it may be used; needed, as is --operator.
+    """
+    url = archive or default_archive_url()
+    _tell(release_set(url, key, operator or "", datetime.now(UTC), reason), json=json)
+
+
+@app.command
+def verify(*, archive: Archive = None, json: Json = False) -> int:
+    """Recompute the hash of every record and every row: whatever was changed behind the record shows."""
+    url = archive or default_archive_url()
+    report = verify_archive(url)
+    if json:
+        print_json({"archive": without_password(url), **plain(asdict(report)), "verified": not report.faults})
+    else:
+        for fault in report.faults:
+            say(fault)
+        state = "intact" if not report.faults else f"NOT INTACT: {len(report.faults)} faults"
+        extent = f"{report.rows} rows, {report.head.sequence} records, head {report.head.sha256}"
+        say(f"{without_password(url)}: {state}; {extent}")
+    return ExitStatus.WRONG_REQUEST if report.faults else ExitStatus.DONE
+
+
+@app.command
+def migrate(*, archive: Archive = None) -> None:
+    """Bring an older archive up to this version's schema; a copy of a file is written beside it first."""
+    url = archive or default_archive_url()
+    before, after = migrate_archive(url)
+    say(f"{without_password(url)}: schema {after}{'' if before == after else f', was {before}'}")
+
+
+@app.command
+def demo(
+    *, out: Path = Path("demo-archive.sqlite"), sensors: int = 50, years: int = 8, seed: int = 1, json: Json = False
+) -> None:
+    """Make a synthetic archive: sensors that drift, one that dropped, two that were mixed up, a check sensor.
+
+    Parameters
+    ----------
+    out
+        The SQLite file to make; it must not be there yet.
+    sensors
+        How many, at least 8, calibrated twice a year.
+    years
+        For how long, at least 4.
+    seed
+        The same seed makes the same archive.
+    """
+    if sensors < 8 or years < 4:
+        raise RequestError(f"a demonstration needs at least 8 sensors and 4 years: got {sensors} and {years}")
+    require_folder_of(out, "--out")
+    if out.exists():
+        raise RequestError(f"{out}: is there already; give --out with another name; nothing was written")
+    url = f"sqlite:///{out}"
+    made = synthetic_archive(np.random.default_rng(seed), Story(sensors=sensors, years=years))
+    note(f"{out}: calibrating {sensors} sensors for {years} years; this takes a while")
+    count = publish_synthetic(url, made, np.random.default_rng(seed + 1))
+    planted = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
+    if json:
+        print_json(plain({"archive": url, "sets": count, **planted}))
+        return
+    say(f"{count} sets in {url}")
+    for what, names in planted.items():
+        say(f"{what.replace('_', ' '):<9} {', '.join(names)}")
+    say(f"try: calrig archive history {made.drifting[0]} --archive {url} --plot history.svg")
+
+
+def _tell(signed: SignOff, *, json: bool) -> None:
+    if json:
+        print_json(plain({**asdict(signed), "state": signed.state}))
+        return
+    for line in sign_off_lines(signed):
+        say(line)
+
+
+def _day(name: str, text: str | None) -> datetime | None:
+    if text is None:
+        return None
+    try:
+        return datetime.fromisoformat(text).replace(tzinfo=UTC)
+    except ValueError:
+        raise RequestError(f"--{name}: got {text!r}, needed is a day such as 2026-03-01") from None

@@ -1,0 +1,1 @@
+"""``calrig attitude``: readings of a calibrated package to angles, from files and streams."""

@@ -1,0 +1,255 @@
+"""``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from io import BytesIO
+from pathlib import Path
+from shutil import copyfileobj
+from tempfile import SpooledTemporaryFile
+from typing import IO, Annotated, Final, cast
+
+import numpy as np
+from cyclopts import Parameter
+from rich.console import Console
+
+from ams.arrays import FloatArray
+from ams.inference import alignment as alignments
+from ams.inference.aided_rates import AidedAngles
+from ams.inference.angle_stream import AngleStream
+from ams.inference.inference import MODEL, Package, inference
+from ams.inputs.hdf5_blocks import blocks_of
+from ams.whole_file import whole_file
+from procedures.cli.attitude.lines import is_line, opened_source, opened_target
+from procedures.cli.attitude.plot import PlottedRows
+from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
+from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
+from procedures.cli.attitude.stream import answer_stream
+from procedures.cli.attitude.view import ViewedRows
+from procedures.cli.options import require_folder_of
+from procedures.cli.output import note
+from procedures.errors import RequestError
+from rig.clock import SystemClock
+
+_IN_MEMORY_BYTES: Final = 1 << 26
+"""Of answers for standard output that wait until the last row is read; more wait on the disk."""
+
+
+def attitude(
+    coefficient_set: Path,
+    data: Annotated[str, Parameter(allow_leading_hyphen=True)],
+    /,
+    *,
+    out: str | None = None,
+    axis: Named = None,
+    model_set: Path | None = None,
+    model_axis: Named = None,
+    reading_sd_v: float | None = None,
+    gravity_mps2: float | None = None,
+    alignment: Path | None = None,
+    solve_alignment: Path | None = None,
+    upright: bool = True,
+    right_wing_down: bool = True,
+    intervals: bool = False,
+    view: bool = False,
+    plot: Path | None = None,
+    gyros: OfGyros | None = None,
+    samples: OfSamples | None = None,
+) -> None:
+    """Turn outputs into angles with standard deviations.
+
+    Of accelerometers at rest, row by row; of gyros from a start, sample by sample, with what the angles have grown to
+    lack; of gyros and accelerometers together by a Kalman filter. The answer has the columns pitch_deg, pitch_sd_deg,
+    roll_deg, roll_sd_deg, for gyros and a sting package yaw_deg and yaw_sd_deg, and flag, one row for each row of the
+    data. An angle that the outputs do not tell is an empty cell, and flag names why.
+
+    Parameters
+    ----------
+    coefficient_set
+        A set of accelerometers, one, two or three axes, or of three gyros, of any format.
+    data
+        A CSV, Parquet or HDF5 file of any size, or - for rows that arrive on standard input, header first; what has
+        arrived is answered at once. Also socket://HOST:PORT and udp://HOST:PORT.
+    out
+        The file to write, .csv, .jsonl (JSON lines) or .parquet, or udp://HOST:PORT for JSON lines in datagrams; by
+        default CSV on standard output.
+    axis
+        AXIS=COLUMN where the columns are not called x_v, y_v, z_v; only the axes named are used.
+    model_set
+        With a sting package: the set of the model package, for roll as well; its columns are model_x_v and so on.
+    model_axis
+        AXIS=COLUMN for the model package.
+    reading_sd_v
+        Standard deviation of one reading where the set is used; by default the calibration's standard error.
+    gravity_mps2
+        Local gravity where accelerometers are used; by default that of the calibration, which sets are in.
+    alignment
+        How the package sits in the model, as --solve-alignment stored it: the angles are the model's.
+    solve_alignment
+        Store that file: DATA has, beside the outputs of three axes, pitch_deg and roll_deg of the model as they are
+        known, two attitudes or more.
+    upright
+        Two axes have two answers: roll within ±90° (upright) or beyond.
+    right_wing_down
+        The same for a package of x and z.
+    intervals
+        Also pitch_half_95_deg and so on: half-widths of 95 % intervals, by Student's factor for what the calibration
+        rests on.
+    view
+        Show the newest attitude of a stream on the terminal, with its uncertainty, rate and loss; with --out the
+        answers are written as well.
+    plot
+        An SVG file: every angle along the rows with its band, and its standard deviation against pitch.
+    """
+    require_folder_of(plot, "--plot")
+    if not _is_sent(out):
+        require_folder_of(_path(out), "--out")
+    package = package_of(coefficient_set, axis, "--axis", "")
+    if not package.senses_rates:
+        stored = None if alignment is None else alignments.load_alignment(alignment)
+        package = replace(package, site_gravity_mps2=gravity_mps2, alignment=stored)
+    elif alignment is not None or solve_alignment is not None:
+        raise RequestError("--alignment, --solve-alignment: belong to accelerometers, got gyros")
+    second = None if model_set is None else package_of(model_set, model_axis, "--model-axis", "model_", gravity_mps2)
+    if model_set is None and model_axis:
+        raise RequestError("--model-axis: belongs to --model-set, which is missing")
+    geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
+    if solve_alignment is not None:
+        _solve_alignment(package, reading_sd_v, Path(data), solve_alignment)
+        return
+    before = samples or OfSamples()
+    angles = _angles_of(package, second, reading_sd_v, gyros or OfGyros(), before, gravity_mps2, geometry)
+    found = before.before(angles)
+    if package.model == MODEL:
+        note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
+    answers = _Answers(out, view, plot, package.coefficients.sensor)
+    if data == "-":
+        _answer_stream(found, sys.stdin.buffer, answers)
+    elif is_line(data):
+        with opened_source(data) as source:
+            _answer_stream(found, source, answers)
+    elif view:
+        raise RequestError("--view: shows rows as they arrive: DATA is then -, socket://… or udp://…; nothing was read")
+    else:
+        _answer_file(found, Path(data), answers)
+    if isinstance(angles, AidedAngles):
+        note(angles.consistency())
+
+
+def _solve_alignment(package: Package, reading_sd_v: float | None, data: Path, out: Path) -> None:
+    """Solve how a package sits in the model, from a file of known attitudes, and store it."""
+    require_folder_of(out, "--solve-alignment")
+    found = inference(replace(package, alignment=None), None, reading_sd_v)
+    told: list[FloatArray] = []
+    for readings in blocks_of(data, (*found.needed, "pitch_deg", "roll_deg"), found.optional):
+        angles = found.answer(readings).columns
+        rows = angles["pitch_deg"], angles["roll_deg"], readings["pitch_deg"], readings["roll_deg"]
+        told.append(np.deg2rad(np.stack(rows)))
+    pitch, roll, known_pitch, known_roll = np.concatenate(told, axis=1)
+    solved = alignments.solve_alignment(package.coefficients.sensor, (pitch, roll), (known_pitch, known_roll))
+    alignments.store_alignment(solved, out)
+    sd_deg = np.rad2deg(np.sqrt(np.diag(solved.covariance_rad2)))
+    spread = ", ".join(f"{axis} {sd:.2g}°" for axis, sd in zip("xyz", sd_deg, strict=True))
+    note(
+        f"alignment: {out}: told within {spread} (standard deviation about each axis of the model); "
+        f"the known attitudes leave {solved.scatter_deg:.2g}° over"
+    )
+
+
+def _angles_of(
+    package: Package,
+    second: Package | None,
+    reading_sd_v: float | None,
+    settings: OfGyros,
+    before: OfSamples,
+    gravity_mps2: float | None,
+    geometry: Mapping[str, bool],
+) -> AngleStream:
+    """Return what makes angles of the sets. Raises: RequestError, OutsideValidity, SetError."""
+    if not package.senses_rates:
+        found = monitored(inference(package, second, reading_sd_v, **geometry), package.model, settings, before.rate_hz)
+        if settings.gyro_set is None:
+            before.refuse_idle_rate()
+        return found
+    if settings.gyro_set is not None:
+        raise RequestError("--gyro-set: stands beside accelerometers, got a set of gyros")
+    if second is not None:
+        raise RequestError("--model-set: belongs to a sting package of accelerometers, got a set of gyros")
+    if geometry != {"upright": True, "right_wing_down": True, "intervals": False}:
+        raise RequestError("--intervals, --no-upright, --no-right-wing-down: belong to accelerometers, got gyros")
+    return angles_of_gyros(package, reading_sd_v, settings, before.rate_hz, gravity_mps2)
+
+
+@dataclass(frozen=True)
+class _Answers:
+    """Where answers go: a file, datagrams, standard output, and the screen."""
+
+    out: str | None
+    view: bool
+    plot: Path | None
+    sensor: str
+
+    def writer(self, columns: Sequence[str], file: IO[bytes] | None) -> RowWriter:
+        """Return what takes the answers; ``file`` None: they are shown and not written."""
+        taken: RowWriter | None = None
+        if file is not None:
+            taken = JsonRows(file, columns) if _is_sent(self.out) else writer_named(_path(self.out), file, columns)
+        if self.view:
+            taken = ViewedRows(self.sensor, Console(), SystemClock(), taken)
+        assert taken is not None
+        return taken if self.plot is None else PlottedRows(self.sensor, self.plot, taken)
+
+
+def _answer_stream(found: AngleStream, source: IO[bytes], answers: _Answers) -> None:
+    """Block by block, into a file as well: what was answered stays when the stream breaks."""
+    out = answers.out
+    if out is None:
+        to = None if answers.view else sys.stdout.buffer
+        answer_stream(found, lambda columns: (answers.writer(columns, to), to or BytesIO()), source)
+    elif _is_sent(out):
+        with opened_target(out) as target:
+            answer_stream(found, lambda columns: (answers.writer(columns, target), target), source)
+    elif out.endswith(".parquet"):
+        raise RequestError(f"--out {out}: a stream is written as .csv or .jsonl; nothing was written")
+    else:
+        with Path(out).open("wb") as file:
+            answer_stream(found, lambda columns: (answers.writer(columns, file), file), source)
+
+
+def _answer_file(found: AngleStream, data: Path, answers: _Answers) -> None:
+    """Answer a file piece by piece; nothing is written where one of them is wrong."""
+    with _output(answers.out) as target:
+        writer = answers.writer(found.answers, target)
+        for readings in blocks_of(data, found.needed, found.optional):
+            writer.write(Rows.of(found.answer(readings)))
+            if _is_sent(answers.out):
+                target.flush()
+        writer.write(Rows.of(found.finish()))
+        writer.close()
+
+
+def _is_sent(out: str | None) -> bool:
+    return out is not None and is_line(out)
+
+
+def _path(out: str | None) -> Path | None:
+    return None if out is None else Path(out)
+
+
+@contextmanager
+def _output(out: str | None) -> Iterator[IO[bytes]]:
+    """Yield what becomes the file, or goes to standard output, when all is written."""
+    if out is not None and is_line(out):
+        with opened_target(out) as target:
+            yield target
+        return
+    if out is not None:
+        with whole_file(Path(out)) as file:
+            yield file
+        return
+    with SpooledTemporaryFile(max_size=_IN_MEMORY_BYTES) as memory:
+        yield cast(IO[bytes], memory)
+        memory.seek(0)
+        copyfileobj(memory, sys.stdout.buffer)
+        sys.stdout.buffer.flush()

@@ -1,0 +1,144 @@
+"""Rows that arrive on standard input, answered as they come: what has arrived together is solved together.
+
+A file with a wrong cell is refused whole. A stream cannot be: the row is answered with empty cells and a flag, and the
+next one is read. What ends a stream is its end. A row that is alone is answered at once; where rows come faster than
+they are answered, what is waiting is taken as one block.
+"""
+
+import csv
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import chain
+from typing import IO, Final
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.inference.angle_stream import AngleStream
+from ams.inputs.csv_table import is_number
+from ams.inputs.number_blocks import numbers_of
+from procedures.cli.attitude.rows import Rows, RowWriter
+from procedures.errors import RequestError
+
+LONGEST_LINE: Final = 65_536
+"""Letters of a row; no package has so many outputs, and what never ends must not fill the memory."""
+_AT_ONCE: Final = 1 << 18
+"""Bytes that are taken at a time."""
+_FEW: Final = 50
+"""Rows up to which a look at every cell costs less than pandas' start."""
+
+
+def answer_stream(
+    found: AngleStream,
+    writer_of: Callable[[Sequence[str]], tuple[RowWriter, IO[bytes]]],
+    source: IO[bytes],
+) -> None:
+    """Read a header and rows, write a header and answers, flushed whenever all that arrived is answered.
+
+    Raises: RequestError where the header lacks a column.
+    """
+    pieces = _pieces(source)
+    header, first = _header(found, pieces)
+    writer, target = writer_of(found.answers)
+    target.flush()
+    line = 2
+    for piece in chain([first], pieces):
+        line = _answered(found, header, piece, line, writer)
+        target.flush()
+    writer.write(Rows.of(found.finish()))
+    writer.close()
+    target.flush()
+
+
+def _pieces(source: IO[bytes]) -> Iterator[list[bytes | None]]:
+    """Yield the lines that have arrived; None for one that is too long, of which no more is kept than a row has."""
+    rest, is_too_long = b"", False
+    read = getattr(source, "read1", source.read)
+    while arrived := read(_AT_ONCE):
+        *lines, rest = (rest + arrived).split(b"\n")
+        found: list[bytes | None] = [None if len(line) > LONGEST_LINE else line for line in lines]
+        if found and is_too_long:
+            found[0], is_too_long = None, False
+        if len(rest) > LONGEST_LINE:
+            rest, is_too_long = b"", True
+        if found:
+            yield found
+    if is_too_long:
+        yield [None]
+    elif rest:
+        yield [rest]
+
+
+def _header(found: AngleStream, pieces: Iterator[list[bytes | None]]) -> tuple[list[str], list[bytes | None]]:
+    """Return the names of the columns and the lines that came with them."""
+    nothing: list[bytes | None] = [b""]
+    lines = next(pieces, nothing)
+    if lines[0] is None:
+        raise RequestError(f"standard input: line 1: longer than {LONGEST_LINE} letters; send a header first")
+    text = lines[0].decode("utf-8-sig", "replace")
+    header = [name.strip() for name in next(csv.reader([text]), [])]
+    missing = [name for name in found.needed if name not in header]
+    if missing:
+        raise RequestError(
+            f"standard input: line 1: column {', '.join(missing)} missing; found: {', '.join(header) or 'nothing'}; "
+            "send a header first"
+        )
+    return header, lines[1:]
+
+
+def _answered(
+    found: AngleStream, header: Sequence[str], lines: list[bytes | None], line: int, writer: RowWriter
+) -> int:
+    """Answer lines of which the first has a number; return the number of the next."""
+    names = [name for name in (*found.needed, *found.optional) if name in header]
+    names = list(dict.fromkeys(names))
+    readings, wrong = _readings(header, names, found.needed, lines, line)
+    if readings[names[0]].size:
+        rows = Rows.of(found.answer(readings))
+        writer.write(_with_reasons(rows, wrong) if wrong and found.answers_at_once else rows)
+    return line + len(lines)
+
+
+def _readings(
+    header: Sequence[str], names: Sequence[str], needed: Sequence[str], lines: list[bytes | None], line: int
+) -> tuple[Mapping[str, FloatArray], Mapping[int, str]]:
+    """Return the numbers of the rows, NaN where there is none, and by row what is wrong with it."""
+    if len(lines) > _FEW and None not in lines:
+        quick = numbers_of(b"\n".join(own for own in lines if own is not None), header, names)
+        if quick is not None and quick[names[0]].size == len(lines):
+            return quick, {}
+    found: list[list[float]] = []
+    wrong = {}
+    for number, own in enumerate(lines, start=line):
+        if own is not None and not own.strip():
+            continue
+        cells, why = _cells(header, names, needed, own)
+        if why:
+            wrong[len(found)] = f"line {number}: {why}"
+        found.append(cells)
+    values = np.array(found, dtype=float).reshape(len(found), len(names))
+    return {name: values[:, place] for place, name in enumerate(names)}, wrong
+
+
+def _cells(
+    header: Sequence[str], names: Sequence[str], needed: Sequence[str], line: bytes | None
+) -> tuple[list[float], str]:
+    nothing = [np.nan] * len(names)
+    if line is None:
+        return nothing, f"longer than {LONGEST_LINE} letters"
+    cells = [cell.strip() for cell in line.decode("utf-8", "replace").split(",")]
+    if len(cells) != len(header):
+        return nothing, f"{len(cells)} cells instead of {len(header)}"
+    row = dict(zip(header, cells, strict=True))
+    bad = [name for name in needed if not is_number(row[name])]
+    if bad:
+        return nothing, f"{' and '.join(bad)} no number"
+    return [float(row[name]) if is_number(row[name]) else np.nan for name in names], ""
+
+
+def _with_reasons(rows: Rows, wrong: Mapping[int, str]) -> Rows:
+    """Return the rows with the reasons of those that could not be read."""
+    words, places = list(rows.words), rows.places.copy()
+    for row, reason in wrong.items():
+        places[row] = len(words)
+        words.append(reason)
+    return Rows(rows.columns, words, places)

@@ -1,0 +1,1 @@
+"""Devices by hand: jog, devices, prove, simulate, service."""

@@ -1,0 +1,301 @@
+"""``calrig jog``: motions and looks by hand, under the limits and the lock of the rig; alone, the jog screen."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from ams.units import printed
+from ams.whole_file import replace_file
+from procedures.cli.bench.stopping import stoppable_wait
+from procedures.cli.options import Flag, Json
+from procedures.cli.options import Rig as RigFile
+from procedures.cli.output import finite, note, print_json, say
+from procedures.cli.places import shared_archive_url
+from procedures.errors import ExitStatus, RequestError
+from procedures.jog_screen.inferred import inferred_attitude
+from procedures.lease.keeper import leased
+from rig.assembly.open_rig import Rig, choose_clock, open_rig
+from rig.assembly.unguarded import unguarded_sentences
+from rig.clock import Clock, SystemClock, VirtualClock
+from rig.description.device_settings import TWIN_PORT
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+from rig.devices.abilities import Wait
+from rig.errors import RigError, WaitEnded
+from rig.motion import jog as by_hand
+from rig.motion.home_memory import HomeMemory
+from rig.motion.jog import home, readings
+
+LIVE_PAUSE_S = 0.2
+
+
+def jog(
+    *,
+    rig: RigFile,
+    axis: str | None = None,
+    to: float | None = None,
+    by: float | None = None,
+    rate: float | None = None,
+    for_s: Annotated[float | None, Parameter(name="--for")] = None,
+    home: Flag = False,
+    stop: Flag = False,
+    read: Flag = False,
+    samples: int = 10,
+    live: Flag = False,
+    json: Json = False,
+    coefficient_set: Annotated[Path | None, Parameter(name="--set")] = None,
+    snapshot: Path | None = None,
+    log: Path | None = None,
+) -> ExitStatus:
+    """Move one axis by hand, or read the channels; with nothing but --rig, at a terminal, the jog screen.
+
+    Every move ends at rest, verified by read-back. A rate is stopped after its time, at Ctrl-C, and when the terminal
+    is lost.
+
+    Parameters
+    ----------
+    axis
+        The axis to move, such as pitch.
+    to
+        Go to this attitude, degrees.
+    by
+        Go this much further, degrees; may be negative.
+    rate
+        Turn at this rate, degrees a second, for the time of --for; the rate measured meanwhile is told.
+    for_s
+        How long to turn, seconds.
+    home
+        Run the reference move of --axis.
+    stop
+        Stop --axis, or every axis, and see it stand.
+    read
+        Read every channel of the rig (after the move, if one is asked for).
+    samples
+        Readings a channel.
+    live
+        Go on reading until Ctrl-C.
+    coefficient_set
+        For the screen: a coefficient set, any format; the attitude that it makes of the readings is shown.
+    snapshot
+        For the screen: the CSV file that snapshots are added to; by default beside the rig file.
+    log
+        For the screen: the file that every action is added to, a JSON line each; by default beside the rig file.
+    """
+    wanted = _wanted(to, by, rate, home=home, stop=stop)
+    _refuse_unclear(axis, wanted, read or live, samples, for_s, live=live and json)
+    description = read_rig(rig)
+    if not (wanted or read or live or json) and sys.stdin.isatty() and sys.stdout.isatty():
+        return _screen(description, rig, coefficient_set, snapshot, log)
+    if coefficient_set or snapshot or log:
+        raise RequestError(
+            "jog: --set, --snapshot and --log belong to the screen, which needs a terminal; nothing moved"
+        )
+    for sentence in unguarded_sentences(description) if wanted else ():
+        note(sentence)
+    archive = None if stop else shared_archive_url()  # nobody's lease keeps anybody from a stop
+    with (
+        leased(archive, "jog", note) as lease,
+        open_rig(description, rig_file=rig, purpose="jog", write=replace_file, claim=lease.claim) as opened,
+        stoppable_wait(opened.clock) as wait,
+        _homes_kept(opened),
+    ):
+        if wanted:
+            opened.require_identities()
+        if wanted:
+            _home_what_has_none(opened, None if home else axis, wait)
+        document: dict[str, Any] = {"rig": description.rig.name}
+        is_reading = read or live or not wanted
+        if is_reading:
+            for readout in opened.readouts.values():
+                readout.prepare()
+        if "--stop" in wanted:
+            document |= _stopped(opened, axis)
+        elif rate is not None and for_s is not None and axis is not None:
+            document |= {"axis": axis, **_turned(opened, axis, rate, for_s, wait)}
+        elif wanted:
+            assert axis is not None
+            document |= {"axis": axis, "position_deg": _move(opened, axis, to, by, wait)}
+        if is_reading:
+            document["positions_deg"] = _positions(opened)
+            document["readings"] = _readings(opened, samples, wait)
+        _tell(document, json)
+        if live:
+            _follow(opened, samples, wait)
+    return ExitStatus.DONE
+
+
+def _screen(
+    description: RigDescription, rig: Path, coefficient_set: Path | None, snapshot: Path | None, log: Path | None
+) -> ExitStatus:
+    """Run the jog screen. Twins of this process live in real time there, whatever the file says of virtual time."""
+    _refuse_a_second_user_of_the_terminal(description)
+    inferred = None if coefficient_set is None else inferred_attitude(coefficient_set, description)
+    actions = log or rig.with_name(f"{rig.stem}.jog.jsonl")
+    snapshots = snapshot or rig.with_name(f"{rig.stem}.snapshots.csv")
+    with (
+        leased(shared_archive_url(), "jog", note) as lease,
+        open_rig(
+            description,
+            clock=_bench_clock(description),
+            rig_file=rig,
+            purpose="jog",
+            write=replace_file,
+            claim=lease.claim,
+        ) as opened,
+        _homes_kept(opened),
+    ):
+        from procedures.jog_screen.session import jog_on_screen  # textual: not for a single motion
+
+        status = jog_on_screen(opened, rig, actions, snapshots, inferred)
+    note(f"every axis stands still; actions are in {actions}")
+    return status
+
+
+@contextmanager
+def _homes_kept(opened: Rig) -> Iterator[None]:
+    """Homes that the machines prove to have kept since the last jog, and those of this one for the next."""
+    memory = HomeMemory(opened.description, opened.clock, replace_file)
+    for why in memory.take_over(opened.axes).values():
+        note(why)
+    yield
+    try:
+        memory.keep(opened.axes)
+    except (RigError, OSError) as error:
+        note(f"homes are not kept for the next jog: {error}")
+
+
+def _bench_clock(description: RigDescription) -> Clock:
+    """Return the clock for a person who watches: the machine's time where the rig's is virtual."""
+    clock = choose_clock(description)
+    return SystemClock() if isinstance(clock, VirtualClock) else clock
+
+
+def _refuse_a_second_user_of_the_terminal(description: RigDescription) -> None:
+    for name, axis in description.axes.items():
+        if axis.port == "terminal":
+            raise RequestError(
+                f"jog: axes.{name}: port: this axis asks its operator at this terminal, which the screen needs;"
+                " nothing was opened; jog it with --axis, or give its operator a terminal elsewhere (socket://host:port)"
+            )
+
+
+def _follow(opened: Rig, samples: int, wait: Wait) -> None:
+    """Print one line a round with every channel's mean, until the wait is ended."""
+    try:
+        while True:
+            readings = _readings(opened, samples, wait)
+            say("   ".join(f"{name} {_mean(reading)}" for name, reading in readings.items()))
+            SystemClock().sleep(LIVE_PAUSE_S)
+    except WaitEnded:
+        return
+
+
+def _mean(reading: dict[str, Any], with_spread: bool = False) -> str:
+    unit = next(key for key in reading if key.startswith("mean_")).removeprefix("mean_")
+    if (mean := reading[f"mean_{unit}"]) is None:
+        return "overload"
+    spread = f"   s {reading[f'standard_deviation_{unit}'] or 0.0:.2g} {printed(unit)}" if with_spread else ""
+    return f"{mean:+.7f} {printed(unit)}{spread}"
+
+
+def _wanted(to: float | None, by: float | None, rate: float | None, *, home: bool, stop: bool) -> list[str]:
+    given = {
+        "--to": to is not None,
+        "--by": by is not None,
+        "--rate": rate is not None,
+        "--home": home,
+        "--stop": stop,
+    }
+    return [name for name, is_given in given.items() if is_given]
+
+
+def _refuse_unclear(
+    axis: str | None, wanted: list[str], read: bool, samples: int, for_s: float | None, *, live: bool
+) -> None:
+    if live:
+        raise RequestError("jog: --live goes on for ever and --json is one document; give one of them; nothing moved")
+    if len(wanted) > 1:
+        raise RequestError(f"jog: {' and '.join(wanted)} together are unclear; give one of them; nothing moved")
+    if wanted and axis is None and "--stop" not in wanted:
+        raise RequestError(f"jog: {wanted[0]} needs --axis; nothing moved")
+    if ("--rate" in wanted) != (for_s is not None):
+        raise RequestError("jog: --rate and --for belong together: a rate ends after its time; nothing moved")
+    if for_s is not None and not 0.0 < for_s <= 86_400.0:
+        raise RequestError(f"jog: --for: got {for_s:g} s, allowed above 0 up to 86400 s; nothing moved")
+    if axis is not None and not wanted and not read:
+        raise RequestError("jog: --axis needs --to, --by, --rate, --home or --stop; nothing moved")
+    if samples < 2:
+        raise RequestError(f"jog: --samples: got {samples}, allowed 2 or more; nothing moved")
+
+
+def _move(opened: Rig, axis: str, to: float | None, by: float | None, wait: Wait) -> float:
+    with by_hand.seen_at_rest(opened, axis):
+        if to is not None:
+            return by_hand.jog_to(opened, axis, to, wait, note)
+        if by is not None:
+            return by_hand.jog_by(opened, axis, by, wait, note)
+        return by_hand.home(opened, axis, wait)
+
+
+def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -> dict[str, float]:
+    measured = by_hand.turn_for(opened, axis, rate_dps, for_s, wait)
+    return {
+        "rate_dps": measured.rate_dps,
+        "rate_limit_dps": measured.uncertainty_dps,
+        "turned_deg": measured.turned_deg,
+        "position_deg": opened.axes[axis].state().position_deg,
+    }
+
+
+def _stopped(opened: Rig, axis: str | None) -> dict[str, Any]:
+    stopped = by_hand.stop(opened, axis)
+    return {"stopped": stopped, "positions_deg": {name: opened.axes[name].state().position_deg for name in stopped}}
+
+
+def _positions(opened: Rig) -> dict[str, float]:
+    return {name: device.state().position_deg for name, device in opened.axes.items()}
+
+
+def _readings(opened: Rig, samples: int, wait: Wait) -> dict[str, dict[str, float | int | None]]:
+    channels = [channel for readout in opened.readouts.values() for channel in readout.channels]
+    return {
+        reading.channel: {
+            f"mean_{reading.unit}": finite(reading.mean),
+            f"standard_deviation_{reading.unit}": finite(reading.standard_deviation),
+            "samples": reading.samples,
+            "overloads": reading.overloads,
+        }
+        for reading in readings(opened, channels, samples, wait)
+    }
+
+
+def _home_what_has_none(opened: Rig, moved: str | None, wait: Wait) -> None:
+    """Twins in this process were switched on by it: unlike a machine they cannot have been homed before. An operator,
+    too, is asked for the zero of the axis that is ``moved``: nobody remembers it. Machines are left alone.
+    """
+    for name, axis in opened.description.axes.items():
+        if axis.port == TWIN_PORT or (name == moved and axis.driver == "manual"):
+            home(opened, name, wait)
+
+
+def _tell(document: dict[str, Any], json: bool) -> None:
+    if json:
+        print_json(document)
+        return
+    if "rate_dps" in document:
+        say(
+            f"{document['axis']}: turned {document['turned_deg']:+g}° at {document['rate_dps']:+.6g}°/s"
+            f" (± {document['rate_limit_dps']:.2g}°/s)"
+        )
+    if "axis" in document:
+        say(f"{document['axis']}: at rest at {document['position_deg']:g}°")
+    for name in document.get("stopped", ()):
+        say(f"{name}: stands still at {document['positions_deg'][name]:+.4f}°")
+    for name, position_deg in document.get("positions_deg", {}).items() if "stopped" not in document else ():
+        say(f"{name:<16} {position_deg:+.4f}°")
+    for channel, reading in document.get("readings", {}).items():
+        say(f"{channel:<16} {_mean(reading, with_spread=True)}   ({reading['samples']} readings)")

@@ -1,0 +1,1 @@
+"""``calrig fit``: observations in a file to coefficients."""

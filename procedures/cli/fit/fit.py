@@ -1,0 +1,264 @@
+"""``calrig fit``: from observations in a file to coefficients, by every model there is; no rig needed."""
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+from cyclopts import Parameter
+
+from ams.calibration.findings_document import full_document
+from ams.calibration.linear_levels import calibrated_levels, linear_document, read_levels
+from ams.errors import DesignError
+from ams.inference.inference import Package
+from ams.inference.sting_reference import WARNING, read_with_sting
+from ams.inputs.observations_csv import read_csv
+from ams.inputs.request import CalibrationRequest
+from ams.models.registry import MODELS, names_by_option
+from ams.models.thermal import TemperatureCoefficients
+from ams.sets.sensed_quantity import FIELDS
+from procedures.cli.attitude.source import package_of
+from procedures.cli.fit.coefficient_set import WishedSet, wished_set, write_set
+from procedures.cli.fit.joint import check_joint, joint_lines, parse_priors
+from procedures.cli.fit.joint import joint as fit_jointly
+from procedures.cli.options import Flag, Json, require_folder_of
+from procedures.cli.output import note, print_json, say
+from procedures.cli.results.coefficients_text import axes_lines
+from procedures.cli.results.findings_text import check_trials
+from procedures.errors import RequestError
+from procedures.solution.fitted import fitted, sensor_of
+from procedures.solution.type_b import shared_errors, table_uncertainty
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+
+Named = Annotated[list[str] | None, Parameter(negative=())]
+Value = TypeVar("Value")
+
+
+def fit(
+    file: Path,
+    /,
+    *,
+    model: Annotated[str, Parameter(help=f"One of {', '.join(names_by_option())}.")] = "pitch-roll",
+    package: Literal["sting", "model"] | None = None,
+    axis: Named = None,
+    sting: Path | None = None,
+    sting_axis: Named = None,
+    temperature: Literal["none", "apply", "estimate"] = "none",
+    known_temperature: Named = None,
+    reference_temperature_degc: float | None = None,
+    extended: Literal["no", "test", "yes"] = "yes",
+    time_term: Literal["none", "linear"] = "none",
+    hessian: Flag = False,
+    monte_carlo: int = 0,
+    rig: Path | None = None,
+    joint: Flag = False,
+    prior: Named = None,
+    mount: str | None = None,
+    set_: Annotated[Path | None, Parameter(name="--set")] = None,
+    sensor: str | None = None,
+    gravity_mps2: float | None = None,
+    json: Json = False,
+) -> None:
+    """Solve observations from a CSV file; no rig needed.
+
+    The file has the columns replication, point, the angles of the model (pitch_deg, yaw_deg, roll_deg; for gyros also
+    pitch_rate_dps, yaw_rate_dps, roll_rate_dps; for linear reference_<unit>), optionally temperature_degc and time_s,
+    and one column for each sensor axis.
+
+    Parameters
+    ----------
+    file
+        The observations.
+    package
+        For pitch-yaw-roll: sting (roll does not reach it) or model.
+    axis
+        AXIS=COLUMN for each sensor axis, such as --axis x=sx_v --axis y=sy_v.
+    sting
+        For the model package: the sting package's set, whose outputs then stand for pitch and yaw (CR's second step).
+    sting_axis
+        AXIS=COLUMN of the sting package; by default sting_x_v and so on.
+    temperature
+        none; apply known temperature coefficients; or estimate them from the column temperature_degc.
+    known_temperature
+        AXIS=OFFSET_TC,SENSITIVITY_TC in V/°C and 1/°C, such as x=1.2e-5,-3e-5; two more numbers are their standard
+        uncertainties.
+    reference_temperature_degc
+        Where the coefficients hold; by default the mean temperature rounded to 1 °C.
+    extended
+        Terms of second and third order: wherever the points determine them (yes), where a test asks for them
+        (test), or never (no).
+    time_term
+        linear: a drift of the offset with time, from the column time_s, is estimated beside the parameters.
+    hessian
+        Also state H_E, the curvature of the residuals, and what it would do to the standard uncertainties.
+    monte_carlo
+        So many trials of a Monte Carlo check beside the uncertainty budget.
+    rig
+        A rig file whose certificates (table, meter, level, thermometer) are carried into the result and told in an
+        uncertainty budget, and whose gravity a set states.
+    joint
+        Fit package and table together, the table's errors under the rig's priors; says what stays confounded.
+    prior
+        For --joint, standard uncertainty of a whole-table error: NAME=ARCSEC with pitch-zero, roll-zero, base-tilt,
+        squareness, droop or seat.
+    mount
+        For --joint, the column that says upright or reversed.
+    set_
+        Write a coefficient set to this JSON file.
+    sensor
+        The sensor's name in that set.
+    gravity_mps2
+        Local gravity of the calibration, for the set, where no rig file states it.
+    """
+    require_folder_of(set_, "--set")
+    columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
+    _refuse_shared(columns)
+    name = _model_name(model, package)
+    description = None if rig is None else read_rig(rig)
+    check_trials(monte_carlo, is_possible=name != "linear" and not joint)
+    if description is not None and model in ("gyro", "linear"):
+        raise RequestError(f"--rig: carries the indices of a table at rest: not allowed with --model {model}")
+    request = CalibrationRequest(
+        model=name,
+        nominal_axes={label: label for label in columns},
+        temperature=temperature,
+        known_temperature=_coefficients(known_temperature, temperature),
+        reference_temperature_degc=reference_temperature_degc,
+        extended=extended,
+        time_term=time_term == "linear",
+        residual_curvature=hessian,
+        table=None if description is None else table_uncertainty(description),
+        shared_errors={} if description is None else shared_errors(description, sensor_of(description, sensor)),
+    )
+    reference = sting_package(sting, sting_axis, name, is_joint=joint)
+    if (prior or mount) and not joint:
+        raise RequestError("--prior and --mount: belong to --joint, which is missing")
+    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description)
+    try:
+        if joint:
+            stated = check_joint(request, description)
+            document = fit_jointly(file, columns, stated, parse_priors(prior), mount, wish)
+        elif name == "linear":
+            _refuse_curvature(hessian)
+            document = _linear(file, columns, request, wish)
+        else:
+            document = _solved(file, columns, request, wish, reference, description, monte_carlo)
+    except DesignError as error:
+        sentence = str(error)
+        raise DesignError(sentence if sentence.startswith(str(file)) else f"{file}: {sentence}") from None
+    if json:
+        print_json(document)
+    else:
+        for line in (*axes_lines(document["axes"]), *(joint_lines(document) if joint else ())):
+            say(line)
+    if description is None and name in FIELDS and FIELDS[name].convention == "TP":
+        note("the table's own index errors are not in these uncertainties; --rig RIG brings them in")
+    if wish is not None:
+        note(f"coefficient set: {wish.path}")
+
+
+def _solved(
+    file: Path,
+    columns: Mapping[str, str],
+    request: CalibrationRequest,
+    wish: WishedSet | None,
+    sting: Package | None,
+    rig: RigDescription | None,
+    trials: int,
+) -> dict[str, Any]:
+    if sting is None:
+        wanted = MODELS[request.model]
+        observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates)
+    else:
+        observations = read_with_sting(file, columns, sting)
+    doubts = (WARNING,) if sting else ()
+    solved = fitted("", observations, columns, request, rig, doubts=doubts, trials=trials)
+    assert solved.calibration is not None
+    if wish is not None:
+        write_set(wish, observations, solved.calibration)
+    return full_document(solved.calibration, observations, solved.budgets)
+
+
+def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> Package | None:
+    """Return the sting's set and its columns. Raises: RequestError unless a model package is to be solved."""
+    if path is None:
+        if pairs:
+            raise RequestError("--sting-axis: belongs to --sting, which is missing")
+        return None
+    if model != "pitch-yaw-roll-model" or is_joint:
+        raise RequestError(f"--sting {path}: belongs to --model pitch-yaw-roll --package model")
+    return package_of(path, pairs, "--sting-axis", "sting_")
+
+
+def _refuse_curvature(hessian: bool) -> None:
+    if hessian:
+        raise RequestError("--hessian: a straight line has none; it belongs to the models of attitude and rates")
+
+
+def _linear(
+    file: Path, columns: Mapping[str, str], request: CalibrationRequest, wish: WishedSet | None
+) -> dict[str, Any]:
+    levels = read_levels(file, columns)
+    if wish is not None:
+        first = next(iter(levels.values())).observations
+        write_set(wish, first, calibrated_levels(levels, request))
+    return {**linear_document(levels, request), "model": "linear", "convention": "SR"}
+
+
+def _refuse_shared(columns: Mapping[str, str]) -> None:
+    """Refuse a column that is given for two axes: one column is one sensor."""
+    taken: dict[str, str] = {}
+    for label, column in columns.items():
+        if column in taken:
+            raise RequestError(
+                f"--axis {label}={column}: the column is already axis {taken[column]}; each is one sensor"
+            )
+        taken[column] = label
+
+
+def _model_name(model: str, package: str | None) -> str:
+    """Return the name of a model in the mathematics, where CR's two packages are two models."""
+    if model not in names_by_option():
+        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(names_by_option())}; nothing was solved")
+    if model != "pitch-yaw-roll":
+        if package is not None:
+            raise RequestError(f"--package {package}: belongs to --model pitch-yaw-roll, not to --model {model}")
+        return model
+    if package is None:
+        raise RequestError("--package is missing: --model pitch-yaw-roll needs --package sting or --package model")
+    return f"{model}-{package}"
+
+
+def _coefficients(pairs: list[str] | None, temperature: str) -> Mapping[str, TemperatureCoefficients]:
+    if not pairs:
+        return {}
+    if temperature != "apply":
+        raise RequestError(f"--known-temperature: belongs to --temperature apply, not to --temperature {temperature}")
+    return _by_axis(pairs, "--known-temperature", "OFFSET_TC,SENSITIVITY_TC", _two_or_four)
+
+
+def _two_or_four(text: str) -> TemperatureCoefficients:
+    """Read two or four temperature coefficients: two values, then their uncertainties. Raises: ValueError."""
+    values = [float(part) for part in text.split(",")]
+    if len(values) not in (2, 4) or not all(isfinite(value) for value in values) or any(u < 0.0 for u in values[2:]):
+        raise ValueError(text)
+    return TemperatureCoefficients(*values)
+
+
+def _by_axis(pairs: list[str] | None, option: str, what: str, parse: Callable[[str], Value]) -> dict[str, Value]:
+    """``["x=sx_v"]`` as ``{"x": "sx_v"}``."""
+    if not pairs:
+        raise RequestError(f"{option} is missing: give AXIS={what} for each sensor axis, such as {option} x={what}")
+    found: dict[str, Value] = {}
+    for pair in pairs:
+        name, _, text = pair.partition("=")
+        if name not in ("x", "y", "z") or not text:
+            raise RequestError(f"{option} {pair}: allowed is x={what}, y={what} or z={what}")
+        if name in found:
+            raise RequestError(f"{option} {pair}: axis {name} is given twice; each axis is given once")
+        try:
+            found[name] = parse(text)
+        except ValueError:
+            raise RequestError(f"{option} {pair}: got {text!r}, allowed {what}, finite numbers with points") from None
+    return found

@@ -1,0 +1,100 @@
+"""``calrig fit --joint``: package and table in one fit, under what the rig and the operator state of the table."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from ams.calibration.joint_diagnosis import diagnose_joint
+from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
+from ams.inputs.request import CalibrationRequest
+from ams.solve.joint import joint_fit
+from ams.solve.table_errors import TablePriors
+from ams.units import RAD_PER_ARCSEC
+from procedures.cli.fit.coefficient_set import WishedSet, write_set
+from procedures.errors import RequestError
+from procedures.solution.type_b import table_uncertainty
+from rig.description.rig_file import RigDescription
+
+PRIORS = {
+    "pitch-zero": "pitch_zero_rad",
+    "roll-zero": "roll_zero_rad",
+    "base-tilt": "base_tilt_rad",
+    "squareness": "squareness_rad",
+    "droop": "droop_rad",
+    "seat": "seat_rad",
+}
+"""Name on the command line to its prior."""
+
+
+def joint(
+    file: Path,
+    columns: Mapping[str, str],
+    rig: RigDescription,
+    priors: Mapping[str, float],
+    mount: str | None,
+    wish: WishedSet | None = None,
+) -> dict[str, Any]:
+    """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
+    mountings = read_mountings(file, columns, mount)
+    stated = _priors(rig, priors)
+    found = joint_fit(mountings, tuple(columns), stated)
+    diagnosis = diagnose_joint(mountings, found, stated)
+    if wish is not None:
+        write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis))
+    return {**joint_document(found, diagnosis), "model": "pitch-roll", "convention": "TP"}
+
+
+def check_joint(request: CalibrationRequest, rig: RigDescription | None) -> RigDescription:
+    """Return the rig of a joint fit.
+
+    Raises: RequestError where the joint fit does not go with what else is asked for.
+    """
+    if rig is None:
+        raise RequestError("--joint: needs --rig RIG: the table's uncertainties are the priors of its errors")
+    if request.model != "pitch-roll" or request.temperature != "none" or request.extended == "test":
+        raise RequestError("--joint: goes with --model pitch-roll, --temperature none and --extended yes or no")
+    if request.time_term or request.residual_curvature:
+        raise RequestError("--joint: has no --time-term and no --hessian; fit without --joint for these")
+    return rig
+
+
+def parse_priors(pairs: list[str] | None) -> dict[str, float]:
+    """``["roll-zero=10"]`` as ``{"roll-zero": 10.0}``, arc seconds."""
+    found: dict[str, float] = {}
+    for pair in pairs or ():
+        name, _, text = pair.partition("=")
+        try:
+            value = float(text)
+        except ValueError:
+            value = -1.0
+        if name not in PRIORS or name in found or not 0.0 < value < 36_000.0:
+            raise RequestError(
+                f"--prior {pair}: allowed is NAME=ARCSEC, above 0 and below 36000 arc seconds, each of "
+                f"{', '.join(PRIORS)} at most once"
+            )
+        found[name] = value
+    return found
+
+
+def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the table's own errors for a person.
+
+    Those of the whole table and the seat, then what stays confounded.
+    """
+    whole = {name: entry for name, entry in document["nuisances"].items() if " tooth " not in name}
+    yield ""
+    yield f"table: {len(document['nuisances']) - len(whole)} teeth and {len(whole)} errors of the whole"
+    for name, entry in whole.items():
+        remark = "" if entry["is_observed"] else "   (not told by these rows)"
+        yield (
+            f"  {name:<28} {entry['estimate_arcsec']:+.2f}″   u {entry['standard_deviation_arcsec']:.2g}″"
+            f"   (prior {entry['prior_arcsec']:.3g}″){remark}"
+        )
+    yield from (f"  confounded: {sentence}" for sentence in document["confounded"])
+
+
+def _priors(rig: RigDescription, priors: Mapping[str, float]) -> TablePriors:
+    return TablePriors(
+        table=table_uncertainty(rig),
+        **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
+    )

@@ -1,0 +1,1 @@
+"""Before anything moves: demo, new, design, plan, check."""

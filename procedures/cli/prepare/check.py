@@ -1,0 +1,121 @@
+"""``calrig check``: is the rig file right, can the procedure be done, how long and how well. Opens no port."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from procedures.check.check_report import check as check_plan
+from procedures.check.check_report import to_document
+from procedures.check.check_text import render
+from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder
+from procedures.cli.output import print_json, say
+from procedures.cli.places import shared_archive_url
+from procedures.cli.prepare.pilot import pilot_named
+from procedures.errors import ExitStatus
+from procedures.kinds.read import read_procedure
+from procedures.plan.plan import Plan
+from procedures.run.preflight import Preflight, preflight
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+
+
+def check(
+    procedure: Path | None = None,
+    /,
+    *,
+    rig: Rig,
+    pilot: PilotRun = None,
+    out: RunsFolder = RUNS,
+    archive: Archive = None,
+    json: Json = False,
+) -> int:
+    """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
+
+    Disk and place of the folder of runs are looked at, as `calrig run` would, and who has the lease of a device that
+    other computers reach.
+
+    Parameters
+    ----------
+    procedure
+        The procedure file; without it only the rig file is checked.
+    """
+    described = read_rig(rig)
+    if procedure is None:
+        before = _preflight(rig, described, None, out, archive)
+        _tell_rig(rig, described, before, json)
+        return _tell(before, json)
+
+    procedure_description = read_procedure(procedure)
+    report = check_plan(described, procedure_description, pilot=pilot_named(pilot, out, described))
+    before = _preflight(rig, described, report.plan, out, archive)
+    if json:
+        print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))
+        return _tell(before, json)
+
+    Console().print(render(report))
+    for name, remarks in _remarks(described).items():
+        for remark in remarks:
+            say(f"axis {name}: {remark}")
+    return _tell(before, json)
+
+
+def _remarks(described: RigDescription) -> dict[str, list[str]]:
+    """Return what a person should know of the machines before a run, such as that one has no stop."""
+    return {name: list(axis.remarks()) for name, axis in described.axes.items() if axis.remarks()}
+
+
+def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bool) -> None:
+    document: dict[str, Any] = {
+        "rig": described.rig.name,
+        "axes": {name: list(axis.limits_deg) for name, axis in described.axes.items()},
+        "channels": [
+            *(f"{name}.{channel}" for name, item in described.readouts.items() for channel in item.channel_names()),
+            *(f"{name}.{channel}" for name, item in described.streams.items() for channel in item.channel_names()),
+        ],
+        "sensors": {name: sensor.model for name, sensor in described.sensors.items()},
+        "simulated": described.is_simulated,
+        "remarks": _remarks(described),
+        **_document_of(before),
+    }
+    if json:
+        print_json(document)
+        return
+    say(f"{path}: {described.rig.name}: nothing wrong found{', twins' if described.is_simulated else ''}")
+    for name, limits in document["axes"].items():
+        say(f"axis {name}: {limits[0]:g}° to {limits[1]:g}°")
+        for remark in document["remarks"].get(name, ()):
+            say(f"axis {name}: {remark}")
+    say(f"channels: {', '.join(document['channels'])}")
+    for name, model in document["sensors"].items():
+        say(f"sensor {name}: {model}")
+
+
+def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Path, archive: str | None) -> Preflight:
+    today = datetime.now(UTC).date()
+    return preflight(rig, described, plan, out, today, archive_url=shared_archive_url(archive))
+
+
+def _document_of(before: Preflight) -> dict[str, Any]:
+    return {
+        "refusals": list(before.refusals),
+        "engineering": list(before.engineering),
+        "unguarded": list(before.unguarded),
+        "guarded": list(before.guarded),
+        "undelivered": list(before.undelivered),
+    }
+
+
+def _tell(before: Preflight, json: bool) -> int:
+    """Tell what a run would meet now and return the status that the command ends with: a refused run's own."""
+    if not json:
+        for sentence in before.engineering:
+            say(f"engineering result: {sentence}")
+        for sentence in (*before.unguarded, *before.guarded):
+            say(sentence)
+        for sentence in before.undelivered:
+            say(f"will not be delivered: {sentence}")
+        for sentence in before.refusals:
+            say(f"a run would be refused now: {sentence}")
+    return ExitStatus.WRONG_REQUEST if before.refusals else ExitStatus.DONE

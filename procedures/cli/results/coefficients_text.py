@@ -1,0 +1,83 @@
+"""Coefficients for a person: the parameters of a document (a set, a fit or a solved run) as lines of text."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ams.parameter_words import words_of
+from ams.units import printed
+from procedures.cli.results.findings_text import findings_lines
+
+
+def set_text(document: Mapping[str, Any], status: str) -> str:
+    """Return a coefficient set as text; ``status`` is the document's, or what the signatures have made of it."""
+    stamp = f"{status}{', simulated' if document['simulated'] else ''}"
+    sensor, provenance = document["sensor"], document["provenance"]
+    lines = [
+        f"{sensor['name']}: {document['model']} ({document['convention']['name']}), {stamp}",
+        f"calibrated {provenance['created_utc'][:16]} UTC, run {provenance['run_id'] or 'none'}, "
+        f"checksum {document['checksum']['sha256'][:12]}",
+        *axes_lines(document["axes"]),
+        *(f"warning: {text}" for text in document["warnings"]),
+    ]
+    return "\n".join(lines)
+
+
+def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the lines of every axis.
+
+    Parameters with standard uncertainties, standard error, replication tests, warnings, remarks.
+    """
+    for name, axis in axes.items():
+        yield ""
+        dof = axis["degrees_of_freedom"]
+        yield f"axis {name}   ({_standard_error(axis)}{'' if dof is None else f', {dof} degrees of freedom'})"
+        for parameter, estimate in axis["parameters"].items():
+            yield f"  {parameter_line(parameter, estimate)}"
+        if axis["replication"] is not None:
+            yield f"  {replication_line(axis['replication'])}"
+        yield from (f"  {line}" for line in findings_lines(axis))
+        yield from (f"  warning: {text}" for text in axis["warnings"])
+        yield from (f"  remark: {text}" for text in axis.get("remarks", ()))
+
+
+def _standard_error(axis: Mapping[str, Any]) -> str:
+    """Describe an axis' standard error, in volts or in the unit of the readings of a linear calibration."""
+    key = next(key for key in axis if key.startswith("standard_error_"))
+    unit = key.removeprefix("standard_error_")
+    return f"standard error {axis[key]:.3g} {printed(unit)}" if axis[key] is not None else "no error"
+
+
+def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
+    """``offset   +0.0050012 V   u 1.1e-06 V   (TP 0.9e-06)``."""
+    label, _, unit = words_of(name)
+    if estimate["value"] is None:
+        return f"{label:<28} not determined"
+    uncertainty = estimate["standard_uncertainty"]
+    text = f"{label:<28} {with_uncertainty(estimate['value'], uncertainty):>16} {unit:<8}"
+    if uncertainty:
+        text += f" u {uncertainty:.2g} {unit}"
+    if estimate.get("tp_standard_uncertainty"):
+        text += f"   (TP's pooled form {estimate['tp_standard_uncertainty']:.2g})"
+    return text
+
+
+def replication_line(replication: Mapping[str, Any]) -> str:
+    """Describe the replication tests in one line, each against its 95 % limit."""
+    fit = _test("lack of fit", replication["lack_of_fit"])
+    drift = ", ".join(_test(words_of(name).label, test) for name, test in replication["drift"].items())
+    return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
+
+
+def with_uncertainty(value: float, uncertainty: float | None) -> str:
+    """Return the value rounded to two digits of its uncertainty."""
+    if uncertainty is None or not uncertainty > 0.0:
+        return f"{value:+.9g}"
+    digits = max(0, 1 - math.floor(math.log10(uncertainty)))
+    return f"{value:+.{min(digits, 15)}f}"
+
+
+def _test(name: str, test: Mapping[str, Any] | None) -> str:
+    if test is None or test["t"] is None:
+        return f"{name} untested"
+    return f"{name} {test['t']:.3g} ({'above' if test['t'] > test['f_95'] else 'below'} {test['f_95']:.3g})"

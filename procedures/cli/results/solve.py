@@ -1,0 +1,67 @@
+"""``calrig solve``: from a run's journal to coefficients, again."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
+from procedures.cli.output import note, print_json, say
+from procedures.cli.results.findings_text import check_trials, findings_lines
+from procedures.cli.run.run import archive_of, tell, tell_failures
+from procedures.cli.run.working import working
+from procedures.cli.steer.choose_run import alive_or_latest
+from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
+from procedures.errors import ExitStatus
+from procedures.solution.by_model import checked_by_monte_carlo
+
+
+def solve(
+    run: AnyRun = None,
+    /,
+    *,
+    out: RunsFolder = RUNS,
+    archive: Archive = None,
+    monte_carlo: int = 0,
+    json: Json = False,
+) -> int:
+    """Solve a run again from its journal, and write its coefficient sets, report and exports anew.
+
+    Parameters
+    ----------
+    monte_carlo
+        So many trials of a Monte Carlo check beside each uncertainty budget.
+    """
+    check_trials(monte_carlo, is_possible=True)
+    folder = alive_or_latest(run, out)
+    with working() as told:
+        solved = solve_run(folder, told)
+    if monte_carlo:
+        solved = _checked(solved, monte_carlo)
+    for failure in solved.failures:
+        note(failure)
+    with working() as told:
+        delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated), told)
+    if json:
+        print_json({"sensors": sensors_document(solved)})
+    else:
+        for line in _findings(solved):
+            say(line)
+        tell(delivery)
+    tell_failures(delivery)
+    return ExitStatus.FAILED if solved.failures or delivery.failures else ExitStatus.DONE
+
+
+def _checked(run: SolvedRun, trials: int) -> SolvedRun:
+    plan = run.record.plan
+    checked = {
+        name: checked_by_monte_carlo(one, run.record.rig, plan.sensors[name], plan.solve, trials)
+        for name, one in run.sensors.items()
+    }
+    return replace(run, sensors=checked)
+
+
+def _findings(run: SolvedRun) -> Iterator[str]:
+    """Advice and budget of every axis, under its name."""
+    for name, document in sensors_document(run).items():
+        for axis, section in document["axes"].items():
+            if lines := list(findings_lines(section)):
+                yield from ("", f"{name} {axis}", *(f"  {line}" for line in lines))

@@ -1,0 +1,1 @@
+"""A run from the command line: run and resume, with all that stands around them."""

@@ -1,0 +1,279 @@
+"""``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
+
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+
+from ams.archive.refusals import without_password
+from ams.whole_file import replace_file
+from procedures.alerts.settings import read_alerts
+from procedures.cli.options import (
+    RUNS,
+    Alerts,
+    AllowNetworkFolder,
+    Archive,
+    Detach,
+    Flag,
+    Json,
+    OnlyRun,
+    Operator,
+    Reason,
+    Rig,
+    RunsFolder,
+)
+from procedures.cli.output import note, print_json, say
+from procedures.cli.places import (
+    default_archive_url,
+    left_out_where_empty,
+    login_name,
+    new_run_folder,
+    shared_archive_url,
+)
+from procedures.cli.run.archive_url import require_archive_url
+from procedures.cli.run.attend import Attendance, attended
+from procedures.cli.run.detach import detached
+from procedures.cli.run.terminal import outlived
+from procedures.cli.run.working import working
+from procedures.cli.steer.choose_run import only_one
+from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, solve_run
+from procedures.delivery.publish import history_findings
+from procedures.errors import ExitStatus, RequestError
+from procedures.journal.header import make_header
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.location import require_local
+from procedures.journal.status import status
+from procedures.kinds.planner import make_plan
+from procedures.kinds.read import read_procedure
+from procedures.lease.keeper import leased
+from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
+from procedures.report.summary import print_summary, print_verdict, worst_uncertainty
+from procedures.run.begin import begin
+from procedures.run.ending import Outcome
+from procedures.run.resume import resume as resume_run
+from rig.assembly.open_rig import choose_clock, open_rig
+from rig.assembly.unguarded import unguarded_sentences
+from rig.clock import SystemClock, VirtualClock
+from rig.description.read import read_rig, rig_from_json
+from rig.description.rig_file import RigDescription
+
+MOST_FILES = 3
+"""Of one kind, each named; of more their folder is."""
+
+
+def run(
+    procedure: Path,
+    /,
+    *,
+    rig: Rig,
+    out: RunsFolder = RUNS,
+    operator: Operator = None,
+    rehearse: Flag = False,
+    archive: Archive = None,
+    alerts: Alerts = None,
+    allow_network_folder: AllowNetworkFolder = False,
+    detach: Detach = False,
+    json: Json = False,
+) -> int:
+    """Run a procedure on a rig, then solve, archive, report and export.
+
+    Ctrl-C stops after the dwell in progress, a second one aborts. A terminal that is closed ends nothing. The run's
+    folder is told first, on standard error. A simulated run is archived beside itself unless --archive is given.
+
+    Parameters
+    ----------
+    procedure
+        The procedure file.
+    rehearse
+        Do all of it on twins of that very rig, in virtual time; no port is opened.
+    """
+    described, procedure_description = read_rig(rig), read_procedure(procedure)
+    plan = make_plan(described, procedure_description)
+    performed = described.all_on_twins() if rehearse else described
+    if not allow_network_folder:
+        require_local(out)
+    archive_url = archive if archive is not None or performed.is_simulated else default_archive_url()
+    _require_what_the_end_needs(archive_url, alerts)
+    if detach:
+        options = {"--rig": rig, "--out": out, "--operator": operator, "--archive": archive, "--alerts": alerts}
+        flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
+        return detached("run", [str(procedure)], options, flags, out, json=json)
+    with outlived(), ExitStack() as at_last:
+        with (
+            leased(shared_archive_url(archive), f"run of {plan.title!r}", note) as lease,
+            open_rig(
+                performed,
+                rig_file=None if rehearse else rig,
+                purpose="run",
+                write=replace_file,
+                claim=lease.claim,
+            ) as opened,
+        ):
+            tell_unguarded(performed)
+            opened.identities()  # a device that is silent is told before anything is written
+            now = SystemClock().now_utc()
+            folder = new_run_folder(out, plan.title, now)
+            opened.belongs_to(folder)
+            lease.belongs_to(f"run {folder.name}")
+            header = make_header(
+                folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
+            )
+            is_virtual = isinstance(opened.clock, VirtualClock)
+            with (
+                left_out_where_empty(folder),
+                attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
+            ):
+                at_last.callback(attendance.ring_out, folder)
+                services = replace(attendance.services, lease_news=lease.news)
+                outcome = begin(folder, header, plan, opened, attendance.observer, services=services)
+        return conclude(folder, outcome, archive, attendance, json=json)
+
+
+def resume(
+    run: OnlyRun = None,
+    /,
+    *,
+    out: RunsFolder = RUNS,
+    operator: Operator = None,
+    reason: Reason = None,
+    accept_changes: Flag = False,
+    archive: Archive = None,
+    alerts: Alerts = None,
+    allow_network_folder: AllowNetworkFolder = False,
+    json: Json = False,
+) -> int:
+    """Continue a run after a crash, a stop, an abort or a trip: home, measure the check set again, compare, go on.
+
+    After a trip and after an abort --operator and --reason are needed.
+
+    Parameters
+    ----------
+    accept_changes
+        Go on though rig file, procedure file or software changed; needs operator and reason, which the record keeps.
+        The run keeps its own plan; of the rig file only ports and interlocks are taken over.
+    """
+    folder = only_one(run, out, RESUMABLE, "resumed")
+    state = status(folder).state
+    if operator is None and state in ANSWERED_FOR:
+        raise RequestError(f"{folder}: the run is {state}: a person must answer for it; give --operator and --reason")
+    if not allow_network_folder:
+        require_local(folder)
+    _require_what_the_end_needs(archive, alerts)
+    title, is_virtual = title_and_time(folder)
+    with JournalReader.open(folder) as reader:
+        tell_unguarded(rig_from_json(reader.header.rig_json))
+    with outlived(), ExitStack() as at_last:
+        with (
+            leased(shared_archive_url(archive), f"run {folder.name}", note) as lease,
+            attended(title, alerts, folder, is_virtual=is_virtual) as attendance,
+        ):
+            at_last.callback(attendance.ring_out, folder)
+            outcome = resume_run(
+                folder,
+                operator or ("" if accept_changes else login_name()),
+                reason or "",
+                attendance.observer,
+                services=replace(attendance.services, claim=lease.claim, lease_news=lease.news),
+                accepts_changes=accept_changes,
+            )
+        return conclude(folder, outcome, archive, attendance, json=json)
+
+
+def tell_unguarded(rig: RigDescription) -> None:
+    """Say where nobody stops the axes when this program dies."""
+    for sentence in unguarded_sentences(rig):
+        note(sentence)
+
+
+def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
+    """Check archive and alerts before anything moves. Raises: RequestError, DescriptionError."""
+    if archive is not None:
+        require_archive_url(archive)
+    if alerts is not None:
+        read_alerts(alerts)
+
+
+def title_and_time(folder: Path) -> tuple[str, bool]:
+    """Title of a run, and whether it runs in virtual time. Raises: JournalError."""
+    with JournalReader.open(folder) as reader:
+        clock = choose_clock(rig_from_json(reader.header.rig_json))
+        return reader.header.title, isinstance(clock, VirtualClock)
+
+
+def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: Attendance, *, json: bool) -> int:
+    """Deliver what there is to deliver, tell it, and return the exit status of the run."""
+    if outcome.reason:
+        note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
+    try:
+        with working() as told:
+            solved = solve_run(folder, told)
+            url = archive_of(folder, archive, is_simulated=solved.record.is_simulated)
+            delivery = deliver(solved, url, told)
+    except BaseException as error:
+        attendance.tell_end(f"{outcome.state}, and nothing delivered", f"{error}\ncalrig solve {folder} delivers it.")
+        raise
+    if outcome.state is State.FINISHED:
+        attendance.tell_end(*_last_word(delivery))
+    for failure in solved.failures if solved.is_finished else ():
+        note(failure)
+    if delivery.archived is not None and delivery.archive_url is not None:
+        for finding in history_findings(delivery.archive_url, delivery.archived):
+            note(f"look at this: {finding}")
+    if json:
+        print_json(run_document(delivery))
+    else:
+        tell(delivery)
+    tell_failures(delivery)
+    failed = delivery.failures or (solved.is_finished and solved.failures)
+    return ExitStatus.FAILED if failed else outcome.exit_status
+
+
+def _last_word(delivery: Delivery) -> tuple[str, str]:
+    """Say what the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
+    missing = [f"{part}: {failure}" for part, failure in delivery.failures.items()]
+    if delivery.view is None:
+        return "finished, but without a report", "\n".join(missing)
+    worst = worst_uncertainty(delivery.view)
+    lines = (delivery.view.verdict.sentence, worst, *missing, delivery.report.resolve().as_uri())
+    return f"finished: {delivery.view.verdict.trust}", "\n".join(line for line in lines if line)
+
+
+def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
+    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
+    if archive is not None:
+        return archive
+    return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
+
+
+def tell_failures(delivery: Delivery) -> None:
+    """Tell what of the run's results is missing, a line each, and how it is made."""
+    for part, failure in delivery.failures.items():
+        note(f"{part}: {failure}")
+    if delivery.failures.keys() == {"archive"}:
+        note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
+    elif delivery.failures:
+        note(f"everything else is written; calrig solve {delivery.run.folder} makes what is missing")
+
+
+def tell(delivery: Delivery) -> None:
+    """Tell the outcome to a person: coefficients, verdict, and where everything is."""
+    console = Console()
+    if delivery.view is not None:
+        print_summary(delivery.view, console)
+        say()
+    if delivery.parts["html"] == DONE:
+        say(f"report       {delivery.report}")
+    if delivery.parts["pdf"] == DONE:
+        say(f"on paper     {delivery.report.with_suffix('.pdf')}")
+    for heading, paths in (("coefficients", list(delivery.sets.values())), ("export", list(delivery.exports))):
+        if len(paths) > MOST_FILES:
+            say(f"{heading:<12} {paths[0].parent}   ({len(paths)} files)")
+        else:
+            for path in paths:
+                say(f"{heading:<12} {path}")
+    if delivery.archive_url is not None:
+        say(f"archive      {without_password(delivery.archive_url)}")
+    if delivery.view is not None:
+        say()
+        print_verdict(delivery.view, console)

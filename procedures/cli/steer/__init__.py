@@ -1,0 +1,1 @@
+"""Runs that are there: looking at them, steering them, and what people do beside."""

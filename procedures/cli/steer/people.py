@@ -1,0 +1,153 @@
+"""``calrig note``, ``ack``, ``void``, ``redo``, ``handover``, ``salvage``: what people do beside steering a run."""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from procedures.cli.options import (
+    RUNS,
+    AnyRun,
+    NamedOperator,
+    NamedRun,
+    NeededReason,
+    OnlyRun,
+    Operator,
+    RunsFolder,
+)
+from procedures.cli.output import say
+from procedures.cli.places import find_run, login_name
+from procedures.cli.steer.choose_run import alive_or_latest, only_one
+from procedures.errors import RequestError
+from procedures.journal.corrections import TAKES_BACK, Authorisation, acknowledge, add_note, void_from
+from procedures.journal.corrections import redo as redo_replication
+from procedures.journal.owner import is_owned
+from procedures.journal.salvage import salvage as rescue
+from procedures.journal.spool import ask
+from procedures.run.handover import handover as page
+
+Remounted = Annotated[
+    bool,
+    Parameter(
+        negative=(),
+        help="The package was moved: it gets a coning angle and azimuth of its own from here on.",
+    ),
+]
+
+
+def note(
+    run: Annotated[str, Parameter(help="As for the other commands; with one word alone, that is TEXT.")],
+    text: Annotated[str | None, Parameter(help="What to write down.")] = None,
+    /,
+    *,
+    out: RunsFolder = RUNS,
+    operator: Operator = None,
+) -> None:
+    """Write a note into the journal of a run, whether it runs or not: `calrig note [RUN] TEXT`.
+
+    Without RUN it is the run that is alive, else the latest.
+    """
+    named, words = (None, run) if text is None else (run, text)
+    if not words.strip() or (named is None and _is_run(words, out)):
+        raise RequestError(f"note: got {words!r}, needed is what to write down; nothing was noted")
+    folder, by = alive_or_latest(named, out), operator or login_name()
+    if is_owned(folder):
+        ask(folder, "note", by, datetime.now(UTC), words)
+    else:
+        add_note(folder, by, words)
+    say(f"{folder}: noted")
+
+
+def ack(
+    run: AnyRun = None,
+    text: Annotated[str, Parameter(help="What is being done about it.")] = "",
+    /,
+    *,
+    out: RunsFolder = RUNS,
+    operator: Operator = None,
+) -> None:
+    """Acknowledge the alarm of a run: repeats and escalation end; the run stays as it is."""
+    folder, by = alive_or_latest(run, out), operator or login_name()
+    if is_owned(folder):
+        ask(folder, "ack", by, datetime.now(UTC), text)
+    else:
+        acknowledge(folder, by, text)
+    say(f"{folder}: acknowledged")
+
+
+def void(
+    run: OnlyRun = None,
+    /,
+    *,
+    from_: Annotated[int, Parameter(name="--from")],
+    reason: NeededReason,
+    operator: NamedOperator,
+    remounted: Remounted = False,
+    out: RunsFolder = RUNS,
+) -> None:
+    """Take back a dwell and everything measured after it; `calrig resume` measures it again.
+
+    Nothing is deleted: the journal keeps the dwells and says who took them back and why. No process may run the run.
+
+    Parameters
+    ----------
+    from_
+        Step of the first dwell that counts no more, as the report and `calrig handover` name it.
+    """
+    folder = only_one(run, out, TAKES_BACK, "taken back from")
+    count = void_from(folder, from_, Authorisation(operator, reason, remounted))
+    say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
+
+
+def redo(
+    run: OnlyRun = None,
+    /,
+    *,
+    replication: int,
+    reason: NeededReason,
+    operator: NamedOperator,
+    remounted: Remounted = False,
+    out: RunsFolder = RUNS,
+) -> None:
+    """Take back one replication; `calrig resume` measures it again. No process may run the run.
+
+    Parameters
+    ----------
+    replication
+        Number of the replication, from 1.
+    """
+    folder = only_one(run, out, TAKES_BACK, "taken back from")
+    count = redo_replication(folder, replication, Authorisation(operator, reason, remounted))
+    say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
+
+
+def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> None:
+    """Print the whole state of a run on one page, for whoever takes over."""
+    say(page(alive_or_latest(run, out)).rstrip("\n"))
+
+
+def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS) -> None:
+    """Take what is intact out of a damaged journal, into a new folder; the old one is left as it is.
+
+    Parameters
+    ----------
+    to
+        The new folder; by default beside the run, its name with -salvaged.
+    """
+    folder = find_run(run, out)
+    found = rescue(folder, to or folder.with_name(f"{folder.name}-salvaged"))
+    say(f"{found.path.parent}: {found.dwells} dwells and {found.events} events are intact")
+    if found.events_promised > found.events:
+        say(f"lost: {found.events_promised - found.events} events that were committed")
+    for name in found.quarantined:
+        say(f"damaged, to be measured again: {name}")
+
+
+def _is_run(word: str, runs: Path) -> bool:
+    """Return True where the one word that was given names a run, so that the text is missing."""
+    try:
+        find_run(word, runs)
+    except RequestError:
+        return False
+    return True

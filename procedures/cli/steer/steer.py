@@ -1,0 +1,147 @@
+"""``calrig status``, ``pause``, ``continue``, ``stop``, ``abort``: look at or steer a run in another process."""
+
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
+from procedures.cli.output import print_json, say
+from procedures.cli.places import login_name
+from procedures.cli.steer.choose_run import alive_or_latest, only_one
+from procedures.cli.steer.follow import attach_to, shown_until_left
+from procedures.errors import ExitStatus, RequestError
+from procedures.journal.corrections import Authorisation, close_run
+from procedures.journal.guard_record import guard_sentence, read_guard_record
+from procedures.journal.live import live_document, read_live
+from procedures.journal.metrics import RunFigures, metrics_text
+from procedures.journal.run_list import ListedRun, RunList
+from procedures.journal.spool import ask
+from procedures.journal.standing import progress_of
+from procedures.journal.standing_words import rows_of
+from procedures.journal.status import status as look
+from procedures.records.states import RESUMABLE
+from procedures.run.progress import PlainLines
+from rig.clock import SystemClock
+from rig.plain_text import one_line
+
+
+def status(
+    run: AnyRun = None,
+    /,
+    *,
+    all_: Annotated[
+        bool, Parameter(name="--all", negative=(), help="List every run of the folder of runs, the latest first.")
+    ] = False,
+    follow: Annotated[bool, Parameter(negative=(), help="Go on telling until the run ends; Ctrl-C leaves it.")] = False,
+    metrics: Annotated[
+        bool, Parameter(negative=(), help="Print every run of the folder as Prometheus text, for monitoring.")
+    ] = False,
+    out: RunsFolder = RUNS,
+    json: Json = False,
+) -> int:
+    """Look at a run: state, dwells done, when it should end; or list all of them."""
+    if all_:
+        _list(run, out, json=json)
+        return ExitStatus.DONE
+    if metrics:
+        say(metrics_text(_figures(out)).rstrip("\n"))
+        return ExitStatus.DONE
+    folder = alive_or_latest(run, out)
+    found, live = look(folder), read_live(folder)
+    if json:
+        doing = {} if live is None else {"live": live_document(live)}
+        print_json({**found.to_document(), **doing})
+        return ExitStatus.DONE
+    say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
+    if found.held_by is not None:
+        say(f"held by: {one_line(found.held_by)}")
+    elif found.why:
+        say(f"because: {one_line(found.why)}")
+    for name, told in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
+        say(f"{name}: {told}")
+    if (guarded := read_guard_record(folder)) is not None:
+        say(one_line(guard_sentence(guarded)))
+    for name, line in found.lines.items():
+        say(f"line of {name}: {line.in_words()}")
+    if not follow:
+        return ExitStatus.DONE
+    observer = PlainLines(say, parts=None)
+    return shown_until_left(folder, observer, lambda: False, SystemClock())
+
+
+def attach(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> int:
+    """Show a run that another process runs, with its keys; leaving the screen ends nothing."""
+    return attach_to(alive_or_latest(run, out), operator or login_name())
+
+
+def pause(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
+    """Pause a run after the dwell in progress; `calrig continue` goes on."""
+    _ask(run, out, "pause", operator)
+
+
+def continue_(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
+    """Continue a paused or held run."""
+    _ask(run, out, "continue", operator)
+
+
+def stop(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
+    """Stop a run after the dwell in progress; `calrig resume` goes on later."""
+    _ask(run, out, "stop", operator)
+
+
+def abort(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
+    """Abort a run: axes stop now; `calrig resume` goes on with a name and a reason."""
+    _ask(run, out, "abort", operator)
+
+
+def close(
+    run: OnlyRun = None,
+    /,
+    *,
+    reason: NeededReason,
+    operator: Operator = None,
+    out: RunsFolder = RUNS,
+) -> None:
+    """Close a run that is not to be resumed, ever. What was measured stays, and its report can be made."""
+    folder = only_one(run, out, RESUMABLE, "closed")
+    close_run(folder, Authorisation(operator or login_name(), reason))
+    say(f"{folder}: closed; nothing resumes it")
+
+
+def _ask(
+    run: str | None, runs: Path, kind: Literal["pause", "continue", "stop", "abort"], operator: str | None
+) -> None:
+    folder = alive_or_latest(run, runs)
+    ask(folder, kind, operator or login_name(), datetime.now(UTC))
+    say(f"{folder}: asked to {kind}; `calrig status {folder}` shows when it did")
+
+
+def _list(run: str | None, runs: Path, *, json: bool) -> None:
+    if run is not None:
+        raise RequestError(f"status: --all lists every run: got {run!r} as well; give one of the two")
+    listed = RunList(runs).read()
+    if json:
+        print_json({"runs": [one.to_document() for one in listed]})
+        return
+    say(f"{len(listed)} {'run' if len(listed) == 1 else 'runs'} in {runs}")
+    for line in _lines(listed):
+        say(line)
+
+
+def _figures(runs: Path) -> Iterable[RunFigures]:
+    for one in RunList(runs).read():
+        if not one.trouble:
+            yield RunFigures(one.path.name, progress_of("state", look(one.path)), read_live(one.path), one.is_alive)
+
+
+def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:
+    for one in listed:
+        if one.trouble:
+            yield f"{'unreadable':<12} {one.path.name}: {one.trouble}"
+            continue
+        started = "" if one.started_utc is None else f"{one.started_utc:%Y-%m-%d %H:%M} UTC"
+        title = one_line(one.title)
+        yield f"{one.state:<12} {one.dwells_done:>5} of {one.dwells_planned:<5} {started}  {one.path.name}  {title}"
