@@ -17,7 +17,7 @@ from ams.statistics.distributions import f_quantile
 from ams.units import RAD_PER_ARCSEC
 from procedures.check.candidate import STEEPEST_DEG, Asked, Candidate, Comparison, Target
 from procedures.check.candidate_lattice import tables_on_the_lattice
-from procedures.check.candidate_timing import Ordered, Reading, in_orders, own_nplc, readings_of
+from procedures.check.candidate_timing import Ordered, Reading, Timed, in_orders, own_nplc, readings_of
 from procedures.check.procedure_text import Written, procedure_text
 from procedures.description.procedure_file import ProcedureDescription, Solve
 from procedures.errors import PlanError
@@ -134,14 +134,16 @@ def _candidates(asked: Asked, sensors: Mapping[str, Sensor]) -> Iterator[Candida
             designs = in_orders(asked.rig, procedure, sensors, asked.space.orders)
         except PlanError:
             continue
+        timed = [_timed(ordered, readings) for ordered in designs]
         for replications, beliefs in believed.items():
             foreseen: dict[int, Sequence[_Foreseen]] = {}
-            for ordered in designs:
+            for ordered, durations in zip(designs, timed, strict=True):
                 points = len(ordered.design.points)
                 if points not in foreseen:
                     foreseen[points] = _foreseen(asked, solve, sensors, ordered, replications, beliefs)
+                asked_for = {**table, "order": ordered.order}
                 for reading, one in zip(readings, foreseen[points], strict=False):
-                    yield from _at_once(ordered, {**table, "order": ordered.order}, replications, reading, one)
+                    yield from _at_once(ordered, asked_for, replications, reading, durations[reading], one)
 
 
 @dataclass(frozen=True)
@@ -156,18 +158,24 @@ class _Foreseen:
     blind_to: tuple[str, ...]
 
 
+def _timed(ordered: Ordered, readings: Sequence[Reading]) -> dict[Reading, dict[int, Timed]]:
+    """Return the durations with one sensor on the table at once, with some and with all."""
+    every = len(ordered.sensors)
+    counts = sorted({*(2**power for power in range(every.bit_length())), every})
+    return {reading: {count: ordered.timed(reading, count) for count in counts} for reading in readings}
+
+
 def _at_once(
     ordered: Ordered,
     table: Mapping[str, object],
     replications: int,
     reading: Reading,
+    durations: Mapping[int, Timed],
     foreseen: _Foreseen,
 ) -> Iterator[Candidate]:
-    """Yield the candidate with one sensor on the table after the other, some, and all at once."""
-    every = len(ordered.sensors)
-    for count in sorted({1, *(2**power for power in range(every.bit_length())), every}):
-        run_hours = ordered.timed(reading, count).hours(replications)
-        runs = ceil(every / count)
+    """Yield the candidate with every number of sensors on the table at once."""
+    for count, timed in durations.items():
+        run_hours = timed.hours(replications)
         yield Candidate(
             design=table,
             points=len(ordered.design.points),
@@ -176,7 +184,7 @@ def _at_once(
             nplc=reading.nplc,
             order=ordered.order,
             sensors=count,
-            hours=runs * run_hours,
+            hours=ceil(len(ordered.sensors) / count) * run_hours,
             run_hours=run_hours,
             time_correlation=ordered.time_correlation,
             **vars(foreseen),
@@ -219,7 +227,7 @@ def _foreseen(
     try:
         for serial, sensor in sensors.items():
             own = [each[serial] for each in beliefs]
-            key = tuple(_alike(each.axes) for each in own)
+            key = (sensor.rolls, *map(_alike, own))
             if key not in done:
                 done[key] = expected_each(asked.rig, solve, serial, sensor, rows, own, asked.usage)
     except AmsError:
@@ -248,25 +256,26 @@ def _of_all(
         half_width_deg=max(angle.u95_deg for angle in angles),
         calibration_deg=max(angle.calibration_deg for angle in angles),
         parameters=halves,
-        sees_lack_of_fit_arcsec=_sees_lack_of_fit(worst, samples, points, replications, len(terms) + 4),
-        sees_drift_arcsec=_sees_drift(worst, samples, points, replications),
+        sees_lack_of_fit_arcsec=sees_lack_of_fit_arcsec(worst, samples, points, replications, len(terms) + 4),
+        sees_drift_arcsec=sees_drift_arcsec(worst, samples, points, replications),
         blind_to=tuple(words for words, name in _BLIND.items() if name not in terms),
     )
 
 
-def _alike(believed: Mapping[str, AxisBelief]) -> object:
-    """Return what tells sensors apart that are not expected alike."""
+def _alike(believed: Believed) -> object:
+    """Return what tells sensors apart that are not expected alike: neither the offset nor the azimuth does."""
     return tuple(
         (
             axis,
-            tuple(one.k_v_per_g),
+            float(f"{sum(one.k_v_per_g**2) ** 0.5:.4g}"),
+            one.coning_deg,
             one.reading_v,
             one.dwell_v,
             one.lack_of_fit_v,
             one.offset_drift_v,
             one.sensitivity_drift,
         )
-        for axis, one in believed.items()
+        for axis, one in believed.axes.items()
     )
 
 
@@ -281,7 +290,7 @@ def _at_use_arcsec(asked: Asked, sensors: Mapping[str, Sensor]) -> float:
     )
 
 
-def _sees_lack_of_fit(belief: AxisBelief, samples: int, points: int, replications: int, parameters: int) -> float:
+def sees_lack_of_fit_arcsec(belief: AxisBelief, samples: int, points: int, replications: int, parameters: int) -> float:
     """Return the size at which the ratio of TP 8 stands at its limit on the average, arc seconds."""
     left = points - parameters
     if left < 1:
@@ -290,7 +299,7 @@ def _sees_lack_of_fit(belief: AxisBelief, samples: int, points: int, replication
     return _arcsec(belief, belief.noise_v(samples) * sqrt((limit - 1.0) / replications))
 
 
-def _sees_drift(belief: AxisBelief, samples: int, points: int, replications: int) -> float:
+def sees_drift_arcsec(belief: AxisBelief, samples: int, points: int, replications: int) -> float:
     """Return the same for the offset's drift: that of one replication is known to noise/√points."""
     limit = float(f_quantile(0.95, replications - 1, (replications - 1) * max(points - 4, 1)))
     return _arcsec(belief, belief.noise_v(samples) * sqrt((limit - 1.0) / points))
