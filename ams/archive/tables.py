@@ -1,8 +1,8 @@
 """The archive's tables as SQLAlchemy sees them; ``migrations`` is what makes them. Imported only when used.
 
 Rows are written once and never changed: what is told later (a signature, a certificate, a newer solution of the same
-run) is a row of its own. Every row is told by a record of the chain (:mod:`ams.archive.ledger`). Leases alone come and
-go, and are no part of the record.
+run) is a row of its own. Every row is told by a record of the chain (:mod:`ams.archive.ledger`). Leases come and go,
+and durations only tell how long the next run may take: both are no part of the record.
 """
 
 from datetime import UTC, datetime
@@ -48,7 +48,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 METADATA = MetaData()
-REVISIONS = ("0001", "0002", "0003", "0004")
+REVISIONS = ("0001", "0002", "0003", "0004", "0005")
 """Of the schema, oldest first: what this calrig knows."""
 
 SETS = Table(
@@ -203,3 +203,19 @@ LEASES = Table(
     Column("lapses_utc", UtcDateTime, nullable=False),
 )
 """Who has a device that more than one computer reaches, until when if nothing is heard of it."""
+
+DURATIONS = Table(
+    "durations",
+    COMING_AND_GOING,
+    Column("journal_sha256", String(64), primary_key=True),
+    Column("part", Text, primary_key=True),
+    Column("rig", Text, nullable=False, index=True),
+    Column("simulated", Boolean, nullable=False),
+    Column("ended_utc", UtcDateTime, nullable=False),
+    Column("steps", Integer, nullable=False),
+    Column("expected_s", Double, nullable=False),
+    Column("measured_s", Double, nullable=False),
+    Column("expected_s2", Double, nullable=False),
+    Column("rest_s2", Double, nullable=False),
+)
+"""Of every run, how long the parts of its steps were expected to take by the files, and took."""

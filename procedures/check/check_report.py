@@ -8,6 +8,8 @@ from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Forecast, LearnsFromPilot
 from procedures.kinds.planner import make_plan
 from procedures.kinds.registry import KINDS
+from procedures.plan.estimate import NOTHING_LEARNED
+from procedures.plan.learned_times import LearnedTimes
 from procedures.plan.order import travel_deg
 from procedures.plan.plan import Plan
 from procedures.plan.profiles import range_deg
@@ -50,12 +52,13 @@ def check(
     procedure: ProcedureDescription,
     fresh_seed: int | None = None,
     pilot: Pilot | None = None,
+    learned: LearnedTimes = NOTHING_LEARNED,
 ) -> CheckReport:
-    """Plan and judge, by what a pilot run showed where there is one.
+    """Plan and judge, by what a pilot run showed where there is one, and by how long past runs took.
 
     Raises: PlanError for everything that the planner refuses, and for a pilot that its kind has no use for.
     """
-    plan = make_plan(rig, procedure, fresh_seed)
+    plan = make_plan(rig, procedure, fresh_seed, learned)
     kind = KINDS[plan.kind]
     if pilot is None:
         forecast = kind.forecast(rig, procedure, plan)
@@ -88,6 +91,11 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         "design_dwells": len(plan.design_dwells),
         "axes": {name: _axis_document(use) for name, use in report.axes.items()},
         "duration_s": {"p50": plan.expected.p50_s, "p90": plan.expected.p90_s},
+        "duration_parts_s": {
+            name: {"count": part.count, "p50": part.p50_s, "p90": part.p90_s}
+            for name, part in plan.expected.parts.items()
+        },
+        "duration_learned_from": plan.expected.learned_from,
         "model": plan.solve.model,
         "journal_bytes": report.journal_bytes,
         "advice": list(report.advice),

@@ -19,7 +19,7 @@ def render(report: CheckReport) -> "Group":
     advice += [Text(f"reservation: {line}", style="yellow") for line in report.forecast.reservations]
     expected = _expected(report)
     steps: list[RenderableType] = [] if report.forecast.design else [_steps(report), ""]
-    return Group(_facts(report), "", _axes(report), "", *steps, *expected, *advice)
+    return Group(_facts(report), "", _axes(report), "", _durations(report), "", *steps, *expected, *advice)
 
 
 def _facts(report: CheckReport) -> "Table":
@@ -40,7 +40,16 @@ def _facts(report: CheckReport) -> "Table":
     if plan.environment is not None:
         plateaus = ", ".join(f"{value:g}" for value in plan.environment.plateaus_degc)
         table.add_row("plateaus", f"{plateaus} °C by {plan.environment.name}")
-    table.add_row("duration", f"{_time(plan.expected.p50_s)} (p50), {_time(plan.expected.p90_s)} (p90)")
+    at_once = [
+        f"{', '.join(names)} {what}"
+        for names, what in ((plan.moving_together, "move"), (plan.reading_together, "read"))
+        if len(names) > 1
+    ]
+    if at_once:
+        table.add_row("at the same time", "; ".join(at_once))
+    expected = plan.expected
+    source = f"{expected.learned_from} past runs of this rig" if expected.learned_from else "the files alone"
+    table.add_row("duration", f"{_time(expected.p50_s)} (p50), {_time(expected.p90_s)} (p90), by {source}")
     if report.forecast.design is not None:
         _add_figures(table, report, report.forecast.design)
     table.add_row("journal", f"about {report.journal_bytes / 1e6:.1f} MB")
@@ -73,6 +82,17 @@ def _axes(report: CheckReport) -> "Table":
     for name, use in report.axes.items():
         limits, reached = (f"{low:g} to {high:g}" for low, high in (use.limits_deg, use.reached_deg))
         table.add_row(name, limits, reached, f"{use.travel_deg:g}")
+    return table
+
+
+def _durations(report: CheckReport) -> "Table":
+    """Return what takes how long, the longest first; what takes less than a thousandth of it all is left out."""
+    expected = report.plan.expected
+    table = Table("what", "times", "p50", "p90", box=None)
+    for name, part in sorted(expected.parts.items(), key=lambda item: -item[1].p50_s):
+        if part.p50_s > 0.001 * expected.p50_s:
+            p90 = _time(part.p90_s) if expected.learned_from else ""
+            table.add_row(name, str(part.count), _time(part.p50_s), p90)
     return table
 
 

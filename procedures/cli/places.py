@@ -75,6 +75,18 @@ def default_archive_url() -> str:
     return given or f"sqlite:///{user_state_path('calrig', ensure_exists=True) / 'archive.sqlite'}"
 
 
+def simulated_archive_url(runs: Path) -> str:
+    """Return the archive of simulated runs where none is named: beside them, never the laboratory's own."""
+    return f"sqlite:///{runs / 'archive.sqlite'}"
+
+
+def teaching_archive(archive: str | None, runs: Path, *, is_simulated: bool) -> str:
+    """Return the archive whose past runs teach how long the next takes: the one that it would be archived in."""
+    if archive is not None:
+        return archive
+    return simulated_archive_url(runs) if is_simulated else default_archive_url()
+
+
 def shared_archive_url(archive: str | None = None) -> str | None:
     """Return the archive that was named, by option or by ``CALRIG_ARCHIVE``; None where there is only the user's own.
 

@@ -32,9 +32,10 @@ from procedures.journal.live import read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.standing import progress_of
-from procedures.journal.standing_words import at_both, duration
+from procedures.journal.standing_words import duration
 from procedures.journal.status import status
 from procedures.pages import page_environment
+from procedures.records.progress import at_both
 from rig.clock import Clock
 
 HERE = Path(__file__).parent

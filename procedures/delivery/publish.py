@@ -7,6 +7,7 @@ from ams.archive.histories import history
 from ams.archive.runs import MeasuredSensor, Override, PublishedRun, RunEntry, publish_run
 from ams.errors import ArchiveError
 from ams.sets.coefficients import CoefficientSet
+from procedures.delivery.durations import teach
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from procedures.solution.run_findings import of_sensor, run_findings
@@ -22,7 +23,7 @@ def publish_solved(
     override: Override | None = None,
     supersede: Override | None = None,
 ) -> PublishedRun:
-    """Publish a solved run in the archive.
+    """Publish a solved run in the archive, and keep beside it how long its parts took.
 
     Publishing again changes nothing; of several solutions of one run the one published last counts.
 
@@ -32,10 +33,12 @@ def publish_solved(
     measured = measured_sensors(record, solved, sets)
     usage = record.plan.usage_pitch_deg
     now = SystemClock().now_utc()
-    return publish_run(
+    published = publish_run(
         archive_url, entry, measured, now, usage_pitch_deg=usage, override=override,
         lineage=record.lineage, supersede=supersede,
     )  # fmt: skip
+    teach(archive_url, record)
+    return published
 
 
 def measured_sensors(

@@ -17,10 +17,11 @@ from procedures.journal.encoding import FLOAT, channels_of, decode_dwell
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.line_figures import LineTally
 from procedures.journal.owner import is_owned
-from procedures.journal.standing import RunStatus, derived_state, end_at_this_pace
+from procedures.journal.standing import RunStatus, derived_state, end_at_the_latest, end_at_this_pace
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, keys_in
+from procedures.plan.plan import Expectation
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import GOING, STANDING_STILL, State
 from rig.clock import Clock, SystemClock
@@ -101,6 +102,7 @@ class Follower:
         """Step to its replication."""
         self._replications = 0
         self._each_s = 0.0
+        self._expected = Expectation(0.0, 0.0)
         self._reader: JournalReader | None = None
 
     def poll(self) -> News:
@@ -128,6 +130,7 @@ class Follower:
         plan = self._reader.header.plan
         self._design = {dwell.step: dwell.replication for dwell in plan.design_dwells}
         self._replications = plan.replications
+        self._expected = plan.expected
         self._each_s = plan.expected.p50_s / max(len(self._design), 1)
         return self._reader
 
@@ -158,12 +161,14 @@ class Follower:
         done, last = len(counted), next((step for step in reversed(known.accepted.values()) if step in counted), None)
         reason, by = ("", "") if since is None else (str(since.detail.get(key, "")) for key in ("reason", "by"))
         is_stop = state in STANDING_STILL
+        left = len(self._design) - done
+        ends = self._eta_utc(left) if state in GOING else None
         return RunStatus(
             run=str(self._run_dir),
             state=state,
             dwells_done=done,
             dwells_planned=len(self._design),
-            eta_utc=self._eta_utc(len(self._design) - done) if state in GOING else None,
+            eta_utc=ends,
             held_by=(reason or str(state)) if state in (State.HELD, State.TRIPPED) else None,
             lines=known.lines.figures(),
             reason=reason if is_stop else "",
@@ -173,6 +178,7 @@ class Follower:
             rejected=known.seen - len(known.accepted),
             state_sequence=0 if since is None else since.sequence,
             since_utc=None if since is None else since.utc,
+            late_utc=None if ends is None else end_at_the_latest(ends, self._expected, left, len(self._design)),
         )
 
     def _eta_utc(self, left: int) -> datetime | None:

@@ -3,9 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from math import sqrt
 from typing import Any
 
 from procedures.journal.line_figures import LineFigures
+from procedures.plan.plan import Expectation
 from procedures.records.progress import Progress
 from procedures.records.states import ACTIVE, STANDING_STILL, State, state_sentence
 
@@ -41,6 +43,8 @@ class RunStatus:
     """Of the event with which it entered the state as written: what a request refers to."""
     since_utc: datetime | None = None
     """When it entered the state as written."""
+    late_utc: datetime | None = None
+    """Later than this it ends in one case of ten; None where nothing goes on."""
 
     @property
     def why(self) -> str:
@@ -70,6 +74,7 @@ class RunStatus:
             "replication": self.replication,
             "replications": self.replications,
             "rejected": self.rejected,
+            "eta_p90_utc": None if self.late_utc is None else self.late_utc.isoformat(timespec="seconds"),
             "state_sequence": self.state_sequence,
         }
 
@@ -83,6 +88,12 @@ def end_at_this_pace(since: datetime, last: datetime, done: int, left: int, plan
     """From the wall-clock pace since the check set of this epoch, blended with the plan's."""
     each_s = (_PLAN_WEIGHT * planned_s + (last - since).total_seconds()) / (_PLAN_WEIGHT + done)
     return last + timedelta(seconds=left * each_s)
+
+
+def end_at_the_latest(ends: datetime, expected: Expectation, left: int, planned: int) -> datetime:
+    """Return when a run ends that is as late as one in ten: the spread that is left of the plan's."""
+    spread_s = (expected.p90_s - expected.p50_s) * sqrt(left / max(planned, 1))
+    return ends + timedelta(seconds=spread_s)
 
 
 def progress_of(event: str, status: RunStatus, message: str = "") -> Progress:
@@ -99,4 +110,5 @@ def progress_of(event: str, status: RunStatus, message: str = "") -> Progress:
         message=message,
         asked_by=status.asked_by,
         rejected=status.rejected,
+        late_utc=status.late_utc,
     )

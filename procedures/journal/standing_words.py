@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from datetime import datetime, tzinfo
 
 from procedures.journal.live import Live, Target
-from procedures.records.progress import Progress
+from procedures.records.progress import Progress, at_both
 from rig.plain_text import one_line
 
 Row = tuple[str, str]
@@ -21,16 +21,15 @@ def rows_of(
     return [
         ("state", f"{str(progress.state).upper()}{f': {one_line(reason)}' if reason else ''}"),
         ("done", _done(progress)),
-        *([("ends", at_both(progress.eta_utc, zone))] if progress.eta_utc is not None else []),
+        *([("ends", _ends(progress.eta_utc, progress.late_utc, zone))] if progress.eta_utc is not None else []),
         *([] if live is None else live_rows(live, now_utc)),
     ]
 
 
-def at_both(moment_utc: datetime, zone: tzinfo | None = None) -> str:
-    """``Sun 05:40 local (2026-03-01 04:40 UTC)``; once where the two are the same."""
-    local = moment_utc.astimezone(zone)
-    in_utc = f"{moment_utc:%Y-%m-%d %H:%M} UTC"
-    return in_utc if not local.utcoffset() else f"{local:%a %H:%M} local ({in_utc})"
+def _ends(eta_utc: datetime, late_utc: datetime | None, zone: tzinfo | None) -> str:
+    """Return when it ends as it goes now, and when in nine cases of ten."""
+    late = "" if late_utc is None else f"; later than {at_both(late_utc, zone)} in one case of ten"
+    return f"{at_both(eta_utc, zone)}{late}"
 
 
 def duration(seconds: float) -> str:

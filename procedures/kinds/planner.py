@@ -10,7 +10,8 @@ from procedures.errors import PlanError
 from procedures.kinds.kind import Kind, PlanRequest
 from procedures.kinds.registry import KINDS
 from procedures.plan.channels import channels_of, sensors_that_measure
-from procedures.plan.estimate import expected_duration
+from procedures.plan.estimate import NOTHING_LEARNED, expected_duration
+from procedures.plan.learned_times import LearnedTimes
 from procedures.plan.plan import PLAN_VERSION, Plan
 from procedures.plan.refusals import shared_refusals
 from procedures.plan.sequential import sequential_of, sequential_refusals
@@ -18,8 +19,15 @@ from procedures.plan.unreachable import unreachable
 from rig.description.rig_file import RigDescription, Sensor
 
 
-def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: int | None = None) -> Plan:
+def make_plan(
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    fresh_seed: int | None = None,
+    learned: LearnedTimes = NOTHING_LEARNED,
+) -> Plan:
     """Return the plan of a run. ``fresh_seed`` serves the order ``random``; by default it is drawn here and kept.
+
+    ``learned``: what past runs of the rig taught of how long it takes.
 
     Raises: PlanError naming file, line and key of everything that the rig cannot do or the design cannot determine.
     """
@@ -54,13 +62,15 @@ def make_plan(rig: RigDescription, procedure: ProcedureDescription, fresh_seed: 
         solve=procedure.solve,
         export_formats=procedure.export.formats,
         max_duration_s=procedure.stop.max_duration_s if procedure.stop else None,
-        expected=expected_duration(rig, schedule.steps, procedure.dwell, request.channels),
+        expected=expected_duration(rig, schedule.steps, procedure.dwell, request.channels, learned),
         steps=schedule.steps,
         attitude_reference=rig.attitude_reference,
         levels=procedure.own(Levels),
         static=procedure.own(Static),
         most_samples=schedule.most_samples,
         sequential=sequential_of(procedure, schedule.design, is_at_rest=kind.table is None),
+        moving_together=rig.moving_together(),
+        reading_together=rig.reading_together(),
     )
 
 

@@ -6,7 +6,8 @@ the plan of the journal and never make it again.
 
 import hashlib
 import json
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import Any
 
@@ -16,6 +17,7 @@ from procedures.description.kind_tables import Levels, Static
 from procedures.description.procedure_file import CheckPlan, DwellSettings, EnvironmentPlan, Solve
 from procedures.errors import PlanError
 from procedures.plan.designs import Design
+from procedures.plan.learned_times import PartTime
 from procedures.plan.order import Order
 from procedures.plan.steps import Dwell, Soak, Step
 from rig.description.rig_file import AttitudeReference, Sensor
@@ -25,10 +27,14 @@ PLAN_VERSION = 1
 
 @dataclass(frozen=True)
 class Expectation:
-    """How long the steps should take, by the devices' own timing."""
+    """How long the steps should take."""
 
     p50_s: float
     p90_s: float
+    parts: Mapping[str, PartTime] = field(default_factory=dict)
+    """By what is done, all steps together; empty in plans of before."""
+    learned_from: int = 0
+    """So many past runs of the rig taught it; 0: the files alone."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,10 @@ class Plan:
     """Of one streamed channel in the longest dwell; 0 where ``[dwell]`` says it."""
     sequential: SequentialStop | None = None
     """None: every replication is measured."""
+    moving_together: tuple[str, ...] = ()
+    """Axes that go to an attitude at the same time; the others one after the other."""
+    reading_together: tuple[str, ...] = ()
+    """Readouts that read at the same time, each its channels in their order; the others one after the other."""
 
     @property
     def is_at_rest(self) -> bool:

@@ -1,7 +1,7 @@
 """What a run tells while it goes on."""
 
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import datetime, tzinfo
 from typing import Protocol
 
 from procedures.records.states import State
@@ -31,12 +31,21 @@ class Progress:
     """Who or what asked for the state; empty where the run itself decided."""
     rejected: int = 0
     """Dwells that do not count."""
+    late_utc: datetime | None = None
+    """Later than this it ends in one case of ten."""
 
 
 class RunObserver(Protocol):
     """Is told everything worth drawing, in the engine's thread: be quick, and never raise."""
 
     def on_event(self, progress: Progress) -> None: ...
+
+
+def at_both(moment_utc: datetime, zone: tzinfo | None = None) -> str:
+    """``Sun 05:40 local (2026-03-01 04:40 UTC)``; once where the two are the same. ``zone``: this machine's own."""
+    local = moment_utc.astimezone(zone)
+    in_utc = f"{moment_utc:%Y-%m-%d %H:%M} UTC"
+    return in_utc if not local.utcoffset() else f"{local:%a %H:%M} local ({in_utc})"
 
 
 def line_of(progress: Progress) -> str:
@@ -50,5 +59,5 @@ def line_of(progress: Progress) -> str:
     if progress.rate_per_min is not None:
         parts.append(f"{progress.rate_per_min:.3g} dwells/min")
     if progress.eta_utc is not None and progress.state is State.RUNNING:
-        parts.append(f"ends {progress.eta_utc:%Y-%m-%d %H:%M} UTC")
+        parts.append(f"ends {at_both(progress.eta_utc)}")
     return " · ".join([*parts, one_line(progress.message)] if progress.message else parts)

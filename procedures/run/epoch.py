@@ -123,7 +123,7 @@ class Epoch:
         dwells = [step for step in self._left if isinstance(step, Dwell)]
         if not gates or not dwells:
             return
-        self._watch.rests_at(move(self._rig, dwells[0], self._wait, self._again))
+        self._watch.rests_at(move(self._rig, dwells[0], self._wait, self._again, self._plan.moving_together))
         self._announce(dwells[0], "warm-up")
         for gate in gates:
             self._live.warms_up(gate.channel)
@@ -217,7 +217,7 @@ class Epoch:
         self._progress_log.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
         crash_point(CrashPoint.INTENT_COMMITTED)
         self._live.moves(dwell, self._left)
-        rest_deg = move(self._rig, dwell, self._wait, self._again)
+        rest_deg = move(self._rig, dwell, self._wait, self._again, self._plan.moving_together)
         self._watch.rests_at(rest_deg)
         self._live.rests_at(rest_deg)
         crash_point(CrashPoint.IN_POSITION)
@@ -361,7 +361,9 @@ class Epoch:
         elif self._history.epoch > 1 and self._history.mounting > 1:
             self._progress_log.event("seam", {"tested": False, "reason": "the package was mounted anew"})
         self._progress_log.enter(State.RUNNING)
-        self._progress_log.begin_pace(self._plan.expected.p50_s / max(len(self._plan.design_dwells), 1))
+        expected = self._plan.expected
+        each_s = expected.p50_s / max(len(self._plan.design_dwells), 1)
+        self._progress_log.begin_pace(each_s, expected.p90_s - expected.p50_s)
 
     def _boundary(self, dwell: Dwell | None = None) -> bool:
         """Between dwells; True where earlier steps come first now and ``dwell`` was put behind them."""

@@ -11,7 +11,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.journal.stop_advice import advice
 from procedures.records.dwells import DwellRecord, Event
-from procedures.records.progress import LEASE
+from procedures.records.progress import LEASE, at_both
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, state_sentence
 from rig.plain_text import one_line
 
@@ -31,7 +31,7 @@ def handover(run_dir: Path) -> str:
         f"run        {run_dir}",
         f"state      {stands.state} since {last.utc:%Y-%m-%d %H:%M} UTC{_reason(last)}",
         f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design",
-        *([f"ends       {stands.eta_utc:%Y-%m-%d %H:%M} UTC, as it goes now"] if stands.eta_utc else []),
+        *([f"ends       {at_both(stands.eta_utc)}, as it goes now"] if stands.eta_utc else []),
         f"operator   {one_line(header.operator)} began it {header.created_utc:%Y-%m-%d %H:%M} UTC"
         f"{', simulated' if header.is_simulated else ''}",
         f"mounting   {max((dwell.mounting for dwell in dwells), default=1)}",

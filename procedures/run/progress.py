@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import timedelta
+from math import sqrt
 from pathlib import Path
 from typing import TextIO, cast
 
@@ -41,6 +42,8 @@ class Pace:
     weight: float = 5.0
     """So many dwells of the plan's rate count beside those measured."""
     done: int = 0
+    spread_s: float = 0.0
+    """From the p50 to the p90 of the whole plan."""
 
     def rate_per_min(self, now_s: float) -> float | None:
         elapsed_s = now_s - self.started_s
@@ -50,6 +53,10 @@ class Pace:
         elapsed_s = now_s - self.started_s
         each_s = (self.weight * self.planned_s + elapsed_s) / (self.weight + self.done)
         return timedelta(seconds=left * each_s)
+
+    def spread(self, left: int, planned: int) -> timedelta:
+        """Return by how much one case of ten ends later, with so many dwells left."""
+        return timedelta(seconds=self.spread_s * sqrt(left / max(planned, 1)))
 
 
 class Lines:

@@ -114,14 +114,15 @@ class ProgressLog:
             self._pace.done = max(self._pace.done - taken_back, 0)
         self.tell("void", str(detail["reason"]))
 
-    def begin_pace(self, planned_s: float) -> None:
-        """Count the rate from now on; ``planned_s`` a design dwell by the plan."""
-        self._pace = Pace(planned_s, self._clock.monotonic_s())
+    def begin_pace(self, planned_s: float, spread_s: float = 0.0) -> None:
+        """Count the rate from now on; ``planned_s`` a design dwell by the plan, ``spread_s`` from p50 to p90."""
+        self._pace = Pace(planned_s, self._clock.monotonic_s(), spread_s=spread_s)
 
     def tell(self, event: str, message: str, state: State | None = None, by: str = "") -> None:
         """``state``: the one that is being entered; otherwise the present one."""
         now_s, pace = self._clock.monotonic_s(), self._pace
         left = self.dwells_planned - self.dwells_done
+        ends = None if pace is None else self._clock.now_utc() + pace.remaining(left, now_s)
         self._observer.on_event(
             Progress(
                 event=event,
@@ -131,9 +132,10 @@ class ProgressLog:
                 replication=self._replication,
                 replications=self._replications,
                 rate_per_min=None if pace is None else pace.rate_per_min(now_s),
-                eta_utc=None if pace is None else self._clock.now_utc() + pace.remaining(left, now_s),
+                eta_utc=ends,
                 message=message,
                 asked_by=by,
                 rejected=self._rejected,
+                late_utc=None if pace is None or ends is None else ends + pace.spread(left, self.dwells_planned),
             )
         )

@@ -32,6 +32,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _unknown_standards(file, rig)
     yield from _axis_twice(file, rig)
     yield from _instrument_twice(file, rig)
+    yield from _nobody_to_go_with(file, rig)
     yield from _cables_that_never_wind(file, rig)
     yield from _unusable_dialects(file, rig)
     yield from _unusable_resources(file, rig)
@@ -82,6 +83,20 @@ def _names_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
         yield file.complaint(
             ("streams", name), f"a readout is called {name!r} as well; its channels would be ambiguous"
         )
+
+
+def _nobody_to_go_with(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Yield declarations that several devices may act at once where at most one of the rig can."""
+    for table, wanted, able, what, example in (
+        ("motion", rig.motion.together, rig.moving_together(), "axes that move beside others", "no manual axis"),
+        ("reading", rig.reading.together, rig.reading_together(), "readouts that read beside others", "a second meter"),
+    ):
+        if wanted and len(able) < 2:
+            yield file.complaint(
+                (table, "together"),
+                f"true, but it needs at least two {what}, such as {example}; the rig has "
+                f"{', '.join(able) or 'none'}; remove it",
+            )
 
 
 def _undeclared_sensitivities(file: TomlFile, rig: RigDescription, voltages: set[str]) -> Iterable[str]:

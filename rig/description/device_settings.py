@@ -70,6 +70,11 @@ class AxisSettings(StrictTable):
         """Whether it can turn at a rate that is asked for: on and on, or between its limits."""
         return "no"
 
+    @property
+    def moves_beside_others(self) -> bool:
+        """Whether it answers, and may move, while another axis of the rig is on its way."""
+        return True
+
     def remarks(self) -> tuple[str, ...]:
         """Return what a person should know of this machine before a run. Raises: DescriptionError."""
         return ()
@@ -123,6 +128,11 @@ class ReadoutSettings(StrictTable):
     def reading_s(self, nplc: float | None = None) -> float:
         """Return the expected seconds for one reading; ``nplc`` None: the description's."""
         raise NotImplementedError
+
+    @property
+    def reads_beside_others(self) -> bool:
+        """Whether a burst only waits through the wait it is given, so that other readouts can read meanwhile."""
+        return False
 
     def most_samples(self) -> int | None:
         """Return how many readings a burst may have; None where the device sets no bound below a procedure's own."""

@@ -215,6 +215,20 @@ class Level(StrictTable):
     after: LevelReading | None = None
 
 
+class Motion(StrictTable):
+    """``[motion]``: how the axes may move."""
+
+    together: bool = False
+    """All at the same time: whatever way each takes, they and what they carry cannot meet anything."""
+
+
+class Reading(StrictTable):
+    """``[reading]``: how the readouts may read."""
+
+    together: bool = False
+    """All at the same time: none disturbs what another one reads."""
+
+
 class Job(StrictTable):
     """``[job]``: what the certificate asks for."""
 
@@ -263,6 +277,8 @@ class RigDescription(StrictTable):
     laboratory: Laboratory | None = None
     acceptance: Acceptance = Acceptance()
     interlocks: Interlocks = Interlocks()
+    motion: Motion = Motion()
+    reading: Reading = Reading()
     approved_by: str | None = None
     twin: TwinSection | None = None
 
@@ -286,6 +302,16 @@ class RigDescription(StrictTable):
     def is_simulated(self) -> bool:
         """True where what is measured is a twin, in this process or behind ports."""
         return self.uses_twins or (self.twin is not None and self.twin.control is not None)
+
+    def moving_together(self) -> tuple[str, ...]:
+        """Return the axes that may be on their way at the same time; none where it is not declared."""
+        able = tuple(name for name, axis in self.axes.items() if axis.moves_beside_others)
+        return able if self.motion.together else ()
+
+    def reading_together(self) -> tuple[str, ...]:
+        """Return the readouts that may read at the same time; none where it is not declared."""
+        able = tuple(name for name, readout in self.readouts.items() if readout.reads_beside_others)
+        return able if self.reading.together else ()
 
     def channel_units(self) -> dict[str, str]:
         """Return the unit of every channel of readouts and streams, by full name."""

@@ -105,6 +105,10 @@ class Hp3458aSettings(ReadoutSettings):
         """More than 10 gigohm up to 10 V, with FIXEDZ OFF as after PRESET."""
         return 10.0e6 if self.channels[channel].range_v > 10.0 else None
 
+    @property
+    def reads_beside_others(self) -> bool:
+        return True
+
     def reading_s(self, nplc: float | None = None) -> float:
         """Return the seconds for one reading: autozero takes a second conversion for each."""
         return 2.0 * (self.nplc if nplc is None else nplc) / self.line_frequency_hz

@@ -23,6 +23,11 @@ class ManualSettings(AxisSettings):
 
     driver: Literal["manual"]
 
+    @property
+    def moves_beside_others(self) -> bool:
+        """A person is asked for one step at a time."""
+        return False
+
 
 class Prompt:
     """Says one thing at a time over a line and takes one answer, without waiting for it."""

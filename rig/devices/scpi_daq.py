@@ -169,6 +169,10 @@ class ScpiDaqSettings(ReadoutSettings):
         high = self.high_impedance and self.channels[channel].range_v in HIGH_IMPEDANCE_RANGES_V
         return None if high else FIXED_OHM
 
+    @property
+    def reads_beside_others(self) -> bool:
+        return True
+
     def reading_s(self, nplc: float | None = None) -> float:
         conversions = 2.0 if self.autozero else 1.0
         cycles = self.nplc if nplc is None else nplc

@@ -155,6 +155,10 @@ class ScpiMeterSettings(ReadoutSettings):
         high = self.high_impedance and self.range_v in self.preset.high_impedance_ranges_v
         return None if high else FIXED_OHM
 
+    @property
+    def reads_beside_others(self) -> bool:
+        return True
+
     def reading_s(self, nplc: float | None = None) -> float:
         conversions = 2.0 if self.autozero else 1.0
         return conversions * (self.nplc if nplc is None else nplc) / self.line_frequency_hz + OVERHEAD_S

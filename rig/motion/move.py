@@ -36,11 +36,11 @@ _BESIDE_DEG = 1.0
 Tell = Callable[[str], None]
 
 
-class _Stalled(DeviceFault):
+class Stalled(DeviceFault):
     """No progress, or not in time; the axis was told to stop."""
 
 
-class _Missed(DeviceFault):
+class Missed(DeviceFault):
     """At rest, but lifted, or not where it was sent."""
 
 
@@ -52,21 +52,46 @@ def move_and_arrive(axis: Axis, target_deg: float, clock: Clock, wait: Wait, tel
     Raises: RequestRefused (outside limits, off the increment, not homed, before anything moved), DeviceFault (stalled
     twice, not where it was sent, not seated in three attempts; the axis was stopped), WaitEnded (the axis was stopped).
     """
+    state = admitted(axis, target_deg)
+    if _needs_no_move(axis, state, target_deg):
+        return state.position_deg
+    try:
+        return _approach_until_there(axis, target_deg, state, clock, wait, tell)
+    except Stalled as stall:
+        return go_back_and_try_again(axis, target_deg, state.position_deg, stall, clock, wait, tell)
+
+
+def admitted(axis: Axis, target_deg: float) -> AxisState:
+    """Return the state of an axis that may be sent to a target. Raises: RequestRefused, DeviceFault; nothing moved."""
     axis.check_target(target_deg)
     axis.check_target(target_deg + axis.approach_deg)
-    state = trusted_state(axis)
-    if axis.approach_deg == 0.0 and _has_arrived(axis, state, target_deg):
+    return trusted_state(axis)
+
+
+def go_once(axis: Axis, target_deg: float, state: AxisState, clock: Clock, wait: Wait) -> float:
+    """Move an admitted axis where it must be moved, and return its read-back at the target, degrees.
+
+    Raises: Stalled and Missed, which may be tried again; DeviceFault, WaitEnded. The axis was stopped.
+    """
+    if _needs_no_move(axis, state, target_deg):
         return state.position_deg
-    from_deg = state.position_deg
+    return _approach(axis, target_deg, state, clock, wait)
+
+
+def go_back_and_try_again(
+    axis: Axis, target_deg: float, from_deg: float, stall: DeviceFault, clock: Clock, wait: Wait, tell: Tell
+) -> float:
+    """Move once more after a stall, from where the axis came. Raises: DeviceFault where it stalls again, WaitEnded."""
+    state = _retreat(axis, from_deg, stall, clock, wait)
+    tell(f"{stall}; it went back to {state.position_deg:g} deg and is tried once more")
     try:
         return _approach_until_there(axis, target_deg, state, clock, wait, tell)
-    except _Stalled as stall:
-        state = _retreat(axis, from_deg, stall, clock, wait)
-        tell(f"{stall}; it went back to {state.position_deg:g} deg and is tried once more")
-    try:
-        return _approach_until_there(axis, target_deg, state, clock, wait, tell)
-    except _Stalled as again:
+    except Stalled as again:
         raise DeviceFault(f"{again}; it stalled twice") from again
+
+
+def _needs_no_move(axis: Axis, state: AxisState, target_deg: float) -> bool:
+    return axis.approach_deg == 0.0 and _has_arrived(axis, state, target_deg)
 
 
 def _approach_until_there(
@@ -76,7 +101,7 @@ def _approach_until_there(
     for left in reversed(range(_AGAIN + 1)):
         try:
             return _approach(axis, target_deg, state, clock, wait)
-        except _Missed as missed:
+        except Missed as missed:
             beside_deg = _beside(axis, target_deg)
             if left == 0 or beside_deg is None:
                 raise
@@ -104,7 +129,7 @@ def _retreat(axis: Axis, from_deg: float, stall: DeviceFault, clock: Clock, wait
         return state
     try:
         return _lift_to(axis, from_deg, state.position_deg, clock, wait)
-    except _Stalled as again:
+    except Stalled as again:
         raise DeviceFault(f"{stall}; nor could it go back: {again}") from again
 
 
@@ -212,7 +237,7 @@ def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait
     state = _watch(axis, task, target_deg, limit_s, clock, wait)
     _require_seat(axis, state, task)
     if not _has_arrived(axis, state, target_deg):
-        raise _Missed(
+        raise Missed(
             f"{axis.name}: {task}: the axis came to rest at {state.position_deg:g} deg, allowed within"
             f" {axis.arrival_tolerance_deg:g} deg (axes.{axis.name}: arrival_tolerance_deg);"
             " it stands still; check the machine, then home it"
@@ -283,7 +308,7 @@ def _stopped(axis: Axis, what: str) -> DeviceFault:
 
 
 def _stalled(axis: Axis, what: str) -> DeviceFault:
-    return _Stalled(str(_stopped(axis, what)))
+    return Stalled(str(_stopped(axis, what)))
 
 
 def _has_arrived(axis: Axis, state: AxisState, target_deg: float) -> bool:
@@ -293,7 +318,7 @@ def _has_arrived(axis: Axis, state: AxisState, target_deg: float) -> bool:
 
 def _require_seat(axis: Axis, state: AxisState, task: str) -> None:
     if not state.is_seated:
-        raise _Missed(
+        raise Missed(
             f"{axis.name}: {task}: at rest at {state.position_deg:g} deg, but the coupling is not seated and locked;"
             " nothing can be measured here; check the coupling, then home it"
         )

@@ -11,8 +11,9 @@ from procedures.check.check_report import to_document
 from procedures.check.check_text import render
 from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import shared_archive_url
+from procedures.cli.places import shared_archive_url, teaching_archive
 from procedures.cli.prepare.pilot import pilot_named
+from procedures.delivery.durations import learned_times
 from procedures.errors import ExitStatus
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
@@ -48,7 +49,8 @@ def check(
         return _tell(before, json)
 
     procedure_description = read_procedure(procedure)
-    report = check_plan(described, procedure_description, pilot=pilot_named(pilot, out, described))
+    learned = learned_times(teaching_archive(archive, out, is_simulated=described.is_simulated), described)
+    report = check_plan(described, procedure_description, pilot=pilot_named(pilot, out, described), learned=learned)
     before = _preflight(rig, described, report.plan, out, archive)
     if json:
         print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))

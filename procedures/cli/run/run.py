@@ -30,6 +30,8 @@ from procedures.cli.places import (
     login_name,
     new_run_folder,
     shared_archive_url,
+    simulated_archive_url,
+    teaching_archive,
 )
 from procedures.cli.run.archive_url import require_archive_url
 from procedures.cli.run.attend import Attendance, attended
@@ -38,6 +40,7 @@ from procedures.cli.run.terminal import outlived
 from procedures.cli.run.working import working
 from procedures.cli.steer.choose_run import only_one
 from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, solve_run
+from procedures.delivery.durations import learned_times
 from procedures.delivery.publish import history_findings
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.header import make_header
@@ -89,8 +92,9 @@ def run(
         Do all of it on twins of that very rig, in virtual time; no port is opened.
     """
     described, procedure_description = read_rig(rig), read_procedure(procedure)
-    plan = make_plan(described, procedure_description)
     performed = described.all_on_twins() if rehearse else described
+    past = teaching_archive(archive, out, is_simulated=performed.is_simulated)
+    plan = make_plan(described, procedure_description, learned=learned_times(past, performed))
     if not allow_network_folder:
         require_local(out)
     archive_url = archive if archive is not None or performed.is_simulated else default_archive_url()
@@ -243,7 +247,7 @@ def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
     """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
     if archive is not None:
         return archive
-    return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
+    return simulated_archive_url(folder.parent) if is_simulated else default_archive_url()
 
 
 def tell_failures(delivery: Delivery) -> None:

@@ -1,7 +1,8 @@
 """One attempt at one dwell: settle, look, read every channel, look again. Nothing is judged here."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 from procedures.plan.plan import Plan
@@ -13,7 +14,9 @@ from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
 from rig.devices.abilities import Axis, Environment, Field, Readout, Stream, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
-from rig.motion.move import Tell, move_and_arrive
+from rig.motion.move import Tell
+from rig.motion.together import move_all
+from rig.side_by_side import side_by_side
 
 
 def _tell_nobody(_phase: str) -> None:
@@ -67,16 +70,19 @@ class Announcement:
         return replace(self, read_phase=f"{self.read_phase}-sweep-{number}")
 
 
-def move(rig: OpenRig, dwell: Dwell, wait: Wait, tell: Tell = lambda _message: None) -> dict[str, float]:
-    """Bring every axis of the dwell to its target, in its order; their read-backs, degrees. ``tell`` hears of a move
-    that is made again.
+def move(
+    rig: OpenRig,
+    dwell: Dwell,
+    wait: Wait,
+    tell: Tell = lambda _message: None,
+    together: Collection[str] = (),
+) -> dict[str, float]:
+    """Bring every axis of the dwell to its target, those named ``together`` at once, else in their order; their
+    read-backs, degrees. ``tell`` hears of a move that is made again.
 
     Raises as :func:`rig.motion.move.move_and_arrive`.
     """
-    return {
-        name: move_and_arrive(rig.axes[name], target_deg, rig.clock, wait, tell)
-        for name, target_deg in dwell.targets_deg.items()
-    }
+    return move_all(rig.axes, dwell.targets_deg, together, rig.clock, wait, tell)
 
 
 def measure(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, wait: Wait) -> Measurement:
@@ -85,9 +91,7 @@ def measure(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, 
     settled = settle_at(rig, plan, wait)
     announcement.read(rig.chance)
     before = look(rig, dwell.targets_deg)
-    readings = {
-        channel: read_channel(rig, channel, plan.dwell.samples, wait, plan.dwell.nplc) for channel in plan.channels
-    }
+    readings = read_channels(rig, plan, plan.channels, wait)
     after = look(rig, dwell.targets_deg)
     return Measurement(before, after, readings, settled.is_settled, settled.took_s)
 
@@ -105,6 +109,31 @@ def settle_at(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
     channel = plan.settle_channel
     settings = plan.dwell
     return settle(readout_of(rig, channel), channel, settings.settle, settings.settle_nplc, rig.clock, wait)
+
+
+def read_channels(rig: OpenRig, plan: Plan, channels: Sequence[str], wait: Wait) -> dict[str, ChannelReading]:
+    """Read a burst of each channel, in their order: the readouts that may read together at the same time.
+
+    Raises: RigError of the readout that failed, WaitEnded; none is left reading.
+    """
+    turns: dict[str, list[str]] = {}
+    for channel in channels:
+        readout = channel.partition(".")[0]
+        turns.setdefault(readout if readout in plan.reading_together else "", []).append(channel)
+
+    def read_turn(turn: Sequence[str], wait_beside: Wait) -> dict[str, ChannelReading]:
+        return {
+            channel: read_channel(rig, channel, plan.dwell.samples, wait_beside, plan.dwell.nplc) for channel in turn
+        }
+
+    alone = read_turn(turns.pop("", []), wait)
+    if len(turns) < 2:
+        found = [read_turn(turn, wait) for turn in turns.values()]
+    else:
+        works = {readout: partial(read_turn, turn) for readout, turn in turns.items()}
+        found = list(side_by_side(works, rig.clock, wait).values())
+    readings = {channel: reading for one in [alone, *found] for channel, reading in one.items()}
+    return {channel: readings[channel] for channel in channels}
 
 
 def read_channel(rig: OpenRig, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> ChannelReading:

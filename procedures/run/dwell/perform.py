@@ -9,11 +9,11 @@ from math import floor
 
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Applied, Dwell, Follow, Rest, Turn
-from procedures.records.dwells import ChannelReading, Measurement, MotionRecord, StreamTiming
+from procedures.records.dwells import Measurement, MotionRecord, StreamTiming
 from procedures.run.dwell.alignment import align, timing
 from procedures.run.dwell.attitude_reference import approach, reference_attitude
 from procedures.run.dwell.following import follow
-from procedures.run.dwell.measure import Announcement, OpenRig, look, measure, read_channel, settle_at
+from procedures.run.dwell.measure import Announcement, OpenRig, look, measure, read_channels, settle_at
 from procedures.run.dwell.stream_recorder import recording
 from procedures.run.dwell.turning import as_readings, streams_of, turn
 from rig.devices.abilities import Wait
@@ -70,16 +70,14 @@ def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement,
     settled = settle_at(rig, plan, wait)
     reference_deg = reference_attitude(rig, plan, wait)
     before = look(rig, dwell.targets_deg)
-    readings: dict[str, ChannelReading] = {}
     timings: tuple[StreamTiming, ...] = ()
     with recording(streams_of(rig, plan), rig.clock, wait) as recorder:
         recorder.start()
         announcement.read(rig.chance)
         began_s = rig.clock.monotonic_s()
         wanted = {name: _samples(plan, dwell, stream.rate_hz) for name, stream in streams_of(rig, plan).items()}
-        for channel in plan.channels:
-            if channel.partition(".")[0] not in wanted:
-                readings[channel] = read_channel(rig, channel, plan.dwell.samples, recorder.wait, plan.dwell.nplc)
+        on_demand = [channel for channel in plan.channels if channel.partition(".")[0] not in wanted]
+        readings = read_channels(rig, plan, on_demand, recorder.wait)
         while short := [name for name, count in wanted.items() if recorder.samples(name) < count]:
             left = max((wanted[name] - recorder.samples(name)) / rig.streams[name].rate_hz for name in short)
             recorder.wait(left + recorder.poll_s)

@@ -7,8 +7,8 @@ import pytest
 
 from procedures.journal.live import Live, Target
 from procedures.journal.metrics import RunFigures, metrics_text
-from procedures.journal.standing_words import at_both, duration, rows_of
-from procedures.records.progress import Progress
+from procedures.journal.standing_words import duration, rows_of
+from procedures.records.progress import Progress, at_both
 from procedures.records.states import State
 
 NOW = datetime(2026, 3, 1, 4, 0, tzinfo=UTC)

@@ -338,7 +338,8 @@ def test_the_expected_duration_counts_moves_settling_and_readings(tmp_path):
     ]
     moving_s = sum(turn_deg / speed_dps + 1.3 for turn_deg, speed_dps in turns if turn_deg)  # 1.3 s: lift, seat, lock
     reading_s = 3 * 10 * 2 * 10 / 50  # channels × samples × autozero × NPLC / 50 Hz
-    assert plan.expected.p50_s == pytest.approx(moving_s + (6 + 2 * 35) * (2.0 + reading_s))
+    around_s = 2 * (0.5 + 1.3) + 3.0  # two axes home, the standstill at the end
+    assert plan.expected.p50_s == pytest.approx(moving_s + (6 + 2 * 35) * (2.0 + reading_s) + around_s)
     assert plan.expected.p90_s > plan.expected.p50_s
 
 
@@ -355,7 +356,7 @@ def test_an_unknown_supply_channel_is_refused_by_the_rig_file(tmp_path):
 
 
 def test_an_axis_approached_from_one_side_turns_twice_at_every_dwell(tmp_path):
-    from procedures.plan.estimate import move_s
+    from procedures.plan.step_times import move_s
 
     axes = rig_file(tmp_path, ("speed_dps = 5.0", "speed_dps = 5.0\napproach_deg = -2.0")).axes
     turns_s = (10.0 - 2.0) / 5.0 + 2.0 / 5.0 + 2 * 1.3  # to 2° below, then up; lift, seat and lock both times
