@@ -68,21 +68,37 @@ def _words(name: str, chosen: Candidate) -> str:
 
 HEAD = """# Hours: what the reports' calibration takes, and what is enough
 
-Made by `python docs/studies/hours.py docs/studies/hours.md`. Each line is a run of the engine on twins in virtual time and its solution; the choices are those
-of `calrig plan --hours`, at a third, a sixth and, for eight packages, an eleventh each of the hours that the baseline took. **The laboratory**: a table whose
-certificate says 1″, truly a smooth curve with teeth of 0.1″; a soft mount of 1″ in each package; an offset that drifts by 0.05″ a replication, however short it
-is; 20 µV (1.65″) a reading, NPLC 10; one meter with a scanner. **U95** is the rms of the 95 % half-width of one future angle over pitch ±60° and every roll, of
-pitch, the worse angle, in arc seconds; *of the calibration* is what of it stays with readings that do not scatter. The reading at use is as declared: by
-default one dwell of twenty readings ({dwell:.2f}″), beside it one single reading ({reading:.2f}″).
+Made by `python docs/studies/hours.py docs/studies/hours.md`. Each line is a run of the engine on twins in virtual time
+and its solution; the choices are those of `calrig plan --hours`, at a third, a sixth and, for eight packages, an
+eleventh each of the hours that the baseline took. **The laboratory**: a table whose certificate says 1″, truly a smooth
+curve with teeth of 0.1″; a soft mount of 1″ in each package; an offset that drifts by 0.05″ a replication, however
+short it is; 20 µV (1.65″) a reading, NPLC 10; one meter with a scanner. **U95** is the rms of the 95 % half-width of
+one future angle over pitch ±60° and every roll, of pitch, the worse angle, in arc seconds; *of it calibration* is what
+stays with readings that do not scatter. The reading at use is as declared: by default one dwell of twenty readings
+({dwell:.2f}″), beside it one single reading ({reading:.2f}″).
 
-| run | hours | a package | U95 | ratio | of the calibration | U95 of a single reading | of the calibration | ± offset, µV | ± sensitivity, µV/g | verdict |
+{columns}
 |---|---|---|---|---|---|---|---|---|---|---|
 """
+COLUMNS = (
+    "run",
+    "hours",
+    "hours a package",
+    "U95, read by a dwell",
+    "ratio",
+    "of it calibration",
+    "U95, read once",
+    "of it calibration",
+    "± offset, µV",
+    "± sensitivity, µV/g",
+    "verdict",
+)
 COVERAGE = """
 ## Whether the intervals hold
 
-{campaigns} simulated campaigns of each design, solved by the same solver; table, mount, drift, lack of fit (0.1″ a point) and noise drawn anew, the table's curve
-as large as its certificate allows. Shares of 95 % intervals that hold the truth; the angle is read once, at one attitude of the usage range each.
+{campaigns} simulated campaigns of each design, solved by the same solver; table, mount, drift, lack of fit (0.1″ a
+point) and noise drawn anew, the table's curve as large as its certificate allows. Shares of 95 % intervals that hold
+the truth; the angle is read by one dwell, at one attitude of the usage range in each campaign.
 
 | run | offset | sensitivities | pitch at use | roll at use | half-width of pitch at use, ″ |
 |---|---|---|---|---|---|
@@ -90,22 +106,33 @@ as large as its certificate allows. Shares of 95 % intervals that hold the truth
 LOST = """
 ## What is lost
 
-| run | lack of fit seen from, ″ a point | drift of the offset seen from, ″ between replications | degrees of freedom between replications | attitudes |
-|---|---|---|---|---|
+From which size on lack of fit (″ a point) and a drift of the offset (″ between replications) are found in half of the
+runs, and what the intervals rest on.
+
+| run | lack of fit | drift | degrees of freedom between replications | attitudes | readings of a dwell |
+|---|---|---|---|---|---|
 """
 
 
 def page(runs: list[Measured], campaigns: int) -> Iterator[str]:
     """The page, piece by piece."""
     base = runs[0]
-    yield HEAD.format(dwell=DWELL_ARCSEC, reading=READING_ARCSEC)
+    yield HEAD.format(dwell=DWELL_ARCSEC, reading=READING_ARCSEC, columns=f"| {' | '.join(COLUMNS)} |")
     for run in runs:
-        yield (
-            f"| {run.name} | {run.hours:.1f} | {run.hours / run.packages:.2f} | {run.u95_arcsec:.2f} | "
-            f"{run.u95_arcsec / base.u95_arcsec:.2f} | {run.calibration_arcsec:.2f} | {run.single_arcsec:.2f} | "
-            f"{run.single_calibration_arcsec / run.single_arcsec:.0%} | {run.offset_uv:.2f} | {run.sensitivity_uv_per_g:.2f} | "
-            f"{run.verdict} |\n"
+        cells = (
+            run.name,
+            f"{run.hours:.1f}",
+            f"{run.hours / run.packages:.2f}",
+            f"{run.u95_arcsec:.2f}″",
+            f"{run.u95_arcsec / base.u95_arcsec:.2f}",
+            f"{run.calibration_arcsec:.2f}″",
+            f"{run.single_arcsec:.2f}″",
+            f"{run.single_calibration_arcsec:.2f}″",
+            f"{run.offset_uv:.2f}",
+            f"{run.sensitivity_uv_per_g:.2f}",
+            run.verdict,
         )
+        yield f"| {' | '.join(cells)} |\n"
     yield COVERAGE.format(campaigns=campaigns)
     for run in runs:
         found = coverage(run, campaigns, np.random.default_rng(SEED))
@@ -115,7 +142,7 @@ def page(runs: list[Measured], campaigns: int) -> Iterator[str]:
     for run in runs:
         yield (
             f"| {run.name} | {run.sees_lack_of_fit_arcsec:.2f} | {run.sees_drift_arcsec:.3f} | "
-            f"{run.plan.replications - 1} | {len(run.plan.design.points)} |\n"
+            f"{run.plan.replications - 1} | {len(run.plan.design.points)} | {run.plan.dwell.samples} |\n"
         )
     yield from _verdict(runs)
 
@@ -133,9 +160,10 @@ def _verdict(runs: list[Measured]) -> Iterator[str]:
             f"{run.single_calibration_arcsec / run.single_arcsec:.0%} where one reading is.\n"
         )
     yield (
-        f"\nThe calibration part is {base.calibration_arcsec / base.u95_arcsec:.0%} of U95 in the baseline itself where one dwell of twenty "
-        "readings is read at use: it is the table's, of which the certificate\nsays a limit and no shape, and no hours make it "
-        "smaller. The half is reached where one reading is used, and with a table whose errors are listed (`index_table`).\n"
+        f"\nRead by a dwell, the calibration part is {base.calibration_arcsec / base.u95_arcsec:.0%} of U95 in the "
+        "baseline itself: it is the table's, of which the certificate says a\nlimit and no shape, and no hours make it "
+        "smaller. Read once, it is less than half. What makes it smaller is a table whose errors are listed "
+        "(`index_table`).\n"
     )
 
 
