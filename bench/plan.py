@@ -9,10 +9,11 @@ import numpy as np
 from bench.figure import Effort, Figure
 from procedures.check.candidate import Asked, Space, Target
 from procedures.check.candidates import compare
+from procedures.description.procedure_file import Order
 from procedures.plan.designs import full_grid
 from procedures.plan.exchange import exchanged
 from procedures.plan.optimal import terms
-from procedures.plan.order import Order, sequence, visits
+from procedures.plan.order import sequence, visits
 from procedures.solution.expected import Usage
 from rig.description.read import read_rig
 

@@ -62,11 +62,17 @@ index_error_arcsec = {teeth}
 index_harmonics = {harmonics}
 """
 
+_LEVEL = """[level]
+instrument = "electronic level"
+uncertainty_arcsec = 0.2
+before = { about_pitch_arcsec = 0.0, about_roll_arcsec = 0.0 }
+after = { about_pitch_arcsec = 0.0, about_roll_arcsec = 0.0 }"""
+
 
 def rig_text(packages: int, seed: int, meters: int = 1) -> str:
     """Return the rig file; with more than one meter they read at once, and the axes move at once."""
     serials = [f"SN{number:02d}" for number in range(1, packages + 1)]
-    lines = ['[rig]\nname = "laboratory of the study of hours"\ngravity_mps2 = 9.79826']
+    lines = ['[rig]\nname = "laboratory of the study of hours"\ngravity_mps2 = 9.79826', _LEVEL]
     if meters > 1:
         lines.append("[motion]\ntogether = true\n[reading]\ntogether = true")
     for number, (name, harmonics) in enumerate(HARMONICS.items(), start=1):

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from procedures.description.procedure_file import Order
 from procedures.plan.drift_bias import TIME_CONFOUNDED
-from procedures.plan.order import Order
 from procedures.solution.beliefs import Pilot
 from procedures.solution.expected import Usage
 from rig.description.rig_file import RigDescription

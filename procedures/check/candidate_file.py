@@ -6,7 +6,7 @@ from ams.units import ARCSEC_PER_DEG
 from procedures.check.candidate import Candidate, Comparison, Target
 from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, model_for
 from procedures.check.procedure_text import Written, procedure_text
-from procedures.plan.order import Order
+from procedures.description.procedure_file import Order
 
 _ORDERS: Mapping[Order, str] = {
     "there-and-back": "out and back on alternate rows: a drift cannot pass for a sensitivity (TP recommendation 4)",

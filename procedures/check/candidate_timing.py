@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ams.models.registry import model_named
-from procedures.description.procedure_file import DwellSettings, ProcedureDescription
+from procedures.description.procedure_file import DwellSettings, Order, ProcedureDescription
 from procedures.plan.attitudes import make_design, steps_at_attitudes
 from procedures.plan.channels import channels_of
 from procedures.plan.designs import Design
 from procedures.plan.drift_bias import time_correlation
 from procedures.plan.estimate import expected_duration
-from procedures.plan.order import Order, visits
+from procedures.plan.order import visits
 from procedures.plan.steps import Dwell, Step
 from rig.description.rig_file import RigDescription, Sensor
 

@@ -28,7 +28,7 @@ from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
 from rig.toml_file import StrictTable, TomlFile, as_tuple
 
-Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "blocks", "random", "seeded"]
+Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "neighbours", "blocks", "random", "seeded"]
 Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
 MAX_POINTS_PER_AXIS = 3601
 Angles = Annotated[

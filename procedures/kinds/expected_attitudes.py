@@ -15,18 +15,17 @@ from ams.parameter_words import words_of
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
-from procedures.plan.drift_bias import TIME_CONFOUNDED, drift_bias, time_correlation
+from procedures.kinds.recommendations import recommendations
+from procedures.plan.drift_bias import drift_bias, time_correlation
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
-from procedures.plan.sequential import CALIBRATION_OVER_USAGE, usage_pitch_deg
+from procedures.plan.sequential import usage_pitch_deg
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
+from procedures.solution.foreseen import foreseen_warnings
 from procedures.solution.type_b import level_remarks
 from rig.description.rig_file import RigDescription
 
-LEAST_REPLICATIONS = 6
-"""TP, recommendation 6."""
-FEW_REPLICATIONS = 4
 _NO_PARAMETERS = (TRACELESS_NAME, REFERENCE_NAME, "reference_temperature_degc")
 """Stated beside the parameters: made from others, or chosen."""
 
@@ -42,7 +41,11 @@ def forecast_of_design(
     judged = judge_design(plan.design, plan.usage_pitch_deg)
     usage = usage_of(procedure, plan)
     believed = beliefs_of(rig, plan.solve, plan.dwell.samples, plan.replications, plan.sensors, pilot)
-    sensors = _expected_sensors(rig, procedure, plan, believed, usage)
+    of_sensor = {
+        serial: Believed({axis: one for (name, axis), one in believed.items() if name == serial}, plan.dwell.samples)
+        for serial in plan.sensors
+    }
+    sensors = _expected_sensors(rig, procedure, plan, of_sensor, usage)
     first = next(iter(next(iter(sensors.values())).solution.axes.values()))
     parameters = [item.name for item in first.parameters if item.name not in _NO_PARAMETERS]
     correlation = time_correlation_of(plan)
@@ -55,13 +58,15 @@ def forecast_of_design(
         time_correlation=correlation,
         drift_bias=_drift_bias(plan),
     )
+    followed = recommendations(plan, believed, sensors)
     return Forecast(
         expected=tuple(_axes(sensors, believed, plan.dwell.samples)),
-        advice=(*_advice(plan), *further),
+        advice=(*(one.advice for one in followed if one.advice), *_advice(plan), *further),
         design=figures,
         angles={serial: sensor.angles for serial, sensor in sensors.items()},
         usage_pitch_deg=usage.pitch_deg,
-        reservations=tuple(_reservations(rig, plan, correlation)),
+        reservations=(*level_remarks(rig), *_foreseen(rig, plan, of_sensor)),
+        recommendations=followed,
     )
 
 
@@ -70,29 +75,49 @@ def usage_of(procedure: ProcedureDescription, plan: Plan) -> Usage:
     return Usage(usage_pitch_deg(procedure, plan.design), procedure.design.usage_noise_arcsec)
 
 
-def _expected_sensors(
-    rig: RigDescription,
-    procedure: ProcedureDescription,
-    plan: Plan,
-    believed: Mapping[tuple[str, str], AxisBelief],
-    usage: Usage,
-) -> dict[str, ExpectedSensor]:
+def _planned_rows(plan: Plan) -> PlannedRows:
+    """Return the rows in the order of their visits, at the plateau of every replication."""
     plateaus = plan.environment.plateaus_degc if plan.environment is not None else ()
-    each = procedure.replications
-    rows = PlannedRows(
+    each = plan.replications // max(len(plateaus), 1)
+    place = {point.label: number for number, point in enumerate(plan.design.points)}
+    visited: dict[int, list[int]] = {}
+    for dwell in plan.design_dwells:
+        visited.setdefault(dwell.replication, []).append(place[dwell.point])
+    return PlannedRows(
         plan.design.points,
         plan.replications,
         [degc for degc in plateaus for _ in range(each)] or None,
         plan.expected.p50_s / plan.replications,
+        [visited[replication] for replication in sorted(visited)],
     )
-    found = {}
+
+
+def _expected_sensors(
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    plan: Plan,
+    believed: Mapping[str, Believed],
+    usage: Usage,
+) -> dict[str, ExpectedSensor]:
+    rows, found = _planned_rows(plan), {}
     for serial, sensor in plan.sensors.items():
-        own = Believed({axis: one for (name, axis), one in believed.items() if name == serial}, plan.dwell.samples)
         try:
-            found[serial] = expected_sensor(rig, plan.solve, serial, sensor, rows, own, usage)
+            found[serial] = expected_sensor(rig, plan.solve, serial, sensor, rows, believed[serial], usage)
         except AmsError as error:
             raise procedure.error(("solve", "model"), f"{serial} cannot be solved from this plan: {error}") from None
     return found
+
+
+def _foreseen(rig: RigDescription, plan: Plan, believed: Mapping[str, Believed]) -> Iterator[str]:
+    """Yield what the solutions will be reserved about; what all sensors share is said once."""
+    rows = _planned_rows(plan)
+    of_sensor = {
+        serial: foreseen_warnings(rig, plan.solve, serial, sensor, rows, believed[serial])
+        for serial, sensor in plan.sensors.items()
+    }
+    for text in dict.fromkeys(text for texts in of_sensor.values() for text in texts):
+        whose = [serial for serial, texts in of_sensor.items() if text in texts]
+        yield text if len(whose) == len(of_sensor) else f"{', '.join(whose)}: {text}"
 
 
 def _axes(
@@ -136,30 +161,8 @@ def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
     return drift_bias(model, design, sensor.nominal_v_per_g(axis) or 1.0)
 
 
-def _reservations(rig: RigDescription, plan: Plan, correlation: float) -> Iterator[str]:
-    """Yield what the report will hold against the result, however well the run goes."""
-    yield from level_remarks(rig)
-    if plan.replications == 1:
-        yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
-    elif plan.replications < FEW_REPLICATIONS:
-        yield (
-            f"{plan.replications} replications only: intervals rest on {plan.replications - 1} degrees of freedom and "
-            "are wide; four or more make them much narrower"
-        )
-    if correlation > TIME_CONFOUNDED:
-        yield (
-            f'the order "{plan.order}" goes with a term of the model ({correlation:.2f}): a drift inside a replication '
-            'passes for it; use "there-and-back"'
-        )
-
-
 def _advice(plan: Plan) -> Iterator[str]:
-    """Yield where TP's recommendations are not followed."""
-    if plan.replications < LEAST_REPLICATIONS:
-        yield (
-            f"{plan.replications} replication{'s' if plan.replications > 1 else ''}: drift and lack of fit want "
-            f"{LEAST_REPLICATIONS} or more (TP recommendation 6)"
-        )
+    """Yield what beside TP's recommendations would serve the run."""
     if plan.reference is not None and plan.is_at_rest and not plan.reference.tells_slip_from_tilt:
         yield (
             "reference visits at attitudes that do not differ in pitch and in roll cannot tell a slip of the table "
@@ -168,14 +171,8 @@ def _advice(plan: Plan) -> Iterator[str]:
         )
 
 
-def advice_on_ranges(plan: Plan) -> Iterator[str]:
-    """Tell where roll or pitch reach less far than TP recommends."""
-    if plan.design.has_roll and max(plan.design.roll_values_deg) - min(plan.design.roll_values_deg) < 270.0:
-        yield "roll should cover the full circle (TP recommendation 2)"
-    yield from _advice_on_usage(plan)
-
-
-def _advice_on_usage(plan: Plan) -> Iterator[str]:
+def advice_on_usage(plan: Plan) -> Iterator[str]:
+    """Tell where the usage range reaches beyond what is calibrated."""
     if plan.usage_pitch_deg is None:
         return
     low, high = min(plan.design.pitch_values_deg), max(plan.design.pitch_values_deg)
@@ -184,5 +181,3 @@ def _advice_on_usage(plan: Plan) -> Iterator[str]:
             f"the usage range {plan.usage_pitch_deg[0]:g}° to {plan.usage_pitch_deg[1]:g}° reaches beyond the "
             f"calibration, {low:g}° to {high:g}°: nothing is validated there"
         )
-    elif high - low < CALIBRATION_OVER_USAGE * (plan.usage_pitch_deg[1] - plan.usage_pitch_deg[0]) - 1e-9:
-        yield "the calibration range should be 150 % of the usage range (TP recommendation 1)"

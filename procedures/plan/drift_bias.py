@@ -10,8 +10,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ams.models.model import Model
+from procedures.description.procedure_file import Order
 from procedures.plan.designs import Design, DesignPoint
-from procedures.plan.order import Order, sequence, visits
+from procedures.plan.order import sequence, visits
 from procedures.plan.specific_force import columns_of
 
 COMPARED: tuple[Order, ...] = ("there-and-back", "forward-reverse", "neighbours", "serpentine", "raster")

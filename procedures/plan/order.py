@@ -11,13 +11,12 @@ of its own, as TP counts the points of its rows 22 and 24.
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import groupby, pairwise
-from typing import Literal
 
 import numpy as np
 
+from procedures.description.procedure_file import Order
 from procedures.plan.designs import Design, DesignPoint
 
-Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "neighbours", "blocks", "random", "seeded"]
 Rows = list[list[DesignPoint]]
 
 DRAWN_ANEW = ("random",)

@@ -11,6 +11,7 @@ from math import degrees, radians
 import numpy as np
 
 from ams.analysis.angle_uncertainty import KnownAxis, UsageBox, angle_uncertainties
+from ams.arrays import FloatArray
 from ams.calibration.expectation import Expectation, expect_each
 from ams.models.registry import MODELS
 from ams.observations import Observations
@@ -41,6 +42,17 @@ class PlannedRows:
     """Of every replication."""
     replication_s: float = 3600.0
     """How long one replication takes."""
+    visited: Sequence[Sequence[int]] | None = None
+    """Of every replication, the places of ``points`` in the order of their visits; None: as they stand."""
+
+    def time_s(self) -> FloatArray:
+        """Return (n × K) when each row is measured, replication by replication."""
+        count = len(self.points)
+        places = np.tile(np.arange(count), (self.replications, 1))
+        if self.visited is not None:
+            np.put_along_axis(places, np.array(self.visited), np.arange(count)[None, :], axis=1)
+        start = np.arange(self.replications)[:, None] * count
+        return np.asarray((start + places).ravel() * self.replication_s / count)
 
 
 @dataclass(frozen=True)
@@ -111,7 +123,7 @@ def expected_each(
 ) -> list[ExpectedSensor]:
     """Return the same for several beliefs that differ in noise, lack of fit and drift only. Raises: as one does."""
     axes = beliefs[0].axes
-    observations = _observations(solve.model_of(serial, rolls=sensor.rolls), rows, axes, rolls=sensor.rolls)
+    observations = planned_observations(solve.model_of(serial, rolls=sensor.rolls), rows, axes, rolls=sensor.rolls)
     request = request_of(serial, rig, sensor, solve, observations)
     found = expect_each(
         observations, request, [{axis: one.belief(own.samples) for axis, one in own.axes.items()} for own in beliefs]
@@ -144,7 +156,9 @@ def _reading_v(axis: str, believed: Believed, usage: Usage) -> float:
     return usage.noise_arcsec * RAD_PER_ARCSEC * float(np.linalg.norm(believed.axes[axis].k_v_per_g))
 
 
-def _observations(model: str, rows: PlannedRows, believed: Mapping[str, AxisBelief], *, rolls: bool) -> Observations:
+def planned_observations(
+    model: str, rows: PlannedRows, believed: Mapping[str, AxisBelief], *, rolls: bool
+) -> Observations:
     """Return the rows, replication by replication, at the outputs of a sensor without errors."""
     count, n = len(rows.points), rows.replications
     attitude, columns = attitude_of(rows.points), MODELS[model].columns
@@ -161,6 +175,6 @@ def _observations(model: str, rows: PlannedRows, believed: Mapping[str, AxisBeli
         yaw_rad=np.tile(yaw, n) if has_yaw else None,
         outputs={axis: np.tile(one.offset_v + force @ one.k_v_per_g, n) for axis, one in believed.items()},
         temperature_degc=None if rows.temperature_degc is None else np.repeat(rows.temperature_degc, count),
-        time_s=np.arange(n * count) * rows.replication_s / count,
+        time_s=rows.time_s(),
         source="plan",
     )

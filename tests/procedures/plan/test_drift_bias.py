@@ -7,9 +7,10 @@ from ams.calibration.calibrate import calibrate
 from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
+from procedures.description.procedure_file import Order
 from procedures.plan.designs import full_grid
 from procedures.plan.drift_bias import COMPARED, drift_bias
-from procedures.plan.order import Order, sequence, visits
+from procedures.plan.order import sequence, visits
 
 GRID = full_grid(np.arange(-60.0, 61.0, 15.0).tolist(), np.arange(-180.0, 180.0, 30.0).tolist())
 

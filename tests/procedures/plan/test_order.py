@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from procedures.description.procedure_file import Order
 from procedures.plan import designs
-from procedures.plan.order import Order, sequence, travel_deg, visits
+from procedures.plan.order import sequence, travel_deg, visits
 
 ORDERS = get_args(Order)
 CIRCLE = designs.uniform_circle_deg(12, repeat=True)
