@@ -72,10 +72,10 @@ Made by `python docs/studies/hours.py docs/studies/hours.md`. Each line is a run
 and its solution; the choices are those of `calrig plan --hours`, at a third, a sixth and, for eight packages, an
 eleventh each of the hours that the baseline took. **The laboratory**: a table whose certificate says 1″, truly a smooth
 curve with teeth of 0.1″; a soft mount of 1″ in each package; an offset that drifts by 0.05″ a replication, however
-short it is; a level of 0.2″; 20 µV (1.65″) a reading, NPLC 10; one meter with a
-scanner. **U95** is the rms of the 95 % half-width of one future angle over pitch ±60° and every roll, of pitch, the worse angle, in arc seconds; *of it calibration* is what
-stays with readings that do not scatter. The reading at use is as declared: by default one dwell of twenty readings
-({dwell:.2f}″), beside it one single reading ({reading:.2f}″).
+short it is; a level of 0.2″; 20 µV (1.65″) a reading, NPLC 10; one meter with a scanner. **U95** is the rms of the
+95 % half-width of one future angle over pitch ±60° and every roll, of pitch, the worse angle, in arc seconds; *of it
+calibration* is what stays with readings that do not scatter. The reading at use is as declared: by default one dwell of
+twenty readings ({dwell:.2f}″), beside it one single reading ({reading:.2f}″).
 
 {columns}
 |---|---|---|---|---|---|---|---|---|---|---|
@@ -97,8 +97,8 @@ COVERAGE = """
 ## Whether the intervals hold
 
 {campaigns} simulated campaigns of each design, solved by the same solver, the level apart; table, mount, drift, lack of
-fit (0.1″ a point) and noise drawn anew, the table's curve as large as its certificate allows. Shares of 95 % intervals that hold
-the truth; the angle is read by one dwell, at one attitude of the usage range in each campaign.
+fit (0.1″ a point) and noise drawn anew, the table's curve as large as its certificate allows. Shares of 95 % intervals
+that hold the truth; the angle is read by one dwell, at one attitude of the usage range in each campaign.
 
 | run | offset | sensitivities | pitch at use | roll at use | half-width of pitch at use, ″ |
 |---|---|---|---|---|---|
