@@ -33,8 +33,9 @@ from typing import Literal
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.frames import specific_force
 from ams.statistics.distributions import f_tail
+from ams.surveillance.loose_mount import CONSISTENT, UNTOLD, LeftOver, Told, force_changes, mount_or_sensor
 
 Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
 
@@ -42,8 +43,6 @@ MODEL_ERROR = 0.02
 """Of the change itself: how well sensitivities and directions are known while a run goes on."""
 LEAST_OWN = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
-CONSISTENT = 0.01
-"""A cause is contradicted where what it leaves over has less chance than this."""
 FEWEST_LEFT = 4
 """Degrees of freedom from which on what is left over tells how much the sensors do by themselves."""
 ROLL, PITCH, BASE, FIXTURE = "roll", "pitch", "tilt of the base", "fixture"
@@ -116,6 +115,8 @@ class OwnChange:
     """Whose change is largest."""
     largest_rad: float
     """As an angle at full sensitivity, signed."""
+    told: Told = UNTOLD
+    """Whether its mount turned or the sensor changed."""
 
 
 @dataclass(frozen=True)
@@ -370,21 +371,6 @@ def _columns(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: boo
     return columns
 
 
-def force_changes(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, ...]:
-    """Return ∂f by roll slip, pitch slip, tilt of the base about its forward axis, fixture about y and z, (K, 3) each.
-
-    Per radian, in table axes.
-    """
-    force, none = specific_force(pitch_rad, roll_rad), np.zeros_like(pitch_rad)
-    return (
-        specific_force_by_roll(pitch_rad, roll_rad),
-        specific_force_by_pitch(pitch_rad, roll_rad),
-        np.stack([none, np.cos(roll_rad), -np.sin(roll_rad)], axis=1),
-        np.stack([-force[:, 2], none, force[:, 0]], axis=1),
-        np.stack([force[:, 1], -force[:, 0], none], axis=1),
-    )
-
-
 def _rotation_rad(visits: Visits, common: CommonMode) -> float:
     moved = zip(ROTATIONS, force_changes(visits.pitch_rad, visits.roll_rad), strict=True)
     turned = [common.estimates[name].value * change for name, change in moved if name in common.estimates]
@@ -401,4 +387,16 @@ def _sized(axes: WatchedAxes, visits: Visits, own: OwnChange, common: CommonMode
     )
     angle = np.where(np.isfinite(visits.change) & kept, (visits.change - shared) / _scale_of(axes), 0.0)
     place = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
-    return replace(own, axis=axes.axis[int(place[1])], largest_rad=float(angle[place]))
+    imperfect = (_model_error(axes, visits)[:, None] * _scale_of(axes)) ** 2
+    seated = visits.seating_rad**2 * (columns[ROLL] ** 2 + columns[PITCH] ** 2)
+    told = mount_or_sensor(
+        LeftOver(
+            visits.pitch_rad,
+            visits.roll_rad,
+            (visits.change - shared)[:, kept],
+            (visits.variance + imperfect + seated)[:, kept],
+            axes.k[kept],
+            visits.degrees_of_freedom,
+        )
+    )
+    return replace(own, axis=axes.axis[int(place[1])], largest_rad=float(angle[place]), told=told)

@@ -35,8 +35,11 @@ class Space:
     optimal: tuple[tuple[int, int, int], ...] = ((19, 12, 72),)
     """Pitch and roll values of a lattice, and how many of its points are taken (I-optimal)."""
     replications: tuple[int, ...] = (3, 4, 6, 10, 15)
-    samples: tuple[int, ...] = (2, 5, 10, 20)
-    """Readings a dwell, rising; the last is what readings at use are like where nothing is said."""
+    samples: tuple[int, ...] = (5, 10, 20)
+    """Readings a dwell, rising; fewer tell their own scatter too badly for a dwell to be judged by it.
+
+    The last is what readings at use are like where nothing is said.
+    """
     orders: tuple[Order, ...] = ("there-and-back", "serpentine", "forward-reverse", "neighbours", "seeded")
 
 
