@@ -389,14 +389,7 @@ def _sized(axes: WatchedAxes, visits: Visits, own: OwnChange, common: CommonMode
     place = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
     imperfect = (_model_error(axes, visits)[:, None] * _scale_of(axes)) ** 2
     seated = visits.seating_rad**2 * (columns[ROLL] ** 2 + columns[PITCH] ** 2)
-    told = mount_or_sensor(
-        LeftOver(
-            visits.pitch_rad,
-            visits.roll_rad,
-            (visits.change - shared)[:, kept],
-            (visits.variance + imperfect + seated)[:, kept],
-            axes.k[kept],
-            visits.degrees_of_freedom,
-        )
-    )
+    change, variance = (visits.change - shared)[:, kept], (visits.variance + imperfect + seated)[:, kept]
+    freedom = visits.degrees_of_freedom
+    told = mount_or_sensor(LeftOver(visits.pitch_rad, visits.roll_rad, change, variance, axes.k[kept], freedom))
     return replace(own, axis=axes.axis[int(place[1])], largest_rad=float(angle[place]), told=told)
