@@ -15,7 +15,7 @@ def test_a_small_run_of_the_laboratory_is_solved_and_its_intervals_hold(monkeypa
     hours, laboratory = import_module("hours"), import_module("hours_laboratory")
     small = hours.BASELINE.replace("replications = 6", "replications = 4")
     small = small.replace("step = 5.0", "step = 30.0").replace("step = 30.0 }\nusage", "step = 45.0 }\nusage")
-    run = laboratory.measured("small", 1, 1, small, tmp_path / "small")
+    run = laboratory.measured("small", 1, small, tmp_path / "small")
     assert run.verdict == "usable"
     assert run.calibration_arcsec < run.u95_arcsec < run.single_arcsec
     held = laboratory.coverage(run, 200, np.random.default_rng(1))
