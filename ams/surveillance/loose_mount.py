@@ -66,7 +66,8 @@ def _fitted(left: LeftOver, columns: Sequence[FloatArray]) -> tuple[FloatArray, 
     read = np.isfinite(left.change)
     weight = 1.0 / np.sqrt(left.variance[read])
     matrix, y = np.stack([column[read] for column in columns], axis=1) * weight[:, None], left.change[read] * weight
-    found, _, rank, _ = np.linalg.lstsq(matrix, y, rcond=_SAME)
+    solved, _, rank, _ = np.linalg.lstsq(matrix, y, rcond=_SAME)
+    found = np.asarray(solved, dtype=np.float64)
     rest, freedom = y - matrix @ found, int(y.size - rank)
     if freedom < 1:
         return found, 1.0

@@ -154,7 +154,8 @@ def _verdict(runs: list[Measured]) -> Iterator[str]:
         yield (
             f"- {run.name}: {run.hours:.1f} h of {allowed_h:.1f} h allowed, foreseen {run.foreseen_h:.1f} h; U95 "
             f"{run.u95_arcsec / base.u95_arcsec:.2f} × the baseline's, at most 1.10 asked for, foreseen "
-            f"{run.foreseen_arcsec / base.u95_arcsec:.2f} ×; its calibration part {run.calibration_arcsec / run.u95_arcsec:.0%} of it, "
+            f"{run.foreseen_arcsec / base.u95_arcsec:.2f} ×; its calibration part "
+            f"{run.calibration_arcsec / run.u95_arcsec:.0%} of it, "
             f"at most 50 % asked for, where one dwell is read at use, and "
             f"{run.single_calibration_arcsec / run.single_arcsec:.0%} where one reading is.\n"
         )
