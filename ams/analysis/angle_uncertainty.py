@@ -75,6 +75,44 @@ class AngleUncertainty:
     """Share of the box where the angle is told well enough to be counted."""
 
 
+@dataclass(frozen=True)
+class InferredAngles:
+    """Angles at n attitudes, inferred from the outputs of A axes; t of them are told."""
+
+    names: tuple[str, ...]
+    """(t)"""
+    estimator: FloatArray
+    """(n, t, A) from errors of the outputs to errors of the angles, radians a volt."""
+    directions: FloatArray
+    """(n, t, Q) the same from errors of the primary parameters of all axes."""
+    read: FloatArray
+    """(n, t) variance that the readings leave."""
+    is_told: BoolArray
+    """(n, t) whether the attitude tells the angle well enough to be counted."""
+
+    def half_widths_rad(self, components: Sequence[VarianceComponent]) -> FloatArray:
+        """Return the (n, t) 95 % half-widths of one future angle each."""
+        variances = [_quadratic(self.directions, part.covariance) for part in components]
+        return reading_halfwidth(variances, [part.dof for part in components], self.read)
+
+
+def inferred(axes: Sequence[KnownAxis], attitude: Attitude) -> InferredAngles | None:
+    """Return how angles are inferred at attitudes; None where no angle moves an output."""
+    slopes = np.stack([_slopes(axis, attitude) for axis in axes], axis=1)  # (n, A, 2)
+    told = [place for place in range(2) if np.abs(slopes[..., place]).max() > 0.0][: len(axes)]
+    if not told:
+        return None
+    reading = np.array([axis.reading_v for axis in axes])
+    weights = 1.0 / np.maximum(reading, _LEAST_READING * reading.max() or 1.0) ** 2
+    counted, estimator = _estimator(slopes[..., told], weights)
+    columns = [axis.model.jacobian(axis.primary, attitude) for axis in axes]
+    directions = np.concatenate(
+        [estimator[:, :, place, None] * column[:, None, :] for place, column in enumerate(columns)], axis=2
+    )
+    read = np.einsum("nta,a->nt", estimator**2, reading**2)
+    return InferredAngles(tuple(ANGLES[place] for place in told), estimator, directions, read, counted)
+
+
 def angle_uncertainties(
     axes: Sequence[KnownAxis], components: Sequence[VarianceComponent], box: UsageBox
 ) -> dict[str, AngleUncertainty]:
@@ -83,24 +121,13 @@ def angle_uncertainties(
     ``components`` are of the primary parameters of all axes, one axis after the other. No angle is returned that moves
     no output.
     """
-    is_level = not any(_follows_roll(axis) for axis in axes)
-    attitude = box.attitudes(is_level=is_level)
-    slopes = np.stack([_slopes(axis, attitude) for axis in axes], axis=1)  # (n, A, 2)
-    determined = [place for place in range(2) if np.abs(slopes[..., place]).max() > 0.0][: len(axes)]
-    if not determined:
+    found = inferred(axes, box.attitudes(is_level=not any(_follows_roll(axis) for axis in axes)))
+    if found is None:
         return {}
-    reading = np.array([axis.reading_v for axis in axes])
-    weights = 1.0 / np.maximum(reading, _LEAST_READING * reading.max() or 1.0) ** 2
-    counted, estimator = _estimator(slopes[..., determined], weights)
-    columns = [axis.model.jacobian(axis.primary, attitude) for axis in axes]
-    directions = np.concatenate(
-        [estimator[:, :, place, None] * column[:, None, :] for place, column in enumerate(columns)], axis=2
-    )
     added = np.concatenate([[name in axis.added for name in axis.model.primary_names] for axis in axes])
-    read = np.einsum("nta,a->nt", estimator**2, reading**2)
     return {
-        ANGLES[place]: _uncertainty(directions[:, row], read[:, row], counted[:, row], added, components)
-        for row, place in enumerate(determined)
+        name: _uncertainty(found.directions[:, row], found.read[:, row], found.is_told[:, row], added, components)
+        for row, name in enumerate(found.names)
     }
 
 
@@ -159,7 +186,7 @@ def _uncertainty(
 
 
 def _quadratic(directions: FloatArray, covariance: FloatArray) -> FloatArray:
-    return np.asarray(np.einsum("ni,ni->n", directions @ covariance, directions))
+    return np.asarray(np.einsum("...i,...i->...", directions @ covariance, directions))
 
 
 def _rms(values: FloatArray) -> float:

@@ -5,7 +5,7 @@ covariance is that of the same estimate, at the variances that are believed befo
 Belief`) instead of those that observations show.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,22 +89,34 @@ def expect(observations: Observations, request: CalibrationRequest, beliefs: Map
 
     Raises: DesignError where the rows cannot determine the model, SolveError where its iteration does not converge.
     """
+    (only,) = expect_each(observations, request, [beliefs])
+    return only
+
+
+def expect_each(
+    observations: Observations, request: CalibrationRequest, beliefs: Sequence[Mapping[str, Belief]]
+) -> list[Expectation]:
+    """Return the same for several beliefs about the same rows: everything that the rows decide is made once.
+
+    Raises: as :func:`expect`.
+    """
     rows = corrected(observations, request.table)
     layout = layout_of(rows)
-    axes: dict[str, ExpectedSolution] = {}
-    parts: list[SolvedAxis] = []
+    parts: list[list[SolvedAxis]] = [[] for _ in beliefs]
+    axes: list[dict[str, ExpectedSolution]] = [{} for _ in beliefs]
     for label in request.axes_of(rows):
         model, errors = asked_model(label, rows, layout, request), request.shared_errors.get(label, ())
-        problem = linearise([model], rows, layout, rows.outputs[label][:, None], None)
-        plots = plots_of(model, rows, layout)
-        solved = expect_linearised(problem, layout, plots, [beliefs[label]], request.table, errors)
         base = base_model(label, rows, request).primary_names
-        axes[label] = ExpectedSolution(
-            model,
-            solved.primary[0],
-            solved.parameters.estimates(0),
-            solved.degrees_of_freedom,
-            tuple(name for name in model.primary_names if name not in base),
-        )
-        parts.append(SolvedAxis(label, model.primary_names, solved.components, 0, errors))
-    return Expectation(axes, package_covariance(parts))
+        added = tuple(name for name in model.primary_names if name not in base)
+        is_iterated = model.basis_key is None
+        for places in [[place] for place in range(len(beliefs))] if is_iterated else [range(len(beliefs))]:
+            outputs = np.tile(rows.outputs[label][:, None], (1, len(places)))
+            problem = linearise([model] * len(places), rows, layout, outputs, None)
+            own = [beliefs[place][label] for place in places]
+            solved = expect_linearised(problem, layout, plots_of(model, rows, layout), own, request.table, errors)
+            for row, place in enumerate(places):
+                axes[place][label] = ExpectedSolution(
+                    model, solved.primary[row], solved.parameters.estimates(row), solved.degrees_of_freedom, added
+                )
+                parts[place].append(SolvedAxis(label, model.primary_names, solved.components, row, errors))
+    return [Expectation(one, package_covariance(part)) for one, part in zip(axes, parts, strict=True)]

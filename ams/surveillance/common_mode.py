@@ -48,17 +48,16 @@ from ams.surveillance.common_mode_columns import (
     WatchedAxes,
     Whitened,
     columns_of,
-    force_changes,
+    model_error,
     sensitivity_of,
     whiten,
 )
+from ams.surveillance.loose_mount import CONSISTENT, UNTOLD, LeftOver, Told, force_changes, mount_or_sensor
 
 Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
 
 LEAST_OWN = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
-CONSISTENT = 0.01
-"""A cause is contradicted where what it leaves over has less chance than this."""
 FEWEST_LEFT = 4
 """Degrees of freedom from which on what is left over tells how much the sensors do by themselves."""
 
@@ -83,6 +82,8 @@ class OwnChange:
     """Whose change is largest."""
     largest_rad: float
     """As an angle at full sensitivity, signed."""
+    told: Told = UNTOLD
+    """Whether its mount turned or the sensor changed."""
 
 
 @dataclass(frozen=True)
@@ -261,4 +262,9 @@ def _sized(axes: WatchedAxes, visits: Visits, own: OwnChange, common: CommonMode
     )
     angle = np.where(np.isfinite(visits.change) & kept, (visits.change - shared) / sensitivity_of(axes), 0.0)
     place = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
-    return replace(own, axis=axes.axis[int(place[1])], largest_rad=float(angle[place]))
+    imperfect = (model_error(axes, visits)[:, None] * sensitivity_of(axes)) ** 2
+    seated = visits.seating_rad**2 * (columns[ROLL] ** 2 + columns[PITCH] ** 2)
+    change, variance = (visits.change - shared)[:, kept], (visits.variance + imperfect + seated)[:, kept]
+    freedom = visits.degrees_of_freedom
+    told = mount_or_sensor(LeftOver(visits.pitch_rad, visits.roll_rad, change, variance, axes.k[kept], freedom))
+    return replace(own, axis=axes.axis[int(place[1])], largest_rad=float(angle[place]), told=told)

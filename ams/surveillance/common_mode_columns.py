@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.frames import specific_force
+from ams.surveillance.loose_mount import force_changes
 
 MODEL_ERROR = 0.02
 """Of the change itself: how well sensitivities and directions are known while a run goes on."""
@@ -105,7 +106,7 @@ def whiten(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> Whitened:
     columns = columns_of(axes, visits, kept, is_lone=len(among) == 1)
     pieces_y: list[FloatArray] = []
     pieces: dict[str, list[FloatArray]] = {name: [] for name in columns}
-    spread = _model_error(axes, visits)
+    spread = model_error(axes, visits)
     for place in range(visits.pitch_rad.size):
         read = kept & np.isfinite(visits.change[place])
         if not read.any():
@@ -131,7 +132,7 @@ def sensitivity_of(axes: WatchedAxes) -> FloatArray:
     return np.asarray(np.linalg.norm(axes.k, axis=1))
 
 
-def _model_error(axes: WatchedAxes, visits: Visits) -> FloatArray:
+def model_error(axes: WatchedAxes, visits: Visits) -> FloatArray:
     """Return (K,) what imperfectly known axes make of the changes of an attitude, g."""
     relative = visits.change / sensitivity_of(axes)
     squares = np.where(np.isfinite(relative), relative, 0.0) ** 2
@@ -157,18 +158,3 @@ def columns_of(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: b
             columns[f"own offset of {label}"] = np.ones_like(reading) * alone
             columns[f"own sensitivity of {label}"] = (force @ axes.k.T) * alone
     return columns
-
-
-def force_changes(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, ...]:
-    """Return ∂f by roll slip, pitch slip, tilt of the base about its forward axis, fixture about y and z, (K, 3) each.
-
-    Per radian, in table axes.
-    """
-    force, none = specific_force(pitch_rad, roll_rad), np.zeros_like(pitch_rad)
-    return (
-        specific_force_by_roll(pitch_rad, roll_rad),
-        specific_force_by_pitch(pitch_rad, roll_rad),
-        np.stack([none, np.cos(roll_rad), -np.sin(roll_rad)], axis=1),
-        np.stack([-force[:, 2], none, force[:, 0]], axis=1),
-        np.stack([force[:, 1], -force[:, 0], none], axis=1),
-    )

@@ -40,8 +40,19 @@ def _own(found: CommonMode, between: str, steps: tuple[int, ...]) -> Iterator[Fi
         others = [name for name in found.agreeing if name != one.sensor]
         rest = f"the other {_number(len(others))} agree" if len(others) > 1 else f"{others[0]} did not"
         size = f"{_arcsec(one.largest_rad)} at most, on {one.axis}"
-        text = f"{one.sensor} changed by itself {between} ({size}) while {rest}: the sensor, not table or meter"
-        details: dict[str, float | str | None] = {"sensor": one.sensor, "largest_arcsec": _in_arcsec(one.largest_rad)}
+        change = f"changed by itself {between} ({size}) while {rest}"
+        turned = f"turned by itself by {_arcsec(one.told.turned_rad)} {between} ({size}) while {rest}"
+        text = {
+            "mount": f"{one.sensor} {turned}: its mount is loose, not the sensor, table or meter",
+            "sensor": f"{one.sensor} {change}: the sensor, not table or meter, and no turn of its mount explains it",
+            "either": f"{one.sensor} {change}: the sensor, not table or meter; a loose mount would look the same here",
+        }[one.told.culprit]
+        details: dict[str, float | str | None] = {
+            "sensor": one.sensor,
+            "largest_arcsec": _in_arcsec(one.largest_rad),
+            "culprit": one.told.culprit,
+            "turned_arcsec": None if one.told.culprit == "sensor" else _in_arcsec(one.told.turned_rad),
+        }
         yield Finding("sensor-change", text, True, one.p_value, steps, details)
 
 

@@ -13,6 +13,7 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import LACKING
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
+from procedures.records.declared_gaps import NOBODY_APPROVED, OF_A_TWIN, Declared, declared_gaps
 
 
 @dataclass(frozen=True)
@@ -68,28 +69,25 @@ def check_grounds(grounds: Grounds) -> None:
 def gaps_of(grounds: Grounds) -> Iterator[str]:
     """Yield what a certificate would lack, a phrase each."""
     if grounds.coefficients.is_simulated:
-        yield "the readings come from a twin (SIMULATED)"
+        yield OF_A_TWIN
     if grounds.signed.is_in_quarantine:
         yield f"the set is in quarantine: {grounds.signed.quarantine}"
     if grounds.signed.by("approved") is None:
-        yield "nobody has approved the set"
-    for key, what in (("name", "name"), ("address", "address"), ("capability_deg", "stated capability")):
-        if not grounds.laboratory.get(key):
-            yield f"the laboratory's {what} is not declared ([laboratory] {key})"
-    for key, what in (("customer", "customer"), ("item", "description of the item")):
-        if not grounds.job.get(key):
-            yield f"the {what} is not declared ([job] {key})"
-    if not grounds.standards:
-        yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
+        yield NOBODY_APPROVED
+    yield from declared_gaps(
+        Declared(
+            laboratory=grounds.laboratory,
+            job=grounds.job,
+            level=table(grounds.coefficients.provenance["level"] or {}),
+            has_standards=bool(grounds.standards),
+            senses_gravity=any(numbers.form.unit == "g" for numbers in grounds.coefficients.axes.values()),
+        )
+    )
     yield from (
         word for word in map(str, listed(grounds.coefficients.document["warnings"])) if word.startswith(LACKING)
     )
     for finding in grounds.signed.unaccepted:
         yield f"axis {finding.axis}: {finding.text} ({finding.name}, which nobody has accepted)"
-    level = table(grounds.coefficients.provenance["level"] or {})
-    senses_gravity = any(numbers.form.unit == "g" for numbers in grounds.coefficients.axes.values())
-    if senses_gravity and not (level.get("before") or level.get("after")):
-        yield "the level of the base was not read ([level] before and after)"
     yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))
 
 

@@ -3,11 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from procedures.description.procedure_file import Order
+from procedures.plan.drift_bias import TIME_CONFOUNDED
 from procedures.solution.beliefs import Pilot
 from procedures.solution.expected import Usage
 from rig.description.rig_file import RigDescription
 
-ORDER = "there-and-back"
+STEEPEST_DEG = 90.0
+"""The most that a calibration is planned over, to both sides."""
 
 
 @dataclass(frozen=True)
@@ -15,6 +18,7 @@ class Space:
     """What is tried."""
 
     grids: tuple[tuple[int, int], ...] = (
+        (4, 6),
         (5, 6),
         (7, 6),
         (7, 8),
@@ -31,8 +35,12 @@ class Space:
     optimal: tuple[tuple[int, int, int], ...] = ((19, 12, 72),)
     """Pitch and roll values of a lattice, and how many of its points are taken (I-optimal)."""
     replications: tuple[int, ...] = (3, 4, 6, 10, 15)
-    samples: tuple[int, ...] = (2, 5, 10, 20)
-    """Readings a dwell, rising; the last is what readings at use are like where nothing is said."""
+    samples: tuple[int, ...] = (5, 10, 20)
+    """Readings a dwell, rising; fewer tell their own scatter too badly for a dwell to be judged by it.
+
+    The last is what readings at use are like where nothing is said.
+    """
+    orders: tuple[Order, ...] = ("there-and-back", "serpentine", "forward-reverse", "neighbours", "seeded")
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,7 @@ class Target:
     parameter: tuple[str, float] | None = None
     """Name and 95 % half-width, in its unit, of the worst axis."""
     hours: float | None = None
-    """The most that the run may take (p50)."""
+    """The most that all sensors of the rig may take (p50)."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +77,15 @@ class Candidate:
     samples: int
     nplc: float | None
     """Of the readings; None: the readouts' own."""
+    order: Order
+    sensors: int
+    """On the table at once."""
     hours: float
+    """Until all sensors of the rig are calibrated (p50)."""
+    run_hours: float
+    """Of one run."""
+    time_correlation: float
+    """Of time with a term of the model, inside a replication: near 1 a drift passes for a parameter."""
     half_width_deg: float
     """U95 of the worst angle of the worst sensor."""
     calibration_deg: float
@@ -82,7 +98,11 @@ class Candidate:
     """Of the offset, between replications, likewise."""
     blind_to: tuple[str, ...]
     """Terms of the sensor that its points do not determine."""
-    order: str = ORDER
+
+    @property
+    def is_confounded(self) -> bool:
+        """Return whether the report would hold the order against the result."""
+        return self.time_correlation > TIME_CONFOUNDED
 
     def value(self, target: Target) -> float:
         """Return what the target is about: an angle, or the parameter that it names."""

@@ -1,11 +1,20 @@
 """The procedure of a chosen calibration, with the reasons for the choice as comments."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from ams.units import ARCSEC_PER_DEG
 from procedures.check.candidate import Candidate, Comparison, Target
 from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, model_for
 from procedures.check.procedure_text import Written, procedure_text
+from procedures.description.procedure_file import Order
+
+_ORDERS: Mapping[Order, str] = {
+    "there-and-back": "out and back on alternate rows: a drift cannot pass for a sensitivity (TP recommendation 4)",
+    "forward-reverse": "every attitude on the way out and back: a linear drift leaves no bias (TP recommendation 4)",
+    "neighbours": "rows dealt over blocks by chance, the nearest next: a drift cannot pass for a sensitivity",
+    "serpentine": "row by row: quickest, and a drift inside a replication passes for a sensitivity",
+    "seeded": "by chance: a drift cannot pass for a parameter",
+}
 
 
 def chosen_procedure(comparison: Comparison) -> str:
@@ -19,7 +28,7 @@ def chosen_procedure(comparison: Comparison) -> str:
         "": list(_why(comparison, chosen)),
         "design": [
             f"used at pitch {low:g} to {high:g} degrees, calibrated over half as much again (TP recommendation 1);",
-            "out and back on alternate rows: a drift cannot pass for a sensitivity (TP recommendation 4)",
+            _ORDERS[chosen.order],
         ],
         "dwell": [f"{chosen.samples} readings a channel: more cost hours and leave U95 as it is"],
         "check": ["two attitudes that differ in pitch and roll: a slip of the table is told from a tilt of its base"],
@@ -48,7 +57,7 @@ def _why(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
         for other in (comparison.candidates[number] for number in place):
             yield (
                 f"The next {word} one: {other.points} points x {other.replications} x {other.samples} readings, "
-                f"{other.hours:.2f} h, U95 {other.half_width_deg * ARCSEC_PER_DEG:.3g} arc seconds."
+                f"{other.order}, {other.hours:.2f} h, U95 {other.half_width_deg * ARCSEC_PER_DEG:.3g} arc seconds."
             )
     yield from cannot_see(chosen)
 

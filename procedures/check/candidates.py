@@ -1,47 +1,47 @@
 """Which calibrations a rig could make, how long each takes and what it leaves unknown: what `calrig plan` compares.
 
-Designs on the axes' own lattice × replications × readings × integration, in one order. Every candidate is expected by
-the solver itself (:mod:`procedures.solution.expected`) and timed as a plan is (:mod:`procedures.plan.estimate`).
+Designs on the axes' own lattice × replications × readings × integration × order × sensors on the table at once. Every
+candidate is expected by the solver itself (:mod:`procedures.solution.expected`) and timed as a plan is
+(:mod:`procedures.plan.estimate`). The matrices are small: one thread of the linear algebra is quicker than several.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, floor, sqrt
+from math import ceil, sqrt
 from pathlib import Path
+
+from threadpoolctl import threadpool_limits
 
 from ams.errors import AmsError
 from ams.statistics.distributions import f_quantile
 from ams.units import RAD_PER_ARCSEC
-from procedures.check.candidate import ORDER, Asked, Candidate, Comparison, Target
+from procedures.check.candidate import STEEPEST_DEG, Asked, Candidate, Comparison, Target
+from procedures.check.candidate_lattice import tables_on_the_lattice
+from procedures.check.candidate_timing import Ordered, Reading, Timed, in_orders, own_nplc, readings_of
 from procedures.check.procedure_text import Written, procedure_text
-from procedures.description.procedure_file import DwellSettings, ProcedureDescription, Solve
+from procedures.description.procedure_file import ProcedureDescription, Solve
 from procedures.errors import PlanError
-from procedures.kinds.kind import PlanRequest
 from procedures.kinds.read import procedure_of
-from procedures.kinds.registry import KINDS
-from procedures.plan.channels import channels_of, sensors_that_measure
-from procedures.plan.designs import Design
-from procedures.plan.estimate import expected_duration
-from procedures.plan.sequential import CALIBRATION_OVER_USAGE
-from procedures.plan.steps import Dwell, Step
+from procedures.plan.channels import sensors_that_measure
 from procedures.solution.beliefs import AxisBelief, beliefs_of
-from procedures.solution.expected import ExpectedSensor, PlannedRows, expected_sensor
-from rig.description.device_settings import AxisSettings
+from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, expected_each
 from rig.description.rig_file import RigDescription, Sensor
 from rig.toml_file import TomlFile
 
-SHORT_NPLC = 1.0
-"""Tried beside the readouts' own integration, with the most readings."""
 REFERENCE_EVERY = 25
 """Dwells between two visits of the reference attitudes."""
-STEEPEST_DEG = 90.0
 IN_HAND = 1.1
 """What is stated scatters from run to run: the choice leaves a tenth in hand."""
-_S_PER_H = 3600.0
+_BLIND = {"quadratic": "q_xx_v_per_g2", "cubic": "k3_v_per_g3"}
 
 
 def compare(asked: Asked) -> Comparison:
     """Return the candidates compared. Raises: PlanError where none can be made or none reaches the target."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _compared(asked)
+
+
+def _compared(asked: Asked) -> Comparison:
     sensors = sensors_that_measure(asked.rig, "acceleration")
     if not sensors:
         raise PlanError("plan: the rig has no sensor that measures acceleration; there is nothing to plan for")
@@ -56,7 +56,10 @@ def compare(asked: Asked) -> Comparison:
         )
     _require_parameter(asked.target, candidates)
     front: list[int] = []
+    is_choice = [not one.is_confounded for one in candidates]
     for place, one in enumerate(candidates):
+        if not is_choice[place] and any(is_choice):
+            continue
         if not front or one.value(asked.target) < candidates[front[-1]].value(asked.target):
             front.append(place)
     return Comparison(asked, candidates, _chosen(asked, candidates, front), len(sensors), tuple(front))
@@ -107,113 +110,9 @@ def _chosen(asked: Asked, candidates: Sequence[Candidate], front: Sequence[int])
     )
 
 
-@dataclass(frozen=True)
-class _Timed:
-    """How long a design takes, for one setting of the readings."""
-
-    first_s: float
-    """Everything up to the end of the first replication."""
-    further_s: float
-    """Each replication after it."""
-
-
 def model_for(rig: RigDescription) -> str:
     """Return the model that the axes of a rig can determine."""
     return "pitch-roll" if "roll" in rig.axes else "pitch-only"
-
-
-def _candidates(asked: Asked, sensors: Mapping[str, Sensor]) -> Iterator[Candidate]:
-    rig = asked.rig
-    solve = Solve(model=model_for(rig))
-    for table in _tables(asked):
-        procedure = procedure_of_table(table, solve.model)
-        request = PlanRequest(rig, procedure, sensors, channels_of(rig, sensors))
-        try:
-            schedule = KINDS["grid"].schedule(request)
-        except PlanError:
-            continue
-        for samples, nplc in _readings(rig, request.channels, asked.space.samples):
-            dwell = procedure.dwell.model_copy(update={"samples": samples, "nplc": nplc})
-            timed = _timed(rig, schedule.steps, dwell, request.channels)
-            for replications in asked.space.replications:
-                found = _candidate(asked, solve, sensors, table, schedule.design, replications, samples, nplc, timed)
-                if found is not None:
-                    yield found
-
-
-def _tables(asked: Asked) -> Iterator[dict[str, object]]:
-    """Yield the designs that fit the lattice and the limits of the axes, as tables of a procedure."""
-    axes, (low, high) = asked.rig.axes, asked.usage.pitch_deg
-    if "pitch" not in axes:
-        return
-    middle, half = 0.5 * (low + high), 0.5 * (high - low) * CALIBRATION_OVER_USAGE
-    pitch_range = _within(axes["pitch"], max(middle - half, -STEEPEST_DEG), min(middle + half, STEEPEST_DEG))
-    seen = set()
-    for pitches, rolls, *fraction in (*asked.space.grids, *asked.space.fractions):
-        pitch = _lattice(axes["pitch"], *pitch_range, pitches)
-        roll = _circle(axes["roll"], rolls) if "roll" in axes else (0.0,)
-        key = (pitch, roll, tuple(fraction))
-        if len(pitch) < 3 or key in seen or (fraction and len(roll) <= fraction[0]):
-            continue
-        seen.add(key)
-        kind = {"kind": "fractional", "fractional": (fraction[0], fraction[0])} if fraction else {"kind": "D"}
-        with_roll = {"roll_deg": roll} if "roll" in axes else {}
-        yield {**kind, "pitch_deg": pitch, **with_roll, "usage_pitch_deg": (low, high), "order": ORDER}
-    for pitches, rolls, points in asked.space.optimal:
-        pitch = _lattice(axes["pitch"], *pitch_range, pitches)
-        roll = _circle(axes["roll"], rolls) if "roll" in axes else (0.0,)
-        if len(pitch) * len(roll) > points:
-            with_roll = {"roll_deg": roll} if "roll" in axes else {}
-            chosen = {"kind": "optimal", "points": points, "criterion": "I"}
-            yield {**chosen, "pitch_deg": pitch, **with_roll, "usage_pitch_deg": (low, high), "order": ORDER}
-
-
-def _within(axis: AxisSettings, low_deg: float, high_deg: float) -> tuple[float, float]:
-    ends = sorted(axis.attitude_deg(limit) for limit in axis.limits_deg)
-    room = abs(axis.approach_deg)
-    return max(low_deg, ends[0] + room), min(high_deg, ends[1] - room)
-
-
-def _lattice(axis: AxisSettings, low_deg: float, high_deg: float, count: int) -> tuple[float, ...]:
-    """Return angles as evenly spread as the axis allows where it stops."""
-    wanted = [low_deg + (high_deg - low_deg) * place / (count - 1) for place in range(count)]
-    return tuple(dict.fromkeys(_stop(axis, angle, low_deg, high_deg) for angle in wanted))
-
-
-def _stop(axis: AxisSettings, angle_deg: float, low_deg: float, high_deg: float) -> float:
-    """Return the attitude nearest to an angle at which the axis stops, inside the range."""
-    step = axis.increment_deg
-    if step == 0.0:
-        return round(angle_deg, 6)
-    ends = sorted(axis.table_deg(end) for end in (low_deg, high_deg))
-    place = min(max(round(axis.table_deg(angle_deg) / step), ceil(ends[0] / step - 1e-9)), floor(ends[1] / step + 1e-9))
-    return round(axis.attitude_deg(place * step), 6)
-
-
-def _circle(axis: AxisSettings, count: int) -> tuple[float, ...]:
-    """Return rolls all round, or over what the axis reaches where it does not go round."""
-    low, high = _within(axis, -180.0, 180.0 - 360.0 / count)
-    if (low, high) != (-180.0, 180.0 - 360.0 / count):
-        low, high = _within(axis, -180.0, 180.0)
-    return _lattice(axis, low, high, count)
-
-
-def _readings(
-    rig: RigDescription, channels: Sequence[str], samples: Sequence[int]
-) -> Iterator[tuple[int, float | None]]:
-    """Yield readings a dwell and their integration; a short one where every readout has a longer one of its own."""
-    yield from ((number, None) for number in samples)
-    own = _own_nplc(rig, channels)
-    if own is not None and own > SHORT_NPLC:
-        yield samples[-1], SHORT_NPLC
-
-
-def _own_nplc(rig: RigDescription, channels: Sequence[str]) -> float | None:
-    """Return the integration of the readouts, power-line cycles, where all have the same."""
-    names = {channel.partition(".")[0] for channel in channels}
-    found = {getattr(rig.readouts[name], "nplc", None) if name in rig.readouts else None for name in names}
-    (own,) = found if len(found) == 1 else (None,)
-    return float(own) if isinstance(own, int | float) else None
 
 
 def procedure_of_table(table: Mapping[str, object], model: str) -> ProcedureDescription:
@@ -222,80 +121,161 @@ def procedure_of_table(table: Mapping[str, object], model: str) -> ProcedureDesc
     return procedure_of(TomlFile(Path("plan"), text))
 
 
-def _timed(rig: RigDescription, steps: Sequence[Step], dwell: DwellSettings, channels: Sequence[str]) -> _Timed:
-    """Return the durations, from the steps of two replications."""
-    first = [step for step in steps if not isinstance(step, Dwell) or step.replication < 2]
-    first_s = expected_duration(rig, first, dwell, channels).p50_s
-    return _Timed(first_s, expected_duration(rig, steps, dwell, channels).p50_s - first_s)
+def _candidates(asked: Asked, sensors: Mapping[str, Sensor]) -> Iterator[Candidate]:
+    solve = Solve(model=model_for(asked.rig))
+    readings = readings_of(asked.rig, sensors, asked.space.samples)
+    believed = {
+        replications: _believed(asked, solve, sensors, replications, readings)
+        for replications in asked.space.replications
+    }
+    for table in tables_on_the_lattice(asked):
+        procedure = procedure_of_table(table, solve.model)
+        try:
+            designs = in_orders(asked.rig, procedure, sensors, asked.space.orders)
+        except PlanError:
+            continue
+        timed = [_timed(ordered, readings) for ordered in designs]
+        for replications, beliefs in believed.items():
+            foreseen: dict[int, Sequence[_Foreseen]] = {}
+            for ordered, durations in zip(designs, timed, strict=True):
+                points = len(ordered.design.points)
+                if points not in foreseen:
+                    foreseen[points] = _foreseen(asked, solve, sensors, ordered, replications, beliefs)
+                asked_for = {**table, "order": ordered.order}
+                for reading, one in zip(readings, foreseen[points], strict=False):
+                    yield from _at_once(ordered, asked_for, replications, reading, durations[reading], one)
 
 
-def _candidate(
+@dataclass(frozen=True)
+class _Foreseen:
+    """What a design leaves unknown, for one setting of the readings and one number of replications."""
+
+    half_width_deg: float
+    calibration_deg: float
+    parameters: Mapping[str, float]
+    sees_lack_of_fit_arcsec: float
+    sees_drift_arcsec: float
+    blind_to: tuple[str, ...]
+
+
+def _timed(ordered: Ordered, readings: Sequence[Reading]) -> dict[Reading, dict[int, Timed]]:
+    """Return the durations with one sensor on the table at once, with some and with all."""
+    every = len(ordered.sensors)
+    counts = sorted({*(2**power for power in range(every.bit_length())), every})
+    return {reading: {count: ordered.timed(reading, count) for count in counts} for reading in readings}
+
+
+def _at_once(
+    ordered: Ordered,
+    table: Mapping[str, object],
+    replications: int,
+    reading: Reading,
+    durations: Mapping[int, Timed],
+    foreseen: _Foreseen,
+) -> Iterator[Candidate]:
+    """Yield the candidate with every number of sensors on the table at once."""
+    for count, timed in durations.items():
+        run_hours = timed.hours(replications)
+        yield Candidate(
+            design=table,
+            points=len(ordered.design.points),
+            replications=replications,
+            samples=reading.samples,
+            nplc=reading.nplc,
+            order=ordered.order,
+            sensors=count,
+            hours=ceil(len(ordered.sensors) / count) * run_hours,
+            run_hours=run_hours,
+            time_correlation=ordered.time_correlation,
+            **vars(foreseen),
+        )
+
+
+def _believed(
+    asked: Asked, solve: Solve, sensors: Mapping[str, Sensor], replications: int, readings: Sequence[Reading]
+) -> list[dict[str, Believed]]:
+    """Return what is believed of every sensor, for each setting of the readings."""
+    own = own_nplc(asked.rig, sensors)
+    plain = beliefs_of(asked.rig, solve, asked.space.samples[-1], replications, sensors, asked.pilot)
+    found = []
+    for reading in readings:
+        ratio = 1.0 if reading.nplc is None or own is None else reading.nplc / own
+        found.append(
+            {
+                serial: Believed(
+                    {axis: one.integrated(ratio) for (name, axis), one in plain.items() if name == serial},
+                    reading.samples,
+                )
+                for serial in sensors
+            }
+        )
+    return found
+
+
+def _foreseen(
     asked: Asked,
     solve: Solve,
     sensors: Mapping[str, Sensor],
-    table: Mapping[str, object],
-    design: Design,
+    ordered: Ordered,
     replications: int,
-    samples: int,
-    nplc: float | None,
-    timed: _Timed,
-) -> Candidate | None:
-    """Return what is to be expected; None where the points do not determine a sensor."""
-    own = _own_nplc(asked.rig, channels_of(asked.rig, sensors))
-    believed = beliefs_of(asked.rig, solve, asked.space.samples[-1], replications, sensors, asked.pilot)
-    if nplc is not None and own is not None:
-        believed = {name: one.integrated(nplc / own) for name, one in believed.items()}
-    rows = PlannedRows(design.points, replications, None, timed.further_s)
-    found: list[ExpectedSensor] = []
-    done: dict[object, ExpectedSensor] = {}
+    beliefs: Sequence[Mapping[str, Believed]],
+) -> list[_Foreseen]:
+    """Return what is to be expected with each belief; nothing where the points do not determine a sensor."""
+    points = ordered.design.points
+    rows = PlannedRows(points, replications, None, 3600.0)
+    done: dict[object, list[ExpectedSensor]] = {}
     try:
         for serial, sensor in sensors.items():
-            mine = {axis: one for (name, axis), one in believed.items() if name == serial}
-            key = _alike(mine)
+            own = [each[serial] for each in beliefs]
+            key = (sensor.rolls, *map(_alike, own))
             if key not in done:
-                done[key] = expected_sensor(asked.rig, solve, serial, sensor, rows, mine, samples, asked.usage)
-            found.append(done[key])
+                done[key] = expected_each(asked.rig, solve, serial, sensor, rows, own, asked.usage)
     except AmsError:
-        return None
-    axes = [axis for sensor in done.values() for axis in sensor.solution.axes.values()]
+        return []
+    return [
+        _of_all([found[place] for found in done.values()], each, len(points), replications)
+        for place, each in enumerate(beliefs)
+    ]
+
+
+def _of_all(
+    found: Sequence[ExpectedSensor], beliefs: Mapping[str, Believed], points: int, replications: int
+) -> _Foreseen:
+    """Return the worst of all sensors."""
+    axes = [axis for sensor in found for axis in sensor.solution.axes.values()]
     halves: dict[str, float] = {}
     for item in (item for axis in axes for item in axis.parameters):
         if item.interval_95 is not None and item.standard_uncertainty:
             half = 0.5 * (item.interval_95[1] - item.interval_95[0])
             halves[item.name] = max(half, halves.get(item.name, 0.0))
     angles = [angle for sensor in found for angle in sensor.angles.values()]
-    worst = max(believed.values(), key=lambda one: one.noise_v(samples))
+    each = [(one, own.samples) for own in beliefs.values() for one in own.axes.values()]
+    worst, samples = max(each, key=lambda pair: pair[0].noise_v(pair[1]))
     terms = {name for axis in axes for name in axis.added}
-    blind = {"quadratic": "q_xx_v_per_g2", "cubic": "k3_v_per_g3"}
-    return Candidate(
-        design=table,
-        points=len(design.points),
-        replications=replications,
-        samples=samples,
-        nplc=nplc,
-        hours=(timed.first_s + (replications - 1) * timed.further_s) / _S_PER_H,
+    return _Foreseen(
         half_width_deg=max(angle.u95_deg for angle in angles),
         calibration_deg=max(angle.calibration_deg for angle in angles),
         parameters=halves,
-        sees_lack_of_fit_arcsec=_sees_lack_of_fit(worst, samples, len(design.points), replications, len(terms) + 4),
-        sees_drift_arcsec=_sees_drift(worst, samples, len(design.points), replications),
-        blind_to=tuple(words for words, name in blind.items() if name not in terms),
+        sees_lack_of_fit_arcsec=sees_lack_of_fit_arcsec(worst, samples, points, replications, len(terms) + 4),
+        sees_drift_arcsec=sees_drift_arcsec(worst, samples, points, replications),
+        blind_to=tuple(words for words, name in _BLIND.items() if name not in terms),
     )
 
 
-def _alike(believed: Mapping[str, AxisBelief]) -> object:
-    """Return what tells sensors apart that are not expected alike."""
+def _alike(believed: Believed) -> object:
+    """Return what tells sensors apart that are not expected alike: neither the offset nor the azimuth does."""
     return tuple(
         (
             axis,
-            tuple(one.k_v_per_g),
+            float(f"{sum(one.k_v_per_g**2) ** 0.5:.4g}"),
+            one.coning_deg,
             one.reading_v,
             one.dwell_v,
             one.lack_of_fit_v,
             one.offset_drift_v,
             one.sensitivity_drift,
         )
-        for axis, one in believed.items()
+        for axis, one in believed.axes.items()
     )
 
 
@@ -310,7 +290,7 @@ def _at_use_arcsec(asked: Asked, sensors: Mapping[str, Sensor]) -> float:
     )
 
 
-def _sees_lack_of_fit(belief: AxisBelief, samples: int, points: int, replications: int, parameters: int) -> float:
+def sees_lack_of_fit_arcsec(belief: AxisBelief, samples: int, points: int, replications: int, parameters: int) -> float:
     """Return the size at which the ratio of TP 8 stands at its limit on the average, arc seconds."""
     left = points - parameters
     if left < 1:
@@ -319,7 +299,7 @@ def _sees_lack_of_fit(belief: AxisBelief, samples: int, points: int, replication
     return _arcsec(belief, belief.noise_v(samples) * sqrt((limit - 1.0) / replications))
 
 
-def _sees_drift(belief: AxisBelief, samples: int, points: int, replications: int) -> float:
+def sees_drift_arcsec(belief: AxisBelief, samples: int, points: int, replications: int) -> float:
     """Return the same for the offset's drift: that of one replication is known to noise/√points."""
     limit = float(f_quantile(0.95, replications - 1, (replications - 1) * max(points - 4, 1)))
     return _arcsec(belief, belief.noise_v(samples) * sqrt((limit - 1.0) / points))

@@ -30,7 +30,9 @@ def _figure(comparison: Comparison) -> "Canvas":
     figure.subplots_adjust(left=0.085, right=0.985, top=0.93, bottom=0.13)
     every, front = comparison.candidates, [comparison.candidates[place] for place in comparison.front]
     chosen = comparison.candidates[comparison.chosen]
-    panel.plot(*_places(every), ".", color=canvas.FAINT, markersize=3.0, label=f"{len(every)} calibrations")
+    sound, confounded = ([one for one in every if one.is_confounded is wanted] for wanted in (False, True))
+    panel.plot(*_places(confounded), "x", color=canvas.GRID, markersize=2.5, label="a drift would pass for a parameter")
+    panel.plot(*_places(sound), ".", color=canvas.FAINT, markersize=3.0, label=f"{len(sound)} calibrations")
     panel.plot(*_places(front), "o-", color=canvas.BLUE, markersize=4.0, label="no other is quicker and better")
     panel.plot(*_places([chosen]), "s", color=canvas.RED, markersize=8.0, fillstyle="none", label="chosen")
     panel.annotate(

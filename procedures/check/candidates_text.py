@@ -9,6 +9,7 @@ from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.check.candidate import Candidate, Comparison
 from procedures.check.candidate_file import cannot_see, target_in_words
+from procedures.plan.drift_bias import TIME_CONFOUNDED
 
 SHOWN = ("offset_v", "sensitivity_v_per_g")
 MOST_ROWS = 14
@@ -20,14 +21,23 @@ def render_comparison(comparison: Comparison) -> Group:
     names = [name for name in SHOWN if name in chosen.parameters]
     halves = [f"{words_of(name).symbol} ±\n({small_unit(words_of(name).unit)[0]})" for name in names]
     table = Table(
-        "", "points × replications\n× readings", "NPLC", "hours", "U95\n(″)", "calibra-\ntion (″)", *halves, box=None
+        "",
+        "points × replications\n× readings",
+        "NPLC",
+        "order",
+        "hours",
+        "U95\n(″)",
+        "calibra-\ntion (″)",
+        *halves,
+        box=None,
     )
     for place in _shown(comparison):
         one = comparison.candidates[place]
         table.add_row(
             "→" if place == comparison.chosen else "",
             f"{one.points} × {one.replications} × {one.samples}",
-            "own" if one.nplc is None else f"{one.nplc:g}",
+            _nplc(one),
+            one.order,
             f"{one.hours:.2f}",
             f"{one.half_width_deg * ARCSEC_PER_DEG:.3g}",
             f"{one.calibration_deg * ARCSEC_PER_DEG:.3g}",
@@ -37,12 +47,44 @@ def render_comparison(comparison: Comparison) -> Group:
     each = f", {chosen.hours / comparison.sensors:.2g} h each of {comparison.sensors}" if comparison.sensors > 1 else ""
     return Group(
         table,
-        f"{len(comparison.candidates)} calibrations compared, there and back; shown are some that no other beats. →: "
+        f"{len(comparison.candidates)} calibrations compared; shown are some that no other beats. →: "
         f"{target_in_words(comparison.asked.target)}: {chosen.hours:.2f} h{each}",
         f"U95: rms of the 95 % half-width of one future angle over pitch {low:g}° to {high:g}° and every roll, at "
         f"{comparison.asked.usage.noise_arcsec:.2g}″ a reading; the worst angle of the worst sensor",
+        "",
+        _otherwise(comparison, chosen),
+        "time: correlation of time with a term of the model; an order above "
+        f"{TIME_CONFOUNDED:g} lets a drift pass for a parameter, the report says so, and none is chosen",
         *cannot_see(chosen),
     )
+
+
+def _otherwise(comparison: Comparison, chosen: Candidate) -> Table:
+    """Return the chosen calibration in the other orders, and with fewer sensors on the table at once."""
+    table = Table(
+        "the same in order", "points", "sensors at once", "hours a run", "for all", "U95\n(″)", "time", box=None
+    )
+    for one in comparison.candidates:
+        is_other_order = one.sensors == chosen.sensors and one.order != chosen.order
+        if _but_order(one) == _but_order(chosen) and (is_other_order or one.order == chosen.order):
+            table.add_row(
+                f"{'→ ' if one is chosen else ''}{one.order}",
+                str(one.points),
+                str(one.sensors),
+                f"{one.run_hours:.2f}",
+                f"{one.hours:.2f}",
+                f"{one.half_width_deg * ARCSEC_PER_DEG:.3g}",
+                f"{one.time_correlation:.2f}",
+            )
+    return table
+
+
+def _but_order(one: Candidate) -> object:
+    return {**one.design, "order": None}, one.replications, one.samples, one.nplc
+
+
+def _nplc(one: Candidate) -> str:
+    return "own" if one.nplc is None else f"{one.nplc:g}"
 
 
 def _shown(comparison: Comparison) -> list[int]:
@@ -72,7 +114,10 @@ def _document(one: Candidate) -> dict[str, Any]:
         "samples": one.samples,
         "nplc": one.nplc,
         "order": one.order,
+        "sensors": one.sensors,
         "hours": one.hours,
+        "run_hours": one.run_hours,
+        "time_correlation": one.time_correlation,
         "half_width_deg": one.half_width_deg,
         "calibration_half_width_deg": one.calibration_deg,
         "half_width_95": dict(one.parameters),

@@ -108,6 +108,10 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         "journal_bytes": report.journal_bytes,
         "advice": list(report.advice),
         "reservations": list(report.forecast.reservations),
+        "recommendations": [
+            {"number": one.number, "text": one.text, "reason": one.reason, "followed": one.is_followed}
+            for one in report.forecast.recommendations
+        ],
         **(_design_document(report) if report.forecast.design else _points_document(report)),
     }
 

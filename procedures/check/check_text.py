@@ -18,8 +18,19 @@ def render(report: CheckReport) -> "Group":
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
     advice += [Text(f"reservation: {line}", style="yellow") for line in report.forecast.reservations]
     expected = _expected(report)
+    expected += _recommendations(report)
     steps: list[RenderableType] = [] if report.forecast.design else [_steps(report), ""]
     return Group(_facts(report), "", _axes(report), "", _durations(report), "", *steps, *expected, *advice)
+
+
+def _recommendations(report: CheckReport) -> list[RenderableType]:
+    """Return which of TP's recommendations are followed and which are about other plans; advice tells of the rest."""
+    followed = [str(one.number) for one in report.forecast.recommendations if one.is_followed]
+    other = [str(one.number) for one in report.forecast.recommendations if one.is_followed is None]
+    if not followed:
+        return []
+    beside = f"; of other plans: {', '.join(other)}" if other else ""
+    return [f"TP's recommendations followed: {', '.join(followed)} of 10{beside}"]
 
 
 def _facts(report: CheckReport) -> "Table":

@@ -28,7 +28,9 @@ from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
 from rig.toml_file import StrictTable, TomlFile, as_tuple
 
-Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "as-listed", "blocks", "random", "seeded"]
+Order = Literal[
+    "there-and-back", "forward-reverse", "serpentine", "raster", "as-listed", "neighbours", "blocks", "random", "seeded"
+]  # fmt: skip
 Angle = Annotated[float, Field(ge=-360.0, le=360.0)]
 MAX_POINTS_PER_AXIS = 3601
 Angles = Annotated[

@@ -7,8 +7,6 @@ noise, the lack of fit and the drift that are believed beforehand and are told w
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from ams.errors import AmsError
 from ams.models.drifting import REFERENCE_NAME
 from ams.models.extended import TRACELESS_NAME
@@ -17,22 +15,18 @@ from ams.parameter_words import words_of
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
-from procedures.plan.drift_bias import drift_bias
+from procedures.kinds.recommendations import recommendations
+from procedures.plan.drift_bias import drift_bias, time_correlation
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
-from procedures.plan.sequential import CALIBRATION_OVER_USAGE, usage_pitch_deg
-from procedures.plan.specific_force import columns_of
+from procedures.plan.sequential import usage_pitch_deg
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
-from procedures.solution.expected import ExpectedSensor, PlannedRows, Usage, expected_sensor
+from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
+from procedures.solution.foreseen import foreseen_warnings
 from procedures.solution.request import joint_priors_in_words
 from procedures.solution.type_b import gravity_warnings, level_remarks
 from rig.description.rig_file import RigDescription
 
-LEAST_REPLICATIONS = 6
-"""TP, recommendation 6."""
-FEW_REPLICATIONS = 4
-TIME_CONFOUNDED = 0.5
-"""Correlation of time with a term of the model from which on a drift is said to pass for it."""
 _NO_PARAMETERS = (TRACELESS_NAME, REFERENCE_NAME, "reference_temperature_degc")
 """Stated beside the parameters: made from others, or chosen."""
 
@@ -48,10 +42,14 @@ def forecast_of_design(
     judged = judge_design(plan.design, plan.usage_pitch_deg)
     usage = usage_of(procedure, plan)
     believed = beliefs_of(rig, plan.solve, plan.dwell.samples, plan.replications, plan.sensors, pilot)
-    sensors = _expected_sensors(rig, procedure, plan, believed, usage)
+    of_sensor = {
+        serial: Believed({axis: one for (name, axis), one in believed.items() if name == serial}, plan.dwell.samples)
+        for serial in plan.sensors
+    }
+    sensors = _expected_sensors(rig, procedure, plan, of_sensor, usage)
     first = next(iter(next(iter(sensors.values())).solution.axes.values()))
     parameters = [item.name for item in first.parameters if item.name not in _NO_PARAMETERS]
-    correlation = time_correlation(plan)
+    correlation = time_correlation_of(plan)
     figures = DesignFigures(
         parameters=tuple(words_of(name).label for name in parameters),
         rank=len(parameters),
@@ -61,13 +59,15 @@ def forecast_of_design(
         time_correlation=correlation,
         drift_bias=_drift_bias(plan),
     )
+    followed = recommendations(plan, believed, sensors)
     return Forecast(
         expected=tuple(_axes(sensors, believed, plan.dwell.samples)),
-        advice=(*_advice(plan), *further),
+        advice=(*(one.advice for one in followed if one.advice), *_advice(plan), *further),
         design=figures,
         angles={serial: sensor.angles for serial, sensor in sensors.items()},
         usage_pitch_deg=usage.pitch_deg,
-        reservations=tuple(_reservations(rig, plan, correlation)),
+        reservations=(*_reservations_of_rig_and_solution(rig, plan), *_foreseen(rig, plan, of_sensor)),
+        recommendations=followed,
     )
 
 
@@ -76,29 +76,49 @@ def usage_of(procedure: ProcedureDescription, plan: Plan) -> Usage:
     return Usage(usage_pitch_deg(procedure, plan.design), procedure.design.usage_noise_arcsec)
 
 
-def _expected_sensors(
-    rig: RigDescription,
-    procedure: ProcedureDescription,
-    plan: Plan,
-    believed: Mapping[tuple[str, str], AxisBelief],
-    usage: Usage,
-) -> dict[str, ExpectedSensor]:
+def _planned_rows(plan: Plan) -> PlannedRows:
+    """Return the rows in the order of their visits, at the plateau of every replication."""
     plateaus = plan.environment.plateaus_degc if plan.environment is not None else ()
-    each = procedure.replications
-    rows = PlannedRows(
+    each = plan.replications // max(len(plateaus), 1)
+    place = {point.label: number for number, point in enumerate(plan.design.points)}
+    visited: dict[int, list[int]] = {}
+    for dwell in plan.design_dwells:
+        visited.setdefault(dwell.replication, []).append(place[dwell.point])
+    return PlannedRows(
         plan.design.points,
         plan.replications,
         [degc for degc in plateaus for _ in range(each)] or None,
         plan.expected.p50_s / plan.replications,
+        [visited[replication] for replication in sorted(visited)],
     )
-    found = {}
+
+
+def _expected_sensors(
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    plan: Plan,
+    believed: Mapping[str, Believed],
+    usage: Usage,
+) -> dict[str, ExpectedSensor]:
+    rows, found = _planned_rows(plan), {}
     for serial, sensor in plan.sensors.items():
-        own = {axis: one for (name, axis), one in believed.items() if name == serial}
         try:
-            found[serial] = expected_sensor(rig, plan.solve, serial, sensor, rows, own, plan.dwell.samples, usage)
+            found[serial] = expected_sensor(rig, plan.solve, serial, sensor, rows, believed[serial], usage)
         except AmsError as error:
             raise procedure.error(("solve", "model"), f"{serial} cannot be solved from this plan: {error}") from None
     return found
+
+
+def _foreseen(rig: RigDescription, plan: Plan, believed: Mapping[str, Believed]) -> Iterator[str]:
+    """Yield what the solutions will be reserved about; what all sensors share is said once."""
+    rows = _planned_rows(plan)
+    of_sensor = {
+        serial: foreseen_warnings(rig, plan.solve, serial, sensor, rows, believed[serial])
+        for serial, sensor in plan.sensors.items()
+    }
+    for text in dict.fromkeys(text for texts in of_sensor.values() for text in texts):
+        whose = [serial for serial, texts in of_sensor.items() if text in texts]
+        yield text if len(whose) == len(of_sensor) else f"{', '.join(whose)}: {text}"
 
 
 def _axes(
@@ -122,24 +142,14 @@ def _axes(
             )
 
 
-def time_correlation(plan: Plan) -> float:
-    """Return the correlation of time with the terms of the model in the first replication.
-
-    Near 1, a drift passes for a parameter.
-    """
+def time_correlation_of(plan: Plan) -> float:
+    """Return the correlation of time with the terms of the model in the first replication."""
     by_label = {point.label: point for point in plan.design.points}
     points = [by_label[dwell.point] for dwell in plan.design_dwells if dwell.replication == 1]
     serial, sensor = next(iter(plan.sensors.items()))
     axis = str(next(iter(sensor.channels)))
-    terms = columns_of(
-        model_named(plan.solve.model_of(serial, rolls=sensor.rolls), axis), points, sensor.nominal_v_per_g(axis) or 1.0
-    )
-    time = np.arange(len(points)) - (len(points) - 1) / 2.0
-    varying = terms - terms.mean(axis=0)
-    length = np.linalg.norm(varying, axis=0)
-    kept = length > 1e-9 * length.max()
-    with_time = np.abs(time @ varying[:, kept]) / (np.linalg.norm(time) * length[kept])
-    return float(with_time.max(initial=0.0))
+    model = model_named(plan.solve.model_of(serial, rolls=sensor.rolls), axis)
+    return time_correlation(model, points, sensor.nominal_v_per_g(axis) or 1.0)
 
 
 def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
@@ -152,8 +162,8 @@ def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
     return drift_bias(model, design, sensor.nominal_v_per_g(axis) or 1.0)
 
 
-def _reservations(rig: RigDescription, plan: Plan, correlation: float) -> Iterator[str]:
-    """Yield what the report will hold against the result, however well the run goes."""
+def _reservations_of_rig_and_solution(rig: RigDescription, plan: Plan) -> Iterator[str]:
+    """Yield what the report will hold against the result whatever the rows are."""
     yield from level_remarks(rig)
     yield from dict.fromkeys(text for sensor in plan.sensors.values() for text in gravity_warnings(rig, sensor))
     if plan.solve.joint:
@@ -163,27 +173,10 @@ def _reservations(rig: RigDescription, plan: Plan, correlation: float) -> Iterat
             "sensor is not in the uncertainty; the expected uncertainties are those of each axis by itself"
             f"{f', and hold nothing of {priors}' if priors else ''}"
         )
-    if plan.replications == 1:
-        yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
-    elif plan.replications < FEW_REPLICATIONS:
-        yield (
-            f"{plan.replications} replications only: intervals rest on {plan.replications - 1} degrees of freedom and "
-            "are wide; four or more make them much narrower"
-        )
-    if correlation > TIME_CONFOUNDED:
-        yield (
-            f'the order "{plan.order}" goes with a term of the model ({correlation:.2f}): a drift inside a replication '
-            'passes for it; use "there-and-back"'
-        )
 
 
 def _advice(plan: Plan) -> Iterator[str]:
-    """Yield where TP's recommendations are not followed."""
-    if plan.replications < LEAST_REPLICATIONS:
-        yield (
-            f"{plan.replications} replication{'s' if plan.replications > 1 else ''}: drift and lack of fit want "
-            f"{LEAST_REPLICATIONS} or more (TP recommendation 6)"
-        )
+    """Yield what beside TP's recommendations would serve the run."""
     if plan.reference is not None and plan.is_at_rest and not plan.reference.tells_slip_from_tilt:
         yield (
             "reference visits at attitudes that do not differ in pitch and in roll cannot tell a slip of the table "
@@ -192,14 +185,8 @@ def _advice(plan: Plan) -> Iterator[str]:
         )
 
 
-def advice_on_ranges(plan: Plan) -> Iterator[str]:
-    """Tell where roll or pitch reach less far than TP recommends."""
-    if plan.design.has_roll and max(plan.design.roll_values_deg) - min(plan.design.roll_values_deg) < 270.0:
-        yield "roll should cover the full circle (TP recommendation 2)"
-    yield from _advice_on_usage(plan)
-
-
-def _advice_on_usage(plan: Plan) -> Iterator[str]:
+def advice_on_usage(plan: Plan) -> Iterator[str]:
+    """Tell where the usage range reaches beyond what is calibrated."""
     if plan.usage_pitch_deg is None:
         return
     low, high = min(plan.design.pitch_values_deg), max(plan.design.pitch_values_deg)
@@ -208,5 +195,3 @@ def _advice_on_usage(plan: Plan) -> Iterator[str]:
             f"the usage range {plan.usage_pitch_deg[0]:g}° to {plan.usage_pitch_deg[1]:g}° reaches beyond the "
             f"calibration, {low:g}° to {high:g}°: nothing is validated there"
         )
-    elif high - low < CALIBRATION_OVER_USAGE * (plan.usage_pitch_deg[1] - plan.usage_pitch_deg[0]) - 1e-9:
-        yield "the calibration range should be 150 % of the usage range (TP recommendation 1)"

@@ -2,7 +2,7 @@
 
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.attitudes import AttitudeKind
-from procedures.kinds.expected_attitudes import advice_on_ranges, forecast_of_design
+from procedures.kinds.expected_attitudes import advice_on_usage, forecast_of_design
 from procedures.kinds.kind import Forecast
 from procedures.kinds.section import Section
 from procedures.plan.plan import Plan
@@ -24,7 +24,7 @@ class Grid(AttitudeKind):
     def forecast_after(
         self, pilot: Pilot | None, rig: RigDescription, procedure: ProcedureDescription, plan: Plan
     ) -> Forecast:
-        return forecast_of_design(rig, procedure, plan, advice_on_ranges(plan), pilot)
+        return forecast_of_design(rig, procedure, plan, advice_on_usage(plan), pilot)
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_by_model(item, observed(item))

@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
-from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, ProcedureDescription
+from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, Order, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.expected import ExpectedAxis
+from procedures.kinds.recommendations import Recommendation
 from procedures.kinds.section import Section
 from procedures.plan.designs import Design
-from procedures.plan.order import Order
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Step
 from procedures.solution.beliefs import Pilot
@@ -89,6 +89,8 @@ class Forecast:
     """The pitch range that the angles are judged over."""
     reservations: tuple[str, ...] = ()
     """What the report will hold against the result, however well the run goes."""
+    recommendations: tuple[Recommendation, ...] = ()
+    """TP's ten, where the kind is one that they are about."""
 
 
 @runtime_checkable

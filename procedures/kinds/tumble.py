@@ -14,8 +14,6 @@ from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription
 
-NOT_RECOMMENDED = "a tumble test is not recommended for laboratory calibration (TP recommendation 7)"
-
 
 class Tumble(AttitudeKind):
     """Few attitudes: TP's by its models, SR's by straight lines."""
@@ -31,7 +29,7 @@ class Tumble(AttitudeKind):
     ) -> Forecast:
         if _is_up_and_down(plan):
             return forecast_of_points(rig, plan)
-        return forecast_of_design(rig, procedure, plan, [NOT_RECOMMENDED], pilot)
+        return forecast_of_design(rig, procedure, plan, [], pilot)
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)

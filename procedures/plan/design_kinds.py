@@ -16,6 +16,14 @@ def _file(wanted: Wanted) -> Design:
     return designs.read_points(wanted.folder / wanted.table.file)
 
 
+def _factorial(wanted: Wanted) -> Design:
+    table = wanted.table
+    return designs.factorial(
+        designs.FACTORIAL_PITCH_DEG if table.pitch_deg is None else wanted.pitch_deg,
+        designs.uniform_circle_deg(designs.FACTORIAL_LEVELS[1]) if table.roll_deg is None else wanted.roll_deg,
+    )
+
+
 D = DesignKind(name="D", make=lambda wanted: designs.full_grid(wanted.pitch_deg, wanted.roll_deg))
 D0 = DesignKind(name="D0", make=lambda wanted: designs.uniform_roll(wanted.pitch_deg, wanted.roll_deg))
 D1 = DesignKind(name="D1", make=lambda wanted: designs.uniform_symmetric(wanted.pitch_deg, wanted.roll_deg))
@@ -25,6 +33,7 @@ FRACTIONAL = DesignKind(
     needs={"fractional": "[K_pitch, K_roll]", "pitch_deg": ""},
     make=_fractional,
 )
+FACTORIAL = DesignKind(name="factorial", needs={}, make=_factorial)
 FILE = DesignKind(name="file", takes=frozenset({"file"}), needs={"file": '"points.csv"'}, make=_file)
 T = DesignKind(
     name="T", takes=frozenset(), needs={}, is_tumble=True, make=lambda wanted: designs.tumble(wanted.with_roll)

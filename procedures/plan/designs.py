@@ -18,6 +18,10 @@ TUMBLE_WITH_ROLL_DEG = ((-90.0, 0.0), (0.0, 0.0), (90.0, 0.0), (180.0, 0.0), (0.
 TUMBLE_WITHOUT_ROLL_DEG = ((-90.0, 0.0), (0.0, 0.0), (90.0, 0.0), (180.0, 0.0))
 """(pitch, roll) of TP (57)."""
 HALF_TURN_DEG = 180.0
+FACTORIAL_PITCH_DEG = (-75.0, -25.0, 25.0, 75.0)
+"""Not ±90°, where all rolls but a turn are one attitude."""
+FACTORIAL_LEVELS = (4, 6)
+"""Of pitch and of roll."""
 SPACING_TOLERANCE_DEG = 1e-9
 
 
@@ -87,6 +91,20 @@ def fractional(pitch_deg: Sequence[float], roll_deg: Sequence[float], every: tup
             )
     rows, columns = _kept(len(pitch_deg), every[0]), _kept(len(roll_deg), every[1])
     return _thinned("fractional", pitch_deg, roll_deg, lambda row, column: row in rows or column in columns)
+
+
+def factorial(pitch_deg: Sequence[float], roll_deg: Sequence[float]) -> Design:
+    """24 points: four levels of pitch, which tell a cubic, with six of roll, which tell every term of second order.
+
+    Raises: PlanError for other numbers of levels.
+    """
+    for name, values, levels in zip(("pitch", "roll"), (pitch_deg, roll_deg), FACTORIAL_LEVELS, strict=True):
+        if len(set(values)) != levels or len(values) != levels:
+            raise PlanError(
+                f"factorial design: {name} got {len(values)} values, allowed are {levels} different ones; no design "
+                "was made; use kind D for any other set"
+            )
+    return _thinned("factorial", pitch_deg, roll_deg, lambda _row, _column: True)
 
 
 def tumble(with_roll: bool) -> Design:

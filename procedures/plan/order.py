@@ -2,26 +2,31 @@
 
 There-and-back goes out on every second pitch row and back on the rows between: no point is added, both directions are
 inside each replication (TP recommendation 4), and time is nearly orthogonal to pitch, so that a drift cannot pass for a
-sensitivity. Every order is a permutation of its design; only forward-reverse, which visits every attitude twice, first
-gives the second visit a point of its own, as TP counts the points of its rows 22 and 24.
+sensitivity. Neighbours is its brother by chance: the rows of a replication are dealt over blocks that each span the
+whole range of pitch, and inside a block the nearest row comes next, entered from its nearer end. Every order is a
+permutation of its design; only forward-reverse, which visits every attitude twice, first gives the second visit a point
+of its own, as TP counts the points of its rows 22 and 24.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import groupby, pairwise
-from typing import Literal
 
 import numpy as np
 
+from procedures.description.procedure_file import Order
 from procedures.plan.designs import Design, DesignPoint
 
-Order = Literal["there-and-back", "forward-reverse", "serpentine", "raster", "as-listed", "blocks", "random", "seeded"]
 Rows = list[list[DesignPoint]]
 
 DRAWN_ANEW = ("random",)
 """Orders whose seed is drawn when the plan is made."""
-SHUFFLED = ("blocks", "random", "seeded")
+SHUFFLED = ("neighbours", "blocks", "random", "seeded")
 """Orders that chance decides, anew for every replication."""
+MOST_BLOCKS = 6
+"""Of ``neighbours``; even numbers, so that as many blocks go up in pitch as come down."""
+LONGER_THAN_SERPENTINE = 1.15
+"""What the travel of ``neighbours`` may be, times the serpentine's: fewer blocks where it would be more."""
 
 
 def visits(design: Design, order: Order) -> Design:
@@ -80,10 +85,51 @@ def _snake(rows: Rows) -> list[DesignPoint]:
 
 
 def _shuffled(points: Sequence[DesignPoint], order: Order, chance: np.random.Generator) -> tuple[DesignPoint, ...]:
-    """``blocks``: pitch rows in random order, roll in random order within each. Else: all points in random order."""
+    """``blocks``: pitch rows in random order, roll in random order within each. ``neighbours``: by :func:`_neighbours`.
+
+    Else: all points in random order.
+    """
+    if order == "neighbours":
+        return _neighbours(_rows(points), chance)
     if order == "blocks":
         rows = _rows(points)
         return tuple(
             rows[row][place] for row in chance.permutation(len(rows)) for place in chance.permutation(len(rows[row]))
         )
     return tuple(points[place] for place in chance.permutation(len(points)))
+
+
+def _neighbours(rows: Rows, chance: np.random.Generator) -> tuple[DesignPoint, ...]:
+    """Rows dealt over as many blocks as the travel allows; a serpentine from a random end where it allows none."""
+    most_deg = LONGER_THAN_SERPENTINE * _length_deg(_snake(rows))
+    for blocks in range(min(MOST_BLOCKS, 2 * ((len(rows) - 1) // 2)), 0, -2):
+        path = _through(_dealt(rows, blocks, chance), chance)
+        if _length_deg(path) <= most_deg:
+            return tuple(path)
+    return tuple(_snake(rows[:: 1 if chance.integers(2) else -1]))
+
+
+def _dealt(rows: Rows, blocks: int, chance: np.random.Generator) -> list[Rows]:
+    """Deal each set of neighbouring rows over the blocks, one each: every block spans the whole range."""
+    places = np.concatenate([chance.permutation(blocks) for _ in range(-(-len(rows) // blocks))])[: len(rows)]
+    return [[row for row, place in zip(rows, places, strict=True) if place == block] for block in range(blocks)]
+
+
+def _through(blocks: list[Rows], chance: np.random.Generator) -> list[DesignPoint]:
+    """Each block from the end of its rows that is nearer, each row from its nearer end; the first ends by chance."""
+    path: list[DesignPoint] = []
+    for block in filter(None, blocks):
+        at = path[-1] if path else block[-int(chance.integers(2))][0]
+        is_upward = abs(block[0][0].pitch_deg - at.pitch_deg) <= abs(block[-1][0].pitch_deg - at.pitch_deg)
+        for row in block if is_upward else block[::-1]:
+            at = path[-1] if path else row[-int(chance.integers(2))]
+            path += row if _apart_deg(row[0], at) <= _apart_deg(row[-1], at) else row[::-1]
+    return path
+
+
+def _apart_deg(one: DesignPoint, other: DesignPoint) -> float:
+    return abs(one.pitch_deg - other.pitch_deg) + abs(one.yaw_deg - other.yaw_deg) + abs(one.roll_deg - other.roll_deg)
+
+
+def _length_deg(points: Sequence[DesignPoint]) -> float:
+    return sum(_apart_deg(one, other) for one, other in pairwise(points))

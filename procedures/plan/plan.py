@@ -14,11 +14,10 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from procedures.description.kind_tables import Levels, Static
-from procedures.description.procedure_file import CheckPlan, DwellSettings, EnvironmentPlan, Solve
+from procedures.description.procedure_file import CheckPlan, DwellSettings, EnvironmentPlan, Order, Solve
 from procedures.errors import PlanError
 from procedures.plan.designs import Design
 from procedures.plan.learned_times import PartTime
-from procedures.plan.order import Order
 from procedures.plan.steps import Dwell, Soak, Step
 from rig.description.rig_file import AttitudeReference, Sensor
 

@@ -41,6 +41,8 @@ def shared_refusals(
     yield from _unknown_packages(rig, procedure)
     yield from _nothing_to_fit_jointly(rig, procedure)
     yield from _temperature_terms(rig, procedure, sensors, environment)
+    if environment is not None:
+        yield from _outside_interlocks(rig, procedure, environment)
     yield from _plateaus_beyond_limits(rig, procedure, environment)
     yield from _integration_not_offered(rig, procedure, channels_of(rig, sensors))
     yield from _bursts_too_long(rig, procedure, channels_of(rig, sensors))
@@ -69,6 +71,24 @@ def _nothing_to_fit_jointly(rig: RigDescription, procedure: ProcedureDescription
         yield procedure.error(
             ("solve", "joint"),
             f"a joint fit needs the axes pitch and roll; the rig file has {', '.join(rig.axes)}; remove joint",
+        )
+
+
+def _outside_interlocks(
+    rig: RigDescription, procedure: ProcedureDescription, environment: EnvironmentPlan
+) -> Iterator[PlanError]:
+    """Tell of plateaus at which an interlock would stop the run."""
+    lock = None if environment.name is None else rig.interlocks.temperature.get(environment.name)
+    if lock is None:
+        return
+    low, high = lock.band_degc
+    outside = [f"{degc:g}" for degc in sorted(set(environment.plateaus_degc)) if not low <= degc <= high]
+    if outside:
+        yield procedure.error(
+            ("environment", "plateaus_degc"),
+            f"{' and '.join(outside)} °C lies outside interlocks.temperature.{environment.name} of the rig file "
+            f"({low:g} to {high:g} °C): the run would {lock.action} there; nothing moved; widen band_degc or take "
+            "plateaus inside it",
         )
 
 

@@ -6,16 +6,19 @@ at nine, when somebody wants to go home.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from datetime import date
+from datetime import date, timedelta
+from math import ceil
 from pathlib import Path
 
 from ams.exports.formats import FORMATS
 from ams.exports.optional_libraries import missing_sentence, not_installed
+from ams.sets.stated_findings import LACKING
 from procedures.errors import ProcedureError
 from procedures.journal.location import require_local
 from procedures.lease.keeper import look
 from procedures.plan.plan import Plan
-from procedures.run.readiness import readiness
+from procedures.records.declared_gaps import NOBODY_APPROVED, OF_A_TWIN, Declared, declared_gaps
+from procedures.run.readiness import Readiness, readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
 from rig.assembly.open_rig import real_ports
 from rig.assembly.unguarded import unstoppable_axes
@@ -34,7 +37,7 @@ PDF_NEEDS = ("matplotlib", "typst", "lxml")
 
 @dataclass(frozen=True, slots=True)
 class Preflight:
-    """Three lists of sentences."""
+    """Lists of sentences."""
 
     refusals: tuple[str, ...]
     """Why the run would not begin."""
@@ -46,6 +49,8 @@ class Preflight:
     """What a lease keeps from a second computer, and by what."""
     undelivered: tuple[str, ...] = ()
     """What a run would not leave because a library is not installed."""
+    certificate: tuple[str, ...] = ()
+    """What a certificate of the result would lack, as far as the files tell; empty without a plan."""
 
 
 def preflight(
@@ -77,7 +82,31 @@ def preflight(
     engineering = () if rig.is_simulated else ready.missing
     undelivered = () if plan is None else tuple(_undelivered(plan))
     refusals = (*_refused(checks), *(() if looked is None else looked.refusals))
-    return Preflight(refusals, engineering, unguarded, guarded, undelivered)
+    certificate = () if plan is None else tuple(_gaps(rig, plan, ready, today))
+    return Preflight(refusals, engineering, unguarded, guarded, undelivered, certificate)
+
+
+def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, today: date) -> Iterator[str]:
+    """Yield what :mod:`procedures.certificate.grounds` will miss, whatever is measured."""
+    if rig.is_simulated:
+        yield OF_A_TWIN
+    if rig.approved_by is None:
+        yield f"{NOBODY_APPROVED} (approved_by of the rig file, or calrig archive sign)"
+    yield from declared_gaps(
+        Declared(
+            laboratory=rig.laboratory.model_dump() if rig.laboratory else {},
+            job=rig.job.model_dump(),
+            level=rig.level.model_dump(),
+            has_standards=bool(rig.standards),
+            senses_gravity=any(sensor.measures == "acceleration" for sensor in plan.sensors.values()),
+        )
+    )
+    if not rig.is_simulated:
+        yield from (f"{LACKING}{one}" for one in ready.missing if not one.startswith("approved_by"))
+    ends = today + timedelta(days=ceil(plan.expected.p90_s / 86_400.0))
+    for name, standard in rig.standards.items():
+        if standard.due < ends:
+            yield f"standards.{name}.due: {standard.due} may come before the run ends (p90: by {ends})"
 
 
 def _undelivered(plan: Plan) -> Iterator[str]:

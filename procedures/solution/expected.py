@@ -11,7 +11,8 @@ from math import degrees, radians
 import numpy as np
 
 from ams.analysis.angle_uncertainty import KnownAxis, UsageBox, angle_uncertainties
-from ams.calibration.expectation import Expectation, expect
+from ams.arrays import FloatArray
+from ams.calibration.expectation import Expectation, expect_each
 from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.units import RAD_PER_ARCSEC
@@ -41,6 +42,17 @@ class PlannedRows:
     """Of every replication."""
     replication_s: float = 3600.0
     """How long one replication takes."""
+    visited: Sequence[Sequence[int]] | None = None
+    """Of every replication, the places of ``points`` in the order of their visits; None: as they stand."""
+
+    def time_s(self) -> FloatArray:
+        """Return (n × K) when each row is measured, replication by replication."""
+        count = len(self.points)
+        places = np.tile(np.arange(count), (self.replications, 1))
+        if self.visited is not None:
+            np.put_along_axis(places, np.array(self.visited), np.arange(count)[None, :], axis=1)
+        start = np.arange(self.replications)[:, None] * count
+        return np.asarray((start + places).ravel() * self.replication_s / count)
 
 
 @dataclass(frozen=True)
@@ -74,47 +86,79 @@ class Usage:
     """Standard deviation of one reading at use; None: that of one dwell of the calibration."""
 
 
+@dataclass(frozen=True)
+class Believed:
+    """What is believed of the axes of one sensor, and how many readings a dwell takes of them."""
+
+    axes: Mapping[str, AxisBelief]
+    samples: int
+
+    def noise_v(self, axis: str) -> float:
+        """Return the standard deviation of the mean of one dwell."""
+        return self.axes[axis].noise_v(self.samples)
+
+
 def expected_sensor(
     rig: RigDescription,
     solve: Solve,
     serial: str,
     sensor: Sensor,
     rows: PlannedRows,
-    believed: Mapping[str, AxisBelief],
-    samples: int,
+    believed: Believed,
     usage: Usage,
 ) -> ExpectedSensor:
     """Return what is to be expected of one sensor. Raises: ams.errors.AmsError where the rows cannot be solved."""
-    observations = _observations(solve.model_of(serial, rolls=sensor.rolls), rows, believed, rolls=sensor.rolls)
+    (only,) = expected_each(rig, solve, serial, sensor, rows, [believed], usage)
+    return only
+
+
+def expected_each(
+    rig: RigDescription,
+    solve: Solve,
+    serial: str,
+    sensor: Sensor,
+    rows: PlannedRows,
+    beliefs: Sequence[Believed],
+    usage: Usage,
+) -> list[ExpectedSensor]:
+    """Return the same for several beliefs that differ in noise, lack of fit and drift only. Raises: as one does."""
+    axes = beliefs[0].axes
+    observations = planned_observations(solve.model_of(serial, rolls=sensor.rolls), rows, axes, rolls=sensor.rolls)
     request = request_of(serial, rig, sensor, solve, observations)
-    found = expect(observations, request, {axis: one.belief(samples) for axis, one in believed.items()})
-    known = [
-        KnownAxis(one.model, one.primary, _reading_v(believed[axis], samples, usage), one.added)
-        for axis, one in found.axes.items()
-    ]
+    found = expect_each(
+        observations, request, [{axis: one.belief(own.samples) for axis, one in own.axes.items()} for own in beliefs]
+    )
     temperature = observations.temperature_degc
     low, high = usage.pitch_deg
     box = UsageBox((radians(low), radians(high)), None if temperature is None else float(temperature.mean()))
-    in_usage = angle_uncertainties(known, found.package.components, box)
-    angles = {
+    return [ExpectedSensor(one, _angles(one, own, usage, box)) for one, own in zip(found, beliefs, strict=True)]
+
+
+def _angles(found: Expectation, believed: Believed, usage: Usage, box: UsageBox) -> dict[str, ExpectedAngle]:
+    known = [
+        KnownAxis(one.model, one.primary, _reading_v(axis, believed, usage), one.added)
+        for axis, one in found.axes.items()
+    ]
+    return {
         name: ExpectedAngle(
             degrees(one.u95_rad),
             degrees(one.calibration_rad),
             {PARTS.get(source, source): degrees(share) for source, share in one.shares_rad.items()},
             one.counted,
         )
-        for name, one in in_usage.items()
+        for name, one in angle_uncertainties(known, found.package.components, box).items()
     }
-    return ExpectedSensor(found, angles)
 
 
-def _reading_v(believed: AxisBelief, samples: int, usage: Usage) -> float:
+def _reading_v(axis: str, believed: Believed, usage: Usage) -> float:
     if usage.noise_arcsec is None:
-        return believed.noise_v(samples)
-    return usage.noise_arcsec * RAD_PER_ARCSEC * float(np.linalg.norm(believed.k_v_per_g))
+        return believed.noise_v(axis)
+    return usage.noise_arcsec * RAD_PER_ARCSEC * float(np.linalg.norm(believed.axes[axis].k_v_per_g))
 
 
-def _observations(model: str, rows: PlannedRows, believed: Mapping[str, AxisBelief], *, rolls: bool) -> Observations:
+def planned_observations(
+    model: str, rows: PlannedRows, believed: Mapping[str, AxisBelief], *, rolls: bool
+) -> Observations:
     """Return the rows, replication by replication, at the outputs of a sensor without errors."""
     count, n = len(rows.points), rows.replications
     attitude, columns = attitude_of(rows.points), MODELS[model].columns
@@ -131,6 +175,6 @@ def _observations(model: str, rows: PlannedRows, believed: Mapping[str, AxisBeli
         yaw_rad=np.tile(yaw, n) if has_yaw else None,
         outputs={axis: np.tile(one.offset_v + force @ one.k_v_per_g, n) for axis, one in believed.items()},
         temperature_degc=None if rows.temperature_degc is None else np.repeat(rows.temperature_degc, count),
-        time_s=np.arange(n * count) * rows.replication_s / count,
+        time_s=rows.time_s(),
         source="plan",
     )

@@ -16,7 +16,7 @@ from procedures.records.dwells import DwellRecord
 from procedures.records.sufficiency import Sufficiency
 from procedures.solution.beliefs import AxisBelief, beliefs_of
 from procedures.solution.by_model import observed
-from procedures.solution.expected import PlannedRows, Usage, expected_sensor
+from procedures.solution.expected import Believed, PlannedRows, Usage, expected_sensor
 from procedures.solution.request import SensorRows, request_of
 from rig.description.rig_file import RigDescription
 
@@ -44,7 +44,7 @@ def _judged(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord], repl
         found = shown(observations, request_of(serial, rig, sensor, plan.solve, observations))
         own = {axis: _as_shown(believed[serial, axis], one) for axis, one in found.items()}
         rows = PlannedRows(plan.design.points, replications)
-        angles = expected_sensor(rig, plan.solve, serial, sensor, rows, own, 1, usage).angles
+        angles = expected_sensor(rig, plan.solve, serial, sensor, rows, Believed(own, 1), usage).angles
         halves[serial] = max((angle.u95_deg for angle in angles.values()), default=0.0)
         drifting += [f"{serial} {axis} {name}" for axis, one in found.items() for name in one.drifting]
     worst = max(halves, key=lambda name: halves[name])

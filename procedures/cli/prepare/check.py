@@ -112,6 +112,7 @@ def _document_of(before: Preflight) -> dict[str, Any]:
         "unguarded": list(before.unguarded),
         "guarded": list(before.guarded),
         "undelivered": list(before.undelivered),
+        "certificate_gaps": list(before.certificate),
     }
 
 
@@ -124,6 +125,8 @@ def _tell(before: Preflight, json: bool) -> int:
             say(sentence)
         for sentence in before.undelivered:
             say(f"will not be delivered: {sentence}")
+        if before.certificate:
+            say(f"no certificate could be issued: {'; '.join(before.certificate)}")
         for sentence in before.refusals:
             say(f"a run would be refused now: {sentence}")
     return ExitStatus.WRONG_REQUEST if before.refusals else ExitStatus.DONE

@@ -266,3 +266,27 @@ def test_an_axis_that_was_not_read_is_left_out() -> None:
     visits.change[1, 4] = visits.change[0, 0] = np.nan
     found = judge_visits(axes, visits, FALSE_ALARM)
     assert [cause.name for cause in found.told] == ["pitch"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("attitudes", [TWO, CHECK], ids=["two", "check set"])
+def test_a_loose_mount_is_told_from_a_bad_sensor(attitudes: tuple[tuple[float, float], ...], seed: int) -> None:
+    """A turn of one package about its forward axis moves y and z as no offset and no sensitivity does."""
+
+    def culprit(own: Own) -> tuple[str, str]:
+        found, findings = judged(8, attitudes, Happened(own=own), seed)
+        assert [one.sensor for one in found.own] == ["SN2"]
+        return found.own[0].told.culprit, findings[0].text
+
+    loose, text = culprit(turned_on_its_mount(40.0))
+    assert loose == "mount"
+    assert "its mount is loose" in text
+    for own in (axis_offset(1e-3), axis_gain(5e-4, axis=2)):
+        bad, text = culprit(own)
+        assert bad == "sensor"
+        assert "no turn of its mount explains it" in text
+
+
+def test_the_turn_of_a_loose_mount_is_told_as_far_as_the_attitudes_show_it() -> None:
+    found, _ = judged(8, CHECK, Happened(roll=12.0, own=turned_on_its_mount(40.0)))
+    assert found.own[0].told.turned_rad / ARCSEC == pytest.approx(40.0, abs=1.5)

@@ -80,7 +80,7 @@ def test_any_design_can_be_asked_for_with_any_sets():
         (DesignRequest(pitch="-90/90/7"), r"not a whole number of steps"),
         (DesignRequest(pitch="-30:30:3", roll="1.5"), r"--roll: got '1.5', allowed a whole number"),
         (DesignRequest(pitch="-30:30:3", roll="0"), r"--roll: got '0'"),
-        (DesignRequest("D2", pitch="-30:30:3"), r"--kind: got 'D2', allowed D, D0, D1, T, file, fractional"),
+        (DesignRequest("D2", pitch="-30:30:3"), r"--kind: got 'D2', allowed D, D0, D1, T, factorial, file, fractional"),
         (DesignRequest("fractional", pitch="-30:30:3"), r"--fractional: is missing"),
         (DesignRequest(pitch="-30:30:3", fractional="3"), r"--fractional: got '3', allowed Ka,KR"),
         (DesignRequest(pitch="-30:30:3", roll="4", usage="30:-30"), r"--usage: got '30:-30'"),

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from planning_files import AIR, procedure_file, rig_file
 
+from procedures.description.procedure_file import Order
 from procedures.errors import ExitStatus, PlanError
 from procedures.kinds.planner import make_plan
-from procedures.plan.order import Order
 from procedures.plan.plan import Plan, summary
 from procedures.plan.steps import Dwell, Soak
 from rig.devices.targets import check_target, is_on_increment

@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from procedures.errors import PlanError
 from procedures.plan import designs
+from procedures.plan.optimal import terms
 
 
 def attitudes(design: designs.Design) -> list[tuple[float, float]]:
@@ -111,3 +113,12 @@ def test_a_wrong_file_of_points_is_refused_with_its_line(tmp_path: Path, text, s
     path.write_text(text, encoding="utf-8")
     with pytest.raises(PlanError, match=sentence):
         designs.read_points(path)
+
+
+def test_a_factorial_has_24_points_and_determines_every_term_up_to_the_cubic():
+    design = designs.factorial(designs.FACTORIAL_PITCH_DEG, designs.uniform_circle_deg(6))
+    assert len(set(attitudes(design))) == 24
+    columns = terms(np.deg2rad(np.array(attitudes(design))), "extended", with_roll=True)
+    assert np.linalg.matrix_rank(columns) == columns.shape[1]
+    with pytest.raises(PlanError, match="pitch got 3 values, allowed are 4"):
+        designs.factorial((-90.0, 0.0, 90.0), designs.uniform_circle_deg(6))

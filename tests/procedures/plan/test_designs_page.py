@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import get_args
 
 from procedures.description.design_kinds import DESIGNS
-from procedures.plan.order import Order
+from procedures.description.procedure_file import Order
 
 PAGE = Path(__file__).parents[3] / "docs" / "designs.md"
 

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from procedures.description.procedure_file import Order
 from procedures.plan import designs
-from procedures.plan.order import Order, sequence, travel_deg, visits
+from procedures.plan.order import sequence, travel_deg, visits
 
 ORDERS = get_args(Order)
 CIRCLE = designs.uniform_circle_deg(12, repeat=True)
@@ -79,7 +80,7 @@ def test_blocks_finish_a_pitch_row_before_the_next():
     assert [row[0] for row in rows] != sorted(row[0] for row in rows)
 
 
-@pytest.mark.parametrize("order", ["blocks", "random", "seeded"])
+@pytest.mark.parametrize("order", ["neighbours", "blocks", "random", "seeded"])
 def test_the_same_seed_gives_the_same_order_and_another_seed_another(order):
     assert in_order(NINETY, order, 1) == in_order(NINETY, order, 1)
     assert in_order(NINETY, order, 1) != in_order(NINETY, order, 2)
@@ -92,3 +93,29 @@ def test_there_and_back_travels_little_more_than_a_serpentine():
     assert travel("serpentine") == (180.0, 19 * 360.0)
     assert travel("there-and-back") == (180.0 + 10.0 + 160.0, 19 * 360.0)
     assert travel("raster") == (180.0, 19 * 360.0 + 18 * 360.0)
+
+
+@given(
+    rows=st.integers(2, 40),
+    columns=st.integers(1, 14),
+    span=st.sampled_from([20.0, 90.0, 180.0]),
+    seed=st.integers(0, 1000),
+)
+def test_neighbours_travel_at_most_15_percent_more_than_a_serpentine(rows, columns, span, seed):
+    design = designs.full_grid(np.linspace(-span, span, rows).tolist(), np.linspace(-180.0, 180.0, columns).tolist())
+
+    def travel(order):
+        return sum(travel_deg([(point.pitch_deg, point.roll_deg) for point in in_order(design, order, seed)]))
+
+    assert travel("neighbours") <= 1.15 * travel("serpentine") + 1e-9
+
+
+def test_neighbours_spread_a_replication_over_blocks_that_each_span_the_pitch_range():
+    for seed in range(20):
+        visited = in_order(NINETY, "neighbours", seed)
+        pitch = np.array([point.pitch_deg for point in visited[::13]])
+        assert np.sum(np.diff(np.sign(np.diff(pitch))) != 0) >= 1
+        for half in (pitch[:10], pitch[10:]):
+            assert half.min() <= -50.0
+            assert half.max() >= 50.0
+        assert abs(np.corrcoef(np.arange(247), np.sin(np.deg2rad([p.pitch_deg for p in visited])))[0, 1]) < 0.5

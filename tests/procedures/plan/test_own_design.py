@@ -25,7 +25,10 @@ def procedure_with(design: str, folder: Path) -> Path:
 def test_before_it_is_installed_nobody_knows_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     outcome = call(capsys, "check", procedure_with('kind = "spiral"', tmp_path), "--rig", EXAMPLE_RIG)
     assert outcome.status == 2
-    assert "design.kind: got 'spiral': allowed are D, D0, D1, T, file, fractional, optimal, up-down" in outcome.err
+    assert (
+        "design.kind: got 'spiral': allowed are D, D0, D1, T, factorial, file, fractional, optimal, up-down"
+        in outcome.err
+    )
 
 
 @pytest.mark.usefixtures("installed")

@@ -1,0 +1,55 @@
+"""What a planned run's solution will be reserved about, whatever is measured: the solver is asked with simulated rows.
+
+The rows are those of the plan in the order of their visits, the outputs those of a sensor without errors and the noise
+that is believed. What a test finds in such outputs is chance and left out; what stays is said of the design, the order,
+the temperatures and the number of replications, in the words that the report will use.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ams.calibration.mountings import calibrate_mountings
+from ams.calibration_result import AxisCalibration
+from ams.findings import significant_texts
+from procedures.description.procedure_file import Solve
+from procedures.solution.expected import Believed, PlannedRows, planned_observations
+from procedures.solution.request import calibrated_degc, request_of
+from procedures.solution.type_b import use_warnings
+from rig.description.rig_file import RigDescription, Sensor
+
+FACTS = ("time-confounded", "axis-undetermined")
+"""Kinds of findings that need no test."""
+TEMPERATURE = "temperature-residual"
+_LEAST_NOISE = 1e-9
+"""Of the sensitivity: outputs that do not scatter leave the tests nothing to divide by."""
+
+
+def foreseen_warnings(
+    rig: RigDescription, solve: Solve, serial: str, sensor: Sensor, rows: PlannedRows, believed: Believed
+) -> tuple[str, ...]:
+    """Return the warnings of one sensor, each once. Raises: ams.errors.AmsError where the rows cannot be solved."""
+    plain = planned_observations(solve.model_of(serial, rolls=sensor.rolls), rows, believed.axes, rolls=sensor.rolls)
+    chance = np.random.default_rng(0)
+    outputs = {
+        axis: values
+        + max(believed.noise_v(axis), _LEAST_NOISE * float(np.linalg.norm(believed.axes[axis].k_v_per_g)))
+        * chance.standard_normal(values.size)
+        for axis, values in plain.outputs.items()
+    }
+    observations = replace(plain, outputs=outputs)
+    solved = calibrate_mountings(observations, request_of(serial, rig, sensor, solve, observations))
+    used = use_warnings(sensor, calibrated_degc(solve, observations))
+    return tuple(dict.fromkeys([*solved.warnings, *_of_axes(solved.axes), *used]))
+
+
+def _of_axes(axes: Mapping[str, AxisCalibration]) -> Iterator[str]:
+    for axis in axes.values():
+        facts = [
+            one
+            for one in axis.findings
+            if one.kind in FACTS or (one.kind == TEMPERATURE and one.details.get("test") == "temperature with attitude")
+        ]
+        tested = significant_texts([one for one in axis.findings if one not in facts])
+        yield from (text for text in axis.warnings if text not in tested)

@@ -1,0 +1,120 @@
+"""Laws of what `check` foresees: what finished runs are reserved about stands there before, word for word."""
+
+from dataclasses import replace
+from datetime import date, timedelta
+from pathlib import Path
+
+import pytest
+from finished_job import FinishedJob
+from planning_files import AIR, procedure_file, rig_file
+from small_run import PROCEDURE, bench
+
+from ams.archive.signatures import SignOff
+from ams.calibration_result import Calibration
+from ams.findings import significant_texts
+from procedures.certificate.grounds import Grounds, gaps_of
+from procedures.check.check_report import check
+from procedures.delivery.deliver import sets_of, solve_run
+from procedures.errors import PlanError
+from procedures.kinds.read import read_procedure
+from procedures.records.states import State
+from procedures.run.preflight import preflight
+from procedures.solution.foreseen import FACTS
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+
+SERPENTINE_ONE_SIDED = """
+[procedure]
+title = "serpentine, plateaus from one side"
+kind = "grid"
+replications = 1
+[design]
+kind = "D"
+pitch_deg = { from = -80.0, to = 80.0, step = 20.0 }
+roll_deg = [-120.0, 0.0, 120.0]
+order = "serpentine"
+[environment]
+plateaus_degc = [15.0, 25.0]
+soak_s = 10.0
+[dwell]
+samples = 2
+settle = { window_s = 1.0, windows = 2, min_s = 1.0, max_s = 30.0 }
+"""
+
+
+def _held_against(calibration: Calibration) -> set[str]:
+    """Everything but what a test found in the readings of this very run."""
+    tested = {
+        text
+        for axis in calibration.axes.values()
+        for text in significant_texts([one for one in axis.findings if one.kind not in FACTS])
+    }
+    every = {*calibration.warnings, *(text for axis in calibration.axes.values() for text in axis.warnings)}
+    return every - tested
+
+
+def _untold(rig: RigDescription, procedure: Path, run: Path) -> dict[str, set[str]]:
+    """What was held against a finished run and check did not say, without the numbers in it."""
+    said = {_plain(text) for text in check(rig, read_procedure(procedure)).forecast.reservations}
+    found = {}
+    for name, solved in solve_run(run).sensors.items():
+        assert solved.calibration is not None
+        found[name] = {text for text in _held_against(solved.calibration) if _plain(text) not in said}
+        assert _held_against(solved.calibration)
+    return found
+
+
+def _plain(text: str) -> str:
+    return "".join(sign for sign in text if not sign.isdigit() and sign != ".")
+
+
+def test_the_reservations_of_a_finished_run_stood_in_check(finished_job: FinishedJob) -> None:
+    rig = read_rig(finished_job.folder / "rig.toml")
+    assert _untold(rig, finished_job.folder / "procedure.toml", finished_job.run) == {"SN1047": set()}
+
+
+def test_a_serpentine_and_plateaus_from_one_side_are_foreseen(tmp_path: Path) -> None:
+    made, run = bench(tmp_path, procedure=((PROCEDURE, SERPENTINE_ONE_SIDED),)), tmp_path / "run"
+    assert made.run(run).state is State.FINISHED
+    said = check(made.rig, read_procedure(tmp_path / "procedure.toml")).forecast.reservations
+    assert any("time and attitude go together" in one for one in said)
+    assert any("plateau was visited once only" in one for one in said)
+    assert _untold(made.rig, tmp_path / "procedure.toml", run) == {"SN1": set()}
+
+
+def test_the_gaps_of_a_certificate_stood_in_check(finished_job: FinishedJob, tmp_path: Path) -> None:
+    rig = read_rig(finished_job.folder / "rig.toml")
+    plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
+    said = preflight(Path("rig.toml"), rig, plan, tmp_path, date(2026, 11, 1)).certificate
+    (coefficients,) = sets_of(solve_run(finished_job.run)).values()
+    grounds = Grounds("1", date(2026, 11, 2), coefficients, None, SignOff(coefficients.sha256, (), ()))
+    missing = [gap for gap in gaps_of(grounds) if "which nobody has accepted" not in gap]
+    assert len(missing) >= 6
+    assert [gap for gap in missing if not any(one.startswith(gap) for one in said)] == []
+
+
+def test_a_standard_that_is_due_before_the_run_ends_is_told(finished_job: FinishedJob, tmp_path: Path) -> None:
+    rig = read_rig(finished_job.folder / "rig.toml")
+    plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
+    two_days = replace(plan, expected=replace(plan.expected, p90_s=2.0 * 86_400.0))
+    due = rig.standards["table"].due
+    for before, is_told in ((1, True), (2, False), (30, False)):
+        gaps = preflight(Path("rig.toml"), rig, two_days, tmp_path, due - timedelta(days=before)).certificate
+        assert any("standards.table.due" in gap for gap in gaps) == is_told
+
+
+def test_a_plateau_outside_an_interlock_is_refused_before_anything_moves(tmp_path: Path) -> None:
+    rig = rig_file(tmp_path, more=AIR + "[interlocks.temperature.air]\nband_degc = [15.0, 25.0]\n")
+    procedure = procedure_file(tmp_path, more="[environment]\nplateaus_degc = [20.0, 30.0]\n")
+    with pytest.raises(PlanError, match=r"30 °C lies outside interlocks.temperature.air .*the run would hold there"):
+        check(rig, procedure)
+
+
+def test_tps_ten_recommendations_are_told_each_with_its_reason(tmp_path: Path) -> None:
+    told = check(rig_file(tmp_path), procedure_file(tmp_path)).forecast.recommendations
+    assert [one.number for one in told] == list(range(1, 11))
+    assert all(one.text and one.reason for one in told)
+    assert {one.number for one in told if one.is_followed} == {2, 3, 4, 7, 9}
+    assert {one.number for one in told if one.is_followed is False} == {6}
+    serpentine = check(rig_file(tmp_path), procedure_file(tmp_path, more='order = "serpentine"\n')).forecast
+    assert any("(TP recommendation 4)" in line for line in serpentine.advice)
