@@ -46,7 +46,7 @@ def test_what_has_no_name_or_no_reason_is_refused(finished: Path, capsys: pytest
 def test_a_line_break_in_a_name_or_a_reason_makes_no_line_of_its_own(
     finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Found later: a reason printed a "next …" of its own into the handover. It is refused, and one of before is shown."""
+    """Found later: a reason printed a "next …" of its own into the handover. One of an older journal is shown."""
     run = finished_job.copied_to(tmp_path)
     false = "door\nnext       calrig close RUN"
     refused = call(capsys, "void", run, "--from", 20, "--reason", false, "--operator", "anna")
