@@ -1,6 +1,7 @@
 """How long `calrig plan` takes for two hundred calibrations of the example rig, an order and a D-optimal design."""
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import get_args
 
@@ -32,7 +33,7 @@ def figures(effort: Effort) -> Iterator[Figure]:
     yield Figure("200 calibrations compared", 200.0 * spent_s / count, "s", 10.0, at_most=True, note=f"of {count}")
     for order in get_args(Order):
         points = visits(GRID, order)
-        spent_s = effort.best_s(lambda made=points, order=order: sequence(made, order, np.random.default_rng(0)), 1)
+        spent_s = effort.best_s(partial(sequence, points, order, np.random.default_rng(0)), 1)
         yield Figure(f"3 000 points ordered, {order}", spent_s, "s", 2.0, at_most=True)
     angles = [(pitch, roll) for pitch in np.arange(-90.0, 91.0, 5.0) for roll in np.arange(-180.0, 181.0, 30.0)]
     rows = terms(np.deg2rad(np.array(angles)), "extended", with_roll=True)

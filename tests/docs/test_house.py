@@ -23,6 +23,7 @@ LATER = {
     "procedures.journal.spool": {"procedures/cli/start.py"},
     "procedures.errors": {"procedures/cli/start.py"},
     "rig.clock": {"procedures/cli/start.py"},
+    "rig.plain_text": {"procedures/cli/start.py"},
     "pathlib": {"procedures/cli/start.py"},
     "pwd": {"procedures/cli/start.py"},
     "json": {"procedures/cli/start.py"},

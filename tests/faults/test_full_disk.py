@@ -205,3 +205,31 @@ def test_fault_79_a_delivery_on_a_full_disk_says_what_is_missing_and_is_complete
     disk.free()
     assert call(capsys, "solve", run).status == 0
     assert {path.name for path in (run / "exports").iterdir()} == sets.keys()
+
+
+@pytest.mark.parametrize(
+    "stuck", [pytest.param(False, id="once", marks=pytest.mark.soak), pytest.param(True, id="for good")]
+)
+@pytest.mark.parametrize("error", [errno.ENOSPC, pytest.param(errno.EIO, marks=pytest.mark.soak)])
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(12, marks=pytest.mark.thorough), *[pytest.param(n, marks=pytest.mark.soak) for n in range(1, 42, 2)]],
+)
+def test_fault_79_a_delivery_whose_nth_write_fails_says_what_is_missing_and_is_completed(
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str], number: int, error: int, stuck: bool
+) -> None:
+    """Set, archive, exports, page and paper: nothing half written under its own name, and a sentence for each."""
+    run = finished_job.copied_to(tmp_path)
+    names = {path.relative_to(run) for folder in ("exports", "coefficients") for path in (run / folder).iterdir()}
+    made = [run / name for name in names] + [run / "report.html", run / "report.pdf"]
+    for path in made:
+        path.unlink()
+    with failing_files(run, number, error, stuck=stuck) as files:
+        told = call(capsys, "solve", run)
+    assert (told.status in (0, 1), "Traceback" in told.err) == (True, False), told.err
+    if files.has_failed and told.status == 0:  # what was refused is there all the same: a folder that was not synced
+        assert all(path.exists() for path in made)
+    for path in (run / "exports").iterdir():
+        assert call(capsys, "verify", path).status == 0, path
+    assert call(capsys, "solve", run).status == 0
+    assert all(path.exists() for path in made)

@@ -1,13 +1,22 @@
 """``calrig service`` writes the unit of the page, with the paths of this machine and the folders that it needs."""
 
+import os
 import re
+import shlex
+import signal
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from command import call
+from small_run import PROCEDURE, RIG
 
 from procedures.cli.bench.service import unit_text
+from procedures.journal.owner import is_owned
+from procedures.journal.status import status
+from procedures.records.states import State
+from rig.clock import SystemClock
 
 PAGE = Path(__file__).parents[4] / "docs" / "service.md"
 
@@ -54,3 +63,39 @@ def test_a_path_that_a_unit_would_misread_is_refused(
     told = call(capsys, "service", "--out", folder, "--show")
     assert told.status == 2
     assert "has a space" in told.err
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="systemd is of Linux")
+@pytest.mark.parametrize(
+    ("end", "left", "restarts"),
+    [
+        pytest.param("KillSignal", State.STOPPED, 0, id="shutdown", marks=pytest.mark.thorough),
+        pytest.param("KILL", State.INTERRUPTED, 0, id="crash", marks=pytest.mark.soak),
+        pytest.param("abort", State.ABORTED, 2, id="a person's abort", marks=pytest.mark.soak),
+    ],
+)
+def test_the_story_of_a_reboot_by_the_unit_that_is_written(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], end: str, left: State, restarts: int
+) -> None:
+    """As systemd goes by it: its signal to the process of a run, then its command for that run at the next start."""
+    (tmp_path / "rig.toml").write_text(RIG.replace("seed = 7", "seed = 7\ntime = 100.0"), encoding="utf-8")
+    (tmp_path / "procedure.toml").write_text(PROCEDURE, encoding="utf-8")
+    words = [tmp_path / "procedure.toml", "--rig", tmp_path / "rig.toml", "--out", tmp_path / "runs"]
+    unit = dict(re.findall(r"^(\w+)=(.*)$", call(capfd, "service", "--out", tmp_path / "runs", "--show").out, re.M))
+    begun, clock = call(capfd, "run", *words, "--detach", "--json").document, SystemClock()
+    run = Path(begun["run"])
+    while status(run).dwells_done < 3:
+        clock.sleep(0.05)
+    if end == "abort":
+        assert call(capfd, "abort", run).status == 0
+    else:
+        os.kill(begun["pid"], signal.Signals[unit.get(end, f"SIG{end}")])
+    while is_owned(run):
+        clock.sleep(0.05)
+    assert status(run).state is left
+    command = unit["ExecStart"].replace("%i", run.name).replace("%u", "anna")
+    again = subprocess.run(shlex.split(command), capture_output=True, text=True, check=False)
+    assert again.returncode == restarts, again.stderr
+    waits = {int(number) for number in unit["RestartPreventExitStatus"].split()}
+    assert again.returncode == 0 or again.returncode in waits
+    assert status(run).state is (left if restarts else State.FINISHED)

@@ -7,6 +7,8 @@ from command import call
 from finished_job import FinishedJob
 from job_files import job
 
+from procedures.journal.corrections import add_note
+
 pytestmark = pytest.mark.usefixtures("no_report")
 
 
@@ -44,10 +46,13 @@ def test_what_has_no_name_or_no_reason_is_refused(finished: Path, capsys: pytest
 def test_a_line_break_in_a_name_or_a_reason_makes_no_line_of_its_own(
     finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Found later: a reason printed a "next …" of its own into the handover."""
+    """Found later: a reason printed a "next …" of its own into the handover. One of an older journal is shown."""
     run = finished_job.copied_to(tmp_path)
     false = "door\nnext       calrig close RUN"
-    assert call(capsys, "void", run, "--from", 20, "--reason", false, "--operator", false).status == 0
+    refused = call(capsys, "void", run, "--from", 20, "--reason", false, "--operator", "anna")
+    assert (refused.status, "write it in one line; nothing was done" in refused.err) == (2, True)
+    add_note(run, false, false)
+    assert call(capsys, "void", run, "--from", 20, "--reason", "door", "--operator", "anna").status == 0
     page = call(capsys, "handover", run).out
     assert "door<U+000A>next" in page
     assert [line for line in page.splitlines() if line.startswith("next")] == [f"next       calrig resume {run}"]
