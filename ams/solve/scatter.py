@@ -16,7 +16,6 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray, IntArray
 
 _BISECTIONS = 60
-_SETTLED = 1e-12
 _NEGLIGIBLE = 1e-12
 _SMALLEST_DOF = 1.0
 _TINY = float(np.finfo(float).tiny)
@@ -119,31 +118,14 @@ def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: Fl
     low = _NEGLIGIBLE * square
     falls = _slope(low, spread, along, rest, free) <= 0.0
     high = square + np.max(np.where(np.isfinite(spread), spread, 0.0), axis=1)
-    middle = np.sqrt(low * high)
     for _ in range(_BISECTIONS):
-        slope, bend = _slope_and_bend(middle, spread, along, rest, free)
-        low, high = np.where(slope > 0.0, middle, low), np.where(slope > 0.0, high, middle)
-        with np.errstate(over="ignore"):
-            newton = middle * np.exp(-slope / np.where(bend < 0.0, bend, -np.inf) / middle)
-        within = (newton > low) & (newton < high) & (bend < 0.0)
-        step, middle = middle, np.where(within, newton, np.sqrt(low * high))
-        if bool(np.all(falls | (np.abs(middle / step - 1.0) < _SETTLED))):
-            break
-    return np.where(falls, 0.0, middle)
+        middle = np.sqrt(low * high)
+        rises = _slope(middle, spread, along, rest, free) > 0.0
+        low, high = np.where(rises, middle, low), np.where(rises, high, middle)
+    return np.where(falls, 0.0, np.sqrt(low * high))
 
 
 def _slope(variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray) -> FloatArray:
     """Return (m,) twice the slope of the restricted log-likelihood by the variance."""
     whole = variance[:, None] + spread
     return np.asarray(np.sum(along / whole**2 - 1.0 / whole, axis=1) + (rest / variance - free) / variance)
-
-
-def _slope_and_bend(
-    variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return :func:`_slope` and its derivative by the logarithm of the variance, over the variance."""
-    one = 1.0 / (variance[:, None] + spread)
-    share = along * one
-    slope = np.sum((share - 1.0) * one, axis=1) + (rest / variance - free) / variance
-    bend = np.sum((1.0 - 2.0 * share) * one**2, axis=1) - (2.0 * rest / variance - free) / variance**2
-    return np.asarray(slope), np.asarray(bend)

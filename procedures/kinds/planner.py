@@ -71,6 +71,7 @@ def make_plan(
         sequential=sequential_of(procedure, schedule.design, is_at_rest=kind.table is None),
         moving_together=rig.moving_together(),
         reading_together=rig.reading_together(),
+        counts_earth=True,
     )
 
 

@@ -93,6 +93,8 @@ class Plan:
     """Axes that go to an attitude at the same time; the others one after the other."""
     reading_together: tuple[str, ...] = ()
     """Readouts that read at the same time, each its channels in their order; the others one after the other."""
+    counts_earth: bool = False
+    """The Earth's rotation is taken off calibrations of gyros or budgeted; a run stored before that keeps its numbers."""
 
     @property
     def is_at_rest(self) -> bool:

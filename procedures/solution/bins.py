@@ -37,7 +37,7 @@ def profile_observations(item: SensorRows) -> Observations:
         units=units_of(rows, channels),
         source=source,
     )
-    return with_turned_earth(found, item.rig, item.sensor)
+    return with_turned_earth(found, item.rig, item.sensor) if item.plan.counts_earth else found
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def observed(item: SensorRows) -> Observations:
     temperature = temperature_source(item.rig, item.sensor)
     rows = observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain)
     rows = rows if item.sensor.rolls else on_the_sting(rows)
-    if item.sensor.measures != "rate" or rows.euler_rate_rad_s is None:
+    if not item.plan.counts_earth or item.sensor.measures != "rate" or rows.euler_rate_rad_s is None:
         return rows
     yaw = np.zeros(rows.rows) if rows.yaw_rad is None else rows.yaw_rad
     at = {"pitch": rows.pitch_rad, "yaw": yaw, "roll": rows.roll_rad}
@@ -70,7 +70,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *solved.remarks,
         *_remarks(item.plan.solve, item.dwells),
         *on_level,
-        *earth_remarks(item.rig, item.sensor),
+        *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
         *([stopped] if stopped else []),
     )
     warnings = (

@@ -178,7 +178,7 @@ def _errors(
     if table is not None:
         columns = _of_attitudes(table, observations, slope, curvature)
         yield LevelError(SharedError("table", "level", 1.0, "standard", table_in_words(item.rig)), columns)
-    for error in shared_errors(item.rig, item.sensor)[axis]:
+    for error in shared_errors(item.rig, item.sensor, counts_earth=item.plan.counts_earth)[axis]:
         if error.effect in OF_BASE:
             place, u_rad = OF_BASE[error.effect], error.standard_uncertainty
             columns = np.stack([slope[place] * u_rad, curvature[place] * u_rad**2 / 2.0], axis=-1)

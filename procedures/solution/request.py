@@ -174,7 +174,9 @@ def request_of(
     """Return what is asked of one sensor of a run."""
     source = temperature_source(rig, sensor)
     chamber = source if isinstance(source, str) else None
-    errors = shared_errors(rig, sensor, chamber, calibrated_degc(solve, observations))
+    errors = shared_errors(
+        rig, sensor, chamber, calibrated_degc(solve, observations), counts_earth=observations.from_level is not None
+    )
     return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors, rolls=sensor.rolls)
 
 

@@ -152,10 +152,13 @@ def shared_errors(
     sensor: Sensor | None,
     temperature: str | None = None,
     calibrated_degc: float | None = None,
+    *,
+    counts_earth: bool = True,
 ) -> dict[str, tuple[SharedError, ...]]:
     """Sensor axis to its errors. ``temperature``: the environment whose reading stands for the sensor's temperature.
 
     ``calibrated_degc``: where the sensor was calibrated without a model of temperature; None where it has one.
+    ``counts_earth``: whether what is not known of the Earth's rotation is an error of a gyro.
 
     Without a sensor only the level of the base is known, for x, y and z.
     """
@@ -166,7 +169,7 @@ def shared_errors(
         *level,
         *_thermometer(rig, sensor, temperature),
         *_use(sensor, calibrated_degc),
-        *earth_errors(rig, sensor),
+        *(earth_errors(rig, sensor) if counts_earth else ()),
     )
     return {str(axis): (*_chain(rig, channel), *common) for axis, channel in sensor.channels.items()}
 
