@@ -69,6 +69,13 @@ def left_out_where_empty(folder: Path) -> Iterator[None]:
         raise
 
 
+def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
+    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
+    if archive is not None:
+        return archive
+    return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
+
+
 def default_archive_url() -> str:
     """``CALRIG_ARCHIVE``, else ``archive.sqlite`` in the user's state folder, which is made where it is not there."""
     given = os.environ.get("CALRIG_ARCHIVE")

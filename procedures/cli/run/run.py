@@ -25,6 +25,7 @@ from procedures.cli.options import (
 )
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import (
+    archive_of,
     default_archive_url,
     left_out_where_empty,
     login_name,
@@ -237,13 +238,6 @@ def _last_word(delivery: Delivery) -> tuple[str, str]:
     worst = worst_uncertainty(delivery.view)
     lines = (delivery.view.verdict.sentence, worst, *missing, delivery.report.resolve().as_uri())
     return f"finished: {delivery.view.verdict.trust}", "\n".join(line for line in lines if line)
-
-
-def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
-    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
-    if archive is not None:
-        return archive
-    return f"sqlite:///{folder.parent / 'archive.sqlite'}" if is_simulated else default_archive_url()
 
 
 def tell_failures(delivery: Delivery) -> None:
