@@ -30,6 +30,7 @@ from procedures.numbers import (
 )
 from procedures.report.canvas import Figure
 from procedures.report.figures import are_left_out
+from procedures.report.findings_in_short import significant_findings, test_name, tests_in_short
 from procedures.report.overview import overview_rows
 from procedures.report.view import AxisView, CheckComparison, ParameterRow, RunView
 
@@ -237,6 +238,9 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "attitude": attitude,
     "degrees": angle,
     "overview_rows": overview_rows,
+    "significant_findings": significant_findings,
+    "tests_in_short": tests_in_short,
+    "test_name": test_name,
     "are_figures_left_out": are_left_out,
     "shared_remarks": shared_remarks,
     "not_among_the_grounds": not_among_the_grounds,

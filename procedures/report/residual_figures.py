@@ -183,7 +183,7 @@ def _by_attitude(sensor: SensorView, observations: Observations) -> Figure:
     count = len(sensor.axes)
     figure = canvas(2.9)
     panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
-    figure.subplots_adjust(left=0.085, right=0.88, top=0.91, bottom=0.15, wspace=0.1)
+    figure.subplots_adjust(left=0.085, right=0.88, top=0.91, bottom=0.15, wspace=0.2)
     means = [mean_residuals(axis.calibration, observations) for axis in sensor.axes]
     arcsec = [
         residual_v / axis.sensitivity_v_per_g * ARCSEC_PER_RAD

@@ -1,16 +1,16 @@
 """Figures of the run itself: the design and its order, temperature, reference attitude, parameters by replication."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ams.calibration_result import Replication
 from ams.units import ARCSEC_PER_DEG
-from procedures.numbers import as_drawn
+from procedures.numbers import as_drawn, two_digits
 from procedures.report.canvas import (
     FAINT,
-    INK,
+    GRID,
     RED,
     SERIES,
     Figure,
@@ -41,8 +41,10 @@ DRAWN_SCALE = {
 """A parameter's unit to the factor and the unit in which its small changes are drawn."""
 
 
-MOST_PANELS_ABREAST = 5
-"""Wider, and the titles of small panels stand in one another."""
+ROW_IN = 0.25
+"""Height of one parameter's strip."""
+STRIP = 0.42
+"""Half a strip's share of its row."""
 MOST_LINES = 8
 """Lines that can be told apart in one panel."""
 
@@ -60,55 +62,79 @@ def run_figures(view: RunView) -> Iterator[Figure]:
 
 
 def drift_figure(sensor: SensorView) -> Figure | None:
-    """Draw every parameter by replication; None where there was one replication."""
+    """Draw every parameter by replication, a strip each; None where there was one replication."""
     if not any(axis.tests for axis in sensor.axes):
         return None
-    columns = min(max(len(axis.parameters) for axis in sensor.axes), MOST_PANELS_ABREAST)
-    rows = [(axis, start) for axis in sensor.axes for start in range(0, len(axis.parameters), columns)]
-    height = 0.75 + 1.3 * len(rows)
+    labels = {parameter.name: parameter.label for axis in sensor.axes for parameter in axis.parameters}
+    height = 0.75 + ROW_IN * len(labels)
     figure = canvas(height)
-    panels = figure.subplots(len(rows), columns, squeeze=False)
-    figure.subplots_adjust(left=0.075, right=0.99, top=1 - 0.3 / height, bottom=0.45 / height, hspace=0.55, wspace=0.42)
-    for row, (axis, start) in zip(panels, rows, strict=True):
-        parameters = axis.parameters[start : start + columns]
-        for panel in row[len(parameters) :]:
-            panel.set_axis_off()
-        for panel, parameter in zip(row, parameters, strict=False):
-            _parameter_panel(panel, axis, parameter)
-    for panel in panels[-1]:
-        panel.set_xlabel("replication")
+    panels = figure.subplots(1, len(sensor.axes), squeeze=False, sharey=True)[0]
+    figure.subplots_adjust(left=0.135, right=0.915, top=1 - 0.28 / height, bottom=0.42 / height, wspace=0.48)
+    for panel, axis in zip(panels, sensor.axes, strict=True):
+        _parameter_strips(panel, axis, tuple(labels))
+    panels[0].set_yticks(range(len(labels)), list(labels.values()), fontsize=7.0)
     return Figure(
         f"{sensor.slug}-drift",
         f"{sensor.name}: parameters by replication",
-        "Every replication solved alone, as the change from the mean of all. Bars: ± one standard uncertainty of one "
-        "replication, from the dwell-to-dwell precision. A red title marks a significant drift (after Holm).",
+        "Every replication solved alone, as the change from the mean of all, each parameter in a strip and on a scale "
+        "of its own. Bars: ± one standard uncertainty of one replication, from the dwell-to-dwell precision; its size "
+        "stands on the right. Red marks a significant drift (after Holm).",
         to_svg(figure),
     )
 
 
-def _parameter_panel(panel: "Axes", axis: AxisView, parameter: ParameterRow) -> None:
+def _parameter_strips(panel: "Axes", axis: AxisView, names: Sequence[str]) -> None:
+    """Draw an axis' strips in one panel: a panel for each of sixty parameters takes seconds."""
     replication = axis.calibration.replication
-    factor, unit = DRAWN_SCALE.get(parameter.unit, (1.0, parameter.unit))
-    changes = {} if replication is None else _changes(replication, parameter.name)
-    plain_axes(panel, zero_line=True)
-    marked = any(test.is_significant for test in axis.tests if test.parameter == parameter.name)
-    panel.set_title(
-        f"{axis.axis}: {parameter.label} ({unit})", loc="left", pad=3.0, fontsize=7.5, color=RED if marked else INK,
-        fontweight="bold" if marked else "normal",
-    )  # fmt: skip
-    if not changes:
-        panel.text(0.5, 0.5, "not determined", transform=panel.transAxes, ha="center", va="center", color=FAINT)
-        panel.set(xticks=[], yticks=[])
-        return
-    error = None if replication is None else _one_replication(axis, replication, parameter)
-    panel.errorbar(
-        list(changes), [change * factor for change in changes.values()],
-        yerr=None if error is None else error * factor, fmt="o-", color=SERIES[0], markersize=3, linewidth=0.8,
-        elinewidth=0.7, capsize=1.5,
-    )  # fmt: skip
-    panel.set_xlim(min(changes) - 0.5, max(changes) + 0.5)
-    if len(changes) <= 8:
-        panel.set_xticks(list(changes))
+    drifting = {test.parameter for test in axis.tests if test.is_significant}
+    panel.hlines(range(len(names)), 0.0, 1.0, color=GRID, linewidth=0.5, transform=panel.get_yaxis_transform())
+    quiet, marked, replications = _Strips(), _Strips(), set[int]()
+    for parameter in axis.parameters:
+        row = names.index(parameter.name)
+        changes = {} if replication is None else _changes(replication, parameter.name)
+        u = None if replication is None else _one_replication(axis, replication, parameter)
+        (marked if parameter.name in drifting else quiet).add(row, changes, u)
+        replications.update(changes)
+        size = "not determined" if not changes else "" if u is None else _drawn_size(u, parameter.unit)
+        panel.text(
+            1.03, row, size, transform=panel.get_yaxis_transform(), va="center", fontsize=6.5,
+            color=RED if parameter.name in drifting else FAINT,
+        )  # fmt: skip
+    for strips, colour in ((quiet, SERIES[0]), (marked, RED)):
+        panel.errorbar(
+            strips.replication, strips.height, yerr=strips.bar, fmt="o-", color=colour, markersize=2.4, linewidth=0.8,
+            elinewidth=0.7,
+        )  # fmt: skip
+    panel.spines[["top", "right", "left"]].set_visible(False)
+    panel.tick_params(length=2.5, width=0.6)
+    panel.tick_params(axis="y", length=0.0)
+    panel.set_ylim(len(names) - 0.5, -0.5)
+    if replications:
+        panel.set_xlim(min(replications) - 0.5, max(replications) + 0.5)
+    if len(replications) <= 8:
+        panel.set_xticks(sorted(replications))
+    panel.set_title(f"{axis.axis} axis", loc="left", pad=3.0, fontweight="bold")
+    panel.set_xlabel("replication")
+
+
+class _Strips:
+    """Points and bars of several strips as one line, broken between them."""
+
+    def __init__(self) -> None:
+        self.replication: list[float] = []
+        self.height: list[float] = []
+        self.bar: list[float] = []
+
+    def add(self, row: int, changes: Mapping[int, float], u: float | None) -> None:
+        whole = max((*map(abs, changes.values()), 2.0 * (u or 0.0)), default=0.0) or 1.0
+        self.replication += [*changes, np.nan]
+        self.height += [*(row - STRIP * change / whole for change in changes.values()), np.nan]
+        self.bar += [0.0 if u is None else STRIP * u / whole] * (len(changes) + 1)
+
+
+def _drawn_size(standard_uncertainty: float, unit: str) -> str:
+    factor, drawn = DRAWN_SCALE.get(unit, (1.0, unit))
+    return f"± {two_digits(standard_uncertainty * factor)} {drawn}"
 
 
 def _changes(replication: Replication, name: str) -> dict[int, float]:

@@ -69,7 +69,8 @@ def rig_text(packages: int, time: str = '"virtual"') -> str:
 
 
 def _truth(number: int, place: int, axis: str) -> str:
-    offset_v, azimuth_deg = 0.001 * (number - 4) + 0.002 * place, -170.0 + 37.0 * number + 20.0 * place
+    offset_v = 0.001 * (number - 4) + 0.002 * place
+    azimuth_deg = (10.0 + 37.0 * number + 20.0 * place) % 360.0 - 180.0
     return (
         f"{axis} = {{ offset_v = {offset_v:.4f}, sensitivity_v_per_g = {2.5 + 0.004 * number}, "
         f"coning_deg = {0.2 + 0.05 * number:.3f}, azimuth_deg = {azimuth_deg}, noise_v = 2e-5 }}\n"
