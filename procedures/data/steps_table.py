@@ -1,5 +1,7 @@
 """A plan as a pandas table: a row for every step, before anything moves."""
 
+from collections.abc import Mapping
+
 import pandas as pd
 
 from procedures.plan.plan import Plan
@@ -13,7 +15,7 @@ def steps_table(plan: Plan) -> pd.DataFrame:
     return table.astype({"replication": "Int64", "point": "Int64"})
 
 
-def _row(plan: Plan, step: Step) -> dict[str, object]:
+def _row(plan: Plan, step: Step) -> Mapping[str, object]:
     if isinstance(step, Soak):
         return (
             {"what": "soak", "purpose": "", "replication": None, "point": None}
