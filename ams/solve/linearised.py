@@ -135,7 +135,7 @@ def _repeats(stimulus: Attitude, layout: Layout) -> bool:
     if not layout.is_complete or layout.order is not None:
         return False
     given = _columns(stimulus)
-    left_out = () if _RATES in given else _NEVER_ALIKE  # gyros stay on their rows: the stored numbers to the last digits
+    left_out = () if _RATES in given else _NEVER_ALIKE  # gyros stay on their rows, for their stored numbers
     columns = (values for name, values in given.items() if name not in left_out)
     return all(_stands_alike(values, layout) for values in columns)
 

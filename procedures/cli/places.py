@@ -75,6 +75,13 @@ def second_place() -> Path:
     return user_state_path("calrig") / "emergency"
 
 
+def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
+    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
+    if archive is not None:
+        return archive
+    return simulated_archive_url(folder.parent) if is_simulated else default_archive_url()
+
+
 def default_archive_url() -> str:
     """``CALRIG_ARCHIVE``, else ``archive.sqlite`` in the user's state folder, which is made where it is not there."""
     given = os.environ.get("CALRIG_ARCHIVE")

@@ -29,7 +29,11 @@ LATER = {
     "json": {"procedures/cli/start.py"},
     # heavy: half a second and more, and most commands do without
     "matplotlib": {"procedures/report/canvas.py", "procedures/report/paper/letters.py"},
-    "procedures.data.drawings": {"procedures/data/run_data.py", "procedures/data/solved.py"},  # matplotlib
+    "procedures.data.drawings": {  # matplotlib
+        "procedures/data/run_data.py",
+        "procedures/data/solved.py",
+        "procedures/facade/planning.py",
+    },
     "typst": {"procedures/report/paper/pdf.py"},
     "scipy.special": {"ams/statistics/distributions.py"},
     "scipy.linalg": {"ams/solve/gauss_newton.py"},

@@ -4,22 +4,19 @@ from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-import numpy as np
 from cyclopts import App
 
 from ams.archive.connection import migrate as migrate_archive
 from ams.archive.desk import SENSOR_EVERY_DAYS, due_list, search_runs
 from ams.archive.histories import history as history_of
 from ams.archive.refusals import without_password
-from ams.archive.runs import Override, adjustment_of
+from ams.archive.runs import adjustment_of
 from ams.archive.sets import Search, list_sets
 from ams.archive.sets import show as show_set
 from ams.archive.signatures import SignOff, sign_off, verify_archive
 from ams.archive.signatures import accept as accept_finding
 from ams.archive.signatures import release as release_set
 from ams.archive.signatures import sign as sign_set
-from ams.archive.synthetic import Story, synthetic_archive
-from ams.archive.synthetic_runs import publish_synthetic
 from ams.surveillance.compare import compare as compare_sets
 from ams.whole_file import write_whole
 from procedures.cli.archive.identity import OWN_WORD, signer
@@ -33,13 +30,10 @@ from procedures.cli.archive.text import (
     set_lines,
     sign_off_lines,
 )
-from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, SecretFile, require_folder_of
-from procedures.cli.output import note, print_json, say
-from procedures.cli.places import default_archive_url, find_run
+from procedures.cli.options import Archive, Json, Operator, SecretFile, require_folder_of
+from procedures.cli.output import print_json, say
+from procedures.cli.places import default_archive_url
 from procedures.cli.results.coefficients_text import set_text
-from procedures.cli.run.run import archive_of
-from procedures.delivery.deliver import publish_folder
-from procedures.delivery.publish import history_findings
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
 
@@ -47,6 +41,17 @@ app = App(
     name="archive",
     help="Coefficient sets in the archive: what was found, what was left, and over the years.",
     group_commands="Commands",
+)
+# What solves loads when it is called: looking takes a third of the time.
+app.command(
+    "procedures.cli.archive.publish:publish",
+    name="publish",
+    help="Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.",
+)
+app.command(
+    "procedures.cli.archive.publish:demo",
+    name="demo",
+    help="Make a synthetic archive: sensors that drift, one that dropped, two that were mixed up, a check sensor.",
 )
 
 
@@ -211,53 +216,6 @@ def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None
 
 
 @app.command
-def publish(
-    run: NamedRun,
-    /,
-    *,
-    override: str | None = None,
-    supersede: str | None = None,
-    operator: Operator = None,
-    out: RunsFolder = RUNS,
-    archive: Archive = None,
-    json: Json = False,
-) -> None:
-    """Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.
-
-    Parameters
-    ----------
-    override
-        Why an expired standard is accepted all the same; needs --operator.
-    supersede
-        Why this journal takes the place of another one of the same run, as of a copy; needs --operator.
-    """
-    if (override is None and supersede is None) != (operator is None):
-        raise RequestError(
-            "an override needs --override REASON and --operator NAME together, a supersession --supersede REASON and "
-            "--operator NAME; nothing was published"
-        )
-    word, succession = (
-        Override(operator, why) if why is not None and operator is not None else None for why in (override, supersede)
-    )
-    folder = find_run(run, out)
-    url, published = publish_folder(
-        folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word, succession
-    )
-    if json:
-        sets = [plain(asdict(one)) for one in published.publications]
-        found = {name: plain(asdict(one)) for name, one in published.adjustments.items()}
-        print_json({"archive": without_password(url), "sets": sets, "adjustments": found})
-        return
-    shown = without_password(url)
-    for one in published.publications:
-        say(f"{one.sha256[:12]}  {one.sensor:<16} {'published' if one.is_new else 'was there already'}   {shown}")
-        for line in adjustment_lines(published.adjustments.get(one.sensor)):
-            say(f"  {line}")
-    for finding in history_findings(url, published):
-        say(f"look at this: {finding}")
-
-
-@app.command
 def sign(
     key: str,
     role: str,
@@ -362,42 +320,6 @@ def migrate(*, archive: Archive = None) -> None:
     url = archive or default_archive_url()
     before, after = migrate_archive(url)
     say(f"{without_password(url)}: schema {after}{'' if before == after else f', was {before}'}")
-
-
-@app.command
-def demo(
-    *, out: Path = Path("demo-archive.sqlite"), sensors: int = 50, years: int = 8, seed: int = 1, json: Json = False
-) -> None:
-    """Make a synthetic archive: sensors that drift, one that dropped, two that were mixed up, a check sensor.
-
-    Parameters
-    ----------
-    out
-        The SQLite file to make; it must not be there yet.
-    sensors
-        How many, at least 8, calibrated twice a year.
-    years
-        For how long, at least 4.
-    seed
-        The same seed makes the same archive.
-    """
-    if sensors < 8 or years < 4:
-        raise RequestError(f"a demonstration needs at least 8 sensors and 4 years: got {sensors} and {years}")
-    require_folder_of(out, "--out")
-    if out.exists():
-        raise RequestError(f"{out}: is there already; give --out with another name; nothing was written")
-    url = f"sqlite:///{out}"
-    made = synthetic_archive(np.random.default_rng(seed), Story(sensors=sensors, years=years))
-    note(f"{out}: calibrating {sensors} sensors for {years} years; this takes a while")
-    count = publish_synthetic(url, made, np.random.default_rng(seed + 1))
-    planted = {"drifting": made.drifting, "dropped": made.dropped, "mixed_up": made.mixed_up}
-    if json:
-        print_json(plain({"archive": url, "sets": count, **planted}))
-        return
-    say(f"{count} sets in {url}")
-    for what, names in planted.items():
-        say(f"{what.replace('_', ' '):<9} {', '.join(names)}")
-    say(f"try: calrig archive history {made.drifting[0]} --archive {url} --plot history.svg")
 
 
 def _tell(signed: SignOff, *, json: bool) -> None:

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
 from procedures.cli.output import note, print_json, say
+from procedures.cli.places import archive_of
 from procedures.cli.results.findings_text import check_trials, findings_lines
-from procedures.cli.run.run import archive_of, tell, tell_failures
+from procedures.cli.run.run import tell, tell_failures
 from procedures.cli.run.working import working
 from procedures.cli.steer.choose_run import alive_or_latest
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run

@@ -25,12 +25,12 @@ from procedures.cli.options import (
 )
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import (
+    archive_of,
     default_archive_url,
     left_out_where_empty,
     login_name,
     new_run_folder,
     shared_archive_url,
-    simulated_archive_url,
     teaching_archive,
 )
 from procedures.cli.run.archive_url import require_archive_url
@@ -241,13 +241,6 @@ def _last_word(delivery: Delivery) -> tuple[str, str]:
     worst = worst_uncertainty(delivery.view)
     lines = (delivery.view.verdict.sentence, worst, *missing, delivery.report.resolve().as_uri())
     return f"finished: {delivery.view.verdict.trust}", "\n".join(line for line in lines if line)
-
-
-def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
-    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
-    if archive is not None:
-        return archive
-    return simulated_archive_url(folder.parent) if is_simulated else default_archive_url()
 
 
 def tell_failures(delivery: Delivery) -> None:

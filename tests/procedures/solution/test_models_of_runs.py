@@ -326,7 +326,7 @@ def errors_of_teeth(angle: np.ndarray, chance: np.random.Generator) -> np.ndarra
     return chance.uniform(-3.0, 3.0, index.max() + 1)[index] * np.pi / 180.0 / 3600.0
 
 
-WHOLE_TABLE = ("speed_dps = 20.0", "speed_dps = 20.0\nuncertainty_arcsec = 1.0")
+WHOLE_TABLE = ("speed_dps = 180.0", "speed_dps = 180.0\nuncertainty_arcsec = 1.0")
 JOINT = solve_table("joint = true\njoint_priors_arcsec = { roll_zero = 20.0 }")
 
 

@@ -136,7 +136,7 @@ def test_readings_expected_together_take_as_long_as_the_longest_readout(tmp_path
     dwells = len(turn.dwells)
     saved_moving_s = 0.0
     for here, there in zip(turn.dwells, turn.dwells[1:], strict=False):
-        ways_s = [abs(there.targets_deg[name] - here.targets_deg[name]) / 20.0 for name in there.targets_deg]
+        ways_s = [abs(there.targets_deg[name] - here.targets_deg[name]) / 180.0 for name in there.targets_deg]
         saved_moving_s += min(way_s + 1.3 for way_s in ways_s) if all(ways_s) else 0.0
     saved_reading_s = dwells * 2 * 20 * 2 * 1 / 50
     assert turn.expected.p50_s - both.expected.p50_s == pytest.approx(saved_moving_s + saved_reading_s)
