@@ -94,7 +94,7 @@ class Plan:
     reading_together: tuple[str, ...] = ()
     """Readouts that read at the same time, each its channels in their order; the others one after the other."""
     counts_earth: bool = False
-    """The Earth's rotation is taken off calibrations of gyros or budgeted; a run stored before that keeps its numbers."""
+    """The Earth's rotation is taken off calibrations of gyros, or budgeted; a run stored before keeps its numbers."""
 
     @property
     def is_at_rest(self) -> bool:
