@@ -14,7 +14,7 @@ from job_files import job
 from run_folders import make_run
 
 from procedures.cli import options
-from procedures.cli.archive import archive
+from procedures.cli.archive import archive, publish
 from procedures.cli.main import GROUPS
 from procedures.records.states import State
 
@@ -37,20 +37,9 @@ def commands() -> Iterator[Callable[..., object]]:
             module, _, name = target.partition(":")
             if name != "app":
                 yield getattr(import_module(f"procedures.cli.{module}"), name)
-    for name in (
-        "list_",
-        "due",
-        "search",
-        "show",
-        "compare",
-        "history",
-        "publish",
-        "sign",
-        "verify",
-        "migrate",
-        "demo",
-    ):
+    for name in ("list_", "due", "search", "show", "compare", "history", "sign", "verify", "migrate"):
         yield getattr(archive, name)
+    yield from (publish.publish, publish.demo)
 
 
 def test_a_shared_option_is_defined_once() -> None:
