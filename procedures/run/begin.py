@@ -3,7 +3,9 @@
 from dataclasses import replace
 from pathlib import Path
 
+from ams.errors import WriteFailed
 from ams.whole_file import write_whole
+from procedures.errors import StorageFailed
 from procedures.journal.header import RunHeader
 from procedures.journal.journal import Journal
 from procedures.journal.owner import owning
@@ -47,9 +49,17 @@ def begin(
         journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
         crash_point(CrashPoint.RUN_CREATED)
         journal.append_event("readiness", {"engineering": [*ready.missing, *ready.contradictions]}, rig.clock)
-        write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
+        _write_plan(run_dir, header)
         services.begun()
         return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, services)
+
+
+def _write_plan(run_dir: Path, header: RunHeader) -> None:
+    """Write the plan beside the journal, which holds it too: what is refused here costs no run."""
+    try:
+        write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
+    except WriteFailed as error:
+        raise StorageFailed(f"{error}; nothing moved; then `calrig resume {run_dir}`") from error
 
 
 def rehearse(

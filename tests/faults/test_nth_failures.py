@@ -12,7 +12,6 @@ from fault_scripts import tell_of
 from killing import Target
 from small_run import measured_in, resumed
 
-from ams.errors import WriteFailed
 from procedures.errors import JournalError, StorageFailed
 from procedures.journal.status import status
 from procedures.journal.storage import JOURNAL_FILE
@@ -49,7 +48,7 @@ def _fail_files(aimed: Target, calls: Iterable[int], error: int, *, stuck: bool)
         with failing_files(run_dir, call, error, stuck=stuck) as files:
             try:
                 state = aimed.bench.run(run_dir).state
-            except (StorageFailed, JournalError, WriteFailed):
+            except (StorageFailed, JournalError):
                 state = None  # before the first move
         if not files.has_failed:
             return last
