@@ -27,7 +27,10 @@ Reason = Annotated[str | None, Parameter(help="Why, for the record.")]
 NeededReason = Annotated[str, Parameter(help="Why, for the record.")]
 SecretFile = Annotated[
     Path | None,
-    Parameter(help="File whose first line is the secret of who signs (- is standard input); else the terminal asks."),
+    Parameter(
+        allow_leading_hyphen=True,
+        help="File whose first line is the secret of who signs (- is standard input); else the terminal asks.",
+    ),
 ]
 Archive = Annotated[
     str | None,

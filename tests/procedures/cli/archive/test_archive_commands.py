@@ -1,5 +1,6 @@
 """``calrig archive`` and ``calrig resolve`` as a user calls them, rightly and wrongly."""
 
+import io
 import json
 import sqlite3
 from dataclasses import dataclass
@@ -150,6 +151,9 @@ def test_signing_needs_the_secret_of_that_very_person(
     (tmp_path / "guess").write_text("aaaa-aaaa-aaaa-aaab")
     wrong = archive("sign", first, "prepared", "--operator", "A. Ray", "--secret-file", tmp_path / "guess")
     assert (wrong.status, "that is not the secret" in wrong.err) == (2, True)
+    monkeypatch.setattr("sys.stdin", io.StringIO("aaaa-aaaa-aaaa-aaab\n"))
+    piped = archive("sign", first, "prepared", "--operator", "A. Ray", "--secret-file", "-")
+    assert (piped.status, "that is not the secret" in piped.err) == (2, True)
     refused = archive("sign", first, "approved", "--operator", "A. Ray", *secret)
     assert (refused.status, "is not its turn" in refused.err) == (2, True)
     signed = archive("sign", first, "prepared", "--operator", "a. ray", *secret, "--json").document
