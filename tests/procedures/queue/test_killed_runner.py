@@ -13,7 +13,9 @@ from small_run import PROCEDURE, RIG
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.dwells import DwellRecord
 
-ITEMS, KILLS = 4, 20
+ITEMS, LEAST_KILLS, MOST_KILLS = 4, 8, 200
+LONGEST_LIFE_S = 10.0
+"""Of a runner: on an idle machine it has then checked and begun an item, and seen it end."""
 CALRIG = (sys.executable, "-m", "procedures.cli.main")
 ANNA = ("--operator", "Anna")
 
@@ -70,17 +72,17 @@ def test_a_runner_that_is_killed_at_random_moments_measures_each_item_once(tmp_p
     for _ in range(ITEMS):
         _calrig(tmp_path, "queue", "add", "procedure.toml", "--rig", "rig.toml", "--out", "runs", *ANNA)
     _calrig(tmp_path, "queue", "attest", "SN1", *ANNA)
-    chance, lives, decisions = np.random.default_rng(3), 0, 0
-    while lives < KILLS or "waiting" in (places := _places(tmp_path)) or "starting" in places or "running" in places:
-        if "needs a decision" in (places := _places(tmp_path)):  # killed between the line and the process
+    chance, kills = np.random.default_rng(3), 0
+    while set(places := _places(tmp_path)) != {"finished"}:
+        if "needs a decision" in places:  # killed between the line and the process
             number = str(places.index("needs a decision") + 1)
             _calrig(tmp_path, "queue", "decide", number, "again", "--reason", "nothing began", *ANNA)
-            decisions += 1
-        if {"waiting", "starting", "running"} & set(_places(tmp_path)):
+        if not json.loads(_calrig(tmp_path, "queue", "list", "--json"))["armed"]:
             _calrig(tmp_path, "queue", "arm", "--until", "2099-01-01T00:00", *ANNA)
-        _runner_lives(tmp_path, float(chance.uniform(0.5, 5.0)))
-        lives += 1
-        assert lives < 6 * KILLS
+        _runner_lives(tmp_path, float(chance.uniform(0.5, LONGEST_LIFE_S)))
+        kills += 1
+        assert kills < MOST_KILLS
+    assert kills >= LEAST_KILLS
     assert _places(tmp_path) == ["finished"] * ITEMS
     (alone,) = [one.parent for one in (tmp_path / "alone").glob("*/journal.sqlite")]
     runs = [one.parent for one in (tmp_path / "runs").glob("*/journal.sqlite")]
