@@ -133,9 +133,20 @@ class ImpatientProtocol(H11Protocol):
             self.transport.abort()
 
 
+class ImpatientLoop(asyncio.SelectorEventLoop):
+    """A loop in which who begins no TLS is sent away as soon as who says nothing: the protocol learns of him later."""
+
+    async def create_server(self, *args: Any, **options: Any) -> asyncio.Server:
+        if options.get("ssl") is not None:
+            options["ssl_handshake_timeout"] = FIRST_WORDS_S
+        server: asyncio.Server = await super().create_server(*args, **options)
+        return server
+
+
 def serve(listening: Listening, console: Console, tell: Callable[[str], None]) -> None:
     """Serve until a signal ends it; ``tell`` is given a link, and another each time one was used."""
-    asyncio.run(_serve(listening, console, tell))
+    with asyncio.Runner(loop_factory=ImpatientLoop) as runner:
+        runner.run(_serve(listening, console, tell))
 
 
 async def _serve(listening: Listening, console: Console, tell: Callable[[str], None]) -> None:

@@ -11,7 +11,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Protocol
 
-from procedures.queue.state import AT_WORK, Attestation, Item, Place, Queue
+from procedures.queue.state import AT_WORK, Arming, Attestation, Item, Place, Queue
 from procedures.queue.store import Change, QueueStore
 from procedures.queue.words import mounted_words
 from procedures.records.states import ACTIVE, State
@@ -104,10 +104,8 @@ class Runner:
         elif look.run is None:
             reason = look.said or "its process ended before a run began"
             self._add(queue, "unbegun", {"item": item.number, "busy": look.was_busy, "reason": reason})
-        elif self._is_of_a_cold_start(item, look):
-            detail = {"item": item.number, "boot": self.world.boot(), "by_itself": True}
-            if self._add(queue, "resume", detail):
-                self.world.resume(item, queue.arming.by if queue.arming else item.added_by, "cold start")
+        elif self._is_of_a_cold_start(item, look) and self._is_armed_but_for_the_start(queue):
+            self._resume_itself(queue, item)
         else:
             state = look.state or State.INTERRUPTED
             ended = State.INTERRUPTED if state in ACTIVE else state
@@ -130,19 +128,48 @@ class Runner:
             return
         if self._is_busy(item):
             return
-        assert queue.arming is not None
-        detail = {"item": item.number, "boot": self.world.boot()}
         if item.place is Place.RESUMING:
-            if self._add(queue, "resume", detail):
-                self.world.resume(item, item.decided_by, item.reason)
+            self._begin(queue, item, "resume", lambda _arming: self.world.resume(item, item.decided_by, item.reason))
             return
         if refused := list(self.world.check(item)):
             self._add(queue, "checked", {"item": item.number, "refused": refused})
             return
-        if item.is_late(self.clock.now_utc()) or not queue.is_armed(self.world.boot(), self.clock.now_utc()):
-            return  # the check took its time
-        if self._add(queue, "start", detail):
-            self.world.start(item, queue.arming.by)
+        now_utc = self.clock.now_utc()
+        if not item.is_late(now_utc) and queue.is_armed(self.world.boot(), now_utc):  # the check took its time
+            self._begin(queue, item, "start", lambda arming: self.world.start(item, arming.by))
+
+    def _begin(self, seen: Queue, item: Item, kind: str, begin: Callable[[Arming], None]) -> None:
+        """Record a beginning, then begin while nobody can change the queue: a disarm is before it, or after it.
+
+        What was recorded and is not begun, as somebody disarmed or a sleep of the machine lies between, is found at
+        the next look as a start of which there is nothing: it needs a decision.
+        """
+        if not self._add(seen, kind, {"item": item.number, "boot": self.world.boot()}):
+            return
+
+        def unless_disarmed(queue: Queue) -> None:
+            now_utc = self.clock.now_utc()
+            is_late = kind == "start" and item.is_late(now_utc)
+            if queue.arming is not None and queue.is_armed(self.world.boot(), now_utc) and not is_late:
+                begin(queue.arming)
+
+        self.store.hold(unless_disarmed)
+
+    def _resume_itself(self, seen: Queue, item: Item) -> None:
+        """Resume after a cold start, as :meth:`_begin` begins: the word that was given before it still stands."""
+        detail = {"item": item.number, "boot": self.world.boot(), "by_itself": True}
+        if not self._add(seen, "resume", detail):
+            return
+
+        def unless_disarmed(queue: Queue) -> None:
+            if queue.arming is not None and self._is_armed_but_for_the_start(queue):
+                self.world.resume(item, queue.arming.by, "cold start")
+
+        self.store.hold(unless_disarmed)
+
+    def _is_armed_but_for_the_start(self, queue: Queue) -> bool:
+        """Whether nobody has taken back what was armed before the machine was started anew, and it is not over."""
+        return queue.arming is not None and self.clock.now_utc() <= queue.arming.until_utc
 
     def _is_busy(self, item: Item) -> bool:
         owner, now_s = self.world.busy(item), self.clock.monotonic_s()

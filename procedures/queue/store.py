@@ -66,6 +66,18 @@ class QueueStore:
             connection.execute("COMMIT")
             return after
 
+    def hold(self, act: Callable[[Queue], None]) -> None:
+        """Do something in view of the queue while nobody can change it; whoever wants to waits until it is done.
+
+        Raises: what ``act`` raises, JournalError.
+        """
+        with self._open() as connection:
+            connection.execute("BEGIN IMMEDIATE")
+            try:
+                act(folded(self._events(connection)))
+            finally:
+                connection.execute("ROLLBACK")
+
     def _append(self, connection: apsw.Connection, queue: Queue, kind: str, detail: Detail) -> Event:
         last = connection.execute("SELECT sha256 FROM events ORDER BY sequence DESC LIMIT 1").fetchone()
         previous = str(last[0]) if last else FIRST

@@ -29,6 +29,7 @@ import sys
 from pathlib import Path
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
+from rig.errors import WaitEnded
 from rig.motion.move import home_and_arrive, move_and_arrive
 
 hoard = []
@@ -63,9 +64,15 @@ with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
         turning.start_move(turning.limits_deg[1])
     clock.sleep(0.2)
     print("turning", rig._guard.pid, flush=True)
-    while True:
-        turning.turn_look(clock) if rate_dps else turning.state()
-        clock.sleep(0.1)
+    try:
+        while True:
+            turning.turn_look(clock) if rate_dps else turning.state()
+            clock.sleep(0.1)
+    except WaitEnded:
+        if sys.argv[5] != "stays":
+            raise
+        while True:
+            clock.sleep(1.0)
 """.replace("ROOM", str(ROOM_BYTES))
 
 
@@ -97,9 +104,12 @@ class GuardedEngine:
 
 @contextmanager
 def guarded_engine(
-    folder: Path, change: tuple[str, str], axis: str = "roll", rate_dps: float = 8.0
+    folder: Path, change: tuple[str, str], axis: str = "roll", rate_dps: float = 8.0, *, stays: bool = False
 ) -> Iterator[GuardedEngine]:
-    """An engine in its own process group whose axis turns at a rate (0: is on its way to the end of its limits)."""
+    """An engine in its own process group whose axis turns at a rate (0: is on its way to the end of its limits).
+
+    ``stays``: it lives on when the guard was asked to stop the axes, so that it can be asked again.
+    """
     with served(folder, SystemClock(), change) as (simulated, rig_file):
         address = simulated.addresses[f"axes.{axis}"]
         host, _, port = address.removeprefix("socket://").rpartition(":")
@@ -108,7 +118,7 @@ def guarded_engine(
         run = folder / "runs" / "night"
         run.mkdir(parents=True)
         process = subprocess.Popen(
-            [sys.executable, "-c", ENGINE, str(rig_file), axis, str(rate_dps), str(run)],
+            [sys.executable, "-c", ENGINE, str(rig_file), axis, str(rate_dps), str(run), "stays" * stays],
             stdout=subprocess.PIPE,
             text=True,
             start_new_session=True,

@@ -1,16 +1,26 @@
 """A queue with a world that a test makes: processes that begin, end and die at its word; a runner that is killed."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from datetime import timedelta
 from pathlib import Path
 
 from journals import a_clock
+from small_run import RIG
 
+from procedures.queue import people
 from procedures.queue.runner import Look, Runner
-from procedures.queue.state import Attestation, Item, Queue
+from procedures.queue.state import Attestation, Item, Place, Queue
 from procedures.queue.store import QueueStore
 from procedures.records.states import ACTIVE, State
 from rig.clock import VirtualClock
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+
+HOUR = timedelta(hours=1)
+ANNA, BEN = "Anna", "Ben"
+QueueFiles = tuple[Path, Path, RigDescription]
+"""A procedure, a rig file, and what the latter says."""
 
 
 class Killed(BaseException):
@@ -45,6 +55,8 @@ class MadeWorld:
     notes: list[tuple[Path, Attestation]] = field(default_factory=list)
     lives: int = 1_000_000
     """Calls before the runner is killed."""
+    after_change: Callable[[], None] = lambda: None
+    """What others do between a line that the runner has written and its next one."""
 
     def boot(self) -> str:
         return f"boot {self.boots}"
@@ -107,6 +119,7 @@ class FragileStore(QueueStore):
     def change(self, decide):  # type: ignore[no-untyped-def]
         self.world._pass()
         found = super().change(decide)
+        self.world.after_change()
         self.world._pass()
         return found
 
@@ -141,3 +154,48 @@ class Scene:
 
     def queue(self) -> Queue:
         return self.store.read()
+
+
+def queue_files(folder: Path) -> QueueFiles:
+    procedure, rig = folder / "procedure.toml", folder / "rig.toml"
+    procedure.write_text("[procedure]\n")
+    rig.write_text(RIG)
+    return procedure, rig, read_rig(rig)
+
+
+def add_item(scene: Scene, files: QueueFiles, by: str = ANNA, hours: float | None = None) -> Item:
+    procedure, rig_file, rig = files
+    until = None if hours is None else scene.clock.now_utc() + hours * HOUR
+    return people.add(
+        scene.store, procedure, rig_file, rig, scene.folder, by, title="a night",
+        not_before_utc=None, not_after_utc=until, refused=[],
+    )  # fmt: skip
+
+
+def arm_queue(scene: Scene, by: str = ANNA, hours: float = 12.0) -> None:
+    now = scene.clock.now_utc()
+    people.arm(scene.store, by, now + hours * HOUR, scene.world.boot(), now)
+
+
+def make_ready(scene: Scene, files: QueueFiles, count: int = 1) -> None:
+    """So many items, attested and armed."""
+    for _ in range(count):
+        item = add_item(scene, files)
+    people.attest(scene.store, ANNA, item.needs)
+    arm_queue(scene)
+
+
+def end_process(scene: Scene, number: int, state: State, by: str = "") -> None:
+    seen = scene.world.processes[number]
+    seen.is_alive, seen.state, seen.by, seen.run = False, state, by, seen.run or Path(f"/runs/{number}")
+
+
+def steps(scene: Scene, count: int = 4) -> None:
+    for _ in range(count):
+        scene.step()
+
+
+def place_of(scene: Scene, number: int = 1) -> Place:
+    item = scene.queue().item(number)
+    assert item is not None
+    return item.place

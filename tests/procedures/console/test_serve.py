@@ -1,10 +1,13 @@
 """Where the console listens, and who keeps no place there."""
 
 import asyncio
+import ssl
+import subprocess
 from pathlib import Path
 
 import pytest
 import uvicorn
+from programs import require_program
 from starlette.responses import PlainTextResponse
 
 from procedures.console import serve
@@ -42,6 +45,50 @@ def test_who_says_nothing_whole_is_sent_away_and_who_listens_is_not(monkeypatch:
     listening.socket.close()
     assert quickly.endswith(b"ok")
     assert slowly == b""
+
+
+def test_tls_of_ones_own_is_served_and_who_begins_none_is_sent_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serve, "FIRST_WORDS_S", 0.5)
+    certificate, key = str(tmp_path / "cert.pem"), str(tmp_path / "key.pem")
+    words = ["req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2"]
+    names = ["-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", certificate]
+    subprocess.run([require_program("openssl"), *words, *names], check=True, capture_output=True)
+    listening = bound("127.0.0.1:0", (Path(certificate), Path(key)))
+    address = listening.socket.getsockname()
+    config = uvicorn.Config(
+        PlainTextResponse("ok"), http=serve.ImpatientProtocol, lifespan="off", log_level="critical",
+        ssl_certfile=certificate, ssl_keyfile=key,
+    )  # fmt: skip
+
+    async def talk() -> tuple[bytes, bytes]:
+        server = uvicorn.Server(config)
+        serving = asyncio.ensure_future(server.serve(sockets=[listening.socket]))
+        while not server.started:
+            await asyncio.sleep(0)
+        silent_reader, silent = await asyncio.open_connection(*address)
+        known = ssl.create_default_context(cafile=certificate)
+        reader, writer = await asyncio.open_connection(*address, ssl=known)
+        writer.write(b"GET / HTTP/1.1\r\nhost: x\r\nconnection: close\r\n\r\n")
+        async with asyncio.timeout(10.0):
+            answered = await reader.read()
+            try:
+                silently = await silent_reader.read()
+            except ConnectionResetError:
+                silently = b""
+        server.should_exit = True
+        silent.close()
+        writer.close()
+        await serving
+        return answered, silently
+
+    with asyncio.Runner(loop_factory=serve.ImpatientLoop) as runner:
+        answered, silently = runner.run(talk())
+    listening.socket.close()
+    assert (listening.site.scheme, listening.site.cookie()) == ("https", "__Host-calrig")
+    assert answered.endswith(b"ok")
+    assert silently == b""
 
 
 def test_a_proxy_names_the_site_and_nobody_is_here() -> None:
