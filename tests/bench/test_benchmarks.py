@@ -16,12 +16,16 @@ PEERS = {
 
 
 SHORT = ("fit", "attitude", "engine")
-"""Tried with every change; CI tries all."""
+"""Tried with every change; CI tries the others."""
+SLOW = ("rehearsal",)
+"""A whole night in virtual time, however small: with the long proofs."""
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name in SHORT else pytest.mark.thorough) for name in BENCHMARKS]
-)
+def _marks(name: str) -> tuple[pytest.MarkDecorator, ...]:
+    return () if name in SHORT else (pytest.mark.soak,) if name in SLOW else (pytest.mark.thorough,)
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=_marks(name)) for name in BENCHMARKS])
 def test_a_benchmark_runs_and_every_figure_is_a_number_beside_its_target(name: str) -> None:
     found = list(figures_of([name], Effort(is_tiny=True)))
     assert found

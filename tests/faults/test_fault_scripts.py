@@ -16,7 +16,7 @@ from procedures.records.states import State
 from rig.description.fault_plan import FaultPlan
 
 MOST_U = 4.0
-DURATION_S = 250.0
+DURATION_S = 60.0
 """Of the campaign, rig seconds: when things go wrong at a moment, it is within them."""
 LONG = """
 [procedure]

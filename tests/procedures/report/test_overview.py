@@ -37,7 +37,7 @@ def test_a_row_tells_a_sensor_in_five_words() -> None:
     assert (drifted.verdict, drifted.findings) == ("usable", "drift")
 
 
-@pytest.mark.thorough
+@pytest.mark.soak
 @pytest.mark.timeout(900)
 def test_eight_packages_fit_into_three_megabytes_and_each_has_its_own_document(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
