@@ -59,7 +59,7 @@ def _write_plan(run_dir: Path, header: RunHeader) -> None:
     try:
         write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
     except WriteFailed as error:
-        raise StorageFailed(f"{error}; nothing moved; then `calrig resume {run_dir}`") from error
+        raise StorageFailed(f"{error}; nothing moved; then calrig resume {run_dir}") from error
 
 
 def rehearse(
