@@ -16,6 +16,7 @@ import pytest
 from command import call
 from small_run import Bench
 from stored_runs import (
+    BETWEEN_PROCESSORS,
     CASES,
     DATA,
     VERSIONS,
@@ -76,7 +77,11 @@ def _solve_as_it_was(case: StoredCase, patch: pytest.MonkeyPatch) -> None:
 
 
 def _coefficients_moved(then: object, now: object) -> list[str]:
-    return [told for told in moved(then, now) if not is_of_uncertainty(told.split(":")[0])]
+    return [told for told in moved(then, now, *BETWEEN_PROCESSORS) if not is_of_uncertainty(told.split(":")[0])]
+
+
+def _uncertainties_moved(then: object, now: object) -> list[str]:
+    return [told for told in moved(then, now, *BETWEEN_PROCESSORS) if is_of_uncertainty(told.split(":")[0])]
 
 
 def test_every_kind_is_stored() -> None:
@@ -106,7 +111,7 @@ def test_a_stored_run_gives_its_uncertainties(
     run = case.copy("finished", tmp_path / "run")
     _solve_as_it_was(case, monkeypatch)
     now = _solved_with_nothing_declared(run) if case.folder.name in LINES else _solved(run)
-    assert [told for told in moved(case.numbers, now) if is_of_uncertainty(told.split(":")[0])] == []
+    assert _uncertainties_moved(case.numbers, now) == []
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case.folder.name == "two_level"], ids=name_of)

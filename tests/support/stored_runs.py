@@ -11,6 +11,13 @@ from typing import Any
 
 DATA = Path(__file__).parents[1] / "data"
 VERSIONS = sorted(DATA.glob("runs_*"))
+BETWEEN_PROCESSORS = (5e-11, 1e-15)
+"""Largest change of a solved number, relative, and absolute where a zero is stored, that is none of ours.
+
+The linear algebra under numpy takes other kernels on other processors (AVX2, AVX512), which add in another order; an
+ill-conditioned fit then moves by more than the 1e-12 that one processor keeps. Numbers that nothing is solved for stay
+at 1e-12 everywhere.
+"""
 Leaf = tuple[str, Any, float]
 """Path, what stands there, and the scale of its neighbours, which is 0 where it is no number."""
 
@@ -82,13 +89,13 @@ def leaves(document: object, path: str = "", scale: float = 0.0) -> Iterator[Lea
         yield path, document, max(scale, abs(document)) if _is_number(document) else 0.0
 
 
-def moved(then: object, now: object, relative: float = 1e-12) -> list[str]:
+def moved(then: object, now: object, relative: float = 1e-12, of_zero: float = 0.0) -> list[str]:
     """What of ``then`` is not so in ``now``, a sentence each; what ``now`` says beside it is no matter."""
     found = {path: value for path, value, _ in leaves(now)}
     return [
         f"{path}: was {value!r}, is {found.get(path, 'absent')!r}"
         for path, value, scale in leaves(then)
-        if not _is_same(value, found.get(path, "absent"), relative * scale)
+        if not _is_same(value, found.get(path, "absent"), relative * scale or of_zero)
     ]
 
 
