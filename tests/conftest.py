@@ -6,12 +6,14 @@ by pytest's own time-out.
 
 import os
 from collections.abc import Iterator
+from functools import partial
 
 import pytest
 from finished_job import FinishedJob, finish_job
 from hypothesis import settings
 from made_once import made_once
 from memory_folder import keep_temporary_files_in_memory
+from own_machine import enter_own_machine, leave_own_machine
 from reports_left_out import reports_left_out
 from signals import default_signals
 
@@ -19,13 +21,14 @@ settings.register_profile("calrig", deadline=None, max_examples=50)
 settings.load_profile("calrig")
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Keep what tests write in memory where that can be: journals sync at every dwell, and a disk takes its time.
 
-    Nothing of it goes into the log of whoever tests.
+    Nothing of it goes into the log of whoever tests, and nobody who tests beside it holds its rigs.
     """
     os.environ["CALRIG_LOG"] = "off"
     keep_temporary_files_in_memory()
+    config.add_cleanup(partial(leave_own_machine, enter_own_machine()))
 
 
 def pytest_xdist_auto_num_workers() -> int:

@@ -1,0 +1,27 @@
+"""A machine to itself for each process of tests: who holds what, and where guards listen, is nobody else's.
+
+Stored runs name the rig file that they began with; two sessions, or two workers, that resume one at the same moment
+would refuse each other in the folder that all of a machine share.
+"""
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+from rig.machine_folder import OVERRIDE
+
+_PASSABLE = 0o755
+
+
+def enter_own_machine() -> Path:
+    """Have this process and its children share locks with nobody else; return the folder, to be removed at the end."""
+    folder = Path(tempfile.mkdtemp(prefix="calrig-tests-"))
+    folder.chmod(_PASSABLE)  # some tests become another account
+    os.environ[OVERRIDE] = str(folder / "calrig")
+    return folder
+
+
+def leave_own_machine(folder: Path) -> None:
+    """Remove what is left of it."""
+    shutil.rmtree(folder, ignore_errors=True)
