@@ -6,26 +6,22 @@ what hinders one is told and hinders no other, and delivering again makes what i
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ams.archive.histories import history
 from ams.archive.runs import Override, PublishedRun
-from ams.archive.signatures import sign_off
 from ams.calibration.findings_document import full_document
 from ams.calibration_result import Calibration
-from ams.errors import AmsError, ArchiveError, OutsideValidity
+from ams.errors import AmsError
 from ams.exports import dcc, json_text
 from ams.exports.formats import export_set, format_named
 from ams.exports.optional_libraries import missing_sentence
 from ams.sets.axis_section import primary_section
-from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import LACKING
-from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust
+from procedures.delivery.past import past_of
 from procedures.delivery.publish import publish_solved
 from procedures.errors import RequestError
 from procedures.journal.audit_trail import clock_words, missing_in
@@ -149,7 +145,7 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
         parts.leave_out(("archive",), "no archive is asked for")
     crash_point(CrashPoint.PUBLISHED)
     exports = parts.made("exports", lambda: _exported(run, sets)) if sets else ()
-    past = parts.made("html", lambda: _past(run, sets, archived, archive_url))
+    past = parts.made("html", lambda: past_of(run.record, run.sensors, sets, archived, archive_url))
     view = parts.made("html", lambda: view_of(run.record, run.sensors, past))
     drawn = None if view is None else parts.made("html", lambda: draw_report(view, tell))
     if drawn is None:
@@ -249,38 +245,6 @@ def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
 
 def _attached(sets: Iterable[CoefficientSet]) -> list[Attachment]:
     return [attached for one in sets for attached in attachments(one)]
-
-
-def _past(
-    run: SolvedRun,
-    sets: Mapping[str, CoefficientSet],
-    archived: PublishedRun | None,
-    archive_url: str | None,
-) -> Past:
-    """Return as found, as left and the calibrations before, as the archive knew them when this run ended."""
-    if archived is None or archive_url is None:
-        return Past(_as_left(run, sets))
-    try:
-        histories = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
-    except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
-        histories = {}
-    signed = {}
-    for name, one in sets.items():
-        with suppress(ArchiveError):
-            signed[name] = sign_off(archive_url, one.sha256)
-    before = {name: one for name, one in histories.items() if len(one.history.labels) > 1}
-    return Past(archived.adjustments, before, signed)
-
-
-def _as_left(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[str, Adjustment]:
-    """Without an archive nothing is known of before: the new sets on their own data."""
-    adjustments = {}
-    for name, one in sets.items():
-        accepted = acceptance_of(table(one.provenance["acceptance"] or {}))
-        with suppress(OutsideValidity):  # a set that tells no angles (gyros, packages of CR)
-            rows = run.sensors[name].observations
-            adjustments[name] = adjust(None, one, rows, accepted, run.record.plan.usage_pitch_deg)
-    return adjustments
 
 
 def sensors_document(run: SolvedRun) -> dict[str, Any]:

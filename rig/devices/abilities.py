@@ -7,7 +7,7 @@ only through the :class:`Wait` that it is given: that is how a stop reaches it w
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -236,50 +236,6 @@ class Readout(Protocol):
 
     def checks(self) -> Mapping[str, float]:
         """Return slow own readings for the record, such as ``{"meter_temperature_degc": 36.1}``."""
-
-
-@dataclass(frozen=True, slots=True)
-class MeterProof:
-    """One reading of something whose value is known."""
-
-    what: str
-    """Such as ``short on 10 V``."""
-    value_v: float
-    """NaN where it was overloaded."""
-    expected_v: float
-    limit_v: float | None
-    """How far it may be off; None where it is recorded only."""
-
-    @property
-    def is_good(self) -> bool:
-        return self.limit_v is None or abs(self.value_v - self.expected_v) <= self.limit_v
-
-
-@dataclass(frozen=True, slots=True)
-class MeterLook:
-    """What a meter proved about itself at one time."""
-
-    proofs: tuple[MeterProof, ...]
-    temperature_degc: float | None
-    """Its own, None where it does not tell."""
-    is_calibrated_anew: bool
-    """It has just calibrated itself to its own standards."""
-
-
-@runtime_checkable
-class SelfChecking(Protocol):
-    """A readout that can prove itself between dwells."""
-
-    name: str
-    check_every_s: float | None
-    """None where the rig file asks for no checks: then nothing below is called."""
-    check_action: Literal["hold", "trip"]
-
-    def needs_check(self) -> bool:
-        """Return whether it should be checked before its time, since its own temperature has moved."""
-
-    def check_itself(self, wait: Wait) -> MeterLook:
-        """Calibrate where the rig file asks for it, then read short and reference. Raises: RigError, WaitEnded."""
 
 
 @dataclass(frozen=True, slots=True)

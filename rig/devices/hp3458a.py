@@ -14,10 +14,11 @@ from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
 from rig.description.device_settings import NotNegative, Positive, ReadoutSettings
-from rig.devices.abilities import Burst, MeterLook, Wait
+from rig.devices.abilities import Burst, Wait
 from rig.devices.hp3458a_meter import Hp3458aMeter, Setup
 from rig.devices.hp3488a import Hp3488aScanner
 from rig.devices.meter_checks import MeterChecks, proofs
+from rig.devices.self_checking import MeterLook
 from rig.errors import LinkClosed, LinkLost, RequestRefused
 from rig.link.gpib import GpibBus, GpibResource, parse_resource
 from rig.toml_file import StrictTable

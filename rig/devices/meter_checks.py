@@ -10,7 +10,8 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from rig.description.device_settings import Positive
-from rig.devices.abilities import Burst, MeterProof
+from rig.devices.abilities import Burst
+from rig.devices.self_checking import MeterProof
 from rig.toml_file import StrictTable
 
 OVER_RANGE = 1.05

@@ -15,14 +15,11 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from threading import RLock
-from typing import Annotated, Literal
-
-from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
-from rig.description.device_settings import Positive
 from rig.devices import rates
 from rig.devices.abilities import AxisState, StopStep, TurnLook, Wait
+from rig.devices.oriental_az_settings import OrientalAzSettings, judge_set_up
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.devices.targets import check_target, nearest_step
 from rig.devices.watchdog import prove
@@ -30,52 +27,11 @@ from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefuse
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Patience
 from rig.link.modbus import ModbusRtu
-from rig.toml_file import as_tuple
 from rig.wire import oriental_az as wire
 from rig.wire.oriental_az import Operation
 
 GAP_S = 0.03
 """Between two frames, as in the maker's sample."""
-Bit = Annotated[int, Field(ge=0, le=15)]
-
-
-class OrientalAzSettings(rates.RevolvingSettings):
-    """``driver = "oriental-az"``. ``axis`` is the unit number on the line."""
-
-    driver: Literal["oriental-az"]
-    axis: Annotated[int, Field(ge=1, le=31)] = 1
-    step_deg: Positive
-    """What one step turns the table, gears included."""
-    acceleration_dps2: Positive = 20.0
-    current_percent: Annotated[float, Field(gt=0.0, le=100.0)] = 100.0
-    baud_rate: Literal[9600, 19200, 38400, 57600, 115200, 230400] = 115200
-    parity: Literal["N", "E", "O"] = "E"
-    signals: Literal["internal", "outputs"] = "internal"
-    """Where its state is read: fixed signals from register 0x178 on, or the outputs as they are assigned (0x7F)."""
-    home_end_bit: Bit = 4
-    ready_bit: Bit = 5
-    alarm_bit: Bit = 7
-    move_bit: Bit = 13
-    """Bits of the output status, register 0x7F, where ``signals`` says "outputs"."""
-    wrap: bool | None = None
-    """The drive's wrap function, which makes positions jump; None: it must be off, and the drive must say so."""
-    electronic_gear: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = None
-    """A and B that ``step_deg`` was reckoned with; the drive must have the same."""
-    watchdog_s: Annotated[float, Field(ge=2.0, le=wire.LONGEST_SILENCE_MS / 1000.0)] | None = None
-    """Written to the driver's parameter "communication timeout" when a run begins; 0 is written when it ends."""
-    watchdog_register: Annotated[int, Field(ge=0, le=0xFFFE)] = wire.SILENCE_MS
-    reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
-
-    @field_validator("electronic_gear", mode="before")
-    @classmethod
-    def _gear_pair(cls, value: object) -> object:
-        return as_tuple(value)
-
-    @model_validator(mode="after")
-    def _turns_without_wrap(self) -> "OrientalAzSettings":
-        if self.wrap and self.top_rate_dps is not None:
-            raise ValueError("wrap = true makes positions jump, so no rate can be measured: leave out top_rate_dps")
-        return self
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,7 +233,7 @@ class OrientalAzAxis:
     def _require_set_up(self) -> str:
         """Gear, wrap and software limits against the rig file, before every start; what they are, for the record."""
         found = self._parameters()
-        set_up = self._without_parameters() if found is None else self._judged(found)
+        set_up = judge_set_up(self.name, self._settings, found)
         if self._set_up not in (None, set_up):
             raise DeviceFault(
                 f"{self.name}: the driver was set to {self._set_up} and now is to {set_up}: somebody set it otherwise;"
@@ -291,40 +247,6 @@ class OrientalAzAxis:
             return wire.parameters_of(self._read(wire.PARAMETERS, wire.PARAMETER_VALUES))
         except (DeviceRefused, ValueError):
             return None
-
-    def _without_parameters(self) -> str:
-        if self._settings.wrap is None:
-            raise DeviceNonsense(
-                f"{self.name}: the driver does not tell gear and wrap (registers {wire.PARAMETERS:#x} to"
-                f" {wire.PARAMETERS + 2 * wire.PARAMETER_VALUES - 1:#x}); nothing moved; look at them with MEXE02 and"
-                f" say wrap = false or true (axes.{self.name})"
-            )
-        return f"wrap {'on' if self._settings.wrap else 'off'} by the rig file, gear and software limits not told"
-
-    def _judged(self, found: wire.Parameters) -> str:
-        if found.wraps is not bool(self._settings.wrap):
-            says = (
-                "without wrap = true" if self._settings.wrap is None else f"with wrap = {self._settings.wrap}".lower()
-            )
-            raise DeviceRefused(
-                f"{self.name}: the driver's wrap function is {'on' if found.wraps else 'off'}, the rig file is {says}"
-                f" (axes.{self.name}: wrap); nothing moved; with it positions jump at half its range: switch it off"
-                " with MEXE02, or correct the file"
-            )
-        gear, wanted = found.gear, self._settings.electronic_gear
-        if wanted not in (None, gear):
-            raise DeviceRefused(
-                f"{self.name}: the electronic gear is {gear[0]}/{gear[1]}, the rig file says {wanted[0]}/{wanted[1]}"
-                f" (axes.{self.name}: electronic_gear, with which step_deg was reckoned); nothing moved; correct one"
-            )
-        if found.limits is not None:
-            ends = sorted(self._attitude_deg(steps) for steps in found.limits)
-            if ends[0] > self.limits_deg[0] or ends[1] < self.limits_deg[1]:
-                raise DeviceRefused(
-                    f"{self.name}: the driver's software limits allow {ends[0]:g} to {ends[1]:g} deg only"
-                    f" (axes.{self.name}: limits_deg); nothing moved; narrow the file's or widen the driver's"
-                )
-        return f"gear {gear[0]}/{gear[1]}, wrap {'on' if found.wraps else 'off'}"
 
     def _signals(self) -> Signals:
         if self._settings.signals == "outputs":

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from rig.devices import oriental_az
-from rig.devices.oriental_az import OrientalAzSettings
+from rig.devices.oriental_az_settings import OrientalAzSettings
 from rig.drivers.driver import AxesDriver, Driver, on_one_line
 from rig.twins.oriental_az import AzMotor, OrientalAzTwin
 from rig.twins.twin import Twin

@@ -2,7 +2,8 @@
 
 from rig.clock import Clock
 from rig.devices.abilities import Readout
-from rig.devices.scpi_daq import DEFAULT_ADDRESS, ScpiDaqReadout, ScpiDaqSettings
+from rig.devices.scpi_daq import DEFAULT_ADDRESS, ScpiDaqReadout
+from rig.devices.scpi_daq_settings import ScpiDaqSettings
 from rig.drivers.driver import Driver, ReadoutDriver
 from rig.drivers.message_lines import message_line
 from rig.drivers.wired_checks import known_voltages, wired_checks

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from gpib_rig import Bench, virtual_clock
 
 from rig.clock import VirtualClock
-from rig.devices.scpi_daq import ScpiDaqReadout, ScpiDaqSettings
+from rig.devices.scpi_daq import ScpiDaqReadout
+from rig.devices.scpi_daq_settings import ScpiDaqSettings
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
 from rig.link.messages import StreamMessages

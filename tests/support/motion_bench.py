@@ -10,6 +10,7 @@ from rig.clock import VirtualClock
 from rig.description.device_settings import AxisSettings
 from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, pi_gcs, rate_table, zaber
 from rig.devices.abilities import Axis
+from rig.devices.oriental_az_settings import OrientalAzSettings
 from rig.drivers.driver import DRIVERS as INSTALLED
 from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
@@ -66,9 +67,7 @@ DRIVERS: dict[str, Driver] = {
         {"points": [[500.0, -180.0], [2500.0, 180.0]], "pulse_limits_us": [500.0, 2500.0]},
     ),
     "manual": Driver(manual.ManualSettings, manual.connect, {}),
-    "oriental-az": Driver(
-        oriental_az.OrientalAzSettings, oriental_az.connect, {"step_deg": 0.01, "top_rate_dps": 180.0}
-    ),
+    "oriental-az": Driver(OrientalAzSettings, oriental_az.connect, {"step_deg": 0.01, "top_rate_dps": 180.0}),
     "pi-gcs": Driver(pi_gcs.PiGcsSettings, pi_gcs.connect, {}),
     "rate-table": Driver(rate_table.RateTableSettings, rate_table.connect, {"top_rate_dps": 300.0}),
     "zaber": Driver(zaber.ZaberSettings, zaber.connect, {"microstep_deg": 0.000234375, "top_rate_dps": 450.0}),

@@ -28,7 +28,8 @@ from procedures.certificate.grounds import Grounds
 from procedures.certificate.page import certificate_page
 from procedures.check.check_report import check, to_document
 from procedures.console.rights import refused_elsewhere
-from procedures.delivery.deliver import SolvedRun, _as_left, sensors_document, sets_of
+from procedures.delivery.deliver import SolvedRun, sensors_document, sets_of
+from procedures.delivery.past import as_left
 from procedures.errors import ProcedureError
 from procedures.journal.header import make_header
 from procedures.journal.journal_reader import JournalReader
@@ -204,7 +205,7 @@ def _delivered(run: SolvedRun) -> Iterator[tuple[str, str]]:
         ),
     )
     yield "report", _text(replace(view_of(run.record, run.sensors), declared={}, standards=(), versions={}))
-    left = _as_left(run, sets) if sets else {}
+    left = as_left(run.record, run.sensors, sets) if sets else {}
     yield "judgement", _text(left)
     certificates = [_certificate(one, left[name]) for name, one in sets.items() if name in left]
     yield "certificate", SHA256.sub("", "".join(certificates))

@@ -13,8 +13,8 @@ from daq_rig import DaqRig, daq_rig
 from gpib_rig import WIRING, GpibRig, gpib_rig, meter_settings
 from pydantic import ValidationError
 
-from rig.devices.abilities import SelfChecking
 from rig.devices.hp3458a import Hp3458aChecks, Hp3458aReadout
+from rig.devices.self_checking import SelfChecking
 from rig.errors import DeviceFault, WaitEnded
 
 SHORT_V, REFERENCE_V = 2e-6, 10.00003

@@ -1,0 +1,50 @@
+"""What was known of the sensors of a run before it, and when it ended."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+
+from ams.archive.histories import history
+from ams.archive.runs import PublishedRun
+from ams.archive.signatures import sign_off
+from ams.errors import ArchiveError, OutsideValidity
+from ams.sets.canonical import table
+from ams.sets.coefficients import CoefficientSet
+from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust
+from procedures.report.view import Past
+from procedures.solution.record import RunRecord
+from procedures.solution.request import SolvedSensor
+
+
+def past_of(
+    record: RunRecord,
+    sensors: Mapping[str, SolvedSensor],
+    sets: Mapping[str, CoefficientSet],
+    archived: PublishedRun | None,
+    archive_url: str | None,
+) -> Past:
+    """Return as found, as left and the calibrations before, as the archive knew them when this run ended."""
+    if archived is None or archive_url is None:
+        return Past(as_left(record, sensors, sets))
+    try:
+        histories = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
+    except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
+        histories = {}
+    signed = {}
+    for name, one in sets.items():
+        with suppress(ArchiveError):
+            signed[name] = sign_off(archive_url, one.sha256)
+    before = {name: one for name, one in histories.items() if len(one.history.labels) > 1}
+    return Past(archived.adjustments, before, signed)
+
+
+def as_left(
+    record: RunRecord, sensors: Mapping[str, SolvedSensor], sets: Mapping[str, CoefficientSet]
+) -> dict[str, Adjustment]:
+    """Return the new sets on their own data: without an archive nothing is known of before."""
+    adjustments = {}
+    for name, one in sets.items():
+        accepted = acceptance_of(table(one.provenance["acceptance"] or {}))
+        with suppress(OutsideValidity):  # a set that tells no angles (gyros, packages of CR)
+            rows = sensors[name].observations
+            adjustments[name] = adjust(None, one, rows, accepted, record.plan.usage_pitch_deg)
+    return adjustments
