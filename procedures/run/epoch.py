@@ -23,16 +23,16 @@ from procedures.records.states import State
 from procedures.run.context import LOOK_S, RunContext
 from procedures.run.dwell.measure import Announcement, move
 from procedures.run.dwell.perform import perform
-from procedures.run.dwell.soak import soak
 from procedures.run.dwell.warm_up import warm_up
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.enough import is_enough_measured
 from procedures.run.judgement.alarm import Alarm, TrustLost
-from procedures.run.judgement.history import History, agenda, plateaus_of, replications_before
-from procedures.run.judgement.judge import Band, Limits, judge_dwell
+from procedures.run.judgement.history import History, agenda, replications_before
+from procedures.run.judgement.judge import Limits, judge_dwell
 from procedures.run.judgement.running_fit import Doubt
 from procedures.run.judgement.suspect_dwells import Suspects
 from procedures.run.live_dwells import LiveDwells
+from procedures.run.plateaus import INTERLOCK, Plateaus
 from procedures.run.start_checks import require_declared_mounts, require_no_step
 from procedures.run.watch.device_identity import other_devices
 from procedures.run.watch.disk_space import needed_bytes
@@ -44,8 +44,6 @@ from rig.motion.move import home_and_arrive
 
 COMMON_MODE = "common_mode"
 """What a reference visit shows over all sensors."""
-INTERLOCK = "interlock"
-"""Cause of a hold, and phase under which the twins answer what is read between dwells."""
 
 
 class Epoch:
@@ -63,8 +61,6 @@ class Epoch:
         self._identities = identities
         self._noise = history.noise()
         self._replications = replications_before(self._plan)
-        self._plateau: Soak | None = None
-        self._plateaus = plateaus_of(self._plan.steps)
         self._checks: dict[int, DwellRecord] = {}
         self._judged: defaultdict[int, int] = defaultdict(int)
         self._accepted: list[DwellRecord] = []
@@ -72,6 +68,7 @@ class Epoch:
         increments_deg = {name: axis.increment_deg for name, axis in self._rig.axes.items()}
         self._chains = context.services.run_limits.chains
         self._suspects = Suspects(self._plan, history, increments_deg, self._chains)
+        self._plateaus = Plateaus(context, self._live, self._suspects, history.epoch)
         self._visits = VisitWatch(self._plan, self._chains)
         for known in history.dwells:
             if known.accepted:
@@ -137,20 +134,7 @@ class Epoch:
 
     def _soak(self, step: Soak) -> None:
         self._boundary()
-        self._bring_to(step)
-
-    def _bring_to(self, step: Soak) -> None:
-        self._progress_log.event(
-            "intent", {"step": step.step, "soak": step.environment, "setpoint_degc": step.setpoint_degc}
-        )
-        self._rig.chance.announce(step.step, "soak", self._history.epoch, self._replications[step.step])
-        self._progress_log.tell("soak", f"{step.environment} to {step.setpoint_degc:g} degC for {step.soak_s:g} s")
-        environment = self._rig.environments[step.environment]
-        told = self._live.soaks(step)
-        degc = soak(environment, step, self._rig.clock, self._context.wait_unless_stopped, told)
-        self._progress_log.event("soaked", {"step": step.step, "temperature_degc": degc})
-        self._plateau = step
-        self._suspects.forget()
+        self._plateaus.bring_to(step)
 
     def _dwell(self, dwell: Dwell) -> None:
         """Until the dwell is accepted or the run ends."""
@@ -172,7 +156,7 @@ class Epoch:
             if record.accepted:
                 self._act_on_visit(self._visits.take(record))
                 return
-            if self._regained_its_plateau():
+            if self._plateaus.regained():
                 granted = judged + retries + 1
             elif judged >= granted:
                 reason = f"step {dwell.step}: rejected {judged} times: {'; '.join(record.reasons)}"
@@ -192,29 +176,9 @@ class Epoch:
 
     def _stand_on_its_plateau(self, dwell: Dwell) -> None:
         """Soak anew for a step that is gone back to, or after a band was left."""
-        plateau = self._plateaus.get(dwell.step)
-        if plateau is not None and plateau != self._plateau:
+        plateau = self._plateaus.of(dwell.step)
+        if plateau is not None and self._plateaus.has_lost(dwell):
             self._soak(plateau)
-
-    def _regained_its_plateau(self) -> bool:
-        """Wait for the temperature where it has left its band, and soak anew; return False where it has not."""
-        plateau = self._plateau
-        if plateau is None:
-            return False
-        degc = self._rig.environments[plateau.environment].temperature_degc()
-        if abs(degc - plateau.setpoint_degc) <= plateau.band_degc:
-            return False
-        before = self._progress_log.state
-        measured = (
-            f"got {degc:.2f} degC, allowed {plateau.setpoint_degc:g} ± {plateau.band_degc:g} degC (procedure file:"
-        )
-        self._progress_log.enter(
-            State.HELD, f"{plateau.environment}: {measured} environment.band_degc)", cause=INTERLOCK
-        )
-        self._context.explain()
-        self._bring_to(plateau)
-        self._progress_log.enter(before)
-        return True
 
     def _attempt(self, dwell: Dwell, attempt: int) -> DwellRecord:
         """Move, measure, judge, commit."""
@@ -341,12 +305,11 @@ class Epoch:
         self._rig.chance.announce(dwell.step, phase, self._history.epoch, self._replications[dwell.step])
 
     def _limits(self, dwell: Dwell) -> Limits:
-        plateau = self._plateau
         return Limits(
             targets_deg=dwell.targets_deg,
             tolerance_deg={name: self._rig.axes[name].arrival_tolerance_deg for name in dwell.targets_deg},
             max_noise_factor=self._plan.dwell.max_noise_factor,
-            bands={} if plateau is None else {plateau.environment: Band(plateau.setpoint_degc, plateau.band_degc)},
+            bands=self._plateaus.bands(),
         )
 
     def _leave_checking(self) -> None:
@@ -355,7 +318,7 @@ class Epoch:
         require_declared_mounts(sensors, self._checks, self._progress_log)
         before = self._history.earlier_checks
         if before:
-            is_alike = self._plateaus.get(min(before)) == self._plateau
+            is_alike = self._plateaus.is_at_that_of(min(before))
             require_no_step(
                 self._history, self._checks, self._progress_log, self._chains, self._visits, is_alike=is_alike
             )
@@ -373,7 +336,7 @@ class Epoch:
             voided = self._void_dwells(alarm)
             self._answer(alarm, dwell)
             first = [] if dwell is None else [dwell]
-            if voided or (dwell is not None and self._has_lost_plateau(dwell)):
+            if voided or (dwell is not None and self._plateaus.has_lost(dwell)):
                 self._left.extendleft(reversed([*voided, *first]))
                 return True
         return False
@@ -412,7 +375,7 @@ class Epoch:
         if alarm.response == "restart":
             raise TrustLost(alarm.cause, alarm.reason)
         if alarm.cause == INTERLOCK:
-            self._plateau = None
+            self._plateaus.leave()
         self._context.hold(alarm, lambda: alarm.response == "hold" and not self._is_still(alarm, dwell))
 
     def _is_still(self, alarm: Alarm, dwell: Dwell | None) -> bool:
@@ -421,6 +384,3 @@ class Epoch:
         if found is not None and found.response in ("trip", "restart"):
             self._answer(found, dwell)
         return found is not None and found.cause == alarm.cause
-
-    def _has_lost_plateau(self, dwell: Dwell) -> bool:
-        return dwell.purpose != "check" and self._plateaus.get(dwell.step) != self._plateau
