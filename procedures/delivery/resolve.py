@@ -204,7 +204,9 @@ def _compared(job: Job, run: SolvedRun) -> Answer:
         for sensor, text in job.sets.items()
         for change in _of_sensor(sensor, json.loads(text), primaries.get(sensor))
     ]
-    changes += [_new_sensor(sensor) for sensor in primaries if sensor not in job.sets]
+    changes += [
+        NumberChange(sensor, "", "sensor", None, 1.0, None, None) for sensor in primaries if sensor not in job.sets
+    ]
     if run.failures:
         return Answer(job.run_id, "failed", tuple(changes), "; ".join(run.failures))
     if not changes:
@@ -220,10 +222,6 @@ def _of_sensor(sensor: str, old: Mapping[str, Any], new: Mapping[str, Any] | Non
     if new is None:
         return [NumberChange(sensor, "", "sensor", 1.0, None, None, None)]
     return number_changes(sensor, old, new)
-
-
-def _new_sensor(sensor: str) -> NumberChange:
-    return NumberChange(sensor, "", "sensor", None, 1.0, None, None)
 
 
 def _places(folder: str, run_id: str, elsewhere: Path | None) -> Iterator[Path]:

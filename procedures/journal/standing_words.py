@@ -55,9 +55,10 @@ def _done(progress: Progress) -> str:
 def live_rows(live: Live, now_utc: datetime) -> Iterator[Row]:
     """Yield what the engine does at this moment."""
     if live.phase:
-        since = "" if live.phase_since_utc is None else f" for {duration(_seconds(live.phase_since_utc, now_utc))}"
+        since = live.phase_since_utc
+        lasts = "" if since is None else f" for {duration((now_utc - since).total_seconds())}"
         waits = f", waiting for {one_line(live.waiting_for)}" if live.waiting_for else ""
-        yield "now", f"{live.phase}{since}{_usually(live)}{waits}"
+        yield "now", f"{live.phase}{lasts}{_usually(live)}{waits}"
     if live.now is not None:
         yield "at", f"{_target(live.now)}; seen at {_angles(live.positions_deg) or 'no position yet'}"
     if live.next is not None:
@@ -82,7 +83,3 @@ def _target(target: Target) -> str:
 
 def _angles(angles_deg: Mapping[str, float]) -> str:
     return ", ".join(f"{one_line(name)} {angle_deg:+.4g}" for name, angle_deg in angles_deg.items())
-
-
-def _seconds(since_utc: datetime, now_utc: datetime) -> float:
-    return (now_utc - since_utc).total_seconds()

@@ -222,9 +222,10 @@ def _undetermined(
     estimated = needed + warmed + (procedure.solve.time_term == "linear")
     attitudes = {(point.pitch_deg, point.yaw_deg, point.roll_deg) for point in design.points}
     if len(attitudes) < needed:
+        names = ", ".join(_labels(model.parameter_names))
         yield procedure.error(
             ("design",),
-            f"{len(attitudes)} different attitudes for {needed} parameters ({_listed(model)}) of model "
+            f"{len(attitudes)} different attitudes for {needed} parameters ({names}) of model "
             f"{procedure.solve.model}; nothing can be solved; give at least {needed + 1}",
         )
     elif procedure.replications * len(design.points) <= estimated:
@@ -235,10 +236,6 @@ def _undetermined(
         )
     else:
         yield from _rank_deficient(sensors, procedure, design, models)
-
-
-def _listed(model: Model) -> str:
-    return ", ".join(_labels(model.parameter_names))
 
 
 def _labels(names: Iterable[str]) -> list[str]:

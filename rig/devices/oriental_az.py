@@ -218,7 +218,7 @@ class OrientalAzAxis:
         if not signals.is_homed:
             raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
         if not (signals.is_ready or (may_turn and signals.is_moving)):
-            held = self._inputs()
+            held = self._read(wire.INPUTS, 1)[0]
             on = ", ".join(name for name, bit in (("STOP", wire.STOP), ("FREE", wire.FREE)) if held & bit)
             raise DeviceRefused(
                 f"{self.name}: {task}: the driver is not READY{f' (inputs left on: {on})' if on else ''}; nothing"
@@ -282,9 +282,6 @@ class OrientalAzAxis:
             is_moving=self._is_set(outputs, settings.move_bit),
             is_alarmed=is_alarmed,
         )
-
-    def _inputs(self) -> int:
-        return self._read(wire.INPUTS, 1)[0]
 
     def _status(self) -> tuple[int, int]:
         """Return outputs and alarm."""

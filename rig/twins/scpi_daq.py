@@ -143,7 +143,7 @@ class ScpiDaqTwin:
             "*ESR?": lambda _: b"+0",
             "SYST:VERS?": lambda _: b"1994.0",
             "SYST:CTYP?": self._card,
-            "VOLT:DC:RANG?": lambda text: self._each(text, lambda number: self._range(number)),
+            "VOLT:DC:RANG?": lambda text: self._each(text, lambda n: scpi.format_reading(self._channel(n).range_v)),
             "VOLT:DC:NPLC?": lambda text: self._each(text, lambda n: scpi.format_reading(self._channel(n).nplc)),
             f"{self._model.autozero}?": lambda text: self._each(
                 text, lambda number: b"%d" % self._autozero.get(number, True)
@@ -210,9 +210,6 @@ class ScpiDaqTwin:
 
     def _channel(self, number: int) -> Channel:
         return self._channels.get(number, Channel())
-
-    def _range(self, number: int) -> bytes:
-        return scpi.format_reading(self._channel(number).range_v)
 
     def _each(self, text: str, answer_of: Callable[[int], bytes]) -> bytes:
         return b",".join(answer_of(number) for number in self._existing(text))

@@ -107,7 +107,10 @@ class ScpiPort:
         self._work(now_s)
 
     def _take(self, line: bytes, now_s: float) -> None:
-        commands = [(self._short(header), parameters) for header, parameters in scpi.split_message(_text(line))]
+        commands = [
+            (self._short(header), parameters)
+            for header, parameters in scpi.split_message(line.decode("latin-1").strip())
+        ]
         if commands:
             self._pending += [*commands, ("", "")]
             self._work(now_s)
@@ -154,7 +157,3 @@ class ScpiPort:
         query = "?" if header.endswith("?") else ""
         words = [self.unit.words.get(word, word) for word in header.removesuffix("?").split(":")]
         return ":".join(words[1:] if len(words) > 1 and words[0] == "SENS" else words) + query
-
-
-def _text(line: bytes) -> str:
-    return line.decode("latin-1").strip()

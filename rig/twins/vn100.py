@@ -116,7 +116,11 @@ class Vn100Twin:
             row = wire.format_row("IMU", self._fields("IMU", now_s))
             return wire.message(b"VNRRG,%02d%s" % (register, row[len(b"$VNIMU") : row.index(b"*")]))
         found = IDENTITY.get(register) or self.registers.get(register)
-        return _error(INVALID_REGISTER) if found is None else wire.message(b"VNRRG,%02d,%s" % (register, _text(found)))
+        return (
+            _error(INVALID_REGISTER)
+            if found is None
+            else wire.message(b"VNRRG,%02d,%s" % (register, str(found).encode("ascii")))
+        )
 
     def _write(self, register: int, value: int, now_s: float) -> bytes:
         if register in IDENTITY:
@@ -151,10 +155,6 @@ def _by_name(motion: Motion) -> dict[str, float]:
     )
     fields = {name: value * scale for names, values, scale in scaled for name, value in zip(names, values, strict=True)}
     return fields | {"t": motion.temperature_degc, "p": PRESSURE_KPA}
-
-
-def _text(value: int | str) -> bytes:
-    return str(value).encode("ascii")
 
 
 def _error(code: int) -> bytes:

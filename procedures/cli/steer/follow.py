@@ -41,7 +41,7 @@ def follow(folder: Path, observer: RunObserver, is_left: Callable[[], bool], clo
     """Tell the observer of everything from now on until no process runs the run, or the person leaves."""
     with closing(Follower(folder, with_dwells=False, clock=clock)) as follower:
         news = follower.poll()
-        _tell_state(observer, news.status)
+        observer.on_event(progress_of("state", news.status, news.status.why))
         signs = _SignsOfLife(folder, clock)
         while news.status.state in ACTIVE and not is_left():
             clock.sleep(LOOK_S)
@@ -98,10 +98,6 @@ def shown_until_left(folder: Path, observer: RunObserver, is_left: Callable[[], 
         return ExitStatus.DONE
     note(f"{folder}: {found.state}{f': {found.why}' if found.why else ''}")
     return EXIT_STATUS.get(found.state, ExitStatus.FAILED)
-
-
-def _tell_state(observer: RunObserver, status: RunStatus) -> None:
-    observer.on_event(progress_of("state", status, status.why))
 
 
 def _progress_of(news: News) -> Iterator[Progress]:
