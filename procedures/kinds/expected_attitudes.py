@@ -46,7 +46,8 @@ def forecast_of_design(
         serial: Believed({axis: one for (name, axis), one in believed.items() if name == serial}, plan.dwell.samples)
         for serial in plan.sensors
     }
-    sensors = _expected_sensors(rig, procedure, plan, of_sensor, usage)
+    rows = _planned_rows(plan)
+    sensors = _expected_sensors(rig, procedure, plan, rows, of_sensor, usage)
     first = next(iter(next(iter(sensors.values())).solution.axes.values()))
     parameters = [item.name for item in first.parameters if item.name not in _NO_PARAMETERS]
     correlation = time_correlation_of(plan)
@@ -66,7 +67,7 @@ def forecast_of_design(
         design=figures,
         angles={serial: sensor.angles for serial, sensor in sensors.items()},
         usage_pitch_deg=usage.pitch_deg,
-        reservations=(*_reservations_of_rig_and_solution(rig, plan), *_foreseen(rig, plan, of_sensor)),
+        reservations=(*_reservations_of_rig_and_solution(rig, plan), *_foreseen(rig, plan, rows, of_sensor)),
         recommendations=followed,
     )
 
@@ -97,10 +98,11 @@ def _expected_sensors(
     rig: RigDescription,
     procedure: ProcedureDescription,
     plan: Plan,
+    rows: PlannedRows,
     believed: Mapping[str, Believed],
     usage: Usage,
 ) -> dict[str, ExpectedSensor]:
-    rows, found = _planned_rows(plan), {}
+    found = {}
     for serial, sensor in plan.sensors.items():
         try:
             found[serial] = expected_sensor(rig, plan.solve, serial, sensor, rows, believed[serial], usage)
@@ -109,9 +111,8 @@ def _expected_sensors(
     return found
 
 
-def _foreseen(rig: RigDescription, plan: Plan, believed: Mapping[str, Believed]) -> Iterator[str]:
+def _foreseen(rig: RigDescription, plan: Plan, rows: PlannedRows, believed: Mapping[str, Believed]) -> Iterator[str]:
     """Yield what the solutions will be reserved about; what all sensors share is said once."""
-    rows = _planned_rows(plan)
     of_sensor = {
         serial: foreseen_warnings(rig, plan.solve, serial, sensor, rows, believed[serial])
         for serial, sensor in plan.sensors.items()
