@@ -75,29 +75,19 @@ def second_place() -> Path:
     return user_state_path("calrig") / "emergency"
 
 
-def archive_of(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
-    """Return the archive that is asked for; a simulated run's is beside it, never the laboratory's own."""
-    if archive is not None:
-        return archive
-    return simulated_archive_url(folder.parent) if is_simulated else default_archive_url()
+def archive_of(runs: Path, archive: str | None, *, is_simulated: bool) -> str:
+    """Return the archive of the runs in a folder; a simulated run's is beside them, never the laboratory's own.
+
+    Its past runs teach how long the next takes.
+    """
+    return (archive or f"sqlite:///{runs / 'archive.sqlite'}") if is_simulated else archive_url(archive)
 
 
-def default_archive_url() -> str:
-    """``CALRIG_ARCHIVE``, else ``archive.sqlite`` in the user's state folder, which is made where it is not there."""
-    given = os.environ.get("CALRIG_ARCHIVE")
-    return given or f"sqlite:///{user_state_path('calrig', ensure_exists=True) / 'archive.sqlite'}"
-
-
-def simulated_archive_url(runs: Path) -> str:
-    """Return the archive of simulated runs where none is named: beside them, never the laboratory's own."""
-    return f"sqlite:///{runs / 'archive.sqlite'}"
-
-
-def teaching_archive(archive: str | None, runs: Path, *, is_simulated: bool) -> str:
-    """Return the archive whose past runs teach how long the next takes: the one that it would be archived in."""
-    if archive is not None:
-        return archive
-    return simulated_archive_url(runs) if is_simulated else default_archive_url()
+def archive_url(archive: str | None = None) -> str:
+    """Return the archive that was named, else ``archive.sqlite`` in the user's state folder, which is made."""
+    return (
+        shared_archive_url(archive) or f"sqlite:///{user_state_path('calrig', ensure_exists=True) / 'archive.sqlite'}"
+    )
 
 
 def shared_archive_url(archive: str | None = None) -> str | None:

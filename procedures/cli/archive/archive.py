@@ -32,7 +32,7 @@ from procedures.cli.archive.text import (
 )
 from procedures.cli.options import Archive, Json, Operator, SecretFile, require_folder_of
 from procedures.cli.output import print_json, say
-from procedures.cli.places import default_archive_url
+from procedures.cli.places import archive_url
 from procedures.cli.results.coefficients_text import set_text
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
@@ -84,7 +84,7 @@ def list_(
     until
         Only calibrated on this day or earlier.
     """
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     last = _day("until", until)
     wanted = Search(sensor, serial, rig, run, _day("since", since), None if last is None else last + timedelta(days=1))
     rows = list_sets(url, search=wanted)
@@ -113,7 +113,7 @@ def due(
     sensor_every_days
         The interval after which a sensor is calibrated again.
     """
-    url, today = archive or default_archive_url(), datetime.now(UTC).date()
+    url, today = archive_url(archive), datetime.now(UTC).date()
     found = [
         one
         for one in due_list(url, sensor_every_days)
@@ -138,7 +138,7 @@ def search(*words: str, archive: Archive = None, json: Json = False) -> None:
     words
         All of them must be known of the run; without any, every run is listed.
     """
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     found = search_runs(url, words)
     if json:
         print_json({"archive": without_password(url), "runs": [plain(asdict(one)) for one in found]})
@@ -157,7 +157,7 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     key
         A sensor (its latest set), or six or more characters of a checksum.
     """
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     found = show_set(url, key)
     if json:
         print_json(found.document)
@@ -182,7 +182,7 @@ def compare(old: str, new: str, /, *, archive: Archive = None, json: Json = Fals
     new
         The newer set.
     """
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     found = compare_sets(show_set(url, old), show_set(url, new))
     if json:
         print_json(plain(asdict(found)))
@@ -203,7 +203,7 @@ def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None
         Draw the charts into this SVG file.
     """
     require_folder_of(plot, "--plot")
-    found = history_of(archive or default_archive_url(), sensor)
+    found = history_of(archive_url(archive), sensor)
     if plot is not None:
         write_whole(plot, history_figure(found).svg)
     if json:
@@ -240,7 +240,7 @@ def sign(
     comment
         A remark; the reason where a set is withdrawn.
     """
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     who = signer(operator, secret_file)
     _tell(sign_set(url, key, role, who, datetime.now(UTC), comment, identified_by=OWN_WORD), json=json)
 
@@ -268,7 +268,7 @@ def accept(
     reason
         Why it does not forbid the use of the set; needed.
     """
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     who = signer(operator, secret_file)
     _tell(accept_finding(url, key, finding, who, datetime.now(UTC), reason, identified_by=OWN_WORD), json=json)
 
@@ -293,7 +293,7 @@ def release(
     reason
         Why it may be used; needed.
     """
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     who = signer(operator, secret_file)
     _tell(release_set(url, key, who, datetime.now(UTC), reason, identified_by=OWN_WORD), json=json)
 
@@ -301,7 +301,7 @@ def release(
 @app.command
 def verify(*, archive: Archive = None, json: Json = False) -> int:
     """Recompute the hash of every record and every row: whatever was changed behind the record shows."""
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     report = verify_archive(url)
     if json:
         print_json({"archive": without_password(url), **plain(asdict(report)), "verified": not report.faults})
@@ -317,7 +317,7 @@ def verify(*, archive: Archive = None, json: Json = False) -> int:
 @app.command
 def migrate(*, archive: Archive = None) -> None:
     """Bring an older archive up to this version's schema; a copy of a file is written beside it first."""
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     before, after = migrate_archive(url)
     say(f"{without_password(url)}: schema {after}{'' if before == after else f', was {before}'}")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from procedures.certificate.issue import GroundsOf, issue
 from procedures.cli.options import Archive, Flag, Json, Operator, require_folder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import default_archive_url, login_name
+from procedures.cli.places import archive_url, login_name
 from procedures.errors import RequestError
 from rig.clock import SystemClock
 
@@ -51,7 +51,7 @@ def certificate(
         raise RequestError("certificate: --amends and --reason belong together; nothing was issued; give both or none")
     day = SystemClock().now_utc() if issued is None else _day(issued)
     request = GroundsOf(number, day, amends, reason, specimen)
-    done = issue(archive or default_archive_url(), key, request, operator or login_name(), out)
+    done = issue(archive_url(archive), key, request, operator or login_name(), out)
     if json:
         files = {"page": str(done.page), "paper": str(done.paper), "paper_sha256": done.sha256}
         one = done.grounds.coefficients

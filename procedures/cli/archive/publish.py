@@ -48,7 +48,7 @@ def publish(
     )
     folder = find_run(run, out)
     url, published = publish_folder(
-        folder, lambda simulated: archive_of(folder, archive, is_simulated=simulated), word, succession
+        folder, lambda simulated: archive_of(folder.parent, archive, is_simulated=simulated), word, succession
     )
     if json:
         sets = [plain(asdict(one)) for one in published.publications]

@@ -12,7 +12,7 @@ from ams.archive.runs import publish_run
 from procedures.cli.archive.text import plain
 from procedures.cli.options import Archive, Flag, Json
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import default_archive_url
+from procedures.cli.places import archive_url
 from procedures.delivery.resolve import Answer, Mapper, Treatment, chunks, in_this_process, jobs_of
 from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
 from procedures.errors import ExitStatus, RequestError
@@ -51,7 +51,7 @@ def resolve(
     publish
         Publish the new set of every run that changed; the old one stays.
     """
-    url = archive or default_archive_url()
+    url = archive_url(archive)
     jobs = jobs_of(url, runs, Treatment(temperature, extended), keep=publish)
     where, size = _place(len(jobs), workers, dask)
     answers = _answered(jobs, where, size)

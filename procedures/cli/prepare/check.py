@@ -11,7 +11,7 @@ from procedures.check.check_report import to_document
 from procedures.check.check_text import render
 from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import shared_archive_url, teaching_archive
+from procedures.cli.places import archive_of, shared_archive_url
 from procedures.cli.prepare.pilot import pilot_named
 from procedures.delivery.lessons import learned
 from procedures.errors import ExitStatus
@@ -49,7 +49,7 @@ def check(
         return _tell(before, json)
 
     procedure_description = read_procedure(procedure)
-    past = learned(teaching_archive(archive, out, is_simulated=described.is_simulated), described)
+    past = learned(archive_of(out, archive, is_simulated=described.is_simulated), described)
     report = check_plan(
         described,
         procedure_description,

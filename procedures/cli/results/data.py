@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from procedures.cli.options import RUNS, AnyRun, Archive, Flag, Json, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import default_archive_url
+from procedures.cli.places import archive_url
 from procedures.cli.steer.choose_run import alive_or_latest
 from procedures.data.columns import DATA_VERSION
 from procedures.data.run_data import read_run
@@ -44,7 +44,7 @@ def data(
         _require_possible(out)
     if archived and run is None:
         raise RequestError("--archived: RUN is missing; nothing was written; calrig archive list names the runs")
-    url = (archive or default_archive_url()) if archived else None
+    url = archive_url(archive) if archived else None
     read = read_run(str(run), archive=url) if archived else read_run(alive_or_latest(run, runs))
     target = read.path / FOLDER if out is None else out
     _make(target)

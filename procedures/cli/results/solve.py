@@ -40,7 +40,9 @@ def solve(
     for failure in solved.failures:
         note(failure)
     with working() as progress_line:
-        delivery = deliver(solved, archive_of(folder, archive, is_simulated=solved.record.is_simulated), progress_line)
+        delivery = deliver(
+            solved, archive_of(folder.parent, archive, is_simulated=solved.record.is_simulated), progress_line
+        )
     if json:
         print_json({"sensors": sensors_document(solved)})
     else:

@@ -26,12 +26,10 @@ from procedures.cli.options import (
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import (
     archive_of,
-    default_archive_url,
     left_out_where_empty,
     login_name,
     new_run_folder,
     shared_archive_url,
-    teaching_archive,
 )
 from procedures.cli.run.archive_url import require_archive_url
 from procedures.cli.run.attend import Attendance, attended
@@ -93,12 +91,11 @@ def run(
     """
     described, procedure_description = read_rig(rig), read_procedure(procedure)
     performed = described.all_on_twins() if rehearse else described
-    past = teaching_archive(archive, out, is_simulated=performed.is_simulated)
+    past = archive_of(out, archive, is_simulated=performed.is_simulated)
     plan = make_plan(described, procedure_description, learned=learned(past, performed).times)
     if not allow_network_folder:
         require_local(out)
-    archive_url = archive if archive is not None or performed.is_simulated else default_archive_url()
-    _require_what_the_end_needs(archive_url, alerts)
+    _require_what_the_end_needs(past if archive or not performed.is_simulated else None, alerts)
     if detach:
         options = {"--rig": rig, "--out": out, "--operator": operator, "--archive": archive, "--alerts": alerts}
         flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
@@ -212,7 +209,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     try:
         with working() as progress_line:
             solved = solve_run(folder, progress_line)
-            url = archive_of(folder, archive, is_simulated=solved.record.is_simulated)
+            url = archive_of(folder.parent, archive, is_simulated=solved.record.is_simulated)
             delivery = deliver(solved, url, progress_line)
     except BaseException as error:
         attendance.tell_end(f"{outcome.state}, and nothing delivered", f"{error}\ncalrig solve {folder} delivers it.")

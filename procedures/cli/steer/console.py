@@ -9,7 +9,7 @@ from cyclopts import App, Parameter
 from procedures.accounts.people import Role
 from procedures.cli.options import RUNS, Archive, Json, RunsFolder, require_folder
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import default_archive_url, login_name, people_of_here, queues_of_here
+from procedures.cli.places import archive_url, login_name, people_of_here, queues_of_here
 from procedures.console.serve import DEFAULT_LISTEN, bound, serve
 from procedures.console.sessions import Sessions
 from procedures.console.shared import Console
@@ -66,9 +66,7 @@ def console(
         where = next(iter(sorted(listening.site.hosts)))
         note(f"calrig console: people with an account enter at {listening.site.scheme}://{where}/login; Ctrl-C ends it")
     sessions = Sessions(clock, accounts, login_name())
-    shown = Console(
-        RunList(out, clock), archive or default_archive_url(), clock, sessions, listening.site, queues_of_here()
-    )
+    shown = Console(RunList(out, clock), archive_url(archive), clock, sessions, listening.site, queues_of_here())
     serve(listening, shown, note)
     return ExitStatus.DONE
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from procedures.cli.places import (
-    default_archive_url,
+    archive_url,
     find_run,
     left_out_where_empty,
     new_run_folder,
@@ -51,11 +51,11 @@ def test_the_users_own_archive_can_be_made_on_the_first_day(tmp_path: Path, monk
     """Nothing else makes its folder: the first run of a new user must not fail to publish."""
     monkeypatch.delenv("CALRIG_ARCHIVE", raising=False)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    url = default_archive_url()
+    url = archive_url()
     assert url == f"sqlite:///{tmp_path / 'state' / 'calrig' / 'archive.sqlite'}"
     assert Path(url.removeprefix("sqlite:///")).parent.is_dir()
     monkeypatch.setenv("CALRIG_ARCHIVE", "sqlite:////elsewhere.sqlite")
-    assert default_archive_url() == "sqlite:////elsewhere.sqlite"
+    assert archive_url() == "sqlite:////elsewhere.sqlite"
 
 
 @pytest.mark.parametrize("out", ["file", "file/below"])
