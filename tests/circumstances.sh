@@ -19,7 +19,8 @@ python=$PWD/.venv/bin/python
 scratch=$(mktemp -d)
 chmod 711 "$scratch"
 busy=()
-trap 'kill "${busy[@]}" 2>/dev/null; rm -rf "$scratch"' EXIT
+# Under `set -e` a kill of nobody would end the trap: with its status, and before the folder is removed.
+trap 'kill "${busy[@]}" 2>/dev/null || true; rm -rf "$scratch"' EXIT
 
 run() { # NAME, then what stands before pytest
   local name=$1
