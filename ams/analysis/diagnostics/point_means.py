@@ -94,7 +94,7 @@ class Elimination:
 
 def eliminate(means: PointMeans, columns: FloatArray, further: FloatArray) -> Elimination:
     """Return (K, c) columns ready to be tested; ``further`` (K, f) count as explained in the scatter as well."""
-    whole = _independent(np.column_stack([means.basis, columns, further]))
+    whole = independent(np.column_stack([means.basis, columns, further]))
     dof = means.mean.size - whole.shape[1]
     variance = _variance(means, whole, dof)
     return Elimination(gram_of(means, columns, variance), means.basis.shape[1], columns.shape[1], dof)
@@ -128,7 +128,7 @@ def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
     return max(float(scatter.variance[0]), means.precision_variance, tiny)
 
 
-def _independent(columns: FloatArray) -> FloatArray:
+def independent(columns: FloatArray) -> FloatArray:
     """Return the columns that are independent of those before them."""
     own = np.zeros(columns.shape[1])
     own[: columns.shape[0]] = np.diag(np.linalg.qr(columns, mode="r"))
