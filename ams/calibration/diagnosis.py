@@ -108,7 +108,7 @@ def evidence_of(solved: SolvedColumns, rows: Observations) -> Evidence:
     problem, layout = solved.problem, solved.layout
     form, alone, ordinary = problem.form, problem.alone, solved.mixed.ordinary
     fitted = form.basis @ ordinary
-    basis = alone.basis[: layout.points] if alone.repeats > 1 else layout.mean_by_point(alone.basis)
+    basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
     return Evidence(
         rows=rows,
         layout=layout,

@@ -49,7 +49,7 @@ def _seen(solved: SolvedColumns, places: Sequence[int], pitch: FloatArray, roll:
     if sums is None or problem.form.weights is not None:
         return
     alone = problem.alone
-    basis = alone.basis[: layout.points] if alone.repeats > 1 else layout.mean_by_point(alone.basis)
+    basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
     readings = layout.sum_by_point(np.ones(layout.rows))
     largest = np.abs(problem.outputs).max(axis=0)
     for place in places:

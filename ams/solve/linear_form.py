@@ -12,6 +12,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.models.model import Stimulus
+from ams.remembered import remembered
 
 RANK_TOLERANCE = 1e-9
 _PART_OF_A_DIRECTION = 0.05
@@ -35,6 +36,12 @@ class LinearForm:
     """Of the basis with its columns scaled to unit length: how much the points amplify an error."""
     repeats: int = 1
     """How often the first N / repeats rows of the basis stand in it, one block below the other."""
+    repeated_block: FloatArray | None = None
+
+    @property
+    def block(self) -> FloatArray:
+        """Return the (N / repeats, P) rows that the basis repeats; all of them where it repeats none."""
+        return self.basis if self.repeated_block is None else self.repeated_block
 
     def solve(self, outputs: FloatArray) -> FloatArray:
         """Estimate from (N,) or (N, m) outputs; refined once, so that rounding stays at that of the data."""
@@ -57,12 +64,19 @@ def factor(
             f"allowed {size} distinct points or more; nothing was solved; add points"
         )
     root = None if weights is None else np.sqrt(weights)[:, None]
-    q, r = np.linalg.qr(basis if root is None else root * basis)
+    q, r = orthogonal(basis) if root is None else np.linalg.qr(root * basis)
     condition_number = _refuse_rank_deficiency(r, names, stimulus)
     inverse = np.linalg.inv(r)
     estimator = inverse @ q.T
     estimator = estimator if root is None else estimator * root.T
     return LinearForm(basis, weights, estimator, inverse @ inverse.T, condition_number)
+
+
+@remembered(16)
+def orthogonal(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the (N, P) orthonormal and (P, P) triangular factors of a basis that many outputs share."""
+    q, r = np.linalg.qr(basis)
+    return q, r
 
 
 def repeated(form: LinearForm, times: int) -> LinearForm:
@@ -72,7 +86,7 @@ def repeated(form: LinearForm, times: int) -> LinearForm:
     assert form.weights is None
     basis, estimator = np.tile(form.basis, (times, 1)), np.tile(form.estimator / times, times)
     covariance = form.unscaled_covariance / times
-    return LinearForm(basis, None, estimator, covariance, form.condition_number, times * form.repeats)
+    return LinearForm(basis, None, estimator, covariance, form.condition_number, times * form.repeats, form.block)
 
 
 def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> float:

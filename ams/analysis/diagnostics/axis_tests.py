@@ -14,7 +14,7 @@ import numpy as np
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.low_order import TERMS, term_columns
+from ams.analysis.diagnostics.low_order import TERMS, term_columns, term_columns_at
 from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
@@ -36,6 +36,7 @@ from ams.models.added_parameters import WithAddedParameters
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
+from ams.remembered import remembered
 from ams.solve.extension import angles_of_points, stands_alike
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import holm
@@ -293,14 +294,20 @@ def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination
         return None
     layout, rows = evidence.layout, evidence.rows
     if stands_alike(rows, layout):
-        force = specific_force(rows.pitch_rad[: layout.points], rows.roll_rad[: layout.points])
+        terms = term_columns_at(rows.pitch_rad[: layout.points], rows.roll_rad[: layout.points], base.nominal_axis)
     else:
         force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
+        terms = term_columns(force, base.nominal_axis)
     linear, fitted = evidence.basis[:, :_LINEAR], evidence.basis[:, _LINEAR:]
     means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[_LINEAR:, output])
     before = layout.mean_by_point(previous_attitude.turned_from(evidence, output))
-    columns = np.hstack([term_columns(force, base.nominal_axis), before[:, None], _by_point_degc(evidence, output)])
-    return eliminate(means, columns, fitted)
+    columns = np.hstack([terms, before[:, None], _by_point_degc(evidence, output)])
+    return eliminate(means, columns, _beside(evidence.basis, terms))
+
+
+@remembered(16)
+def _beside(basis: FloatArray, terms: FloatArray) -> FloatArray:
+    return np.hstack([basis, terms])
 
 
 def linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:

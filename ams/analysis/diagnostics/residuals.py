@@ -8,10 +8,12 @@ again.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
+from ams.solve.linear_form import orthogonal
 
 _GONE = 1e-9
 """Of a residual's variance: a dwell that nothing else says anything about."""
@@ -37,12 +39,12 @@ class GridResiduals:
         """Degrees of freedom that are left."""
         return max(self.replications - 1, 1) * (self.points - int(self.q.shape[1])) - int(self.taken.shape[1])
 
-    @property
+    @cached_property
     def squares(self) -> FloatArray:
         """(m,) sums of squares."""
         return np.asarray(np.einsum("im,im->m", self.residuals, self.residuals))
 
-    @property
+    @cached_property
     def leverages(self) -> FloatArray:
         """(n K,) variance of each residual for dwells of unit variance."""
         own = self._between(0) * (1.0 - np.einsum("kp,kp->k", self.q, self.q))
@@ -83,12 +85,19 @@ class GridResiduals:
 
     def projected(self, columns: FloatArray) -> FloatArray:
         """Return what is left of (n K, c) columns when the residual maker acts on them."""
-        grid = columns.reshape(self.replications, self.points, -1)
-        if self.replications > 1:
-            grid = grid - grid.mean(axis=0)
-        grid = grid - self.q @ (self.q.T @ grid)
-        flat = grid.reshape(self.residuals.shape[0], -1)
-        return np.asarray((flat - self.taken @ (self.taken.T @ flat)) * self.present[:, None])
+        if columns.shape[1] == 1:
+            line = columns.reshape(self.replications, self.points)
+            if self.replications > 1:
+                line = line - line.mean(axis=0)
+            flat = (line - (line @ self.q) @ self.q.T).reshape(-1, 1)
+        else:
+            grid = columns.reshape(self.replications, self.points, -1)
+            if self.replications > 1:
+                grid = grid - grid.mean(axis=0)
+            flat = (grid - self.q @ (self.q.T @ grid)).reshape(self.residuals.shape[0], -1)
+        if self.taken.shape[1] > 0:
+            flat = flat - self.taken @ (self.taken.T @ flat)
+        return np.asarray(flat * self.present[:, None])
 
     def _between(self, apart: int) -> float:
         """Return an element of the replications' part of the residual maker, on its diagonal or off it."""
@@ -106,7 +115,7 @@ def grid_residuals(
     """
     grid = np.zeros((replications * points, outputs.shape[1]))
     grid[dwell] = outputs
-    q = np.linalg.qr(basis)[0]
+    q = orthogonal(basis)[0]
     everything = GridResiduals(replications, points, q, grid, np.zeros((grid.shape[0], 0)), np.ones(grid.shape[0]))
     found = replace(everything, residuals=everything.projected(grid))
     if dwell.size < grid.shape[0]:

@@ -17,6 +17,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
+from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import f_tail
 
 _K: Final = 1.345
@@ -44,7 +45,7 @@ def robust_fit(evidence: Evidence, grid: GridResiduals) -> RobustFit | None:
     taken = _taken(grid)
     readings = np.maximum(grid.present.reshape(grid.replications, -1).sum(axis=0), 1.0)
     by_point = taken.reshape(grid.replications, -1).sum(axis=0) / readings
-    q = np.linalg.qr(evidence.basis)[0]
+    q = orthogonal(evidence.basis)[0]
     points, dof = q.shape[0], q.shape[0] - q.shape[1]
     rest, size = float(np.sum((by_point - q @ (q.T @ by_point)) ** 2)), float(np.mean(by_point))
     if dof < LEAST_DOF or not rest > 0.0:
