@@ -63,13 +63,22 @@ def factor(
             f"design: {rows} observations cannot determine {size} parameters ({', '.join(names)}): "
             f"allowed {size} distinct points or more; nothing was solved; add points"
         )
-    root = None if weights is None else np.sqrt(weights)[:, None]
-    q, r = orthogonal(basis) if root is None else np.linalg.qr(root * basis)
+    if weights is None:
+        condition_number = _refuse_rank_deficiency(orthogonal(basis)[1], names, stimulus)
+        return LinearForm(basis, None, *_inverted(basis), condition_number)
+    root = np.sqrt(weights)[:, None]
+    q, r = np.linalg.qr(root * basis)
     condition_number = _refuse_rank_deficiency(r, names, stimulus)
     inverse = np.linalg.inv(r)
-    estimator = inverse @ q.T
-    estimator = estimator if root is None else estimator * root.T
-    return LinearForm(basis, weights, estimator, inverse @ inverse.T, condition_number)
+    return LinearForm(basis, weights, inverse @ q.T * root.T, inverse @ inverse.T, condition_number)
+
+
+@remembered(16)
+def _inverted(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the estimator and the covariance for rows of unit variance."""
+    q, r = orthogonal(basis)
+    inverse = np.linalg.inv(r)
+    return inverse @ q.T, inverse @ inverse.T
 
 
 @remembered(16)
@@ -84,9 +93,14 @@ def repeated(form: LinearForm, times: int) -> LinearForm:
     if times == 1:
         return form
     assert form.weights is None
-    basis, estimator = np.tile(form.basis, (times, 1)), np.tile(form.estimator / times, times)
+    basis, estimator = _tiled(form.basis, form.estimator, times)
     covariance = form.unscaled_covariance / times
     return LinearForm(basis, None, estimator, covariance, form.condition_number, times * form.repeats, form.block)
+
+
+@remembered(16)
+def _tiled(basis: FloatArray, estimator: FloatArray, times: int) -> tuple[FloatArray, FloatArray]:
+    return np.tile(basis, (times, 1)), np.tile(estimator / times, times)
 
 
 def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> float:
@@ -94,9 +108,7 @@ def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimu
 
     Raises: DesignError where a parameter is not determined.
     """
-    length = np.linalg.norm(r, axis=0)
-    scaled = r / np.where(length > _ROUNDING * length.max(), length, np.inf)
-    _, singular, directions = np.linalg.svd(scaled)
+    singular, directions = _principal(r)
     missing = directions[singular <= RANK_TOLERANCE * singular[0]]
     if missing.size == 0:
         return float(singular[0] / singular[-1])
@@ -106,6 +118,14 @@ def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimu
         f"design: rank {len(names) - len(missing)} of {len(names)}: the points cannot determine "
         f"{' and '.join(undetermined)}: {_values_in_words(stimulus)}; nothing was solved; {_advice(stimulus)}"
     )
+
+
+@remembered(16)
+def _principal(r: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return singular values and directions of the columns at unit length."""
+    length = np.linalg.norm(r, axis=0)
+    _, singular, directions = np.linalg.svd(r / np.where(length > _ROUNDING * length.max(), length, np.inf))
+    return singular, directions
 
 
 def _distinct_deg(angle_rad: FloatArray) -> FloatArray:

@@ -67,9 +67,10 @@ class Visits:
 
 def visits_of(observations: Observations) -> Visits | None:
     """Return the visits of plateaus; None where the temperature was not held at two or more well apart."""
-    if observations.temperature_degc is None or observations.rows == 0:
+    temperature = observations.temperature_degc
+    if temperature is None or observations.rows == 0 or np.ptp(temperature) < SMALLEST_GAP_DEGC:
         return None
-    return _visits(observations.temperature_degc, observations.time_s)
+    return _visits(temperature, observations.time_s)
 
 
 @remembered(8)

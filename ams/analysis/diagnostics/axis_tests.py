@@ -159,19 +159,20 @@ def axis_tests(
     known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
     if limit is not None and limit.p_value <= LEVEL / _MOST_TESTS:
         known = np.hstack([known, _index_effects(evidence, output, limit, known)])
+    before = previous_attitude.turned_from(evidence, output)
     found = [
         BeliefTest(WRONG_DWELL, "wrong-dwell", wrong_p_value),
         *_of_the_table(limit),
         *_of_replications(evidence, output, known),
         BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
-        *_of_the_attitude_before(evidence, output, grid),
+        *_of_the_attitude_before(evidence, grid, before),
         *_robust(evidence, grid),
     ]
     if shared.over_time is not None:
         found.append(_slope(OVER_TIME, "drift", shared.over_time, output, "per h"))
     found += _of_temperature(evidence, shared, output, known)
     found += [] if lag is None else [lag]
-    terms = low_order(evidence, output, known)
+    terms = low_order(evidence, output, known, before)
     if terms is not None:
         found += [_term(column, tested) for column, tested in zip(COLUMNS, terms.each(), strict=False)]
     made = {test.name: test for test in found if np.isfinite(test.p_value)}
@@ -222,8 +223,7 @@ def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list
     return [_lack_of_fit(evidence, output, known), *drifts]
 
 
-def _of_the_attitude_before(evidence: Evidence, output: int, grid: GridResiduals) -> list[BeliefTest]:
-    column = previous_attitude.turned_from(evidence, output)
+def _of_the_attitude_before(evidence: Evidence, grid: GridResiduals, column: FloatArray) -> list[BeliefTest]:
     found = previous_attitude.between_replications(evidence, grid, column)
     return [] if found is None else [_term(Column(TURNED_FROM, "autocorrelation", ""), found)]
 
@@ -284,10 +284,11 @@ def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
     return np.column_stack([column, column * layout.mean_by_point(by_temperature.sensed(evidence, output))])
 
 
-def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination | None:
+def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatArray) -> Elimination | None:
     """Return what the means of the points are tested for, ready to be tested beside the linear sensor.
 
     These are the terms of low order, the attitude before and the temperature. None where the model has no such terms.
+    ``turned`` (N,) is what the sensor was turned by from the attitude before.
     """
     base = linear_base(evidence.models[output])
     if base is None:
@@ -300,7 +301,7 @@ def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination
         terms = term_columns(force, base.nominal_axis)
     linear, fitted = evidence.basis[:, :_LINEAR], evidence.basis[:, _LINEAR:]
     means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[_LINEAR:, output])
-    before = layout.mean_by_point(previous_attitude.turned_from(evidence, output))
+    before = layout.mean_by_point(turned)
     columns = np.hstack([terms, before[:, None], _by_point_degc(evidence, output)])
     return eliminate(means, columns, _beside(evidence.basis, terms))
 

@@ -137,7 +137,7 @@ def _independent_of(shared: FloatArray, own: FloatArray) -> FloatArray:
     q = _spanned(shared)
     left = own - q @ (q.T @ own)
     length = np.einsum("kc,kc->c", own, own)
-    found = []
+    found: list[FloatArray] = []
     for place in np.flatnonzero(np.einsum("kc,kc->c", left, left) > _NOTHING_LEFT * length):
         column = left[:, place]
         for other in found:

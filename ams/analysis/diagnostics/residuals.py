@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
+from ams.remembered import remembered
 from ams.solve.linear_form import orthogonal
 
 _GONE = 1e-9
@@ -47,8 +48,10 @@ class GridResiduals:
     @cached_property
     def leverages(self) -> FloatArray:
         """(n K,) variance of each residual for dwells of unit variance."""
-        own = self._between(0) * (1.0 - np.einsum("kp,kp->k", self.q, self.q))
-        left = np.tile(own, self.replications) - np.einsum("id,id->i", self.taken, self.taken)
+        left = _leverages(self.replications, self.q)
+        if self.taken.shape[1] == 0:
+            return left * self.present
+        left = left - np.einsum("id,id->i", self.taken, self.taken)
         return np.where(left > _GONE, left, 0.0) * self.present
 
     def column(self, dwell: int) -> FloatArray:
@@ -101,9 +104,20 @@ class GridResiduals:
 
     def _between(self, apart: int) -> float:
         """Return an element of the replications' part of the residual maker, on its diagonal or off it."""
-        if self.replications == 1:
-            return 1.0
-        return (1.0 if apart == 0 else 0.0) - 1.0 / self.replications
+        return _between(self.replications, apart)
+
+
+def _between(replications: int, apart: int) -> float:
+    if replications == 1:
+        return 1.0
+    return (1.0 if apart == 0 else 0.0) - 1.0 / replications
+
+
+@remembered(16)
+def _leverages(replications: int, q: FloatArray) -> FloatArray:
+    """Return the (n K,) variances of the residuals where no dwell is taken out."""
+    left = np.tile(_between(replications, 0) * (1.0 - np.einsum("kp,kp->k", q, q)), replications)
+    return np.where(left > _GONE, left, 0.0)
 
 
 def grid_residuals(

@@ -59,9 +59,9 @@ def _taken(grid: GridResiduals) -> FloatArray:
     plain, judged = grid.residuals[:, 0], grid.leverages > 0.0
     spread = np.sqrt(np.where(judged, grid.leverages, 1.0))
     sigma = _SIGMA_OF_MEDIAN * float(np.median(np.abs(plain / spread)[judged]))
-    taken = np.zeros(plain.size)
-    for _ in range(_ROUNDS):
+    bound = np.where(judged, _K * sigma * spread, np.inf)
+    taken = plain - np.minimum(np.maximum(plain, -bound), bound)
+    for _ in range(_ROUNDS - 1):
         left = plain + (taken - grid.projected(taken[:, None])[:, 0])
-        bound = _K * sigma * spread
-        taken = np.where(judged, left - np.clip(left, -bound, bound), 0.0)
+        taken = left - np.minimum(np.maximum(left, -bound), bound)
     return taken

@@ -28,7 +28,7 @@ _SUSPICIOUS = 0.2
 """Points that a linear sensor on an exact table explains as well as this say nothing against a limit."""
 _TERMS_ASKED_FOR = 0.01
 _ROUNDING = 1e-9
-_SEEN = 1e-6
+_SEEN = 1e-3
 _LIKELY = 3.0
 """Limits: how large an error is believed before the points are looked at, so that what they hardly see stays small."""
 _STEPS = 4
