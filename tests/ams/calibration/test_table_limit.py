@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 from solved_campaigns import columns_of, rows_of, table_of
 
 from ams.analysis.diagnostics.axis_tests import TABLE_LIMIT
-from ams.analysis.diagnostics.table_curves import _bounded
+from ams.analysis.diagnostics.table_curves import _bounded, indices_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding
@@ -64,6 +64,27 @@ def test_a_sensor_is_not_blamed_on_the_table(scene: str, size: float, kinds: set
         {one.kind for axis in solved.axes.values() for one in axis.findings if one.is_significant} for solved in found
     ]
     assert np.mean([bool(one & kinds) for one in told]) >= 0.85
+
+
+def test_one_output_alone_never_blames_the_table_for_its_own_terms() -> None:
+    """A cosine of pitch is K₂ of x: nothing of one output tells them apart."""
+    for scene in ("k2", "soft-mount"):
+        assert _share(_solved(scene, 20.0, 8, table_of(), axes="x")) == 0.0
+
+
+@pytest.mark.parametrize("zero_deg", [0.0, 17.0])
+def test_the_columns_of_a_zeroed_axis_are_the_curve_less_its_value_at_the_zero(zero_deg: float) -> None:
+    shown = np.deg2rad([-60.0, 0.0, 30.0, -60.0, 300.0, 0.0])
+    found = indices_of(table_of(zero_rad=np.deg2rad(zero_deg)), "pitch", shown)
+    assert found is not None
+
+    def curve(angle_rad: np.ndarray) -> np.ndarray:
+        return np.sin(angle_rad + 0.3) + 0.2 * np.cos(3.0 * angle_rad)
+
+    indices = np.deg2rad([0.0, 30.0, 300.0] if zero_deg == 0.0 else [0.0, 30.0, 300.0, zero_deg])
+    expected = curve(shown) - curve(np.deg2rad([zero_deg]))
+    np.testing.assert_allclose(found.columns @ curve(indices), expected, atol=1e-12)
+    np.testing.assert_allclose(found.bound_rad, np.deg2rad(1.0 / 3600.0), rtol=1e-12)
 
 
 def test_what_the_table_does_is_not_said_of_the_sensor_as_well() -> None:
