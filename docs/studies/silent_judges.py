@@ -127,7 +127,7 @@ def _named(scene: str, size: float, kinds: Sequence[set[str]]) -> float | None:
     if entry.true_cause is None or size == 0.0:
         return None
     is_table = scene.startswith("table-")
-    right = {TABLE} if is_table else {entry.true_cause, *entry.also}
+    right = {TABLE, *entry.also} if is_table else {entry.true_cause, *entry.also}
     return float(np.mean([bool(one & right) for one in kinds]))
 
 
