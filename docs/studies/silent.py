@@ -142,8 +142,8 @@ def verdict(line: Line) -> str:
 HEAD = """# What the intervals hold, and what is silent
 
 Made by `PYTHONPATH=tests/support python docs/studies/silent.py run RESULTS.jsonl` and `… page RESULTS.jsonl
-docs/studies/silent.md`: {cells} of the {every} cells that the script has, {campaigns} campaigns each; {fresh} that
-were outside were drawn again from 4 000 fresh seeds, which count. Scenes from physics
+docs/studies/silent.md`: {cells} of the {every} cells that the script has, {campaigns} campaigns each; {fresh}
+of those outside are counted over 4 000 fresh seeds instead. Scenes from physics
 (`tests/support/physics_scenes`), unless said 13 × 12 points to ±90°, six replications, 1.65″ a dwell, three axes.
 
 *After*: what calrig does by default: terms of second and third order in estimate and covariance, index errors of
@@ -169,6 +169,7 @@ Near its threshold a fault hurts before a test at 5 % over all tests of an axis 
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
     "table-wrong-zero": "no curve: [level] declares it, left out here; from twice the limit on the table is named",
+    "table-orthogonality": "no curve of an index: the joint fit has an unknown for it",
     "table-base-tilt": "no curve of an index: [level] declares it, which is left out here",
     "table-harmonics": "each of eight waves is well within the limit at twice the limit of all together",
     "k0-asymmetry": "no term of asymmetry stands in the estimate: it is nearly collinear with K₃",
@@ -208,7 +209,7 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
         every=sum(1 for _ in cells()),
         cells=len(lines),
         campaigns=CAMPAIGNS,
-        fresh=fresh,
+        fresh=fresh or "none",
         outside_lines=outside,
         **count,
     )
