@@ -1,23 +1,35 @@
 """What depends on the design of a calibration alone, computed once for all axes and packages that share it.
 
 The key is the content of the arguments, not their identity: packages of a batch bring equal arrays of their own. What
-is remembered is handed out read-only.
+is remembered is handed out read-only, and is known by a number where it is an argument in turn, so that a chain of such
+functions looks at the content of the first arguments only.
 """
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from functools import wraps
+from dataclasses import fields, is_dataclass
+from functools import partial, wraps
+from itertools import count
 from threading import Lock
-from typing import ParamSpec, TypeVar
+from typing import Final, ParamSpec, TypeVar
+from weakref import ref
 
 import numpy as np
 
 P = ParamSpec("P")
 R = TypeVar("R")
+_MOST_BYTES: Final = 1_000_000
+"""Of arguments: what is larger takes longer to compare, and more room, than it is worth."""
+_NUMBERS: Final = count()
+_HANDED_OUT: Final[dict[int, "tuple[ref[np.ndarray], int]"]] = {}
+"""Identity of an array to itself, while it is alive, and the number that it is known by."""
 
 
 def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Remember the last ``most`` results of a function of arrays and hashable values; pure functions only."""
+    """Remember the last ``most`` results of a function of arrays and hashable values.
+
+    Pure functions only, whose arrays are new: a view of an argument would change with it.
+    """
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
         known: OrderedDict[Hashable, R] = OrderedDict()
@@ -25,14 +37,15 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
         @wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
+            if sum(map(_unknown_bytes, args)) > _MOST_BYTES:
+                return function(*args, **kwargs)
             key = (*map(_key, args), *((name, _key(value)) for name, value in kwargs.items()))
             with lock:
                 if key in known:
                     known.move_to_end(key)
                     return known[key]
             found = function(*args, **kwargs)
-            if isinstance(found, np.ndarray):
-                found.flags.writeable = False
+            _hand_out(found)
             with lock:
                 known[key] = found
                 while len(known) > most:
@@ -44,8 +57,28 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
     return wrap
 
 
+def _hand_out(found: object) -> None:
+    for one in found if isinstance(found, tuple) else (found,):
+        if is_dataclass(one):
+            _hand_out(tuple(getattr(one, entry.name) for entry in fields(one)))
+        elif isinstance(one, np.ndarray):
+            one.flags.writeable = False
+            _HANDED_OUT[id(one)] = (ref(one, partial(_forget, id(one))), next(_NUMBERS))
+
+
+def _forget(place: int, _: object) -> None:
+    _HANDED_OUT.pop(place, None)
+
+
+def _unknown_bytes(value: object) -> int:
+    return value.nbytes if isinstance(value, np.ndarray) and id(value) not in _HANDED_OUT else 0
+
+
 def _key(value: object) -> Hashable:
     if isinstance(value, np.ndarray):
+        known = _HANDED_OUT.get(id(value))
+        if known is not None and known[0]() is value and not value.flags.writeable:
+            return known[1]
         return value.dtype.str, value.shape, value.tobytes()
     assert isinstance(value, Hashable), "what is remembered is a function of arrays and hashable values"
     return value

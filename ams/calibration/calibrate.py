@@ -19,6 +19,7 @@ from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication, diagnose
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
+from ams.calibration.table_limit import judge_table
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.errors import ObservationsError
 from ams.findings import significant_texts
@@ -66,17 +67,23 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     axes: dict[str, AxisCalibration] = {}
     parts: dict[str, SolvedAxis] = {}
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
+    groups: list[tuple[Sequence[str], SolvedColumns, FloatArray]] = []
     for group in _alike(choices, shared):
         models = [choices[label].model for label in group]
         outputs = np.stack([rows.outputs[label] for label in group], axis=1)
         problem = linearise(models, rows, layout, outputs, weights)
         plots = plots_of(models[0], rows, layout)
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
-        found = diagnose(solved, Circumstances(rows, outputs, request.table, shared[group[0]]))
+        groups.append((group, solved, outputs))
+    limit = judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table)
+    for group, solved, outputs in groups:
+        limits = [limit] * len(group)
+        found = diagnose(solved, Circumstances(rows, outputs, request.table, shared[group[0]], limits))
         for row, label in enumerate(group):
             curved = request.residual_curvature
             axes[label] = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)
-            parts[label] = SolvedAxis(label, models[row].primary_names, solved.components, row, shared[label])
+            names = choices[label].model.primary_names
+            parts[label] = SolvedAxis(label, names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)

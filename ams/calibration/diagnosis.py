@@ -21,6 +21,7 @@ from ams.analysis.diagnostics.axis_tests import (
 )
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import temperature_confounded, time_confounded, undetermined_axis
+from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
@@ -58,6 +59,11 @@ class Circumstances:
     """(N, m) as read."""
     table: TableUncertainty | None
     shared: Sequence[SharedError]
+    limits: Sequence[TableLimit | None] = ()
+    """Of each output, what the package that it belongs to says of the table's declared limit; empty: not asked."""
+
+    def limit_of(self, place: int) -> TableLimit | None:
+        return self.limits[place] if self.limits else None
 
 
 def diagnose(solved: SolvedColumns, circumstances: Circumstances) -> list[Diagnosis]:
@@ -77,15 +83,16 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances) -> list[Diagno
 def _axis(
     evidence: Evidence, shared: SharedTests, place: int, solved: SolvedColumns, circumstances: Circumstances
 ) -> Diagnosis:
-    tests = axis_tests(evidence, shared, place, None)
+    limit = circumstances.limit_of(place)
+    tests = axis_tests(evidence, shared, place, None, limit)
     wrong = _convicted(evidence, place, tests)
     if wrong is None or not wrong.dwells:
-        return _diagnosis(solved, place, tests, None, circumstances)
+        return _diagnosis(solved, place, tests, None, circumstances, limit)
     kept, convicted = _rows_of(evidence, wrong)
     believed = _solved_without(solved, place, kept, circumstances)
     other = evidence_of(believed, select_rows(circumstances.rows, kept))
-    tests = axis_tests(other, shared_tests(other), 0, wrong.p_value)
-    return _diagnosis(believed, 0, tests, convicted, circumstances)
+    tests = axis_tests(other, shared_tests(other), 0, wrong.p_value, limit)
+    return _diagnosis(believed, 0, tests, convicted, circumstances, limit)
 
 
 def _undetermined(solved: SolvedColumns, place: int) -> Iterator[Finding]:
@@ -101,7 +108,7 @@ def evidence_of(solved: SolvedColumns, rows: Observations) -> Evidence:
     problem, layout = solved.problem, solved.layout
     form, alone, ordinary = problem.form, problem.alone, solved.mixed.ordinary
     fitted = form.basis @ ordinary
-    basis = alone.basis[: layout.points] if alone.repeats > 1 else layout.mean_by_point(alone.basis)
+    basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
     return Evidence(
         rows=rows,
         layout=layout,
@@ -155,6 +162,7 @@ def _diagnosis(
     tests: AxisTests,
     convicted: Convicted | None,
     circumstances: Circumstances,
+    limit: TableLimit | None,
 ) -> Diagnosis:
     scale = _scale(solved, place)
     findings = findings_of(
@@ -164,6 +172,7 @@ def _diagnosis(
         convicted,
         _moves(solved, place, scale) if _some_drift(tests) else {},
         has_table=circumstances.table is not None,
+        limit=limit,
     )
     return Diagnosis(findings, solved, place, tests)
 

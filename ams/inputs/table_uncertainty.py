@@ -22,7 +22,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.observations import Observations
 from ams.remembered import remembered
@@ -134,6 +134,10 @@ class TableUncertainty:
         stated = {"pitch": self.pitch_rad, "roll": self.roll_rad, "yaw": self.yaw_rad}
         return {name: float(value / divisor) for name, value in stated.items()}
 
+    def limit_rad(self, axis: str) -> float:
+        """Return the limit of the index errors of an axis: √3 standard uncertainties where it is no limit."""
+        return float(np.sqrt(3.0)) * self.standard_rad()[axis]
+
     def declared(self, axis: str) -> IndexErrors:
         """Beside the limit."""
         return self.errors.get(axis, _UNDECLARED)
@@ -212,10 +216,14 @@ def _of_unit_limit(
     found = IndexColumns(tuple(names), np.array(standard), waves)
     if teeth == 0.0:
         return found
-    index = np.round(angle_rad / _INDEX_GRID_RAD).astype(np.int64) % _FULL_TURN
-    labels, place = np.unique(index, return_inverse=True)
+    labels, place = np.unique(index_labels(angle_rad), return_inverse=True)
     words = tuple(f"tooth {label * 1e-5:g}°" for label in labels.tolist())
     return found.beside(IndexColumns(words, np.full(labels.size, np.sqrt(3.0 * teeth)), np.eye(labels.size)[place]))
+
+
+def index_labels(angle_rad: FloatArray) -> IntArray:
+    """Return (N,) numbers that are the same for angles at the same index: hundred thousandths of a degree in a turn."""
+    return np.asarray(np.round(angle_rad / _INDEX_GRID_RAD).astype(np.int64) % _FULL_TURN)
 
 
 def _times_a_turn(times: int) -> str:

@@ -99,6 +99,12 @@ def _linear(force: FloatArray) -> FloatArray:
     return np.concatenate([np.ones((*force.shape[:-1], 1)), force], axis=-1)
 
 
+@remembered(8)
+def _basis(nominal_axis: str, centring: Centring, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    force = specific_force(pitch_rad, roll_rad)
+    return np.concatenate([_linear(force), centred_basis(force, nominal_axis, centring)], axis=1)
+
+
 @dataclass(frozen=True)
 class ExtendedPitchRoll(LinearModel):
     """TP's model with roll and the low-order terms beside it."""
@@ -128,8 +134,7 @@ class ExtendedPitchRoll(LinearModel):
         return self.name, self.nominal_axis, self.centring
 
     def basis(self, stimulus: Stimulus) -> FloatArray:
-        force = specific_force(stimulus.pitch_rad, stimulus.roll_rad)
-        return np.concatenate([_linear(force), centred_basis(force, self.nominal_axis, self.centring)], axis=1)
+        return _basis(self.nominal_axis, self.centring, stimulus.pitch_rad, stimulus.roll_rad)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         pitch, roll = stimulus.pitch_rad, stimulus.roll_rad

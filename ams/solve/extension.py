@@ -22,6 +22,7 @@ from ams.models.extended import CONFOUNDED, quadratic_basis
 from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.layout import Layout, layout_of
+from ams.solve.linear_form import orthogonal
 from ams.statistics.intervals import f_test
 
 _TERMS: Final = 9
@@ -76,7 +77,7 @@ def judge_extension(
     Raises: DesignError where the points cannot tell nine parameters apart and leave an error.
     """
     means = _point_means(observations, label, table, layout or layout_of(observations))
-    joined = np.hstack([means.basis, means.quadratic])
+    joined = _joined(means.basis, means.quadratic)
     if joined.shape[0] <= _TERMS or not _are_determined(joined):
         raise DesignError(
             f"extended model of {label}: {joined.shape[0]} points do not determine its {_TERMS} parameters and an "
@@ -90,6 +91,16 @@ def judge_extension(
     test = f_test(float(q @ np.linalg.solve(q_covariance, q)) / 5.0, 5, dof, level)
     before, after = _standard_errors(observations, label, means)
     return Extension(test, q, q_covariance, test.is_significant, before, after)
+
+
+@remembered(16)
+def _joined(basis: FloatArray, quadratic: FloatArray) -> FloatArray:
+    return np.hstack([basis, quadratic])
+
+
+@remembered(16)
+def _bases_of_alike(pitch: FloatArray, roll: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return PitchRoll("x").basis(Attitude(pitch, roll)), quadratic_basis(specific_force(pitch, roll))
 
 
 @remembered(16)
@@ -128,15 +139,14 @@ def _means_of_alike(
     """Return the same as for any rows, in closed form: the replications' departures have no mean."""
     n, points = layout.replications, layout.points
     pitch, roll = observations.pitch_rad[:points], observations.roll_rad[:points]
-    basis = PitchRoll("x").basis(Attitude(pitch, roll))
+    basis, quadratic = _bases_of_alike(pitch, roll)
     by_replication = output.reshape(n, points)
     mean = by_replication.mean(axis=0)
-    q, _ = np.linalg.qr(basis)
+    q, _ = orthogonal(basis)
     about_mean = by_replication - mean
     left = about_mean - (about_mean @ q) @ q.T
     dof = (n - 1) * (points - q.shape[1])
     precision = float(np.sum(left**2)) / dof if dof > 0 else 0.0
-    quadratic = quadratic_basis(specific_force(pitch, roll))
     readings = np.full(points, float(n))
     common = _common(table, basis, mean, pitch, roll)
     return _PointMeans(basis, quadratic, mean, readings, precision, common, float(np.sum(about_mean**2)))
@@ -217,7 +227,8 @@ class _Generalised:
 
 
 def _generalised(joined: FloatArray, means: _PointMeans) -> _Generalised:
-    ordinary = np.asarray(np.linalg.lstsq(joined, means.output_v, rcond=None)[0], dtype=float)
+    q, r = orthogonal(joined)
+    ordinary = np.asarray(np.linalg.solve(r, q.T @ means.output_v), dtype=float)
     columns = np.hstack([joined, (means.output_v - joined @ ordinary)[:, None], means.common])
     return _Generalised(ordinary, columns.T @ (means.readings[:, None] * columns))
 
@@ -241,8 +252,8 @@ def _standard_errors(observations: Observations, label: str, means: _PointMeans)
     """S_E of TP (48) over all rows, without and with the terms of Q."""
     rows = observations.rows
     if means.within_v2 is not None:
-        root = np.sqrt(means.readings)
-        q, _ = np.linalg.qr(root[:, None] * np.hstack([means.basis, means.quadratic]))
+        root = np.sqrt(means.readings[0])  # every point was read as often
+        q, _ = orthogonal(_joined(means.basis, means.quadratic))
         output = root * means.output_v
         along = q.T @ output
         left = output - q @ along

@@ -8,6 +8,7 @@ import numpy as np
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.observations import Observations
+from ams.remembered import remembered
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,8 @@ class Layout:
 
     def sum_by_point(self, values: FloatArray) -> FloatArray:
         """Return the (K, …) sums of (N, …) values."""
+        if self.is_complete and self.order is None:
+            return np.asarray(values.reshape(self.replications, self.points, *values.shape[1:]).sum(axis=0))
         return _sum_by(self.point, values, self.points)
 
     def mean_by_point(self, values: FloatArray) -> FloatArray:
@@ -85,18 +88,25 @@ def layout_of(observations: Observations) -> Layout:
     """
     if observations.rows == 0:
         raise ObservationsError(f"{observations.source}: no rows: nothing to solve; measure at least one replication")
-    replication_labels, replication = _indexed(observations.replication)
-    point_labels, point = _indexed(observations.point)
-    pair = replication * point_labels.size + point
-    readings = np.bincount(pair)
-    if readings.max() > 1:
-        twice = int(pair[np.flatnonzero(readings[pair] > 1)[0]])
+    layout, twice = _layout(observations.replication, observations.point)
+    if twice is not None:
         raise ObservationsError(
-            f"{observations.source}: replication {replication_labels[twice // point_labels.size]}, "
-            f"point {point_labels[twice % point_labels.size]} stands more than once; allowed once; "
+            f"{observations.source}: replication {layout.replication_labels[twice // layout.points]}, "
+            f"point {layout.point_labels[twice % layout.points]} stands more than once; allowed once; "
             "nothing was solved; remove the repeated row or give it a point label of its own"
         )
-    return Layout(replication, point, tuple(replication_labels.tolist()), tuple(point_labels.tolist()))
+    return layout
+
+
+@remembered(8)
+def _layout(replications: IntArray, points: IntArray) -> tuple[Layout, int | None]:
+    """Return the layout, and the first pair that stands twice."""
+    replication_labels, replication = _indexed(replications)
+    point_labels, point = _indexed(points)
+    pair = replication * point_labels.size + point
+    readings = np.bincount(pair)
+    twice = int(pair[np.flatnonzero(readings[pair] > 1)[0]]) if readings.max() > 1 else None
+    return Layout(replication, point, tuple(replication_labels.tolist()), tuple(point_labels.tolist())), twice
 
 
 def _indexed(labels: IntArray) -> tuple[IntArray, IntArray]:

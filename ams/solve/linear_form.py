@@ -12,6 +12,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import DesignError
 from ams.models.model import Stimulus
+from ams.remembered import remembered
 
 RANK_TOLERANCE = 1e-9
 _PART_OF_A_DIRECTION = 0.05
@@ -35,6 +36,12 @@ class LinearForm:
     """Of the basis with its columns scaled to unit length: how much the points amplify an error."""
     repeats: int = 1
     """How often the first N / repeats rows of the basis stand in it, one block below the other."""
+    repeated_block: FloatArray | None = None
+
+    @property
+    def block(self) -> FloatArray:
+        """Return the (N / repeats, P) rows that the basis repeats; all of them where it repeats none."""
+        return self.basis if self.repeated_block is None else self.repeated_block
 
     def solve(self, outputs: FloatArray) -> FloatArray:
         """Estimate from (N,) or (N, m) outputs; refined once, so that rounding stays at that of the data."""
@@ -56,13 +63,29 @@ def factor(
             f"design: {rows} observations cannot determine {size} parameters ({', '.join(names)}): "
             f"allowed {size} distinct points or more; nothing was solved; add points"
         )
-    root = None if weights is None else np.sqrt(weights)[:, None]
-    q, r = np.linalg.qr(basis if root is None else root * basis)
+    if weights is None:
+        condition_number = _refuse_rank_deficiency(orthogonal(basis)[1], names, stimulus)
+        return LinearForm(basis, None, *_inverted(basis), condition_number)
+    root = np.sqrt(weights)[:, None]
+    q, r = np.linalg.qr(root * basis)
     condition_number = _refuse_rank_deficiency(r, names, stimulus)
     inverse = np.linalg.inv(r)
-    estimator = inverse @ q.T
-    estimator = estimator if root is None else estimator * root.T
-    return LinearForm(basis, weights, estimator, inverse @ inverse.T, condition_number)
+    return LinearForm(basis, weights, inverse @ q.T * root.T, inverse @ inverse.T, condition_number)
+
+
+@remembered(16)
+def _inverted(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the estimator and the covariance for rows of unit variance."""
+    q, r = orthogonal(basis)
+    inverse = np.linalg.inv(r)
+    return inverse @ q.T, inverse @ inverse.T
+
+
+@remembered(16)
+def orthogonal(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the (N, P) orthonormal and (P, P) triangular factors of a basis that many outputs share."""
+    q, r = np.linalg.qr(basis)
+    return q, r
 
 
 def repeated(form: LinearForm, times: int) -> LinearForm:
@@ -70,9 +93,14 @@ def repeated(form: LinearForm, times: int) -> LinearForm:
     if times == 1:
         return form
     assert form.weights is None
-    basis, estimator = np.tile(form.basis, (times, 1)), np.tile(form.estimator / times, times)
+    basis, estimator = _tiled(form.basis, form.estimator, times)
     covariance = form.unscaled_covariance / times
-    return LinearForm(basis, None, estimator, covariance, form.condition_number, times * form.repeats)
+    return LinearForm(basis, None, estimator, covariance, form.condition_number, times * form.repeats, form.block)
+
+
+@remembered(16)
+def _tiled(basis: FloatArray, estimator: FloatArray, times: int) -> tuple[FloatArray, FloatArray]:
+    return np.tile(basis, (times, 1)), np.tile(estimator / times, times)
 
 
 def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> float:
@@ -80,9 +108,7 @@ def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimu
 
     Raises: DesignError where a parameter is not determined.
     """
-    length = np.linalg.norm(r, axis=0)
-    scaled = r / np.where(length > _ROUNDING * length.max(), length, np.inf)
-    _, singular, directions = np.linalg.svd(scaled)
+    singular, directions = _principal(r)
     missing = directions[singular <= RANK_TOLERANCE * singular[0]]
     if missing.size == 0:
         return float(singular[0] / singular[-1])
@@ -92,6 +118,14 @@ def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimu
         f"design: rank {len(names) - len(missing)} of {len(names)}: the points cannot determine "
         f"{' and '.join(undetermined)}: {_values_in_words(stimulus)}; nothing was solved; {_advice(stimulus)}"
     )
+
+
+@remembered(16)
+def _principal(r: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return singular values and directions of the columns at unit length."""
+    length = np.linalg.norm(r, axis=0)
+    _, singular, directions = np.linalg.svd(r / np.where(length > _ROUNDING * length.max(), length, np.inf))
+    return singular, directions
 
 
 def _distinct_deg(angle_rad: FloatArray) -> FloatArray:

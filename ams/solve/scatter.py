@@ -16,6 +16,10 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray, IntArray
 
 _BISECTIONS = 60
+_LONGEST_STEP = 5.0
+"""Of log t: further away the likelihood is no parabola."""
+_SETTLED = 1e-10
+"""Of the last step; what is left after it is the square of that."""
 _NEGLIGIBLE = 1e-12
 _SMALLEST_DOF = 1.0
 _TINY = float(np.finfo(float).tiny)
@@ -95,7 +99,11 @@ def _believed(
 
 
 def _across(q: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return what is left of (…, K, n) columns when those of the orthonormal q are taken out, twice for rounding."""
+    """Return what is left of (K, n) or (m, K, n) columns without those of the orthonormal q, taken out twice."""
+    if columns.ndim == 3:  # one product of matrices instead of m small ones
+        count, rows, size = columns.shape
+        flat = _across(q, columns.transpose(1, 0, 2).reshape(rows, count * size))
+        return flat.reshape(rows, count, size).transpose(1, 0, 2)
     once = columns - q @ (q.T @ columns)
     return np.asarray(once - q @ (q.T @ once))
 
@@ -114,18 +122,35 @@ def _principal(common: FloatArray, residuals: FloatArray) -> tuple[FloatArray, F
 
 
 def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: FloatArray, free: IntArray) -> FloatArray:
-    """Return (m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on."""
+    """Return (m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on.
+
+    By Newton's steps of log t, and by bisection where one would leave what holds the root.
+    """
     low = _NEGLIGIBLE * square
-    falls = _slope(low, spread, along, rest, free) <= 0.0
+    falls = _slope(low, spread, along, rest, free)[0] <= 0.0
     high = square + np.max(np.where(np.isfinite(spread), spread, 0.0), axis=1)
-    for _ in range(_BISECTIONS):
-        middle = np.sqrt(low * high)
-        rises = _slope(middle, spread, along, rest, free) > 0.0
+    alone = rest / np.maximum(free, 1)  # by the directions that the common errors do not touch
+    middle = np.where((alone > low) & (alone < high), alone, np.sqrt(low * high))
+    for _ in range(0 if falls.all() else _BISECTIONS):
+        slope, curvature = _slope(middle, spread, along, rest, free)
+        rises = slope > 0.0
         low, high = np.where(rises, middle, low), np.where(rises, high, middle)
-    return np.where(falls, 0.0, np.sqrt(low * high))
+        bent = slope + middle * curvature  # of t times the slope, by log t
+        step = np.where(bent < 0.0, -slope / np.where(bent < 0.0, bent, 1.0), 0.0)
+        tried = middle * np.exp(np.clip(step, -_LONGEST_STEP, _LONGEST_STEP))
+        is_inside = (bent < 0.0) & (tried > low) & (tried < high)
+        before, middle = middle, np.where(is_inside, tried, np.sqrt(low * high))
+        if np.all(falls | (np.abs(middle - before) <= _SETTLED * middle)):
+            break
+    return np.where(falls, 0.0, middle)
 
 
-def _slope(variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray) -> FloatArray:
-    """Return (m,) twice the slope of the restricted log-likelihood by the variance."""
-    whole = variance[:, None] + spread
-    return np.asarray(np.sum(along / whole**2 - 1.0 / whole, axis=1) + (rest / variance - free) / variance)
+def _slope(
+    variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return (m,) twice the slope of the restricted log-likelihood by the variance, and the slope of that."""
+    inverse = 1.0 / (variance[:, None] + spread)
+    share = along * inverse
+    slope = np.sum((share - 1.0) * inverse, axis=1) + (rest / variance - free) / variance
+    curvature = np.sum((1.0 - 2.0 * share) * inverse**2, axis=1) + (free - 2.0 * rest / variance) / variance**2
+    return np.asarray(slope), np.asarray(curvature)

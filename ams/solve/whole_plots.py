@@ -16,6 +16,7 @@ import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 from ams.observations import Observations
+from ams.remembered import remembered
 from ams.solve.layout import Layout
 
 SMALLEST_GAP_DEGC = 2.0
@@ -67,8 +68,13 @@ class Visits:
 def visits_of(observations: Observations) -> Visits | None:
     """Return the visits of plateaus; None where the temperature was not held at two or more well apart."""
     temperature = observations.temperature_degc
-    if temperature is None or observations.rows == 0:
+    if temperature is None or observations.rows == 0 or np.ptp(temperature) < SMALLEST_GAP_DEGC:
         return None
+    return _visits(temperature, observations.time_s)
+
+
+@remembered(8)
+def _visits(temperature: FloatArray, time_s: FloatArray | None) -> Visits | None:
     ordered = np.sort(temperature)
     edges = np.flatnonzero(np.diff(ordered) >= SMALLEST_GAP_DEGC)
     groups = np.split(ordered, edges + 1)
@@ -76,9 +82,9 @@ def visits_of(observations: Observations) -> Visits | None:
         return None
     plateau = np.searchsorted(0.5 * (ordered[edges] + ordered[edges + 1]), temperature)
     means = [float(group.mean()) for group in groups]
-    in_time = np.arange(observations.rows) if observations.time_s is None else np.argsort(observations.time_s)
+    in_time = np.arange(temperature.size) if time_s is None else np.argsort(time_s)
     changes = np.concatenate([[0], np.diff(plateau[in_time]) != 0])
-    number = np.empty(observations.rows, dtype=np.int64)
+    number = np.empty(temperature.size, dtype=np.int64)
     number[in_time] = np.cumsum(changes)
     starts = in_time[np.flatnonzero(np.concatenate([[True], changes[1:] > 0]))]
     return Visits(number, tuple(means[place] for place in plateau[starts]))

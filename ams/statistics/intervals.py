@@ -21,6 +21,16 @@ from ams.statistics.distributions import (
 )
 
 
+def _largest_passed(p_values: Sequence[float], level: float) -> float:
+    known = sorted(value for value in p_values if value == value)  # noqa: PLR0124: NaN is none
+    largest = -1.0
+    for place, value in enumerate(known):
+        if value > level / (len(known) - place):
+            break
+        largest = value
+    return largest
+
+
 class Component(Protocol):
     """An independent part of one covariance, or of those of several estimates."""
 
@@ -106,13 +116,18 @@ def f_tests(
     if not (variance_ratios and numerator_dof > 0 and denominator_dof > 0):
         return {name: _no_tests(ratios.size) for name, ratios in variance_ratios.items()}
 
-    limit = float(f_quantile(level, numerator_dof, denominator_dof))
+    limit = _f_limit(level, float(numerator_dof), float(denominator_dof))
     ratios = np.stack(list(variance_ratios.values()))
     p_values, flags = f_tail(ratios, numerator_dof, denominator_dof), ratios > limit
     return {
         name: FTestColumns(t, limit, p_value, numerator_dof, denominator_dof, is_above)
         for name, t, p_value, is_above in zip(variance_ratios, ratios, p_values, flags, strict=True)
     }
+
+
+@cache
+def _f_limit(level: float, numerator_dof: float, denominator_dof: float) -> float:
+    return float(f_quantile(level, numerator_dof, denominator_dof))
 
 
 def _no_tests(size: int) -> FTestColumns:
@@ -132,6 +147,8 @@ def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
     """
     if p_values.shape[-1] == 0:
         return np.zeros(p_values.shape, dtype=bool)
+    if p_values.ndim == 1:
+        return np.asarray(p_values <= _largest_passed(p_values.tolist(), level))
     ascending = np.sort(p_values, axis=-1)
     known = p_values.shape[-1] - np.isnan(p_values).sum(axis=-1, keepdims=True)
     remaining = np.maximum(known - np.arange(p_values.shape[-1]), 1)

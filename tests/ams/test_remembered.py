@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ams.remembered import remembered
+from ams.statistics.intervals import FTestColumns
 
 
 def test_equal_contents_are_computed_once_and_others_anew() -> None:
@@ -37,3 +38,45 @@ def test_the_oldest_is_forgotten() -> None:
     for value in (1, 2, 1, 3, 1, 2):
         noted(value)
     assert calls == [1, 2, 3, 2]
+
+
+def test_what_was_handed_out_is_known_as_an_argument_and_no_other_array_is_taken_for_it() -> None:
+    calls = []
+
+    @remembered(4)
+    def doubled(values: np.ndarray) -> np.ndarray:
+        return 2.0 * values
+
+    @remembered(64)
+    def total(values: np.ndarray) -> float:
+        calls.append(values)
+        return float(values.sum())
+
+    for size in range(2, 30):  # the first are forgotten: others may stand at their place in memory
+        values = np.arange(float(size))
+        assert total(doubled(values)) == total(doubled(values)) == size * (size - 1)
+    assert len(calls) == 28
+
+
+def test_arrays_in_a_tuple_or_a_value_are_read_only_as_well() -> None:
+    @remembered(4)
+    def both(values: np.ndarray) -> tuple[np.ndarray, FTestColumns]:
+        return values + 1.0, FTestColumns(values + 2.0, 1.0, values + 3.0, 1.0, 1.0, values > 0.0)
+
+    one, other = both(np.zeros(3))
+    for array in (one, other.t):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1.0
+
+
+def test_what_is_large_is_computed_each_time() -> None:
+    calls = []
+
+    @remembered(2)
+    def noted(values: np.ndarray) -> int:
+        calls.append(values.size)
+        return values.size
+
+    large = np.zeros(200_000)
+    assert noted(large) == noted(large)
+    assert len(calls) == 2

@@ -14,10 +14,11 @@ import numpy as np
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.low_order import TERMS, term_columns
-from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of
+from ams.analysis.diagnostics.low_order import TERMS, term_columns, term_columns_at
+from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
+from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import (
     Autocorrelation,
     Slope,
@@ -29,13 +30,14 @@ from ams.analysis.diagnostics.time_order import (
 from ams.analysis.diagnostics.wrong_dwells import largest_p_values
 from ams.arrays import FloatArray
 from ams.findings import FindingKind
-from ams.frames import specific_force
+from ams.frames import Attitude, specific_force
 from ams.models.accelerometer import PitchRoll
 from ams.models.added_parameters import WithAddedParameters
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
-from ams.solve.extension import stands_alike
+from ams.remembered import remembered
+from ams.solve.extension import angles_of_points, stands_alike
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import holm
 
@@ -55,6 +57,8 @@ BY_POINT_GAIN: Final = "temperature, point by point, on the sensitivity"
 BY_REPLICATION: Final = "temperature, replication by replication"
 LAG: Final = "temperature lag"
 CURVATURE: Final = "temperature curvature"
+TABLE_LIMIT: Final = "table's declared limit"
+_LINEAR: Final = 4
 _NEEDED: Final = 0.05
 _MOST_TESTS: Final = 25
 _PLAINER: Final = {"K1'": "K2", "K0'": "K3"}
@@ -129,10 +133,17 @@ def shared_tests(evidence: Evidence) -> SharedTests:
     )
 
 
-def axis_tests(evidence: Evidence, shared: SharedTests, output: int, convicted_p_value: float | None) -> AxisTests:
+def axis_tests(
+    evidence: Evidence,
+    shared: SharedTests,
+    output: int,
+    convicted_p_value: float | None,
+    limit: TableLimit | None = None,
+) -> AxisTests:
     """Return all tests of one axis, decided.
 
-    ``convicted_p_value``: of wrong dwells that are left out of the evidence; None where none are.
+    ``convicted_p_value``: of wrong dwells that are left out of the evidence; None where none are. ``limit``: what all
+    axes of the package say of the table's declared limit; where it is plainly broken, its index errors count as known.
     """
     if not evidence.precision_variance[output] > 0.0:
         return AxisTests({})
@@ -146,18 +157,22 @@ def axis_tests(evidence: Evidence, shared: SharedTests, output: int, convicted_p
     if convicted_p_value is not None:
         wrong_p_value = convicted_p_value
     known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
+    if limit is not None and limit.p_value <= LEVEL / _MOST_TESTS:
+        known = np.hstack([known, _index_effects(evidence, output, limit, known)])
+    before = previous_attitude.turned_from(evidence, output)
     found = [
         BeliefTest(WRONG_DWELL, "wrong-dwell", wrong_p_value),
+        *_of_the_table(limit),
         *_of_replications(evidence, output, known),
         BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
-        *_of_the_attitude_before(evidence, output, grid),
+        *_of_the_attitude_before(evidence, grid, before),
         *_robust(evidence, grid),
     ]
     if shared.over_time is not None:
         found.append(_slope(OVER_TIME, "drift", shared.over_time, output, "per h"))
     found += _of_temperature(evidence, shared, output, known)
     found += [] if lag is None else [lag]
-    terms = low_order(evidence, output, known)
+    terms = low_order(evidence, output, known, before)
     if terms is not None:
         found += [_term(column, tested) for column, tested in zip(COLUMNS, terms.each(), strict=False)]
     made = {test.name: test for test in found if np.isfinite(test.p_value)}
@@ -173,6 +188,23 @@ def _lag(evidence: Evidence, output: int) -> tuple[BeliefTest | None, FloatArray
     if not lag.p_value <= LEVEL / _MOST_TESTS:
         return test, None
     return test, by_temperature.lag_columns(evidence, output, lag.detail)
+
+
+def _of_the_table(limit: TableLimit | None) -> list[BeliefTest]:
+    if limit is None:
+        return []
+    return [BeliefTest(TABLE_LIMIT, "lack-of-fit", limit.p_value, max(limit.largest_rad.values()), unit="rad")]
+
+
+def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: FloatArray) -> FloatArray:
+    """Return (K, c) what any index errors do to the points, beside a linear sensor and what is known already."""
+    base = linear_base(evidence.models[output])
+    points = next(iter(limit.columns.values())).shape[0]
+    if base is None or points != evidence.layout.points:
+        return np.zeros((evidence.layout.points, 0))
+    angles = Attitude(*angles_of_points(evidence.rows, evidence.layout))
+    slopes = base.angle_jacobian(evidence.primary[output][: len(base.primary_names)], angles)
+    return limit.effects(slopes, np.hstack([evidence.basis[:, :_LINEAR], known]))
 
 
 def conviction_level(tests: AxisTests) -> float:
@@ -191,8 +223,7 @@ def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list
     return [_lack_of_fit(evidence, output, known), *drifts]
 
 
-def _of_the_attitude_before(evidence: Evidence, output: int, grid: GridResiduals) -> list[BeliefTest]:
-    column = previous_attitude.turned_from(evidence, output)
+def _of_the_attitude_before(evidence: Evidence, grid: GridResiduals, column: FloatArray) -> list[BeliefTest]:
     found = previous_attitude.between_replications(evidence, grid, column)
     return [] if found is None else [_term(Column(TURNED_FROM, "autocorrelation", ""), found)]
 
@@ -206,6 +237,7 @@ def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTe
     """Test what repeats against precision and what the table's certificate and others explain, all together."""
     assert evidence.replication is not None
     plain, given = evidence.replication.lack_of_fit, np.hstack([evidence.basis, known])
+    given = independent(given) if known.shape[1] > 0 else given
     means = evidence.means(output, given)
     repeating = means.precision_variance * max(float(plain.t[output]) - 1.0, 0.0)
     p_value, dof = float(plain.p_value[output]), evidence.layout.points - given.shape[1]
@@ -222,7 +254,7 @@ def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known:
     found = []
     if TEMPERATURE_NAMES[0] not in evidence.models[output].primary_names:
         found = [_slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
-        if _linear_base(evidence.models[output]) is None:
+        if linear_base(evidence.models[output]) is None:
             found += _by_point(evidence, output, known)
     is_bend_modelled = SECOND_ORDER_NAMES[0] in evidence.models[output].primary_names
     if by_temperature.has_plateaus(evidence) and not is_bend_modelled:
@@ -252,27 +284,35 @@ def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
     return np.column_stack([column, column * layout.mean_by_point(by_temperature.sensed(evidence, output))])
 
 
-def low_order(evidence: Evidence, output: int, known: FloatArray) -> Elimination | None:
+def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatArray) -> Elimination | None:
     """Return what the means of the points are tested for, ready to be tested beside the linear sensor.
 
     These are the terms of low order, the attitude before and the temperature. None where the model has no such terms.
+    ``turned`` (N,) is what the sensor was turned by from the attitude before.
     """
-    base = _linear_base(evidence.models[output])
+    base = linear_base(evidence.models[output])
     if base is None:
         return None
     layout, rows = evidence.layout, evidence.rows
     if stands_alike(rows, layout):
-        force = specific_force(rows.pitch_rad[: layout.points], rows.roll_rad[: layout.points])
+        terms = term_columns_at(rows.pitch_rad[: layout.points], rows.roll_rad[: layout.points], base.nominal_axis)
     else:
         force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
-    linear, fitted = evidence.basis[:, :4], evidence.basis[:, 4:]
-    means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[4:, output])
-    before = layout.mean_by_point(previous_attitude.turned_from(evidence, output))
-    columns = np.hstack([term_columns(force, base.nominal_axis), before[:, None], _by_point_degc(evidence, output)])
-    return eliminate(means, columns, fitted)
+        terms = term_columns(force, base.nominal_axis)
+    linear, fitted = evidence.basis[:, :_LINEAR], evidence.basis[:, _LINEAR:]
+    means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[_LINEAR:, output])
+    before = layout.mean_by_point(turned)
+    columns = np.hstack([terms, before[:, None], _by_point_degc(evidence, output)])
+    return eliminate(means, columns, _beside(evidence.basis, terms))
 
 
-def _linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
+@remembered(16)
+def _beside(basis: FloatArray, terms: FloatArray) -> FloatArray:
+    return np.hstack([basis, terms])
+
+
+def linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
+    """Return the accelerometer of pitch and roll that a model is built on; None where it is another."""
     while isinstance(model, WithAddedParameters):
         model = model.base
     return model if isinstance(model, PitchRoll | ExtendedPitchRoll) else None

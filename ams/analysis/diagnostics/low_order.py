@@ -12,6 +12,8 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.findings import FindingKind
+from ams.frames import specific_force
+from ams.remembered import remembered
 
 _ORDER: Final = {"x": "xyz", "y": "yzx", "z": "zxy"}
 TERMS: Final[tuple[tuple[str, FindingKind, str, str], ...]] = (
@@ -53,6 +55,12 @@ def term_columns(force: FloatArray, nominal_axis: str) -> FloatArray:
         ],
         axis=1,
     )
+
+
+@remembered(16)
+def term_columns_at(pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str) -> FloatArray:
+    """Return the (K, 8) terms at (K,) attitudes."""
+    return term_columns(specific_force(pitch_rad, roll_rad), nominal_axis)
 
 
 _ZERO: Final = 1e-9

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.remembered import remembered
 from ams.solve.scatter import own_scatter
 from ams.statistics.distributions import f_tail
 
@@ -93,8 +94,11 @@ class Elimination:
 
 
 def eliminate(means: PointMeans, columns: FloatArray, further: FloatArray) -> Elimination:
-    """Return (K, c) columns ready to be tested; ``further`` (K, f) count as explained in the scatter as well."""
-    whole = _independent(np.column_stack([means.basis, columns, further]))
+    """Return (K, c) columns ready to be tested; ``further`` (K, f) count as explained in the scatter as well.
+
+    ``further`` may hold what the basis or the columns hold: it is what many outputs share, and is factored once.
+    """
+    whole = _independent_of(further, np.column_stack([means.basis, columns]))
     dof = means.mean.size - whole.shape[1]
     variance = _variance(means, whole, dof)
     return Elimination(gram_of(means, columns, variance), means.basis.shape[1], columns.shape[1], dof)
@@ -120,7 +124,7 @@ def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
         return max(means.precision_variance, tiny)
     if means.common.shape[1] == 0:
         root = np.sqrt(means.readings)
-        q = np.linalg.qr(root[:, None] * whole)[0]
+        q = whole if np.all(root == 1.0) else np.linalg.qr(root[:, None] * whole)[0]
         y = root * means.mean
         left = y - q @ (q.T @ y)
         return max(float(left @ left) / dof, tiny)
@@ -128,7 +132,28 @@ def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
     return max(float(scatter.variance[0]), means.precision_variance, tiny)
 
 
-def _independent(columns: FloatArray) -> FloatArray:
+def _independent_of(shared: FloatArray, own: FloatArray) -> FloatArray:
+    """Return orthonormal columns of both, those that are shared factored once for all outputs."""
+    q = _spanned(shared)
+    left = own - q @ (q.T @ own)
+    length = np.einsum("kc,kc->c", own, own)
+    found: list[FloatArray] = []
+    for place in np.flatnonzero(np.einsum("kc,kc->c", left, left) > _NOTHING_LEFT * length):
+        column = left[:, place]
+        for other in found:
+            column = column - other * (other @ column)
+        square = float(column @ column)
+        if square > _NOTHING_LEFT * length[place]:
+            found.append(column / np.sqrt(square))
+    return np.column_stack([q, *found])
+
+
+@remembered(16)
+def _spanned(columns: FloatArray) -> FloatArray:
+    return np.linalg.qr(independent(columns))[0]
+
+
+def independent(columns: FloatArray) -> FloatArray:
     """Return the columns that are independent of those before them."""
     own = np.zeros(columns.shape[1])
     own[: columns.shape[0]] = np.diag(np.linalg.qr(columns, mode="r"))

@@ -8,10 +8,13 @@ again.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
+from ams.remembered import remembered
+from ams.solve.linear_form import orthogonal
 
 _GONE = 1e-9
 """Of a residual's variance: a dwell that nothing else says anything about."""
@@ -37,16 +40,18 @@ class GridResiduals:
         """Degrees of freedom that are left."""
         return max(self.replications - 1, 1) * (self.points - int(self.q.shape[1])) - int(self.taken.shape[1])
 
-    @property
+    @cached_property
     def squares(self) -> FloatArray:
         """(m,) sums of squares."""
         return np.asarray(np.einsum("im,im->m", self.residuals, self.residuals))
 
-    @property
+    @cached_property
     def leverages(self) -> FloatArray:
         """(n K,) variance of each residual for dwells of unit variance."""
-        own = self._between(0) * (1.0 - np.einsum("kp,kp->k", self.q, self.q))
-        left = np.tile(own, self.replications) - np.einsum("id,id->i", self.taken, self.taken)
+        left = _leverages(self.replications, self.q)
+        if self.taken.shape[1] == 0:
+            return left * self.present
+        left = left - np.einsum("id,id->i", self.taken, self.taken)
         return np.where(left > _GONE, left, 0.0) * self.present
 
     def column(self, dwell: int) -> FloatArray:
@@ -83,18 +88,36 @@ class GridResiduals:
 
     def projected(self, columns: FloatArray) -> FloatArray:
         """Return what is left of (n K, c) columns when the residual maker acts on them."""
-        grid = columns.reshape(self.replications, self.points, -1)
-        if self.replications > 1:
-            grid = grid - grid.mean(axis=0)
-        grid = grid - self.q @ (self.q.T @ grid)
-        flat = grid.reshape(self.residuals.shape[0], -1)
-        return np.asarray((flat - self.taken @ (self.taken.T @ flat)) * self.present[:, None])
+        if columns.shape[1] == 1:
+            line = columns.reshape(self.replications, self.points)
+            if self.replications > 1:
+                line = line - line.mean(axis=0)
+            flat = (line - (line @ self.q) @ self.q.T).reshape(-1, 1)
+        else:
+            grid = columns.reshape(self.replications, self.points, -1)
+            if self.replications > 1:
+                grid = grid - grid.mean(axis=0)
+            flat = (grid - self.q @ (self.q.T @ grid)).reshape(self.residuals.shape[0], -1)
+        if self.taken.shape[1] > 0:
+            flat = flat - self.taken @ (self.taken.T @ flat)
+        return np.asarray(flat * self.present[:, None])
 
     def _between(self, apart: int) -> float:
         """Return an element of the replications' part of the residual maker, on its diagonal or off it."""
-        if self.replications == 1:
-            return 1.0
-        return (1.0 if apart == 0 else 0.0) - 1.0 / self.replications
+        return _between(self.replications, apart)
+
+
+def _between(replications: int, apart: int) -> float:
+    if replications == 1:
+        return 1.0
+    return (1.0 if apart == 0 else 0.0) - 1.0 / replications
+
+
+@remembered(16)
+def _leverages(replications: int, q: FloatArray) -> FloatArray:
+    """Return the (n K,) variances of the residuals where no dwell is taken out."""
+    left = np.tile(_between(replications, 0) * (1.0 - np.einsum("kp,kp->k", q, q)), replications)
+    return np.where(left > _GONE, left, 0.0)
 
 
 def grid_residuals(
@@ -106,7 +129,7 @@ def grid_residuals(
     """
     grid = np.zeros((replications * points, outputs.shape[1]))
     grid[dwell] = outputs
-    q = np.linalg.qr(basis)[0]
+    q = orthogonal(basis)[0]
     everything = GridResiduals(replications, points, q, grid, np.zeros((grid.shape[0], 0)), np.ones(grid.shape[0]))
     found = replace(everything, residuals=everything.projected(grid))
     if dwell.size < grid.shape[0]:

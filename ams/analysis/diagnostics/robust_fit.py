@@ -17,6 +17,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
+from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import f_tail
 
 _K: Final = 1.345
@@ -44,7 +45,7 @@ def robust_fit(evidence: Evidence, grid: GridResiduals) -> RobustFit | None:
     taken = _taken(grid)
     readings = np.maximum(grid.present.reshape(grid.replications, -1).sum(axis=0), 1.0)
     by_point = taken.reshape(grid.replications, -1).sum(axis=0) / readings
-    q = np.linalg.qr(evidence.basis)[0]
+    q = orthogonal(evidence.basis)[0]
     points, dof = q.shape[0], q.shape[0] - q.shape[1]
     rest, size = float(np.sum((by_point - q @ (q.T @ by_point)) ** 2)), float(np.mean(by_point))
     if dof < LEAST_DOF or not rest > 0.0:
@@ -58,9 +59,9 @@ def _taken(grid: GridResiduals) -> FloatArray:
     plain, judged = grid.residuals[:, 0], grid.leverages > 0.0
     spread = np.sqrt(np.where(judged, grid.leverages, 1.0))
     sigma = _SIGMA_OF_MEDIAN * float(np.median(np.abs(plain / spread)[judged]))
-    taken = np.zeros(plain.size)
-    for _ in range(_ROUNDS):
+    bound = np.where(judged, _K * sigma * spread, np.inf)
+    taken = plain - np.minimum(np.maximum(plain, -bound), bound)
+    for _ in range(_ROUNDS - 1):
         left = plain + (taken - grid.projected(taken[:, None])[:, 0])
-        bound = _K * sigma * spread
-        taken = np.where(judged, left - np.clip(left, -bound, bound), 0.0)
+        taken = left - np.minimum(np.maximum(left, -bound), bound)
     return taken

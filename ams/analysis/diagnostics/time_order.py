@@ -55,8 +55,16 @@ def time_order(evidence: Evidence) -> IntArray:
 
 def neighbours(evidence: Evidence) -> tuple[IntArray, IntArray, IntArray]:
     """Return replication, point and next point of dwells that follow one another within a replication."""
-    order, layout = time_order(evidence), evidence.layout
-    replication, point = layout.replication[order], layout.point[order]
+    return _neighbours(evidence.rows.time_s, evidence.layout.replication, evidence.layout.point)
+
+
+@remembered(16)
+def _neighbours(
+    time_s: FloatArray | None, replication: IntArray, point: IntArray
+) -> tuple[IntArray, IntArray, IntArray]:
+    if time_s is not None:
+        order = np.argsort(time_s, kind="stable")
+        replication, point = replication[order], point[order]
     together = replication[1:] == replication[:-1]
     return replication[1:][together], point[:-1][together], point[1:][together]
 

@@ -18,6 +18,7 @@ from ams.analysis.diagnostics.axis_tests import (
     LAG,
     OVER_TIME,
     ROBUST,
+    TABLE_LIMIT,
     TURNED_FROM,
     TURNED_FROM_ALIKE,
     WRONG_DWELL,
@@ -25,6 +26,7 @@ from ams.analysis.diagnostics.axis_tests import (
     BeliefTest,
 )
 from ams.analysis.diagnostics.low_order import IN_WORDS, TERMS
+from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
 from ams.models.extended import CONFOUNDED
@@ -66,12 +68,16 @@ def findings_of(
     drifts: Mapping[str, str],
     *,
     has_table: bool,
+    limit: TableLimit | None = None,
 ) -> tuple[Finding, ...]:
     """Return a finding for every test that was made; ``drifts``: how far each quantity moved, in words."""
     found = []
     for name, test in tests.tests.items():
         is_significant = tests.is_significant[name]
         details = {"test": name, **_numbers(test)}
+        if name == TABLE_LIMIT and limit is not None:
+            found.append(_of_table_limit(test, limit, is_significant=is_significant))
+            continue
         if name == WRONG_DWELL and convicted is not None:
             found.append(_wrong(test, scale, observations, convicted, details))
             continue
@@ -158,6 +164,26 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         ),
     }
     return sentences[name]()
+
+
+def _of_table_limit(test: BeliefTest, limit: TableLimit, *, is_significant: bool) -> Finding:
+    """Return the finding on the table: it names the axes of the table whose index errors are beyond the limit."""
+    sizes = {axis: np.rad2deg(size) * ARCSEC_PER_DEG for axis, size in limit.largest_rad.items()}
+    limits = {axis: np.rad2deg(size) * ARCSEC_PER_DEG for axis, size in limit.limit_rad.items()}
+    details: dict[str, float | str | None] = {"test": test.name}
+    details |= {f"{axis}_arcsec": float(size) for axis, size in sizes.items()}
+    details |= {f"{axis}_limit_arcsec": float(size) for axis, size in limits.items()}
+    beyond = [axis for axis, size in sizes.items() if size > limits[axis]] or list(sizes)
+    shown = " and ".join(f"{axis} by {_two(sizes[axis])}″ (declared ±{_two(limits[axis])}″)" for axis in beyond)
+    text = (
+        f"the table is off by more than is declared: its index errors in {shown}, as far as the attitudes show them, "
+        "alike for every output of this package; offset and sensitivities hold part of it that the stated "
+        "uncertainties do not: look at the table, its coupling and its last certificate, and declare the limit, or the "
+        "errors at angles, that it has"
+        if is_significant
+        else f"{test.name}: index errors within it explain the points"
+    )
+    return Finding(test.kind, text, is_significant, test.p_value, details=details)
 
 
 def _turned_text(test: BeliefTest, scale: Scale, where: str) -> str:

@@ -40,16 +40,18 @@ def largest_p_values(residuals: GridResiduals) -> tuple[FloatArray, IntArray]:
     size = squares.size
     if dof < LEAST_DOF:
         return np.full(size, np.nan), np.zeros(size, dtype=np.int64)
-    judged = np.flatnonzero(leverages > 0.0)
-    share = residuals.residuals[judged] ** 2 / leverages[judged, None]
+    judged = (leverages > 0.0)[:, None]
+    share = residuals.residuals**2
+    np.divide(share, leverages[:, None], out=share, where=judged)
+    share *= judged
     place = np.argmax(share, axis=0)
     largest = share[place, np.arange(size)]
     rest = np.maximum(squares - largest, np.finfo(float).tiny)
     with np.errstate(over="ignore"):
         t_square = largest * (dof - 1) / rest
     pairs = 2 if residuals.replications == 2 else 1  # of two, both are as far from their mean
-    p_value = judged.size / pairs * f_tail(t_square, 1.0, float(dof - 1))
-    return np.where(squares > 0.0, np.minimum(p_value, 1.0), np.nan), judged[place]
+    p_value = np.count_nonzero(judged) / pairs * f_tail(t_square, 1.0, float(dof - 1))
+    return np.where(squares > 0.0, np.minimum(p_value, 1.0), np.nan), place
 
 
 def convict(residuals: GridResiduals, level: float, other_view: FloatArray) -> WrongDwells:

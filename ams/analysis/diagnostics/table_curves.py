@@ -1,0 +1,237 @@
+"""Whether the index errors of a table stay within their declared limit, as all axes of a package see them at once.
+
+Every index of an axis has one error E, seen by each output as its slope ∂v/∂angle. All outputs of a package together
+have the points' means y = X c + Σ ∂v/∂angle·E + e, X every sensor's own and e its precision. The curve is free inside
+the limit, |E| ≤ L at every index: what the best such curve leaves beyond the best curve of any size,
+
+    D = min over |E| ≤ L of χ²  −  min over all E of χ²,
+
+is the evidence against the limit, whatever the shape of the curve (once a turn, twice, eight harmonics, teeth). Under
+the limit D is a chi-square of as many degrees of freedom as indices stand at their bound, or less (the conditional test
+of Wollan and Dykstra 1986 for inequalities).
+
+What the sensors do by themselves must not be blamed on the table. A cosine of pitch is K₂ of one axis and K_ip of the
+others; so D is made beside the sensors' own terms of low order as well, where that curve is not seen at all. Without
+the terms D counts only where two outputs or more see the same curve and, beside it, no sensor asks for terms.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ams.arrays import BoolArray, FloatArray
+from ams.inputs.table_uncertainty import TableUncertainty, index_labels
+from ams.statistics.distributions import f_tail
+
+_SUSPICIOUS = 0.2
+"""Points that a linear sensor on an exact table explains as well as this say nothing against a limit."""
+_TERMS_ASKED_FOR = 0.01
+_ROUNDING = 1e-9
+_SEEN = 1e-3
+_LIKELY = 3.0
+"""Limits: how large an error is believed before the points are looked at, so that what they hardly see stays small."""
+_STEPS = 4
+_EXPLAINED = 0.001
+
+
+@dataclass(frozen=True)
+class SeenPoints:
+    """The means of the points of one output, volts."""
+
+    linear: FloatArray
+    """(K, 4) a linear sensor."""
+    terms: FloatArray
+    """(K, t) of second and third order."""
+    mean: FloatArray
+    """(K,) less any fit by ``linear``."""
+    weight: FloatArray
+    """(K,) one over the standard deviation of a mean by precision."""
+    slopes: Mapping[str, FloatArray]
+    """Axis of the table to (K,) volts per radian."""
+    precision_dof: float
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Of one axis of the table."""
+
+    limit_rad: float
+    """As declared."""
+    columns: FloatArray
+    """(K, t) one where a point stands at the index, less that of the index set to read true."""
+    bound_rad: FloatArray
+    """(t,)"""
+
+
+@dataclass(frozen=True)
+class TableLimit:
+    """What the points say against the declared limit."""
+
+    p_value: float
+    largest_rad: Mapping[str, float]
+    """Axis of the table to the largest error over its indices that the points ask for, the least that explains them."""
+    limit_rad: Mapping[str, float]
+    columns: Mapping[str, FloatArray]
+    """Axis of the table to ``Indices.columns``."""
+
+    def effects(self, slopes: Mapping[str, FloatArray], known: FloatArray) -> FloatArray:
+        """Return (K, c) orthonormal columns of what any index errors do to an output, beside the ``known`` ones."""
+        joined = np.hstack([slopes[name][:, None] * columns for name, columns in self.columns.items()])
+        q, _ = np.linalg.qr(known)
+        left = joined - q @ (q.T @ joined)
+        vectors, lengths, _ = np.linalg.svd(left, full_matrices=False)
+        return np.asarray(vectors[:, lengths > _SEEN * np.linalg.norm(joined)])
+
+
+def indices_of(table: TableUncertainty, axis: str, shown_rad: FloatArray) -> Indices | None:
+    """Return the indices that (K,) points stand at; None where the axis is taken as exact."""
+    declared, limit = table.declared(axis), table.limit_rad(axis)
+    labels, first, place = np.unique(index_labels(shown_rad), return_index=True, return_inverse=True)
+    columns, bound = np.eye(labels.size)[place], np.full(labels.size, limit)
+    if declared.known is not None:
+        spread = np.sqrt(np.sum(table.index_errors(axis, shown_rad[first]).scaled_rad ** 2, axis=1))
+        bound, limit = float(np.sqrt(3.0)) * spread, float(np.sqrt(3.0) * spread.max())
+    elif declared.zero_rad is not None:
+        at_zero = labels == index_labels(np.array([declared.zero_rad]))
+        if not at_zero.any():
+            at_zero = np.append(at_zero, True)
+            columns, bound = np.pad(columns, ((0, 0), (0, 1))), np.append(bound, limit)
+        columns = columns - at_zero
+        if declared.zero_standard_uncertainty_rad > 0.0:
+            columns = np.column_stack([columns, np.ones(shown_rad.size)])
+            bound = np.append(bound, float(np.sqrt(3.0)) * declared.zero_standard_uncertainty_rad)
+    does_something = (bound > 0.0) & columns.any(axis=0)
+    if not does_something.any():
+        return None
+    return Indices(limit, columns[:, does_something], bound[does_something])
+
+
+@dataclass(frozen=True)
+class _Normal:
+    """Least squares for E beside what every sensor has of its own."""
+
+    matrix: FloatArray
+    right: FloatArray
+    square: float
+    rows: int
+    own: int
+
+    def unbounded(self) -> tuple[FloatArray, float, int]:
+        values, vectors = np.linalg.eigh(self.matrix)
+        seen = values > _ROUNDING * values[-1]
+        along = vectors[:, seen].T @ self.right
+        curve = vectors[:, seen] @ (along / values[seen])
+        return curve, self.square - float(along @ (along / values[seen])), int(seen.sum())
+
+
+def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) -> TableLimit:
+    """Test the limit; a p-value of one where the points do not even ask for index errors."""
+    nothing = TableLimit(
+        1.0,
+        dict.fromkeys(indices, 0.0),
+        {name: one.limit_rad for name, one in indices.items()},
+        {name: one.columns for name, one in indices.items()},
+    )
+    if not outputs or not indices:
+        return nothing
+    dof = float(sum(one.precision_dof for one in outputs))
+    plain = _normal(outputs, indices, with_terms=False)
+    left = plain.rows - plain.own
+    if left <= 0 or not f_tail(plain.square / left, left, dof) < _SUSPICIOUS:
+        return nothing
+    bound = np.concatenate([one.bound_rad for one in indices.values()])
+    beside = _normal(outputs, indices, with_terms=True)
+    judged = [(_tested(beside, bound, dof), beside)]
+    if len(outputs) > 1 and not _asks_for_terms(plain, beside, dof):
+        judged.append((_tested(plain, bound, dof), plain))
+    p_value, normal = min(judged, key=lambda pair: pair[0])
+    found = np.linalg.solve(normal.matrix + np.diag((_LIKELY * bound) ** -2.0), normal.right)
+    edges = np.cumsum([one.bound_rad.size for one in indices.values()])[:-1]
+    largest = {
+        name: float(np.abs(one.columns @ curve).max())
+        for (name, one), curve in zip(indices.items(), np.split(found, edges), strict=True)
+    }
+    return replace(nothing, p_value=min(1.0, len(judged) * p_value), largest_rad=largest)
+
+
+def _asks_for_terms(plain: _Normal, beside: _Normal, dof: float) -> bool:
+    """Tell whether the sensors ask for terms of their own beside a curve of any size."""
+    _, without, rank = plain.unbounded()
+    _, with_terms, rank_beside = beside.unbounded()
+    left = beside.rows - beside.own - rank_beside
+    added = (beside.own + rank_beside) - (plain.own + rank)
+    if left <= 0 or added <= 0:
+        return True
+    return bool(f_tail((without - with_terms) / added, added, dof) < _TERMS_ASKED_FOR)
+
+
+def _tested(normal: _Normal, bound: FloatArray, dof: float) -> float:
+    _, least, rank = normal.unbounded()
+    left = normal.rows - normal.own - rank
+    if left <= 0:
+        return 1.0
+    curve, at_bound = _bounded(normal.matrix, normal.right, bound)
+    within = normal.square - 2.0 * float(normal.right @ curve) + float(curve @ normal.matrix @ curve)
+    active = min(int(at_bound.sum()), rank)
+    if active == 0 or not within > least:
+        return 1.0
+    if f_tail(least / left, left, dof) < _EXPLAINED:
+        return 1.0
+    return float(f_tail((within - least) / active, active, dof))
+
+
+def _normal(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices], *, with_terms: bool) -> _Normal:
+    size = sum(one.bound_rad.size for one in indices.values())
+    matrix, right, square, rows, own = np.zeros((size, size)), np.zeros(size), 0.0, 0, 0
+    for one in outputs:
+        basis = np.hstack([one.linear, one.terms]) if with_terms else one.linear
+        weight = one.weight[:, None]
+        q, r = np.linalg.qr(weight * basis)
+        q = q[:, np.abs(np.diag(r)) > _ROUNDING * np.abs(np.diag(r)).max()]
+        columns = np.hstack([one.slopes[name][:, None] * seen.columns for name, seen in indices.items()])
+        columns = weight * columns
+        columns = columns - q @ (q.T @ columns)
+        y = one.weight * one.mean
+        y = y - q @ (q.T @ y)
+        matrix += columns.T @ columns
+        right += columns.T @ y
+        square, rows, own = square + float(y @ y), rows + y.size, own + q.shape[1]
+    return _Normal(matrix, right, square, rows, own)
+
+
+def _bounded(matrix: FloatArray, right: FloatArray, bound: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return the x within ±bound with the least ½xᵀMx − rᵀx, and which stand at their bound.
+
+    By an active set (Stark and Parker 1995): one index is let go at a time, and those that run into their bound stay.
+    """
+    matrix = matrix + _ROUNDING * np.trace(matrix) / bound.size * np.eye(bound.size)
+    x = np.clip(np.linalg.solve(matrix, right), -bound, bound)
+    free = np.abs(x) < bound
+    tolerance = _ROUNDING * float(np.abs(right).max())
+    for _ in range(_STEPS * bound.size):
+        x, free = _moved_within(matrix, right, bound, x, free)
+        inwards = np.where(free, 0.0, np.sign(x) * (matrix @ x - right))
+        if not inwards.max() > tolerance:
+            break
+        free[np.argmax(inwards)] = True
+    return x, ~free
+
+
+def _moved_within(
+    matrix: FloatArray, right: FloatArray, bound: FloatArray, x: FloatArray, free: BoolArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return the least over what is free, and what is free still: the first to reach its bound stays there."""
+    x, free = x.copy(), free.copy()
+    while free.any():
+        step = np.linalg.solve(matrix[np.ix_(free, free)], (right - matrix @ x)[free])
+        room = np.where(step > 0.0, bound[free] - x[free], bound[free] + x[free])
+        with np.errstate(divide="ignore"):
+            reach = np.where(step == 0.0, np.inf, room / np.abs(step))
+        first = int(np.argmin(reach))
+        x[free] += min(1.0, float(reach[first])) * step
+        if reach[first] >= 1.0:
+            break
+        place = np.flatnonzero(free)[first]
+        x[place], free[place] = np.copysign(bound[place], step[first]), False
+    return x, free

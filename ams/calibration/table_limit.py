@@ -1,0 +1,67 @@
+"""The declared limit of a table's index errors against what all solved axes of one package saw of them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from ams.analysis.diagnostics.axis_tests import linear_base
+from ams.analysis.diagnostics.table_curves import SeenPoints, TableLimit, beyond_limit, indices_of
+from ams.arrays import FloatArray
+from ams.calibration.columns import SolvedColumns
+from ams.frames import Attitude
+from ams.inputs.table_uncertainty import TableUncertainty, shown_rad
+from ams.observations import Observations
+from ams.solve.extension import angles_of_points
+
+_LINEAR = 4
+_ROUNDING = 32.0 * float(np.finfo(float).eps)
+
+
+def judge_table(
+    groups: Sequence[tuple[SolvedColumns, Sequence[int]]], rows: Observations, table: TableUncertainty | None
+) -> TableLimit | None:
+    """Return what the named outputs of each group, all seen at the same ``rows``, say against the declared limit.
+
+    None where no limit is declared, or no output can say anything: nothing replicated, or a model without attitude.
+    """
+    if table is None or not groups:
+        return None
+    pitch, roll = angles_of_points(rows, groups[0][0].layout)
+    outputs = [seen for solved, places in groups for seen in _seen(solved, places, pitch, roll)]
+    shown = shown_rad(table, {"pitch": pitch, "roll": roll})
+    found = {axis: indices_of(table, axis, angle) for axis, angle in shown.items()}
+    indices = {axis: one for axis, one in found.items() if one is not None}
+    return beyond_limit(outputs, indices) if outputs and indices else None
+
+
+def slopes_at_points(
+    solved: SolvedColumns, place: int, pitch: FloatArray, roll: FloatArray
+) -> Mapping[str, FloatArray]:
+    """Return the (K,) slopes of an output by the axes of the table, volts per radian."""
+    base = linear_base(solved.problem.models[place])
+    assert base is not None
+    own = solved.primary[place][: len(base.primary_names)]
+    return base.angle_jacobian(own, Attitude(pitch, roll))
+
+
+def _seen(solved: SolvedColumns, places: Sequence[int], pitch: FloatArray, roll: FloatArray) -> Iterator[SeenPoints]:
+    sums, problem, layout = solved.mixed.sums, solved.problem, solved.layout
+    if sums is None or problem.form.weights is not None:
+        return
+    alone = problem.alone
+    basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
+    readings = layout.sum_by_point(np.ones(layout.rows))
+    largest = np.abs(problem.outputs).max(axis=0)
+    for place in places:
+        variance = float(solved.mixed.precision_variance[place])
+        if linear_base(problem.models[place]) is None or not variance > (_ROUNDING * largest[place]) ** 2:
+            continue
+        own = solved.mixed.ordinary[_LINEAR : basis.shape[1], place]
+        yield SeenPoints(
+            linear=basis[:, :_LINEAR],
+            terms=basis[:, _LINEAR:],
+            mean=sums.point_effects[:, place] + basis[:, _LINEAR:] @ own,
+            weight=np.sqrt(readings / variance),
+            slopes=slopes_at_points(solved, place, pitch, roll),
+            precision_dof=float(sums.dof_precision),
+        )

@@ -1,0 +1,124 @@
+"""A table beyond its declared limit is named, whatever its curve; one within it, or a sensor's own terms, are not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from physics_scenes import campaigns
+from scipy.optimize import lsq_linear
+from solved_campaigns import columns_of, rows_of, table_of
+
+from ams.analysis.diagnostics.axis_tests import TABLE_LIMIT
+from ams.analysis.diagnostics.table_curves import _bounded, indices_of
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import Calibration
+from ams.findings import Finding
+from ams.inputs.request import CalibrationRequest
+from ams.inputs.table_uncertainty import TableUncertainty
+
+
+def _solved(name: str, size: float, count: int, table: TableUncertainty | None, seed: int = 4, **design):
+    drawn = campaigns(name, size, np.random.default_rng(seed), count, **design)
+    for place in range(count):
+        outputs = {axis: columns_of(drawn, axis)[:, place] for axis in drawn.setup.axes}
+        yield calibrate(replace(rows_of(drawn), outputs=outputs), CalibrationRequest(table=table))
+
+
+def _of_table(solved: Calibration) -> list[Finding]:
+    return [one for axis in solved.axes.values() for one in axis.findings if one.details.get("test") == TABLE_LIMIT]
+
+
+def _share(found) -> float:
+    return float(np.mean([any(one.is_significant for one in _of_table(solved)) for solved in found]))
+
+
+@pytest.mark.parametrize("limit_deg", [30.0, 90.0])
+@pytest.mark.parametrize("curve", ["table-once", "table-twice", "table-teeth"])
+def test_a_curve_of_three_times_the_limit_is_the_tables(curve: str, limit_deg: float) -> None:
+    assert _share(_solved(curve, 3.0, 8, table_of(), pitch_limit_deg=limit_deg)) >= 0.85
+
+
+@pytest.mark.parametrize("curve", ["table-once", "table-twice", "table-harmonics", "table-teeth"])
+def test_a_curve_that_reaches_its_limit_is_not_named(curve: str) -> None:
+    assert _share(_solved(curve, 1.0, 12, table_of())) <= 1 / 12
+
+
+def test_a_zeroed_curve_within_its_limit_is_not_named_and_beyond_it_is() -> None:
+    assert _share(_solved("table-once-zeroed", 1.0, 12, table_of(zero_rad=0.0))) <= 1 / 12
+    assert _share(_solved("table-once-zeroed", 5.0, 8, table_of(zero_rad=0.0))) >= 0.85
+
+
+@pytest.mark.parametrize(
+    ("scene", "size", "kinds"),
+    [
+        ("soft-mount", 20.0, {"quadratic", "cross-coupling"}),
+        ("k2", 20.0, {"quadratic"}),
+        ("k3", 50.0, {"cubic"}),
+        ("k0-asymmetry", 50.0, {"asymmetry", "cubic", "lack-of-fit"}),
+    ],
+)
+def test_a_sensor_is_not_blamed_on_the_table(scene: str, size: float, kinds: set[str]) -> None:
+    found = list(_solved(scene, size, 8, table_of()))
+    assert _share(found) <= 1 / 8
+    told = [
+        {one.kind for axis in solved.axes.values() for one in axis.findings if one.is_significant} for solved in found
+    ]
+    assert np.mean([bool(one & kinds) for one in told]) >= 0.85
+
+
+def test_one_output_alone_never_blames_the_table_for_its_own_terms() -> None:
+    """A cosine of pitch is K₂ of x: nothing of one output tells them apart."""
+    for scene in ("k2", "soft-mount"):
+        assert _share(_solved(scene, 20.0, 8, table_of(), axes="x")) == 0.0
+
+
+@pytest.mark.parametrize("zero_deg", [0.0, 17.0])
+def test_the_columns_of_a_zeroed_axis_are_the_curve_less_its_value_at_the_zero(zero_deg: float) -> None:
+    shown = np.deg2rad([-60.0, 0.0, 30.0, -60.0, 300.0, 0.0])
+    found = indices_of(table_of(zero_rad=np.deg2rad(zero_deg)), "pitch", shown)
+    assert found is not None
+
+    def curve(angle_rad: np.ndarray) -> np.ndarray:
+        return np.sin(angle_rad + 0.3) + 0.2 * np.cos(3.0 * angle_rad)
+
+    indices = np.deg2rad([0.0, 30.0, 300.0] if zero_deg == 0.0 else [0.0, 30.0, 300.0, zero_deg])
+    expected = curve(shown) - curve(np.deg2rad([zero_deg]))
+    np.testing.assert_allclose(found.columns @ curve(indices), expected, atol=1e-12)
+    np.testing.assert_allclose(found.bound_rad, np.deg2rad(1.0 / 3600.0), rtol=1e-12)
+
+
+def test_what_the_table_does_is_not_said_of_the_sensor_as_well() -> None:
+    (solved,) = _solved("table-once", 5.0, 1, table_of(), seed=6)
+    for axis in solved.axes.values():
+        assert [one.details["test"] for one in axis.findings if one.is_significant] == [TABLE_LIMIT]
+        (finding,) = _of_table(replace(solved, axes={"x": axis}))
+        assert finding.kind == "lack-of-fit"
+        assert "the table is off by more than is declared: its index errors in " in finding.text
+        assert "(declared ±1″)" in finding.text
+        assert finding.text in axis.warnings
+        largest = max(finding.details["pitch_arcsec"], finding.details["roll_arcsec"])
+        assert 2.0 < largest < 8.0  # of 5″, as far as the attitudes show it
+    assert solved.verdict != "sound"
+
+
+def test_without_a_declared_limit_there_is_no_test_of_it() -> None:
+    (solved,) = _solved("table-once", 5.0, 1, None)
+    assert _of_table(solved) == []
+
+
+def test_the_least_within_bounds_is_that_of_another_solver() -> None:
+    chance = np.random.default_rng(9)
+    for _ in range(20):
+        columns, y = chance.standard_normal((40, 15)), 3.0 * chance.standard_normal(40)
+        bound = chance.uniform(0.05, 0.5, 15)
+        found, at_bound = _bounded(columns.T @ columns, columns.T @ y, bound)
+        other = lsq_linear(columns, y, (-bound, bound), method="bvls", tol=1e-14)
+        np.testing.assert_allclose(found, other.x, atol=1e-7)
+        np.testing.assert_array_equal(at_bound, other.active_mask != 0)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("curve", ["clean", "table-once", "table-twice", "table-harmonics", "table-teeth"])
+def test_tables_within_their_limit_are_named_in_no_more_than_one_campaign_in_a_hundred(curve: str) -> None:
+    size = 0.0 if curve == "clean" else 1.0
+    assert _share(_solved(curve, size, 2000, table_of(), seed=77)) <= 0.01
