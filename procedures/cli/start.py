@@ -57,9 +57,20 @@ def _abort(options: dict[str, str]) -> int | None:
     outcomes = stop(guards[0], None, by)
     if outcomes is None:
         return None
-    folder = guards[0]["run"]
-    _request_abort(folder, by)
+    _request_abort(guards[0]["run"], by)
+    folder = _as_named(guards[0]["run"], options)
     return _tell(outcomes, [f"{folder}: asked to abort; `calrig status {folder}` shows when it did"])
+
+
+def _as_named(folder: str, options: dict[str, str]) -> str:
+    """Return a run's folder as the other commands tell it: as it was named, or below the folder of runs."""
+    named, runs = options.get(""), options.get("--out", "runs")
+    ways = (
+        *(() if named is None else (named, os.path.dirname(named), os.path.join(runs, named))),
+        os.path.join(runs, os.path.basename(folder)),
+    )
+    here = (os.path.normpath(way) for way in ways if os.path.realpath(way) == os.path.realpath(folder))
+    return next(here, folder)
 
 
 def _request_abort(run: str, by: str) -> None:
