@@ -15,7 +15,11 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
 
-_BISECTIONS = 60
+_BISECTIONS = 10
+"""After which a slope of twelve decades is known to 3 %: no likelihood has two tops so near one another."""
+_STEPS = 60
+"""Of Newton inside that: three or four do; a step that leaves the bracket is a bisection."""
+_ROUNDING = 4.0 * float(np.finfo(float).eps)
 _NEGLIGIBLE = 1e-12
 _SMALLEST_DOF = 1.0
 _TINY = float(np.finfo(float).tiny)
@@ -116,16 +120,30 @@ def _principal(common: FloatArray, residuals: FloatArray) -> tuple[FloatArray, F
 def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: FloatArray, free: IntArray) -> FloatArray:
     """Return (m,) the t at which the restricted likelihood has no slope; 0 where it falls from there on."""
     low = _NEGLIGIBLE * square
-    falls = _slope(low, spread, along, rest, free) <= 0.0
+    falls = _slope(low, spread, along, rest, free)[0] <= 0.0
     high = square + np.max(np.where(np.isfinite(spread), spread, 0.0), axis=1)
-    for _ in range(_BISECTIONS):
-        middle = np.sqrt(low * high)
-        rises = _slope(middle, spread, along, rest, free) > 0.0
+    middle = np.sqrt(low * high)
+    for step in range(_BISECTIONS + _STEPS):
+        slope, bend = _slope(middle, spread, along, rest, free)
+        rises = slope > 0.0
         low, high = np.where(rises, middle, low), np.where(rises, high, middle)
-    return np.where(falls, 0.0, np.sqrt(low * high))
+        before, middle = middle, np.sqrt(low * high)
+        if step < _BISECTIONS:
+            continue
+        newton = before - slope / np.where(bend < 0.0, bend, -1.0)
+        inside = (bend < 0.0) & (newton >= low) & (newton <= high)
+        middle = np.where(inside, newton, middle)
+        if np.all((abs(middle - before) <= _ROUNDING * before) & inside | (high - low <= _ROUNDING * high) | falls):
+            break
+    return np.where(falls, 0.0, middle)
 
 
-def _slope(variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray) -> FloatArray:
-    """Return (m,) twice the slope of the restricted log-likelihood by the variance."""
-    whole = variance[:, None] + spread
-    return np.asarray(np.sum(along / whole**2 - 1.0 / whole, axis=1) + (rest / variance - free) / variance)
+def _slope(
+    variance: FloatArray, spread: FloatArray, along: FloatArray, rest: FloatArray, free: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return (m,) twice the slope of the restricted log-likelihood by the variance, and how that bends."""
+    one = 1.0 / (variance[:, None] + spread)
+    scattered, left = along * one * one, rest / variance
+    slope = np.add.reduce(scattered - one, axis=1) + (left - free) / variance
+    bend = np.add.reduce((one - 2.0 * scattered) * one, axis=1) + (free - 2.0 * left) / variance**2
+    return slope, bend
