@@ -8,6 +8,7 @@ import pytest
 from file_keys import keys_of
 from pydantic import BaseModel
 
+from procedures.cli.prepare.new import QUESTIONS
 from procedures.kinds.read import procedure_form
 from rig.description.read import rig_form
 
@@ -83,3 +84,8 @@ def test_every_key_that_a_driver_brings_is_on_some_page() -> None:
     pages = " ".join(page.read_text(encoding="utf-8") for page in DOCS.glob("*.md"))
     own = {key.rpartition(".")[2] for key, is_drivers in keys(rig_form()).items() if is_drivers}
     assert [key for key in sorted(own) if not re.search(rf"\b{key}\b", pages)] == []
+
+
+def test_the_page_has_every_option_of_calrig_new() -> None:
+    text = (DOCS / "files.md").read_text(encoding="utf-8")
+    assert [name for name in QUESTIONS if f"`--{name.replace('_', '-')}`" not in text] == []
