@@ -1,8 +1,10 @@
 """Two thousand journals solved again: in this process, in two, and on a local Dask cluster of two workers.
 
 One simulated run stands for all of them: every job opens its journal, verifies it, solves it and compares the set.
-Beside the scaling stands the machine's own: what two processes of NumPy gain there that know nothing of one another.
-Two hardware threads of one core, or a neighbour at work, leave less than two to be gained by anybody.
+Beside the scaling stands the machine's own, measured in the same run: what two processes of NumPy gain there that know
+nothing of one another. Two hardware threads of one core, or a neighbour at work, leave less than two to be gained by
+anybody: there two processes gave 1.15 × where the machine's own was 1.18 ×. What is demanded is nine tenths of the
+machine's own, and 1.8 × where the machine has so much to give.
 """
 
 from collections.abc import Iterator
@@ -63,7 +65,8 @@ def figures(effort: Effort) -> Iterator[Figure]:
 
 
 def _scaling(what: str, ratio: float, machine: float) -> Iterator[Figure]:
-    yield Figure(f"  one process / {what}", ratio, "×", LEAST_SCALING, at_most=False)
+    demanded = min(LEAST_SCALING, LEAST_OF_THE_MACHINE * machine)
+    yield Figure(f"  one process / {what}", ratio, "×", demanded, at_most=False)
     yield Figure(f"    {what}: share of the machine's own", ratio / machine, "", LEAST_OF_THE_MACHINE, at_most=False)
 
 

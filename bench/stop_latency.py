@@ -23,6 +23,8 @@ import numpy as np
 
 from rig.clock import SystemClock
 
+assert sys.platform != "win32", "processes are held by SIGSTOP"
+
 TESTS = Path(__file__).parents[1] / "tests" / "support"
 sys.path.insert(0, str(TESTS))
 

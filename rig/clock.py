@@ -19,6 +19,8 @@ class Clock(Protocol):
 
     slice_s: float
     """Longest single sleep, in rig seconds, that still looks for a stop in time."""
+    factor: float
+    """Rig seconds that pass while :meth:`now_utc` goes on by one."""
 
     def monotonic_s(self) -> float:
         """Return rig seconds since an arbitrary start; never steps back."""
@@ -37,6 +39,7 @@ class SystemClock:
     """The machine's own clocks."""
 
     slice_s = WAIT_SLICE_S
+    factor = 1.0
 
     def monotonic_s(self) -> float:
         return time.monotonic()
@@ -84,6 +87,7 @@ class VirtualClock:
     """A clock that jumps: ``sleep`` advances it at once and costs no real time."""
 
     slice_s = float("inf")
+    factor = 1.0
 
     def __init__(self, start_utc: datetime) -> None:
         self._start_utc = start_utc

@@ -185,21 +185,29 @@ def without_drift(
         return output, 0.0
     blocks = np.zeros((layout.rows, n, size))
     blocks[np.arange(layout.rows), layout.replication] = basis
-    flat = blocks.reshape(layout.rows, n * size)
-
-    def centred(rows: FloatArray) -> FloatArray:
-        return np.asarray(rows - ((layout.sum_by_point(rows).T / readings).T)[layout.point])
-
-    values, vectors = np.linalg.eigh(centred(flat).T @ centred(flat))
-    kept = values > 1e-9 * values[-1]
-    inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
-    departures = inverse @ (centred(flat).T @ centred(output))
-    left = centred(output) - centred(flat) @ departures
-    dof = layout.rows - layout.points - int(kept.sum())
+    flat = _about_points(blocks.reshape(layout.rows, n * size), layout, readings)
+    inverse, kept = _told_apart(flat)
+    about = _about_points(output, layout, readings)
+    departures = inverse @ (flat.T @ about)
+    left = about - flat @ departures
+    dof = layout.rows - layout.points - kept
     by_replication = departures.reshape(n, size)
     shift = (by_replication - by_replication.mean(axis=0))[layout.replication]
     precision = float(left @ left) / dof if dof > 0 else 0.0
     return output - np.sum(basis * shift, axis=1), precision
+
+
+def _about_points(rows: FloatArray, layout: Layout, readings: FloatArray) -> FloatArray:
+    """Return (N, …) rows about the means of their points."""
+    return np.asarray(rows - ((layout.sum_by_point(rows).T / readings).T)[layout.point])
+
+
+@remembered(16)
+def _told_apart(flat: FloatArray) -> tuple[FloatArray, int]:
+    """Return the pseudo-inverse of the Gram matrix of (N, n) columns, and how many of them can be told apart."""
+    values, vectors = np.linalg.eigh(flat.T @ flat)
+    kept = values > 1e-9 * values[-1]
+    return (vectors[:, kept] / values[kept]) @ vectors[:, kept].T, int(kept.sum())
 
 
 @dataclass(frozen=True)

@@ -17,25 +17,28 @@ _ORDERS: Mapping[Order, str] = {
 }
 
 
-def chosen_procedure(comparison: Comparison) -> str:
-    """Return the text of the file."""
+def chosen_procedure(comparison: Comparison, made_by: str = "") -> str:
+    """Return the text of the file. ``made_by``: its first comment, where no ``calrig plan`` made it.
+
+    Its title says nothing that whoever changes the file would have to change there too.
+    """
     asked, chosen = comparison.asked, comparison.candidates[comparison.chosen]
     low, high = asked.usage.pitch_deg
     noise = asked.usage.noise_arcsec
     assert noise is not None
     design = {**chosen.design, "usage_noise_arcsec": float(f"{noise:.3g}")}
     reasons = {
-        "": list(_why(comparison, chosen)),
+        "": [made_by or _written_by_plan(comparison), *_why(comparison, chosen)],
         "design": [
             f"used at pitch {low:g} to {high:g} degrees, calibrated over half as much again (TP recommendation 1);",
             _ORDERS[chosen.order],
         ],
-        "dwell": [f"{chosen.samples} readings a channel: more cost hours and leave U95 as it is"],
+        "dwell": ["more readings a channel cost hours and leave U95 as it is"],
         "check": ["two attitudes that differ in pitch and roll: a slip of the table is told from a tilt of its base"],
     }
     return procedure_text(
         Written(
-            title=f"{chosen.points} points, {chosen.replications} replications, {chosen.samples} readings",
+            title=f"calibration on {asked.rig.rig.name}",
             design=design,
             replications=chosen.replications,
             samples=chosen.samples,
@@ -47,8 +50,11 @@ def chosen_procedure(comparison: Comparison) -> str:
     )
 
 
+def _written_by_plan(comparison: Comparison) -> str:
+    return f"Written by calrig plan for {comparison.asked.rig.rig.name}: {target_in_words(comparison.asked.target)}."
+
+
 def _why(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
-    yield f"Written by calrig plan for {comparison.asked.rig.rig.name}: {target_in_words(comparison.asked.target)}."
     u95, own = (value * ARCSEC_PER_DEG for value in (chosen.half_width_deg, chosen.calibration_deg))
     yield f"Expected: {chosen.hours:.2f} h (p50), U95 of an angle {u95:.3g} arc seconds; of the calibration {own:.3g}."
     quicker = [place for place in comparison.front if place < comparison.chosen]

@@ -93,7 +93,8 @@ def _twin(answers: Answers) -> str:
 def first_procedure(answers: Answers, rig: RigDescription) -> str:
     """Return the first procedure of the rig. Raises: PlanError where its axes can reach no design."""
     usage = Usage((-answers.usage_deg, answers.usage_deg))
-    text = chosen_procedure(compare(Asked(rig, Target(hours=1000.0), usage, space=FIRST)))
+    made_by = f"Written by calrig new for {rig.rig.name}; calrig plan writes one for an accuracy or a number of hours."
+    text = chosen_procedure(compare(Asked(rig, Target(hours=1000.0), usage, space=FIRST)), made_by)
     return f"#:schema ./{PROCEDURE_SCHEMA}\n{text}"
 
 

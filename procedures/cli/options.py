@@ -15,7 +15,7 @@ Json = Annotated[bool, Parameter(negative=(), help="Print one JSON document on s
 NamedRun = Annotated[str, Parameter(help=f"{_A_RUN}.")]
 AnyRun = Annotated[str | None, Parameter(help=f"{_A_RUN}; by default the run that is alive, else the latest.")]
 OnlyRun = Annotated[str | None, Parameter(help=f"{_A_RUN}; by default the only one that it can be done to.")]
-RunsFolder = Annotated[Path, Parameter(help="The folder of runs.")]
+RunsFolder = Annotated[Path, Parameter(alias="--runs", help="The folder of runs; --runs means it in every command.")]
 Rig = Annotated[Path, Parameter(help="The rig file.")]
 PilotRun = Annotated[
     str | None,

@@ -24,7 +24,7 @@ def main() -> None:
 def stop_at_once(arguments: list[str]) -> int | None:
     """Have a stop guard stop axes where that is what the command asks for; its exit status, None for the long way."""
     if arguments[:1] == ["abort"]:
-        options = _options(arguments[1:], {"--out", "--operator"}, set())
+        options = _options(arguments[1:], {"--out", "--runs", "--operator"}, set())
         return None if options is None else _abort(options)
     if arguments[:1] == ["jog"] and "--stop" in arguments:
         options = _options(arguments[1:], {"--rig", "--axis"}, {"--stop", "--json"})
@@ -50,16 +50,33 @@ def _options(arguments: list[str], valued: set[str], flags: set[str]) -> dict[st
 
 
 def _abort(options: dict[str, str]) -> int | None:
-    guards = of_run(options.get(""), options.get("--out", "runs"))
+    if {"--out", "--runs"} <= options.keys():
+        return None  # two names of one option: the long way says so
+    guards = of_run(options.get(""), _runs(options))
     if len(guards) != 1:
         return None
     by = options.get("--operator") or _login_name()
     outcomes = stop(guards[0], None, by)
     if outcomes is None:
         return None
-    folder = guards[0]["run"]
-    _request_abort(folder, by)
+    _request_abort(guards[0]["run"], by)
+    folder = _as_named(guards[0]["run"], options)
     return _tell(outcomes, [f"{folder}: asked to abort; `calrig status {folder}` shows when it did"])
+
+
+def _runs(options: dict[str, str]) -> str:
+    return options.get("--out") or options.get("--runs") or "runs"
+
+
+def _as_named(folder: str, options: dict[str, str]) -> str:
+    """Return a run's folder as the other commands tell it: as it was named, or below the folder of runs."""
+    named, runs = options.get(""), _runs(options)
+    ways = (
+        *(() if named is None else (named, os.path.dirname(named), os.path.join(runs, named))),
+        os.path.join(runs, os.path.basename(folder)),
+    )
+    here = (os.path.normpath(way) for way in ways if os.path.realpath(way) == os.path.realpath(folder))
+    return next(here, folder)
 
 
 def _request_abort(run: str, by: str) -> None:

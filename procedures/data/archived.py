@@ -23,7 +23,7 @@ def archived_run(run_id: str, archive_url: str) -> Path:
             f"{run_id}: its journal is no longer in {folder}; nothing was read; give the folder that it was moved to"
         )
     with JournalReader.open(folder) as reader:
-        contents = (reader.sha256_of_content(), *reader.earlier_contents())
+        contents = reader.contents()
     if not {entry.journal_sha256 for entry in entries} & set(contents):
         raise RequestError(
             f"{run_id}: the journal in {folder} is not the one that was archived; nothing was read; give the folder of "

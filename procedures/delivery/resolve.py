@@ -17,12 +17,12 @@ from typing import Any, Literal
 
 from ams.archive.runs import MeasuredSensor, RunEntry, list_runs, run_primaries
 from ams.errors import AmsError
-from procedures.delivery.deliver import SolvedRun, primaries_of, sets_of, solve_run
+from procedures.delivery.deliver import SolvedRun, primaries_of, sets_of
 from procedures.delivery.publish import measured_sensors, run_entry
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.solve import solve_record
-from procedures.solution.record import read_record
+from procedures.solution.record import RunRecord, read_record
 from rig.errors import DescriptionError
 
 ROUNDING = 1e-12
@@ -178,8 +178,8 @@ def _solved(job: Job) -> SolvedRun | None:
             continue
         with JournalReader.open(folder) as reader:
             found = reader.sha256_of_content()
-        if found == job.journal_sha256:
-            return _solve(folder, job.treatment)
+            if found == job.journal_sha256:
+                return _solve(folder, read_record(reader), job.treatment)
         raise ProcedureError(
             f"{folder}: the journal is not the archived one: its content is {found[:12]}, the archive has "
             f"{job.journal_sha256[:12]}; it was not solved; publish the run again if it was written to since"
@@ -187,13 +187,10 @@ def _solved(job: Job) -> SolvedRun | None:
     return None
 
 
-def _solve(folder: Path, treatment: Treatment) -> SolvedRun:
-    if not treatment:
-        return solve_run(folder)
-    with JournalReader.open(folder) as reader:
-        record = read_record(reader)
+def _solve(folder: Path, record: RunRecord, treatment: Treatment) -> SolvedRun:
     wanted = {name: value for name, value in vars(treatment).items() if value is not None}
-    record = replace(record, plan=replace(record.plan, solve=record.plan.solve.model_copy(update=wanted)))
+    if wanted:
+        record = replace(record, plan=replace(record.plan, solve=record.plan.solve.model_copy(update=wanted)))
     return SolvedRun(folder, record, solve_record(record))
 
 

@@ -28,13 +28,14 @@ from procedures.records.dwells import (
 
 FLOAT = np.dtype("<f8")
 VOLTS = "v"
+_COMPACT = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 _OWN_UNITS = {ANGLE: "deg", LOOKED: "s", TAKEN: "s"}
 """Of what a run records beside the channels of the rig."""
 
 
 def compact_json(value: object) -> str:
     """Return a value as one line of JSON. Raises: ValueError for a number that is not finite."""
-    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return _COMPACT.encode(value)
 
 
 def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:

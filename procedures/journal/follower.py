@@ -135,8 +135,9 @@ class Follower:
         plan = self._reader.header.plan
         self._design = {dwell.step: dwell.replication for dwell in plan.design_dwells}
         self._replications = plan.replications
-        self._expected = plan.expected
-        self._each_s = plan.expected.p50_s / max(len(self._design), 1)
+        factor = self._reader.header.time_factor
+        self._expected = Expectation(plan.expected.p50_s / factor, plan.expected.p90_s / factor)
+        self._each_s = self._expected.p50_s / max(len(self._design), 1)
         return self._reader
 
     def _has_rung(self) -> bool:

@@ -48,6 +48,13 @@ class RunHeader:
         """Raises: PlanError where it is of another version."""
         return Plan.from_json(self.plan_json, f"run {self.run_id}: plan")
 
+    @property
+    def time_factor(self) -> float:
+        """Rig seconds that pass in a second of the dates in the journal: 1 but for twins that live faster."""
+        twin = json.loads(self.rig_json).get("twin") or {}
+        time = twin.get("time")
+        return float(time) if self.is_simulated and isinstance(time, int | float) else 1.0
+
     def to_json(self) -> str:
         return json.dumps(asdict(self) | {"created_utc": self.created_utc.isoformat()}, ensure_ascii=False)
 

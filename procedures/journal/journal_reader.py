@@ -1,6 +1,7 @@
 """The journal as everybody but the engine sees it: read-only, in short transactions, verified on demand."""
 
 import hashlib
+import json
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -33,6 +34,11 @@ _DWELLS_WITHOUT_SAMPLES = (
     "WHERE number > ? ORDER BY number LIMIT ?"
 )
 _DWELLS = _DWELLS_WITHOUT_SAMPLES.replace("NULL", "samples")
+_EVENT_DIGESTS = (
+    "SELECT sequence, kind, CASE kind WHEN 'state' THEN detail END, sha256 FROM events "
+    "WHERE sequence > ? ORDER BY sequence LIMIT ?"
+)
+_DWELL_DIGESTS = "SELECT number, sha256 FROM dwells WHERE number > ? ORDER BY number LIMIT ?"
 _LEFT = "it was left as it is"
 _SALVAGE = "calrig salvage takes the rest into a new folder, where a resume measures it again"
 
@@ -153,19 +159,27 @@ class JournalReader:
         """Check the file, the chain of events and the SHA-256 of every dwell. Raises: JournalError naming the first
         dwell or event that is not as it was written.
         """
-        deque(self.verified_dwells(), maxlen=0)
+        deque(self.verified()[1], maxlen=0)
 
-    def verified_dwells(self) -> Iterator[DwellRecord]:
-        """Verify the journal as :meth:`verify` does; yield every dwell as :meth:`dwells` gives it, once it is verified.
+    def verified(self) -> tuple[list[Event], Iterator[DwellRecord]]:
+        """Verify the journal as :meth:`verify` does; return its events, and every dwell as :meth:`dwells` gives it.
 
-        What is yielded is proven when the last is. Raises: JournalError.
+        What the iterator yields is proven when the last is. Raises: JournalError.
         """
         with storage_errors_of(self.path):
             problems = [row[0] for row in self._connection.execute("PRAGMA quick_check(1)")]
         if problems != ["ok"]:
             raise JournalError(f"{self.path}: is damaged ({problems[0]}); {_LEFT}; restore it from a copy")
-        digests = self._verify_chain()
-        yield from self._verify_dwells(digests, voided_in(self.events(VOIDED)))
+        events = self._verify_chain()
+        digests: dict[Key, str] = {}
+        for event in events:
+            if event.kind == "dwell":
+                dwell = event.detail
+                digests[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
+            if event.kind == QUARANTINED:
+                for key in keys_in(event):
+                    digests.pop(key, None)
+        return events, self._verify_dwells(digests, voided_in(one for one in events if one.kind == VOIDED))
 
     def sha256_of_content(self) -> str:
         """Return the SHA-256 of header, events and dwells as they were written.
@@ -174,17 +188,17 @@ class JournalReader:
 
         Notes and acknowledgements behind the last other event change nothing of what was measured.
         """
-        events = list(self._rows(_EVENTS))
-        while events and events[-1][3] in AFTERTHOUGHTS:
-            events.pop()
-        return self._digest([row[-1] for row in events], [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)])
+        return self.contents()[0]
 
-    def earlier_contents(self) -> tuple[str, ...]:
-        """Return the :meth:`sha256_of_content` that the journal had at each end before the present one."""
-        rows, dwells = list(self._rows(_EVENTS)), [row[-1] for row in self._rows(_DWELLS_WITHOUT_SAMPLES)]
-        ends = [place for place, row in enumerate(rows) if row[3] == "state" and _is_finish(row)]
-        return tuple(
-            self._digest([row[-1] for row in rows[: end + 1]], dwells[: sum(row[3] == "dwell" for row in rows[:end])])
+    def contents(self) -> tuple[str, ...]:
+        """Return :meth:`sha256_of_content`, and behind it what it was at each end before the present one."""
+        rows, dwells = list(self._rows(_EVENT_DIGESTS)), [row[-1] for row in self._rows(_DWELL_DIGESTS)]
+        ends = [place for place, (_, kind, detail, _) in enumerate(rows) if kind == "state" and _is_finish(detail)]
+        last = len(rows)
+        while last and rows[last - 1][1] in AFTERTHOUGHTS:
+            last -= 1
+        return self._digest([row[-1] for row in rows[:last]], dwells), *(
+            self._digest([row[-1] for row in rows[: end + 1]], dwells[: sum(row[1] == "dwell" for row in rows[:end])])
             for end in ends[:-1]
         )
 
@@ -213,9 +227,9 @@ class JournalReader:
                 f"committed; its file {self.path.name}-wal is missing or of another day; put it back beside the journal"
             )
 
-    def _verify_chain(self) -> dict[Key, str]:
-        """Verify the chain of events and return the SHA-256 that it tells of every dwell."""
-        previous, digests = self._one("SELECT sha256 FROM header")[0], {}  # type: ignore[index]
+    def _verify_chain(self) -> list[Event]:
+        """Verify the chain of events and return them."""
+        previous, events = self._one("SELECT sha256 FROM header")[0], []  # type: ignore[index]
         expected = 1
         for row in self._rows(_EVENTS):
             sequence, utc, monotonic_s, kind, detail, digest = row
@@ -223,14 +237,9 @@ class JournalReader:
                 raise JournalError(f"{self.path}: event {expected} is missing from the audit trail; {_LEFT}")
             if hash_event(previous, sequence, utc, monotonic_s, kind, detail) != digest:
                 raise JournalError(f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}")
-            if kind == "dwell":
-                dwell = decode_event(*row).detail
-                digests[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
-            if kind == QUARANTINED:
-                for key in keys_in(decode_event(*row)):
-                    digests.pop(key, None)
+            events.append(decode_event(*row))
             previous, expected = digest, expected + 1
-        return digests
+        return events
 
     def _verify_dwells(self, digests: dict[Key, str], voided: Mapping[Key, str]) -> Iterator[DwellRecord]:
         found = 0
@@ -271,8 +280,8 @@ def _name(step: int, attempt: int, epoch: int) -> str:
     return f"step {step}, attempt {attempt}, epoch {epoch}"
 
 
-def _is_finish(row: tuple[Any, ...]) -> bool:
-    return decode_event(*row).detail.get("to") == State.FINISHED
+def _is_finish(detail: str) -> bool:
+    return bool(json.loads(detail).get("to") == State.FINISHED)
 
 
 def _is_whole(row: tuple[Any, ...]) -> bool:

@@ -55,7 +55,7 @@ class Epoch:
         self._wait, self._watch, self._live = (
             context.wait,
             context.watch,
-            LiveDwells(context.live, context.plan.expected.parts),
+            LiveDwells(context.live, context.plan.expected.parts, context.rig.clock.factor),
         )
         self._history = history
         self._identities = identities

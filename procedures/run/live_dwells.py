@@ -17,7 +17,9 @@ class LiveDwells:
 
     live: LiveFile
     parts: Mapping[str, PartTime] = field(default_factory=dict)
-    """How long each part of a step is expected to take."""
+    """How long each part of a step is expected to take, in rig seconds."""
+    factor: float = 1.0
+    """Rig seconds in a second of the person who looks."""
 
     def phase(self, phase: str, dwell: Dwell | None = None) -> None:
         """Tell a phase of a dwell, and how long it usually and seldom takes."""
@@ -26,7 +28,7 @@ class LiveDwells:
         if part is None:
             self.live.tell(phase)
         else:
-            self.live.tell(phase, usual_s=part.each_p50_s, seldom_over_s=part.each_p90_s)
+            self.live.tell(phase, usual_s=part.each_p50_s / self.factor, seldom_over_s=part.each_p90_s / self.factor)
 
     def homes(self, axis: str) -> None:
         self.live.tell("homing", waiting_for=f"{axis} to find its home")
@@ -48,10 +50,11 @@ class LiveDwells:
 
     def soaks(self, step: Soak) -> Callable[[float, float], None]:
         """Return what hears the temperature and the seconds left."""
-        self.live.tell("soaking", setpoint_degc={step.environment: step.setpoint_degc}, soak_left_s=step.soak_s)
+        setpoint_degc = {step.environment: step.setpoint_degc}
+        self.live.tell("soaking", setpoint_degc=setpoint_degc, soak_left_s=step.soak_s / self.factor)
 
         def tell(degc: float, left_s: float) -> None:
-            self.live.tell(temperature_degc={step.environment: degc}, soak_left_s=left_s)
+            self.live.tell(temperature_degc={step.environment: degc}, soak_left_s=left_s / self.factor)
 
         return tell
 

@@ -115,12 +115,21 @@ class ProgressLog:
         self.tell("void", str(detail["reason"]))
 
     def begin_pace(self, planned_s: float, spread_s: float = 0.0) -> None:
-        """Count the rate from now on; ``planned_s`` a design dwell by the plan, ``spread_s`` from p50 to p90."""
-        self._pace = Pace(planned_s, self._clock.monotonic_s(), spread_s=spread_s)
+        """Count the rate from now on.
+
+        ``planned_s``: rig seconds a design dwell by the plan. ``spread_s``: from p50 to p90. A person looks at another
+        clock than the rig's where twins live faster: rate and end are told by that one.
+        """
+        factor = self._clock.factor
+        self._pace = Pace(planned_s / factor, self._now_s(), spread_s=spread_s / factor)
+
+    def _now_s(self) -> float:
+        """Seconds as a person's clock counts them."""
+        return self._clock.monotonic_s() / self._clock.factor
 
     def tell(self, event: str, message: str, state: State | None = None, by: str = "") -> None:
         """``state``: the one that is being entered; otherwise the present one."""
-        now_s, pace = self._clock.monotonic_s(), self._pace
+        now_s, pace = self._now_s(), self._pace
         left = self.dwells_planned - self.dwells_done
         ends = None if pace is None else self._clock.now_utc() + pace.remaining(left, now_s)
         self._observer.on_event(

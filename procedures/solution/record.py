@@ -59,7 +59,9 @@ def read_record(reader: JournalReader) -> RunRecord:
     The journal is verified first, chain, dwells and all: no number is drawn from one that was changed.
     Raises: JournalError, PlanError or DescriptionError where the journal is damaged or of another version.
     """
-    dwells, header, stamped = tuple(reader.verified_dwells()), reader.header, tuple(reader.events())
+    header, (stamped, verified) = reader.header, reader.verified()
+    dwells = tuple(verified)
+    content, *earlier = reader.contents()
     return RunRecord(
         run_id=header.run_id,
         state=str(_state(reader)),
@@ -71,13 +73,13 @@ def read_record(reader: JournalReader) -> RunRecord:
         events=tuple(on_one_clock(stamped)),
         dwells=tuple(dwells_on_one_clock(dwells, stamped)),
         hashes={
-            "journal content": reader.sha256_of_content(),
+            "journal content": content,
             "plan": header.plan_sha256,
             "rig file": header.rig_sha256,
             "procedure file": header.procedure_sha256,
         },
         versions=header.software,
-        lineage=reader.earlier_contents(),
+        lineage=tuple(earlier),
     )
 
 

@@ -237,7 +237,9 @@ def _missing_truth(file: TomlFile, rig: RigDescription) -> Iterable[str]:
         for axis in sensor.channels:
             if axis not in rig.twin.truth.get(serial, {}):
                 yield file.complaint(
-                    ("twin",), f"[twin.truth.{serial}.{axis}] is missing; the twin needs the sensor's truth"
+                    ("twin",),
+                    f"[twin.truth.{serial}.{axis}] is missing; the twin needs the sensor's truth, such as "
+                    "{ offset_v = 0.0, sensitivity_v_per_g = 2.5 } (docs/files.md); --rehearse does without",
                 )
     for serial in rig.twin.truth:
         if serial not in rig.sensors:

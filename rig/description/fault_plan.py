@@ -11,7 +11,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from rig.toml_file import StrictTable, read_toml
+from rig.errors import DescriptionError
+from rig.toml_file import StrictTable, TomlFile, read_toml
 
 EVERY_LINE = "*"
 Count = Annotated[int, Field(ge=1)]
@@ -139,22 +140,42 @@ def read_faults(path: Path, drivers: Mapping[str, str]) -> FaultPlan:
     Raises: DescriptionError naming file, line and key of every mistake.
     """
     file = read_toml(path)
-    plan = file.validate(FaultPlan)
+    try:
+        plan = file.validate(FaultPlan)
+    except DescriptionError as error:
+        raise DescriptionError("\n".join([str(error), *_unknown_lines(file, drivers)])) from None
     complaints = [
         file.complaint(("fault", name, key), text)
         for name, rule in plan.fault.items()
         for key, text in _strangers(rule, drivers)
     ]
     if complaints:
-        raise type(file.error((), ""))("\n".join(complaints))
+        raise DescriptionError("\n".join(complaints))
     return plan
+
+
+def _unknown_lines(file: TomlFile, drivers: Mapping[str, str]) -> Iterable[str]:
+    """Yield what the rig says against a file that is wrong already: all mistakes of a file are told at once."""
+    rules = file.values.get("fault")
+    for name, rule in rules.items() if isinstance(rules, dict) else ():
+        for key in ("line", "other"):
+            line = rule.get(key) if isinstance(rule, dict) else None
+            if isinstance(line, str) and (unknown := _unknown_line(key, line, drivers)):
+                yield file.complaint(("fault", name, key), unknown)
+
+
+def _unknown_line(key: str, line: str, drivers: Mapping[str, str]) -> str:
+    """Return what is wrong with a line that the rig does not have; empty where it has it."""
+    if line in (*drivers, EVERY_LINE):
+        return ""
+    return f"got {line!r}, allowed {', '.join(drivers)}" + (f" and {EVERY_LINE}" if key == "line" else "")
 
 
 def _strangers(rule: FaultRule, drivers: Mapping[str, str]) -> Iterable[tuple[str, str]]:
     """Yield the keys of a rule that do not fit the rig, each with what is wrong."""
     for key, line in (("line", rule.line), ("other", rule.other)):
-        if line not in (None, EVERY_LINE) and line not in drivers:
-            yield key, f"got {line!r}, allowed {', '.join(drivers)}" + (f" and {EVERY_LINE}" if key == "line" else "")
+        if line is not None and (unknown := _unknown_line(key, line, drivers)):
+            yield key, unknown
     if rule.kind in MOTION and not rule.line.startswith("axes."):
         yield "line", f"got {rule.line!r}: {rule.kind} happens to an axis"
     talks = {line: driver for line, driver in drivers.items() if rule.line in (EVERY_LINE, line)}

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from functools import cache, reduce
+from functools import cache, lru_cache, reduce
 from operator import or_
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -103,8 +103,12 @@ def _index_tables(file: TomlFile, axes: dict[str, AxisSettings]) -> tuple[dict[s
     return found, complaints
 
 
+@lru_cache(maxsize=16)
 def rig_from_json(text: str) -> RigDescription:
-    """Return a description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError."""
+    """Return a description that ``model_dump_json`` wrote, as a journal keeps it. Raises: DescriptionError.
+
+    The runs of a laboratory were made on few rigs: their descriptions, which nothing changes, are kept.
+    """
     try:
         stored = as_stored_now(text)
         return rig_form(_values_in(stored)).model_validate_json(stored)

@@ -5,7 +5,10 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
+from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -70,8 +73,49 @@ def test_the_first_calibration_works(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.thorough
+@pytest.mark.timeout(600)
 def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going", "-d", str(tmp_path / "d")]
     done = subprocess.run([*command, "docs", str(tmp_path / "site")], cwd=ROOT, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "site" / "search.html").exists()
+    assert list(dead_links(tmp_path / "site")) == []
+
+
+class Links(HTMLParser):
+    """Where the links of a page lead, and what on it can be led to."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.targets: list[str] = []
+        self.loaded: list[str] = []
+        self.anchors = {""}
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name == "id" or (tag == "a" and name == "name"):
+                self.anchors.add(value or "")
+            elif name in ("href", "src") and value is not None:
+                self.targets.append(value)
+                if tag != "a":
+                    self.loaded.append(value)
+
+
+def dead_links(site: Path) -> Iterator[str]:
+    """Every link inside the site that leads nowhere: no such file, or no such place on its page."""
+    pages = {page: Links(page) for page in site.rglob("*.html")}
+    assert len(pages) > 50
+    for page, links in pages.items():
+        yield from (
+            f"{page.name} loads {url}, which no offline copy has" for url in links.loaded if urlsplit(url).netloc
+        )
+        for target in links.targets:
+            parts = urlsplit(target)
+            if parts.scheme or parts.netloc:
+                continue
+            there = (page.parent / unquote(parts.path)).resolve() if parts.path else page
+            there = there / "index.html" if there.is_dir() else there
+            is_there = there.exists() and (there not in pages or unquote(parts.fragment) in pages[there].anchors)
+            if not is_there:
+                yield f"{page.relative_to(site)}: {target}"

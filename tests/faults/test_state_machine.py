@@ -85,6 +85,7 @@ class Bystander:
     """A person's clock and the run's observer: lets things happen at chosen moments, and helps out afterwards."""
 
     slice_s = 0.1
+    factor = 1.0
 
     def __init__(self, world: "RunAndRig", script: Mapping[int, str]) -> None:
         self._world, self._script = world, dict(script)

@@ -49,6 +49,7 @@ class Person:
     without a dwell. Also the run's observer, who passes on what it sees."""
 
     slice_s = 0.1
+    factor = 1.0
 
     def __init__(self, run_dir: Path, seen: RunObserver) -> None:
         self._spool, self._clock, self._looks, self._seen = Spool(run_dir), a_clock(), 0, seen

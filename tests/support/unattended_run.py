@@ -30,6 +30,7 @@ class UnattendedRun:
     """
 
     slice_s = 0.1
+    factor = 1.0
 
     def __init__(
         self, run_dir: Path, at: Mapping[int, Happening] | None = None, after: Mapping[int, Happening] | None = None

@@ -143,14 +143,22 @@ def confounding(evidence: Evidence, linear: FloatArray, column: FloatArray | Non
 def _confounding(layout: Layout, linear: FloatArray, column: FloatArray) -> float | None:
     if layout.is_complete and layout.order is None:
         return _confounding_of_alike(layout.replications, linear, column)
+    return _confounding_of_rows(layout.replications, layout.replication, layout.point, linear, column)
+
+
+@remembered(32)
+def _confounding_of_rows(
+    replications: int, replication: IntArray, point: IntArray, linear: FloatArray, column: FloatArray
+) -> float | None:
+    """Return it where rows come in any order, with points missing here and there."""
     found, of_all = [], np.linalg.qr(linear)[0]
-    for replication in range(layout.replications):
-        here = layout.replication == replication
-        own, points = column[here] - column[here].mean(), layout.point[here]
+    for number in range(replications):
+        here = replication == number
+        own, points = column[here] - column[here].mean(), point[here]
         free = own.size - linear.shape[1]
         if free < LEAST_POINTS or not np.ptp(own) > _NO_CHANGE:
             return None
-        q = of_all[points] if own.size == layout.points else np.linalg.qr(linear[points])[0]
+        q = of_all[points] if own.size == linear.shape[0] else np.linalg.qr(linear[points])[0]
         left = own - q @ (q.T @ own)
         found.append(1.0 - float(left @ left) / free / (float(own @ own) / (own.size - 1)))
     return float(np.sqrt(max(min(found), 0.0)))

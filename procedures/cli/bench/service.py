@@ -34,6 +34,8 @@ def service(
     """
     program, runs, state = _program(), out.absolute(), user_state_path("calrig")
     rig = None if queue is None else queue.absolute()
+    if rig is not None and not rig.is_file():
+        raise RequestError(f"service: --queue {queue}: no rig file is there; nothing was written; check the path")
     for path in (program, str(runs), str(state), str(rig or "")):
         if set(path) & set(" %\"'\\"):
             raise RequestError(
@@ -57,6 +59,8 @@ def service(
     say(f"written: {folder / name}")
     unit = "calrig@NAME" if rig is None else name
     say(f"now: systemctl --user daemon-reload && systemctl --user enable --now {unit}")
+    if rig is None:
+        say(f"NAME is the folder of a run in {runs}; calrig status --all lists them")
     say("and once, so that it goes on after logout: loginctl enable-linger")
     return ExitStatus.DONE
 

@@ -35,7 +35,8 @@ def check(
     """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
 
     Disk and place of the folder of runs are looked at, as `calrig run` would, and who has the lease of a device that
-    other computers reach.
+    other computers reach. The archive is read for the past runs of this rig, which teach durations, noise and drift (of
+    twins the one beside the runs, by default), and for leases where it is named; nothing is written to it.
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 
 from ams.solve.scatter import FEW_POINTS, own_scatter
 
@@ -31,6 +31,24 @@ def test_the_answer_is_where_the_restricted_likelihood_is_largest() -> None:
     found = own_scatter(BASIS, output[:, None], COMMON[None], WEIGHTS).variance[0]
     best = minimize_scalar(lambda t: -restricted_log_likelihood(t, output), (0.01, 0.1), tol=1e-12).x
     assert found == pytest.approx(best, rel=1e-5)
+
+
+def slope_of_likelihood(variance: float, output: np.ndarray, common: np.ndarray) -> float:
+    """By dense matrices: yᵀ P W⁻¹ P y − tr P W⁻¹ with P = V⁻¹ − V⁻¹ X (Xᵀ V⁻¹ X)⁻¹ Xᵀ V⁻¹."""
+    inverse = np.linalg.inv(np.diag(variance / WEIGHTS) + common @ common.T)
+    projector = inverse - inverse @ BASIS @ np.linalg.solve(BASIS.T @ inverse @ BASIS, BASIS.T @ inverse)
+    left = projector @ output
+    return float(left @ (left / WEIGHTS) - np.trace(projector / WEIGHTS))
+
+
+def test_many_at_once_are_each_where_the_likelihood_has_no_slope() -> None:
+    own, sizes = (0.01, 0.3, 0.3, 2.0, 5.0), (1.0, 0.001, 3.0, 1.0, 100.0)
+    outputs = [draw(np.random.default_rng(seed), *both) for seed, both in enumerate(zip(own, sizes, strict=True))]
+    common = np.stack([size * COMMON for size in sizes])
+    found = own_scatter(BASIS, np.stack(outputs, axis=1), common, WEIGHTS).variance
+    for output, columns, variance in zip(outputs, common, found, strict=True):
+        flat = brentq(slope_of_likelihood, 0.5 * variance, 2.0 * variance, (output, columns), xtol=1e-14 * variance)
+        assert variance == pytest.approx(flat, rel=1e-9)
 
 
 @pytest.mark.parametrize("common", [0.3, 1.0, 30.0])

@@ -61,6 +61,17 @@ def test_every_command_that_takes_a_run_takes_the_folder_of_runs() -> None:
             assert parameters[name].annotation == options.RunsFolder, command.__name__
 
 
+@pytest.mark.parametrize("option", ["--out", "--runs"])
+def test_the_folder_of_runs_goes_by_runs_in_every_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    """``--out`` is the folder of runs where a command writes nothing else; ``--runs`` is it everywhere."""
+    make_run(tmp_path / "elsewhere" / "20260301T000000Z-one", State.FINISHED)
+    assert call(capsys, "status", option, tmp_path / "elsewhere", "--json").document["state"] == "finished"
+    told = call(capsys, "data", "--runs", tmp_path / "nowhere")
+    assert (told.status, "nowhere" in told.err) == (2, True)
+
+
 def test_the_help_lists_every_command_once_under_its_heading(capsys: pytest.CaptureFixture[str]) -> None:
     told = call(capsys, "--help").out
     rows = [line.strip("│╭─╮ ") for line in told.splitlines() if line.startswith(("│", "╭"))]

@@ -45,6 +45,7 @@ class Continuing:
     """Real seconds for a person's answer: who says continue after a while, without any waiting."""
 
     slice_s = 0.1
+    factor = 1.0
 
     def __init__(self, run_dir: Path, kind: str = "continue", looks: int = 3) -> None:
         self._spool, self._kind, self._left = Spool(run_dir), kind, looks

@@ -87,3 +87,34 @@ def test_a_run_whose_process_died_is_interrupted(tmp_path: Path) -> None:
     assert killed_after(in_child(lambda: small.run(run_dir)), 0.6)
     found = status(run_dir)
     assert (found.state, found.eta_utc, found.dwells_planned) == (State.INTERRUPTED, None, 24)
+
+
+class Ends:
+    """What the engine and the status say of the end at the same moments."""
+
+    def __init__(self, run_dir: Path) -> None:
+        self._run_dir = run_dir
+        self.told: list[tuple[datetime, datetime | None, datetime | None]] = []
+
+    def on_event(self, progress: Progress) -> None:
+        if progress.state is State.RUNNING and progress.event == "dwell":
+            found = status(self._run_dir)
+            self.told += [(datetime.now(UTC), progress.eta_utc, progress.late_utc)]
+            self.told += [(datetime.now(UTC), found.eta_utc, found.late_utc)]
+
+
+def test_the_end_of_a_run_whose_twins_live_faster_is_told_by_a_persons_clock(tmp_path: Path) -> None:
+    small = bench(tmp_path, rig=(("seed = 7", "seed = 7\ntime = 60.0"),))
+    ends = Ends(tmp_path / "run")
+    small.run(tmp_path / "run", observer=ends)
+    finished, expected_s = datetime.now(UTC), small.plan.expected.p50_s
+    assert len(ends.told) >= 2 * 24
+    for now, median, late in ends.told:
+        assert median is not None
+        assert late is not None
+        assert (
+            now - timedelta(seconds=expected_s / 10.0)
+            < median
+            <= late
+            < finished + timedelta(seconds=expected_s / 10.0)
+        )

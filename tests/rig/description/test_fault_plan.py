@@ -96,3 +96,15 @@ def test_a_mistake_is_named_with_its_place(tmp_path: Path, text: str, complaint:
 def test_a_file_without_faults_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match=r"faults.toml:1: fault: is missing"):
         _read(tmp_path, "seed = 1\n")
+
+
+def test_a_wrong_kind_hides_no_wrong_line(tmp_path: Path) -> None:
+    text = '[fault.it]\nline = "axes.yaw"\nkind = "lost"\nnth = 1\n[fault.that]\nline = "axes.pitch"\nkind = "swap"\n'
+    with pytest.raises(DescriptionError) as refused:
+        _read(tmp_path, f'{text}other = "axes.tilt"\nnth = 1\n')
+    told = [line.removeprefix(str(tmp_path)) for line in str(refused.value).splitlines()]
+    assert [line.partition(", allowed")[0] for line in told[1:]] == [
+        "/faults.toml:2: fault.it.line: got 'axes.yaw'",
+        "/faults.toml:8: fault.that.other: got 'axes.tilt'",
+    ]
+    assert told[0].startswith("/faults.toml:3: fault.it.kind: got 'lost'")

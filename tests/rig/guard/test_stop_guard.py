@@ -189,9 +189,10 @@ def test_fault_86_a_stop_from_the_shell_goes_by_the_guard(tmp_path: Path, comman
     """Detected: `abort` and `jog --stop` look at their words before they import anything.
     Response: the stop guard of the rig sends the stops at once; the engine hears who asked, and ends.
     """
+    runs = os.path.relpath(tmp_path / "runs")
     with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
         words = {
-            "abort": ["abort", "--out", str(tmp_path / "runs"), "--operator", "ann"],
+            "abort": ["abort", "--out", runs, "--operator", "ann"],
             "jog": ["jog", "--rig", str(engine.rig_file), "--stop", "--json"],
         }[command]
         told = _calrig(words)
@@ -199,6 +200,7 @@ def test_fault_86_a_stop_from_the_shell_goes_by_the_guard(tmp_path: Path, comman
         assert "roll" in told.stdout
         assert engine.until(lambda: engine.rate_dps == 0.0, REST_S)
         if command == "abort":
+            assert f"\n{os.path.join(runs, engine.run.name)}: asked to abort; " in told.stdout
             (request,) = (engine.run / "requests").glob("*-abort.json")
             assert json.loads(request.read_text(encoding="utf-8"))["by"] == "ann"
 

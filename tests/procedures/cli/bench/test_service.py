@@ -99,3 +99,12 @@ def test_the_story_of_a_reboot_by_the_unit_that_is_written(
     waits = {int(number) for number in unit["RestartPreventExitStatus"].split()}
     assert again.returncode == 0 or again.returncode in waits
     assert status(run).state is (left if restarts else State.FINISHED)
+
+
+def test_a_queue_of_a_rig_that_is_not_there_gets_no_unit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    told = call(capsys, "service", "--out", tmp_path / "runs", "--queue", tmp_path / "rig.toml")
+    assert (told.status, list(tmp_path.iterdir())) == (2, [])
+    assert "no rig file is there; nothing was written" in told.err

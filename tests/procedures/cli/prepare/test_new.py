@@ -24,6 +24,8 @@ def test_what_it_writes_passes_check(tmp_path: Path, capsys: pytest.CaptureFixtu
     document = call(capsys, "check", procedure, "--rig", rig, "--json").document
     assert document["dwells_planned"] > 500
     assert document["expected_angle_half_width_deg"]
+    assert not any(sign.isdigit() for sign in document["title"])
+    assert procedure.read_text(encoding="utf-8").splitlines()[1].startswith("# Written by calrig new for ")
     for path, name in ((rig, RIG_SCHEMA), (procedure, PROCEDURE_SCHEMA)):
         text = path.read_text(encoding="utf-8")
         assert text.startswith(f"#:schema ./{name}\n")
