@@ -16,7 +16,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.exports.c_text import check_accelerometers
+from ams.exports.c_text import check_accelerometers, is_of_lines
 from ams.exports.checksum_line import INTACT, ChecksumLine
 from ams.exports.embedded import comment_lines
 from ams.exports.format import Format
@@ -82,8 +82,8 @@ def from_linear_form(content: bytes, where: str) -> CoefficientSet:
 
 def _check_form(coefficients: CoefficientSet, what: str) -> None:
     """Refuse a set that is neither of accelerometers of pitch and roll nor of straight lines. Raises: SetError."""
-    if not all(numbers.form.senses_level for numbers in coefficients.axes.values()):
-        check_accelerometers(coefficients, what)
+    if not is_of_lines(coefficients):
+        check_accelerometers(coefficients, what, "export c or json, which have every component of k")
 
 
 def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:

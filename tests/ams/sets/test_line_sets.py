@@ -80,17 +80,12 @@ def test_every_key_of_the_section_is_in_the_unit_of_the_reading(triad: Coefficie
     assert not [key for key in section if key.endswith(("_v", "_v_per_g"))]
 
 
-@pytest.mark.parametrize("name", ["json", "csv", "mat", "hdf5", "parquet", "c", "epics", "linear", "dcc"])
+@pytest.mark.parametrize("name", ["json", "csv", "mat", "hdf5", "parquet", "c", "c-fixed", "epics", "linear", "dcc"])
 def test_a_set_of_lines_comes_back_from_every_format(triad: CoefficientSet, tmp_path: Path, name: str) -> None:
     path = tmp_path / FORMATS[name].file_name("M1")
     export_set(triad, name, path)
     assert load_set(path).sha256 == triad.sha256
     assert verify(path).forward_vectors == 9
-
-
-def test_fixed_point_has_no_form_of_lines_and_says_so(triad: CoefficientSet, tmp_path: Path) -> None:
-    with pytest.raises(SetError, match="no form of this set's equations"):
-        export_set(triad, "c-fixed", tmp_path / FORMATS["c-fixed"].file_name("M1"))
 
 
 @needs_compiler
