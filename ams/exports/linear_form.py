@@ -104,7 +104,9 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
     offset_v, k_along = numbers.primary[form.offset], float(k[along])
     jacobian = np.array([[0.0, -1.0 / k_along**2], [-1.0 / k_along, offset_v / k_along**2]])
     covariance = jacobian @ _covariance(coefficients, name, along) @ jacobian.T
-    cross = math.hypot(*(np.delete(k, along) * _largest_across(coefficients, form, along)))
+    across = np.abs(np.delete(k, along)) * _largest_across(coefficients, form, along)
+    # Both levels may be at their ends at once; the components of a force of 1 may not.
+    cross = float(across.sum()) if form.senses_level else math.hypot(*across)
     quadratic = _largest_term_v(numbers)
     warming_v = _temperature_error_v(coefficients, numbers, float(np.linalg.norm(k)) + quadratic)
     error_g = (cross + quadratic + warming_v) / abs(k_along)

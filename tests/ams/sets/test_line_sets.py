@@ -107,7 +107,7 @@ def test_the_linear_form_is_sr_s_line_and_bounds_what_lies_across(triad: Coeffic
     assert gain == pytest.approx(1.0 / MATRIX[0, 0], rel=1e-11)
     field = triad.validity.levels
     across = [max(map(abs, field[f"level_{axis}_ut"])) for axis in "yz"]
-    assert error == pytest.approx(float(np.hypot(*(MATRIX[0, 1:] * across))) / MATRIX[0, 0], rel=1e-9)
+    assert error == pytest.approx(float(np.abs(MATRIX[0, 1:]) @ across) / MATRIX[0, 0], rel=1e-9)
 
 
 def test_a_level_beyond_the_calibration_is_refused() -> None:
