@@ -40,13 +40,19 @@ def check_names(coefficients: CoefficientSet) -> None:
         )
 
 
-def check_accelerometers(coefficients: CoefficientSet, what: str) -> None:
+def is_of_lines(coefficients: CoefficientSet) -> bool:
+    """Return whether every axis is a straight line, all from one quantity to readings of one unit."""
+    forms = [numbers.form for numbers in coefficients.axes.values()]
+    return all(form.senses_level for form in forms) and len({(form.measured_unit, form.inputs) for form in forms}) == 1
+
+
+def check_accelerometers(coefficients: CoefficientSet, what: str, instead: str) -> None:
     """Refuse a set whose equation is not the accelerometer's of pitch and roll. Raises: SetError."""
     if coefficients.convention != "TP" or any(numbers.own_output for numbers in coefficients.axes.values()):
         raise SetError(
             f"{coefficients.sensor}: {what}: has no form of this set's equations: got convention "
-            f"{coefficients.convention}, model {coefficients.model}, needed are accelerometers of pitch and roll (TP); "
-            "nothing was written; export another format"
+            f"{coefficients.convention}, model {coefficients.model}, needed are accelerometers of pitch and roll (TP) "
+            f"or straight lines (SR); nothing was written; {instead}"
         )
 
 

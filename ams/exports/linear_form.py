@@ -16,7 +16,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.exports.c_text import check_accelerometers
+from ams.exports.c_text import check_accelerometers, is_of_lines
 from ams.exports.checksum_line import INTACT, ChecksumLine
 from ams.exports.embedded import comment_lines
 from ams.exports.format import Format
@@ -82,8 +82,8 @@ def from_linear_form(content: bytes, where: str) -> CoefficientSet:
 
 def _check_form(coefficients: CoefficientSet, what: str) -> None:
     """Refuse a set that is neither of accelerometers of pitch and roll nor of straight lines. Raises: SetError."""
-    if not all(numbers.form.senses_level for numbers in coefficients.axes.values()):
-        check_accelerometers(coefficients, what)
+    if not is_of_lines(coefficients):
+        check_accelerometers(coefficients, what, "export c or json, which have every component of k")
 
 
 def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
@@ -104,7 +104,9 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
     offset_v, k_along = numbers.primary[form.offset], float(k[along])
     jacobian = np.array([[0.0, -1.0 / k_along**2], [-1.0 / k_along, offset_v / k_along**2]])
     covariance = jacobian @ _covariance(coefficients, name, along) @ jacobian.T
-    cross = math.hypot(*(np.delete(k, along) * _largest_across(coefficients, form, along)))
+    across = np.abs(np.delete(k, along)) * _largest_across(coefficients, form, along)
+    # Both levels may be at their ends at once; the components of a force of 1 may not.
+    cross = float(across.sum()) if form.senses_level else math.hypot(*across)
     quadratic = _largest_term_v(numbers)
     warming_v = _temperature_error_v(coefficients, numbers, float(np.linalg.norm(k)) + quadratic)
     error_g = (cross + quadratic + warming_v) / abs(k_along)
