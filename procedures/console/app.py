@@ -19,6 +19,7 @@ from ams.archive.refusals import without_password
 from ams.archive.sets import list_sets
 from ams.errors import ArchiveError
 from procedures.console.acting import Acting, new_key
+from procedures.console.additions import Additions
 from procedures.console.entrance import Entrance
 from procedures.console.gate import Gate, token_of
 from procedures.console.night import needs_a_person, night
@@ -57,6 +58,7 @@ def make_app(console: Console) -> ASGIApp:
         Route("/api/v1/runs/{name}/{act}", acting.on_run, methods=["POST"]),
         Route("/queue", queues.page),
         Route("/api/v1/queues", queues.api),
+        Route("/api/v1/queues", Additions(console, acting).act, methods=["POST"]),
         Route("/api/v1/queues/{name}/{act}", queues.act, methods=["POST"]),
         Route("/metrics", pages.metrics),
         Route("/healthz", pages.healthz),

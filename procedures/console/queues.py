@@ -6,12 +6,14 @@ from datetime import datetime
 from functools import partial
 from pathlib import Path
 
+from anyio.to_thread import run_sync
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from procedures.console.acting import Acting, new_key
 from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Answer, Asked
+from procedures.console.additions import offered
 from procedures.console.rights import Act
 from procedures.console.shared import Console
 from procedures.console.templates_of import Pages
@@ -79,10 +81,19 @@ class QueuePages:
         self._acting = acting
 
     async def page(self, request: Request) -> Response:
-        queues = shown_queues(self._console.queues, self._console.clock)
+        queues = await run_sync(shown_queues, self._console.queues, self._console.clock)
+        files = await run_sync(offered, self._console.files)
         visitor = self._console.visitor(request)
         return self._pages.shown(
-            "queue.html.j2", here="queue", queues=queues, visitor=visitor, key=new_key(), words=mounted_words
+            "queue.html.j2",
+            here="queue",
+            queues=queues,
+            visitor=visitor,
+            key=new_key(),
+            words=mounted_words,
+            files=files,
+            folder=self._console.files,
+            runs=self._console.runs.folder,
         )
 
     async def api(self, request: Request) -> Response:

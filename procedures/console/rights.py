@@ -14,7 +14,7 @@ from rig.description.rig_file import RigDescription
 
 Act = Literal[
     "pause", "continue", "stop", "abort", "note", "ack", "void", "redo",
-    "arm", "disarm", "move", "remove", "attest", "decide",
+    "add", "arm", "disarm", "move", "remove", "attest", "decide",
 ]  # fmt: skip
 NEEDED: Mapping[Act, Role] = {
     "pause": "operate",
@@ -25,6 +25,7 @@ NEEDED: Mapping[Act, Role] = {
     "ack": "operate",
     "void": "operate",
     "redo": "operate",
+    "add": "operate",
     "disarm": "operate",
     "move": "operate",
     "remove": "operate",

@@ -37,6 +37,8 @@ class Console:
     site: Site
     queues: Path
     """The folder of queues."""
+    files: Path
+    """The folder whose procedure and rig files can be added to a queue."""
     entered: asyncio.Event = field(default_factory=asyncio.Event)
     """Set when somebody entered: the next link can be told."""
     logging_in: asyncio.Lock = field(default_factory=asyncio.Lock)

@@ -8,7 +8,7 @@ from procedures.journal.voids import KIND as VOIDED
 from procedures.records.dwells import Event
 from procedures.records.states import state_sentence
 
-SILENT = ("intent", "links", "process", "identities", "readiness", "opened", "safe", "meter", "soaked", "again")
+SILENT = ("intent", "links", "process", "identities", "readiness", "opened", "safe", "meter", "soaked")
 """Of the record; nobody reads them as news."""
 
 

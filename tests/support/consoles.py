@@ -30,9 +30,10 @@ class ServedConsole:
 
 
 @contextmanager
-def served_console(runs: Path, archive: Path) -> Iterator[ServedConsole]:
+def served_console(runs: Path, archive: Path, files: Path | None = None) -> Iterator[ServedConsole]:
     """Serve until the end of the block."""
     words = ["console", "--listen", "127.0.0.1:0", "--out", str(runs), "--archive", f"sqlite:///{archive}"]
+    words += ["--files", str(files or runs)]
     command = [sys.executable, "-m", "procedures.cli.main", *words]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1", "TZ": "Europe/Berlin"}
     process = subprocess.Popen(command, stderr=subprocess.PIPE, encoding="utf-8", env=environment)

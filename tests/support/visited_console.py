@@ -34,7 +34,9 @@ class Visited:
         self.sessions = Sessions(self.clock, self.people, "lab")
         archive = f"sqlite:///{folder / 'none.sqlite'}"
         site = Site(frozenset([HOST]))
-        self.console = Console(RunList(folder / "runs"), archive, self.clock, self.sessions, site, folder / "queues")
+        self.console = Console(
+            RunList(folder / "runs"), archive, self.clock, self.sessions, site, folder / "queues", folder / "files"
+        )
         self.browser = self.new_browser()
 
     def new_browser(self, address: str = "127.0.0.1") -> TestClient:

@@ -14,13 +14,14 @@ from procedures.cli.places import login_name, queues_of_here
 from procedures.errors import ExitStatus, ProcedureError, RequestError
 from procedures.kinds.read import read_procedure
 from procedures.queue import people
+from procedures.queue.adding import add_run
 from procedures.queue.moments import moment
 from procedures.queue.people import Choice
 from procedures.queue.runner import Runner
 from procedures.queue.state import Item, Place, Queue
 from procedures.queue.store import FILE, QueueStore, folder_of_rig
 from procedures.queue.words import item_document, queue_lines
-from procedures.queue.world import RigWorld, boot, checked, is_possible
+from procedures.queue.world import RigWorld, boot, is_possible
 from rig import file_lock
 from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import SystemClock
@@ -42,8 +43,8 @@ def add(
     rig: Rig,
     out: RunsFolder = RUNS,
     operator: Operator = None,
-    not_before: str | None = None,
-    not_after: str | None = None,
+    not_before: str = "",
+    not_after: str = "",
     json: Json = False,
 ) -> int:
     """Add a run at the end of the queue of its rig, and check it at once; it is checked again before it starts.
@@ -55,21 +56,16 @@ def add(
     not_after
         The time after which it is not started any more: it expires.
     """
-    described, description = read_rig(rig), read_procedure(procedure)
-    clock = SystemClock()
-    store = QueueStore(folder_of_rig(queues_of_here(), described.rig.name), clock)
-    now = clock.now_utc()
-    item = people.add(
-        store,
+    item = add_run(
+        queues_of_here(),
+        SystemClock(),
         procedure,
         rig,
-        described,
         out,
         operator or login_name(),
-        title=description.procedure.title,
-        not_before_utc=None if not_before is None else moment(not_before, "--not-before", now),
-        not_after_utc=None if not_after is None else moment(not_after, "--not-after", now),
-        refused=checked(procedure, rig, out),
+        title=read_procedure(procedure).procedure.title,
+        not_before=not_before,
+        not_after=not_after,
     )
     if json:
         print_json(item_document(item))

@@ -41,6 +41,9 @@ def console(
     proxy: Annotated[
         str, Parameter(help="Address that browsers use, as https://rig.example, of a proxy on this machine.")
     ] = "",
+    files: Annotated[
+        Path, Parameter(help="Folder whose procedure and rig files can be added to a queue in the browser.")
+    ] = Path(),
     out: RunsFolder = RUNS,
     archive: Archive = None,
 ) -> int:
@@ -50,6 +53,7 @@ def console(
     and secret. Other machines reach it only with TLS, or through a proxy, and by accounts alone.
     """
     require_folder(out, "--out")
+    require_folder(files, "--files")
     if (tls_cert is None) != (tls_key is None):
         raise RequestError("--tls-cert and --tls-key belong together; nothing was served; give both or none")
     clock, accounts = SystemClock(), people_of_here()
@@ -66,7 +70,15 @@ def console(
         where = next(iter(sorted(listening.site.hosts)))
         note(f"calrig console: people with an account enter at {listening.site.scheme}://{where}/login; Ctrl-C ends it")
     sessions = Sessions(clock, accounts, login_name())
-    shown = Console(RunList(out, clock), archive_url(archive), clock, sessions, listening.site, queues_of_here())
+    shown = Console(
+        RunList(out, clock),
+        archive_url(archive),
+        clock,
+        sessions,
+        listening.site,
+        queues_of_here(),
+        files.resolve(),
+    )
     serve(listening, shown, note)
     return ExitStatus.DONE
 

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from axe import serious_findings
 from consoles import served_console
 from journals import a_clock
 from playwright.sync_api import Page, expect, sync_playwright
@@ -19,9 +20,11 @@ from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 
 SIZES = [(390, 844), (820, 1180), (1440, 900)]
+MOST_BYTES = 60_000
+"""Of a page with its script and style, without data."""
 LIVE = (State.RUNNING, State.HELD, State.PAUSED)
 STATES = (State.FINISHED, State.TRIPPED, State.STOPPED, State.FAILED, *LIVE)
-SMALL = """[...document.querySelectorAll('a, button, input:not([type=hidden]), summary')]
+SMALL = """[...document.querySelectorAll('a, button, select, input:not([type=hidden]), summary')]
   .filter(one => !one.classList.contains('skip') && one.type !== 'checkbox' && one.checkVisibility())
   .map(one => [one.textContent, one.getBoundingClientRect()])
   .filter(([_, box]) => box.width > 0 && (box.height < 43.9 || box.width < 30)).map(([text]) => text)"""
@@ -72,6 +75,7 @@ def _require_whole(page: Page) -> None:
     assert page.evaluate(CUT) == []
     assert page.evaluate(OVER) == []
     assert page.evaluate(SMALL) == []
+    assert serious_findings(page) == []
 
 
 def _require_steering(page: Page, run: Path, base: str) -> None:
@@ -116,6 +120,8 @@ def test_a_page_on_a_phone_is_whole_alive_and_asks_nobody_else(
     shown.keyboard.press("Tab")
     expect(shown.locator(".skip")).to_be_focused()
     assert complaints == []
+    parts = {one for one in asked if "/static/" in one} | {f"{base}/queue"}
+    assert sum(len(shown.request.get(one).body()) for one in parts) < MOST_BYTES
     assert [one for one in asked if not one.startswith((base, base.replace("http", "ws"), "data:"))] == []
 
 
@@ -133,6 +139,11 @@ def test_every_page_in_every_state_is_whole(page: tuple[Page, list[str], list[st
             shown.evaluate("document.querySelectorAll('details').forEach(one => one.open = true)")
             _require_whole(shown)
     shown.set_viewport_size({"width": 195, "height": 422})  # a phone at 200 %
-    shown.goto(f"{base}/run/tripped")
-    assert shown.evaluate("document.documentElement.scrollWidth") <= 195
+    for path in ("/night", "/queue", "/run/tripped"):
+        shown.goto(f"{base}{path}")
+        assert shown.evaluate("document.documentElement.scrollWidth") <= 195
     assert complaints == []
+    shown.set_viewport_size({"width": 390, "height": 844})
+    for path in ("/archive", "/run/none"):  # what a page says that cannot be shown; the browser complains of its status
+        shown.goto(f"{base}{path}")
+        _require_whole(shown)

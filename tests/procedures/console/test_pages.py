@@ -53,7 +53,9 @@ def browser(runs: Path) -> Iterator[TestClient]:
     clock = a_clock()
     sessions = Sessions(clock, People(runs.parent / "people.json"))
     archive = f"sqlite:///{runs.parent / 'none.sqlite'}"
-    console = Console(RunList(runs), archive, clock, sessions, Site(frozenset([HOST])), runs.parent / "queues")
+    console = Console(
+        RunList(runs), archive, clock, sessions, Site(frozenset([HOST])), runs.parent / "queues", runs.parent
+    )
     client = TestClient(make_app(console), base_url=f"http://{HOST}")
     client.get("/enter", params={"key": sessions.new_key()})
     yield client

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from queue_scene import Scene
-from small_run import RIG
+from small_run import PROCEDURE, RIG
 from starlette.testclient import TestClient
 from visited_console import BASE, Visited
 
@@ -82,3 +82,48 @@ def test_who_may_not_or_has_not_seen_it_changes_nothing(visited: Visited, scene:
     assert _post(visited, scene, near, "arm", key="y", until="soon")[0] == 409
     assert near.post("/api/v1/queues/../../etc/arm", data={}, headers=OWN).status_code in (404, 405)
     assert scene.queue().sequence == before
+
+
+@pytest.fixture
+def files(visited: Visited, tmp_path: Path) -> Path:
+    folder = visited.console.files
+    folder.mkdir()
+    (folder / "night.toml").write_text(PROCEDURE)
+    (folder / "rig.toml").write_text(RIG)
+    (tmp_path / "elsewhere.toml").write_text(PROCEDURE)
+    (folder / "link.toml").symlink_to(tmp_path / "elsewhere.toml")
+    return folder
+
+
+def _add(visited: Visited, browser: TestClient, key: str, **fields: str) -> tuple[int, str]:
+    given = {"csrf": visited.csrf(browser), "key": key, "procedure": "night.toml", "rig": "rig.toml"} | fields
+    answer = browser.post("/api/v1/queues", data=given, headers=OWN)
+    return answer.status_code, answer.json()["told"]
+
+
+def test_a_run_is_added_by_the_page_as_the_command_adds_it(visited: Visited, files: Path) -> None:
+    browser = visited.person("Olga", "operate")
+    page = browser.get("/queue").text
+    assert "<option>night.toml</option>" in page
+    assert "link.toml" not in page
+    assert _add(visited, browser, "one", not_before="22:00")[0] == 202
+    assert _add(visited, browser, "one", not_before="22:00")[0] == 202, "the same key counts once"
+    (queue,) = browser.get("/api/v1/queues").json()["queues"]
+    (item,) = queue["items"]
+    assert (item["place"], item["added_by"], queue["armed"]) == ("waiting", "Olga", False)
+    assert item["not_before_utc"] is not None
+
+
+def test_the_page_adds_only_files_that_it_offers_and_for_who_may(visited: Visited, files: Path) -> None:
+    operator = visited.person("Olga", "operate")
+    for number, name in enumerate(("link.toml", "../elsewhere.toml", "rig.toml", "", str(files / "night.toml"))):
+        code, told = _add(visited, operator, f"bad {number}", procedure=name)
+        assert (code, "allowed are night.toml" in told) == (400, True)
+    code, told = _add(visited, operator, "late", not_after="soon")
+    assert (code, "needed is a time" in told) == (409, True)
+    assert _add(visited, visited.person("Wim", "watch"), "watch")[0] == 403
+    assert _add(visited, operator, "token", csrf="another")[0] == 403
+    (files / "night.toml").write_text(PROCEDURE.replace("replications", "replication"))
+    code, told = _add(visited, operator, "wrong")
+    assert (code, "night.toml" in told) == (409, True)
+    assert operator.get("/api/v1/queues").json()["queues"] == []

@@ -1,0 +1,97 @@
+"""The form that adds a run to a queue: files of one folder by their plain names, and one addition at a time.
+
+A browser names no path: it may choose among the procedure and rig files of the folder that the console was given. The
+check of an item takes seconds of a hand that a stop could need, so a second addition is refused while one is made.
+"""
+
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Lock
+
+from starlette.requests import Request
+from starlette.responses import Response
+
+from procedures.console.acting import Acting
+from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Answer, Asked
+from procedures.console.shared import Console
+from procedures.errors import ProcedureError
+from procedures.kinds.read import read_procedure
+from procedures.queue.adding import add_run
+from procedures.queue.state import Place
+from rig.errors import RigError
+
+LONGEST_FILE = 1_000_000
+"""Bytes; what is longer is no file that a person wrote."""
+
+
+@dataclass(frozen=True)
+class Offered:
+    """Names of files that can be chosen."""
+
+    procedures: tuple[str, ...]
+    rigs: tuple[str, ...]
+
+
+def offered(folder: Path) -> Offered:
+    """Return the procedure and rig files of a folder: plain files, no links, by the table that each must have."""
+    tables = {path.name: _tables(path) for path in sorted(folder.glob("*.toml"))}
+    return Offered(
+        tuple(name for name, found in tables.items() if "procedure" in found),
+        tuple(name for name, found in tables.items() if "rig" in found),
+    )
+
+
+def _tables(path: Path) -> frozenset[str]:
+    try:
+        if path.is_symlink() or not path.is_file() or path.stat().st_size > LONGEST_FILE:
+            return frozenset()
+        return frozenset(tomllib.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, RecursionError):
+        return frozenset()
+
+
+@dataclass
+class Additions:
+    """Of one console."""
+
+    console: Console
+    acting: Acting
+    _one: Lock = field(default_factory=Lock)
+
+    async def act(self, request: Request) -> Response:
+        """Add an item. It begins nothing: what is added by another person than armed it disarms the queue."""
+        return await self.acting.answer(request, "add", lambda: None, self._perform, "/queue")
+
+    def _perform(self, asked: Asked) -> Answer:
+        if not self._one.acquire(blocking=False):
+            return Answer(REFUSED, "add: another item is being checked; nothing was added; ask again in a minute")
+        try:
+            return self._add(asked)
+        finally:
+            self._one.release()
+
+    def _add(self, asked: Asked) -> Answer:
+        known = offered(self.console.files)
+        for name, choice in (("procedure", known.procedures), ("rig", known.rigs)):
+            if asked.fields.get(name, "") not in choice:
+                allowed = ", ".join(choice) or f"none: {self.console.files} has no such file"
+                return Answer(WRONG, f"add: {name}: allowed are {allowed}; nothing was added")
+        folder, times = self.console.files, asked.fields
+        try:
+            item = add_run(
+                self.console.queues,
+                self.console.clock,
+                folder / asked.fields["procedure"],
+                folder / asked.fields["rig"],
+                self.console.runs.folder,
+                asked.by,
+                title=read_procedure(folder / asked.fields["procedure"]).procedure.title,
+                not_before=times.get("not_before", "").strip(),
+                not_after=times.get("not_after", "").strip(),
+            )
+        except (ProcedureError, RigError) as error:
+            return Answer(REFUSED, f"add: {error}")
+        refused = "; ".join(item.told) if item.place is Place.REFUSED else ""
+        would = f"; it would be refused: {refused}" if refused else "; its check speaks against nothing"
+        return Answer(ACCEPTED, f"item {item.number}: {item.title}: {item.place}{would}")
