@@ -110,7 +110,7 @@ class WithTemperature(WithAddedParameters):
 
     def basis(self, stimulus: Stimulus) -> FloatArray:
         assert self.known is not None
-        columns = self.base.basis(stimulus)
+        columns = self.base.basis(stimulus).copy()
         slopes = np.array(self._known_slopes())
         columns[:, 1:] *= (1.0 + polynomial(slopes, self._rise_degc(stimulus)))[:, None]
         return columns

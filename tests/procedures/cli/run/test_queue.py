@@ -6,14 +6,14 @@ import pytest
 from command import Outcome, call
 from small_run import PROCEDURE, RIG
 
-from procedures.cli.run import queue
+from procedures.queue import adding
 
 
 @pytest.fixture
 def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("CALRIG_QUEUES", str(tmp_path / "queues"))
     monkeypatch.setenv("CALRIG_PEOPLE", str(tmp_path / "people.json"))
-    monkeypatch.setattr(queue, "checked", lambda procedure, rig, out: [])
+    monkeypatch.setattr(adding, "checked", lambda procedure, rig, out: [])
     (tmp_path / "rig.toml").write_text(RIG)
     (tmp_path / "procedure.toml").write_text(PROCEDURE)
     return tmp_path
