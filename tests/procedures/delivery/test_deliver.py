@@ -21,7 +21,7 @@ def test_a_look_at_the_past_that_fails_is_told_and_costs_no_report(
     def locked(*_: object, **__: object) -> None:
         raise ArchiveError("archive: is locked by another program")
 
-    for place in ("deliver", "publish"):
+    for place in ("past", "publish"):
         monkeypatch.setattr(f"procedures.delivery.{place}.history", locked)
     procedure, rig = job(tmp_path)
     ran = call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "runs")
