@@ -17,7 +17,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ams.archive.desk import due_list, search_runs
 from ams.archive.refusals import without_password
 from ams.archive.sets import list_sets
-from ams.errors import ArchiveError
+from ams.errors import ArchiveAbsent, ArchiveError
 from procedures.console.acting import Acting, new_key
 from procedures.console.additions import Additions
 from procedures.console.entrance import Entrance
@@ -111,19 +111,26 @@ class _Pages:
 
     async def archive(self, request: Request) -> Response:
         words = request.query_params.get("q", "")
-        url = self._console.archive_url
-        found = await run_sync(search_runs, url, words.split())
-        sets = await run_sync(list_sets, url)
-        due = await run_sync(due_list, url)
+        url, absent = self._console.archive_url, ""
+        try:
+            found = await run_sync(search_runs, url, words.split())
+            sets = await run_sync(list_sets, url)
+            due = await run_sync(due_list, url)
+        except ArchiveAbsent as error:  # as on every new bench: the first finished run makes it
+            found, sets, due, absent = (), (), (), str(error)
         sensors = {one.sensor: one for one in sets}
         return self._shown(
-            request, "archive.html.j2", here="archive", words=words, found=found[:100], count=len(found),
-            sensors=sensors, due=due, today=self._console.clock.now_utc().date(), archive=without_password(url),
+            request, "archive.html.j2", here="archive", absent=absent, words=words, found=found[:100],
+            count=len(found), sensors=sensors, due=due,
+            today=self._console.clock.now_utc().date(), archive=without_password(url),
         )  # fmt: skip
 
     async def sensor(self, request: Request) -> Response:
         sensor = request.path_params["sensor"]
-        sets = await run_sync(list_sets, self._console.archive_url, sensor)
+        try:
+            sets = await run_sync(list_sets, self._console.archive_url, sensor)
+        except ArchiveAbsent:
+            sets = ()
         if not sets:
             raise HTTPException(404, "the archive holds no such sensor")
         return self._shown(request, "sensor.html.j2", here="archive", sensor=sensor, sets=list(reversed(sets)))

@@ -88,6 +88,13 @@ def test_the_night_begins_with_what_waits_for_a_person(browser: TestClient) -> N
     assert "there is no archive" in page
 
 
+def test_before_the_first_archived_run_the_archive_says_that_it_is_empty(browser: TestClient) -> None:
+    answer = browser.get("/archive")
+    assert (answer.status_code, "Nothing is archived yet" in answer.text) == (200, True)
+    assert "none.sqlite: there is no archive" in answer.text
+    assert browser.get("/archive/P-1").status_code == 404
+
+
 def test_the_night_begins_yesterday_in_the_evening_of_the_reader() -> None:
     morning = datetime(2026, 3, 2, 6, 0, tzinfo=UTC)
     assert evening_before(morning, timezone(timedelta(hours=9))).isoformat() == "2026-03-01T16:00:00+09:00"
