@@ -40,8 +40,12 @@ IN_WORDS: Final = {
 
 
 def term_columns(force: FloatArray, nominal_axis: str) -> FloatArray:
-    """Return the (K, 8) terms at (K, 3) specific force, in the order of ``TERMS``."""
-    along, after, last = (force[:, "xyz".index(axis)] for axis in _ORDER[nominal_axis])
+    """Return the (K, 8) terms at (K, 3) specific force, in the order of ``TERMS``.
+
+    A term that no attitude of the design excites is zero, not what rounding leaves of it.
+    """
+    acceleration = np.where(np.abs(force) > _ZERO, force, 0.0)
+    along, after, last = (acceleration[:, "xyz".index(axis)] for axis in _ORDER[nominal_axis])
     return np.stack(
         [
             along**2 - 1.0 / 3.0,
@@ -50,7 +54,7 @@ def term_columns(force: FloatArray, nominal_axis: str) -> FloatArray:
             along * last,
             after * last,
             along**3,
-            0.5 * np.sign(along) * (np.abs(along) > _ZERO),
+            0.5 * np.sign(along),
             0.5 * np.abs(along),
         ],
         axis=1,

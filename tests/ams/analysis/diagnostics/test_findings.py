@@ -12,6 +12,7 @@ from ams.calibration.columns import solve_columns
 from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose
 from ams.calibration_result import AxisCalibration
 from ams.findings import Finding
+from ams.frames import specific_force
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.extended import ExtendedPitchRoll, centring_of
@@ -216,3 +217,21 @@ def test_dwells_that_stand_out_a_little_to_one_side_part_a_robust_fit_from_the_e
         assert "by chance ±" in robust.text
         found.append(robust.is_significant)
     assert found == [named] * 3
+
+
+def test_a_product_that_attitudes_at_right_angles_never_excite_is_not_told_as_a_number() -> None:
+    attitudes = np.deg2rad([(p, r) for p in (-60.0, 0.0, 60.0) for r in (-180.0, -90.0, 0.0, 90.0)] * 3)
+    pitch, roll = attitudes.T  # the accelerations by y and z are never there together
+    noise = np.random.default_rng(3).normal(0.0, 1e-6, (3, pitch.size))
+    outputs = dict(zip("xyz", 1e-3 + 0.5 * specific_force(pitch, roll).T + noise, strict=True))
+    replication, point = np.repeat([1, 2, 3], 12), np.tile(np.arange(1, 13), 3)
+    solved = calibrate(Observations(replication, point, pitch, roll, outputs), CalibrationRequest())
+    sizes = {
+        (axis, str(finding.details["test"])): float(finding.details["size"] or 0.0)
+        for axis, one in solved.axes.items()
+        for finding in one.findings
+        if finding.kind in ("quadratic", "cross-coupling")
+    }
+    assert {name for axis, name in sizes if axis == "x"} == {"K2", "Kpp", "Kip", "Kio"}
+    assert max(map(abs, sizes.values())) < 1e-3
+    assert not {("x", "Kpo"), ("y", "Kip"), ("z", "Kio")} & set(sizes)
