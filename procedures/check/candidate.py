@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from procedures.description.procedure_file import Order
 from procedures.plan.drift_bias import TIME_CONFOUNDED
+from procedures.plan.learned_times import LearnedTimes
 from procedures.solution.beliefs import Pilot
 from procedures.solution.expected import Usage
 from rig.description.rig_file import RigDescription
@@ -64,6 +65,8 @@ class Asked:
     usage: Usage
     pilot: Pilot | None = None
     space: Space = Space()
+    learned: LearnedTimes = field(default_factory=LearnedTimes)
+    """How long the parts of a run took on this rig."""
 
 
 @dataclass(frozen=True)

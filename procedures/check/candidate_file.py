@@ -50,13 +50,22 @@ def chosen_procedure(comparison: Comparison, made_by: str = "") -> str:
     )
 
 
+def hours_source(comparison: Comparison) -> str:
+    """Return by what the hours of the candidates are foreseen."""
+    times = comparison.asked.learned
+    return f"{times.runs} past runs of this rig" if times.is_known else "the files alone"
+
+
 def _written_by_plan(comparison: Comparison) -> str:
     return f"Written by calrig plan for {comparison.asked.rig.rig.name}: {target_in_words(comparison.asked.target)}."
 
 
 def _why(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
     u95, own = (value * ARCSEC_PER_DEG for value in (chosen.half_width_deg, chosen.calibration_deg))
-    yield f"Expected: {chosen.hours:.2f} h (p50), U95 of an angle {u95:.3g} arc seconds; of the calibration {own:.3g}."
+    yield (
+        f"Expected: {chosen.hours:.2f} h (p50, by {hours_source(comparison)}); "
+        f"U95 of an angle {u95:.3g} arc seconds, of the calibration {own:.3g}."
+    )
     quicker = [place for place in comparison.front if place < comparison.chosen]
     slower = [place for place in comparison.front if place > comparison.chosen]
     for word, place in (("quicker", quicker[-1:]), ("slower", slower[:1])):

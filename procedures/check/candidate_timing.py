@@ -14,7 +14,8 @@ from procedures.plan.attitudes import make_design, steps_at_attitudes
 from procedures.plan.channels import channels_of
 from procedures.plan.designs import Design
 from procedures.plan.drift_bias import time_correlation
-from procedures.plan.estimate import expected_duration
+from procedures.plan.estimate import NOTHING_LEARNED, expected_duration
+from procedures.plan.learned_times import LearnedTimes
 from procedures.plan.order import visits
 from procedures.plan.steps import Dwell, Step
 from rig.description.rig_file import RigDescription, Sensor
@@ -61,6 +62,7 @@ class Ordered:
     once: Design
     """With one point an attitude."""
     axes: tuple[str, ...]
+    learned: LearnedTimes = NOTHING_LEARNED
 
     @cached_property
     def design(self) -> Design:
@@ -107,8 +109,9 @@ class Ordered:
     @cached_property
     def _plain_s(self) -> tuple[float, float]:
         channels = channels_of(self.rig, self.sensors)
+        plain = self._plain_reading.dwell(self.procedure.dwell)
         first, every = (
-            expected_duration(self.rig, steps, self._plain_reading.dwell(self.procedure.dwell), channels).p50_s
+            expected_duration(self.rig, steps, plain, channels, self.learned).p50_s
             for steps in (self._first, self.steps)
         )
         return first, every
@@ -118,7 +121,7 @@ class Ordered:
         some = dict(list(self.sensors.items())[:sensors])
         one = [step for step in self.steps if isinstance(step, Dwell)][:1]
         dwell = reading.dwell(self.procedure.dwell)
-        return expected_duration(self.rig, one, dwell, channels_of(self.rig, some)).p50_s
+        return expected_duration(self.rig, one, dwell, channels_of(self.rig, some), self.learned).p50_s
 
 
 def _design_dwells(steps: Sequence[Step]) -> Iterator[Dwell]:
@@ -126,12 +129,16 @@ def _design_dwells(steps: Sequence[Step]) -> Iterator[Dwell]:
 
 
 def in_orders(
-    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor], orders: Sequence[Order]
+    rig: RigDescription,
+    procedure: ProcedureDescription,
+    sensors: Mapping[str, Sensor],
+    orders: Sequence[Order],
+    learned: LearnedTimes = NOTHING_LEARNED,
 ) -> list[Ordered]:
     """Return the design of a procedure in every order. Raises: PlanError where it cannot be made."""
     once = make_design(procedure)
     axes = tuple(name for name in ("pitch", "yaw", "roll") if name in rig.axes)
-    return [Ordered(rig, procedure, sensors, order, once, axes) for order in orders]
+    return [Ordered(rig, procedure, sensors, order, once, axes, learned) for order in orders]
 
 
 def readings_of(rig: RigDescription, sensors: Mapping[str, Sensor], samples: Sequence[int]) -> list[Reading]:

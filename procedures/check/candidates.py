@@ -131,7 +131,7 @@ def _candidates(asked: Asked, sensors: Mapping[str, Sensor]) -> Iterator[Candida
     for table in tables_on_the_lattice(asked):
         procedure = procedure_of_table(table, solve.model)
         try:
-            designs = in_orders(asked.rig, procedure, sensors, asked.space.orders)
+            designs = in_orders(asked.rig, procedure, sensors, asked.space.orders, asked.learned)
         except PlanError:
             continue
         timed = [_timed(ordered, readings) for ordered in designs]

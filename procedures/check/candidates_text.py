@@ -8,7 +8,7 @@ from rich.table import Table
 from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.check.candidate import Candidate, Comparison
-from procedures.check.candidate_file import cannot_see, target_in_words
+from procedures.check.candidate_file import cannot_see, hours_source, target_in_words
 from procedures.plan.drift_bias import TIME_CONFOUNDED
 
 SHOWN = ("offset_v", "sensitivity_v_per_g")
@@ -49,6 +49,7 @@ def render_comparison(comparison: Comparison) -> Group:
         table,
         f"{len(comparison.candidates)} calibrations compared; shown are some that no other beats. →: "
         f"{target_in_words(comparison.asked.target)}: {chosen.hours:.2f} h{each}",
+        f"hours: the p50, by {hours_source(comparison)}",
         f"U95: rms of the 95 % half-width of one future angle over pitch {low:g}° to {high:g}° and every roll, at "
         f"{comparison.asked.usage.noise_arcsec:.2g}″ a reading; the worst angle of the worst sensor",
         "",
@@ -102,6 +103,7 @@ def comparison_document(comparison: Comparison) -> dict[str, Any]:
         "chosen": comparison.chosen,
         "front": list(comparison.front),
         "sensors": comparison.sensors,
+        "duration_learned_from": comparison.asked.learned.runs,
         "usage_pitch_deg": list(comparison.asked.usage.pitch_deg),
         "usage_noise_arcsec": comparison.asked.usage.noise_arcsec,
     }

@@ -2,12 +2,15 @@
 
 Of every past run and part there are sums: what the files expected, what was measured. A part of a new plan takes the
 expected time by the ratio of the two. Ratios differ from run to run and from step to step; both spreads are learned,
-and how far the p90 lies above the p50 follows from them, by Student's t for as few runs as there are.
+and that the parts of one run are slow or quick together: the covariance of their ratios. How far the p90 lies above the
+p50 follows from them, by Student's t for as few runs as there are.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
+
+import numpy as np
 
 from procedures.plan.step_times import AGAIN, MOVE, StepPart
 from procedures.statistics import t_limit
@@ -88,10 +91,11 @@ class PartTime:
 
 @dataclass(frozen=True)
 class LearnedTimes:
-    """Of one rig. ``parts``: by name; empty where there were too few runs."""
+    """Of one rig. ``parts``: by name; empty where there were too few runs. ``ratios``: of each run, by part."""
 
     runs: int = 0
     parts: Mapping[str, LearnedPart] = ()  # type: ignore[assignment]
+    ratios: Sequence[Mapping[str, float]] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parts", dict(self.parts))
@@ -139,7 +143,29 @@ class LearnedTimes:
                 each_s,
                 each_s + student * each_deviation * expected_s / count,
             )
-        return p50_s, p50_s + student * sqrt(variance_s2), found
+        variance_s2 += self._together_s2({name: one[1] for name, one in sums.items()})
+        return p50_s, p50_s + student * sqrt(max(variance_s2, 0.0)), found
+
+    def _together_s2(self, expected_s: Mapping[str, float]) -> float:
+        """Return what it adds to the variance of a plan that the parts of a run are slow or quick together, s².
+
+        Twice the sum of their covariances over the past runs: the variance of the plan as each of them would have taken
+        it, less that of its parts. Below zero where parts make up for each other. A part that a run did not have stands
+        at its mean there.
+        """
+        if self.runs < FEWEST_RUNS:
+            return 0.0
+        apart_s = np.array(
+            [
+                [(run[name] - self.parts[name].ratio) * part_s if name in run else 0.0 for run in self.ratios]
+                for name, part_s in expected_s.items()
+                if name in self.parts
+            ]
+        )
+        if len(apart_s) < 2:
+            return 0.0
+        covariance_s2 = np.cov(apart_s)
+        return float(covariance_s2.sum() - np.trace(covariance_s2)) * (1.0 + 1.0 / self.runs)
 
 
 def learned_from(runs: Sequence[Mapping[str, PartSums]]) -> LearnedTimes:
@@ -149,7 +175,8 @@ def learned_from(runs: Sequence[Mapping[str, PartSums]]) -> LearnedTimes:
         return LearnedTimes()
     names = dict.fromkeys(name for run in latest for name in run)
     found = {name: [run[name] for run in latest if name in run and run[name].expected_s > 0.0] for name in names}
-    return LearnedTimes(len(latest), {name: LearnedPart.of(sums) for name, sums in found.items() if sums})
+    ratios = [{name: sums.ratio for name, sums in run.items() if sums.expected_s > 0.0} for run in latest]
+    return LearnedTimes(len(latest), {name: LearnedPart.of(sums) for name, sums in found.items() if sums}, ratios)
 
 
 def _figures(part: LearnedPart) -> tuple[float, float, float]:

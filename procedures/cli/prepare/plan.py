@@ -13,9 +13,11 @@ from procedures.check.candidates import compare
 from procedures.check.candidates_picture import plot_comparison
 from procedures.check.candidates_text import comparison_document, render_comparison
 from procedures.check.check_report import check
-from procedures.cli.options import RUNS, Json, PilotRun, Rig, RunsFolder, require_folder_of
+from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder, require_folder_of
 from procedures.cli.output import print_json, say
+from procedures.cli.places import archive_of
 from procedures.cli.prepare.pilot import pilot_named
+from procedures.delivery.lessons import learned
 from procedures.errors import RequestError
 from procedures.kinds.read import procedure_of
 from procedures.solution.expected import Usage
@@ -38,11 +40,13 @@ def plan(
     out: Path | None = None,
     plot: Path | None = None,
     runs: RunsFolder = RUNS,
+    archive: Archive = None,
     json: Json = False,
 ) -> None:
     """Compare the calibrations that a rig could make and write the procedure that serves best. Opens no port.
 
-    Give one target: a half-width, a parameter or hours.
+    Give one target: a half-width, a parameter or hours. The archive is read for the past runs of this rig, which teach
+    how long each candidate takes (of twins the one beside the runs, by default); nothing is written to it.
 
     Parameters
     ----------
@@ -68,9 +72,11 @@ def plan(
     described = read_rig(rig)
     target = _target(half_width_deg, hours, parameter)
     usage = Usage(_range(usage_pitch), usage_noise_arcsec)
-    comparison = compare(Asked(described, target, usage, pilot_named(pilot, runs, described), SPACE))
+    times = learned(archive_of(runs, archive, is_simulated=described.is_simulated), described).times
+    comparison = compare(Asked(described, target, usage, pilot_named(pilot, runs, described), SPACE, times))
     text = chosen_procedure(comparison)
-    check(described, procedure_of(TomlFile(out or Path("procedure.toml"), text)), pilot=comparison.asked.pilot)
+    written = procedure_of(TomlFile(out or Path("procedure.toml"), text))
+    check(described, written, pilot=comparison.asked.pilot, learned=times)
     if plot is not None:
         plot_comparison(comparison, plot)
     if out is not None:

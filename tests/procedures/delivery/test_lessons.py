@@ -8,6 +8,8 @@ from command import call
 from finished_job import FinishedJob
 
 from ams.archive.lessons import keep_lesson, past_lessons
+from procedures.check.candidate import Space
+from procedures.cli.prepare import plan
 from procedures.delivery.lessons import learned
 from rig.description.read import read_rig
 
@@ -39,6 +41,27 @@ def test_a_published_run_teaches_and_check_says_by_how_many(taught: str, finishe
     assert all("4 past runs of this rig" in source for source in sources)
     shown = call(capsys, "check", *files, "--archive", taught)
     assert "by 4 past runs of this rig" in " ".join(shown.out.split())
+
+
+def test_a_plan_takes_the_hours_that_past_runs_of_the_rig_took_and_says_so(
+    taught: str, finished_job: FinishedJob, capsys, monkeypatch
+) -> None:
+    """Past runs that took twice as long make every candidate take twice as long."""
+    few = Space(grids=((4, 6),), fractions=(), optimal=(), replications=(3,), samples=(5,), orders=("serpentine",))
+    monkeypatch.setattr(plan, "SPACE", few)
+    rig = read_rig(finished_job.folder / "rig.toml")
+    asked = "plan", "--rig", finished_job.folder / "rig.toml", "--hours", "100", "--archive", taught
+    before = call(capsys, *asked, "--json").document
+    for lesson in past_lessons(taught, rig.rig.name, simulated=True, most=30):
+        slower = [replace(part, measured_s=2.0 * part.measured_s) for part in lesson.parts]
+        keep_lesson(taught, replace(lesson, parts=slower))
+    after = call(capsys, *asked, "--json").document
+    assert (before["duration_learned_from"], after["duration_learned_from"]) == (4, 4)
+    for one, other in zip(before["candidates"], after["candidates"], strict=True):
+        assert other["hours"] == pytest.approx(2.0 * one["hours"], rel=1e-6)
+    assert "by 4 past runs of this rig" in " ".join(call(capsys, *asked).out.split())
+    nowhere = "plan", "--rig", finished_job.folder / "rig.toml", "--hours", "100", "--runs", finished_job.folder / "no"
+    assert "by the files alone" in " ".join(call(capsys, *nowhere).out.split())
 
 
 def test_a_real_rig_learns_nothing_from_simulated_runs(taught: str, finished_job: FinishedJob) -> None:
