@@ -1,4 +1,4 @@
-"""The study of hours: its laboratory runs, its intervals hold, and the page in the documentation is its own."""
+"""The study of hours: its laboratory runs, its intervals hold, also at the stop, and the stored page is its own."""
 
 from importlib import import_module
 from pathlib import Path
@@ -24,3 +24,20 @@ def test_a_small_run_of_the_laboratory_is_solved_and_its_intervals_hold(monkeypa
     stored = (STUDIES / "hours.md").read_text(encoding="utf-8").splitlines()
     headings = [line for line in written if line.startswith("#")]
     assert headings == [line for line in stored if line.startswith("#")]
+
+
+def test_intervals_keep_their_coverage_where_a_run_stops_by_itself(monkeypatch) -> None:
+    monkeypatch.syspath_prepend(STUDIES)
+    found = import_module("hours_sequential").coverage_at_stop(4000, np.random.default_rng(5))
+    assert found.stopped == pytest.approx(0.95, abs=0.01)
+    assert found.fixed == pytest.approx(0.95, abs=0.01)
+    assert 6.0 < found.replications < 10.0
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("least", "most"), [(2, 12), (4, 12), (6, 10)])
+def test_intervals_cover_95_percent_at_the_stop(monkeypatch, least: int, most: int) -> None:
+    monkeypatch.syspath_prepend(STUDIES)
+    found = import_module("hours_sequential").coverage_at_stop(20_000, np.random.default_rng(6), least, most)
+    assert found.stopped == pytest.approx(0.95, abs=0.01)
+    assert found.fixed == pytest.approx(0.95, abs=0.01)

@@ -2,14 +2,10 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 from planning_files import procedure_file
 from small_run import Bench, bench, dwells_of
 
-from ams.calibration.columns import solve_columns
-from ams.models.accelerometer import PitchRoll
-from ams.observations import Observations
 from procedures.errors import PlanError
 from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.solve import solve_sensors
@@ -90,55 +86,3 @@ def test_replications_beside_the_rule_are_refused(tmp_path: Path) -> None:
     rule = "[stop]\nhalf_width_deg = 0.01\nleast_replications = 2\nmost_replications = 4\n[check]"
     with pytest.raises(PlanError, match="most_replications says how many there are at most"):
         bench(tmp_path, procedure=(("[check]", rule),))
-
-
-def _coverage(campaigns: int, seed: int, least: int = 4, most: int = 12) -> tuple[float, float, float]:
-    """Share of 95 % intervals for offset and sensitivities that hold the truth at the stop, at a fixed size, and the
-    mean number of replications.
-
-    The rule as it is: precision inside the replications against a limit that is met after about eight of them, and no
-    drift that is significant.
-    """
-    pitch, roll = (np.deg2rad(a).ravel() for a in np.meshgrid([-60.0, 0.0, 60.0], np.arange(-180.0, 180.0, 60.0)))
-    points, chance = pitch.size, np.random.default_rng(seed)
-    model, truth = PitchRoll("x"), np.array([0.01, 2.5, 0.02, -0.01])
-    clean = PitchRoll("x").predict(truth, _rows(pitch, roll, 1))
-    noise = chance.standard_normal((most, points, campaigns))
-    stopped, held, fixed, counts = np.zeros(campaigns, dtype=bool), [], [], []
-    for n in range(least, most + 1):
-        outputs = (clean[None, :, None] + 1e-5 * noise[:n]).reshape(n * points, campaigns)
-        solved = solve_columns(_rows(pitch, roll, n), outputs, [model] * campaigns)
-        half = solved.parameters.halfwidths_95[:, :2]
-        covers = np.abs(solved.parameters.values[:, :2] - model.parameters(truth)[:2]) <= half
-        foreseen = np.sqrt(solved.mixed.precision_variance / n)
-        drift = np.any([test.is_significant for test in solved.replication.drift.values()], axis=0)
-        enough = (foreseen <= 1e-5 / np.sqrt(8.0)) & ~drift
-        now = ~stopped & (enough | (n == most))
-        held.append(covers[now])
-        counts += [n] * int(now.sum())
-        stopped |= now
-        if n == 8:
-            fixed.append(covers)
-    return float(np.concatenate(held).mean()), float(np.concatenate(fixed).mean()), float(np.mean(counts))
-
-
-def _rows(pitch: np.ndarray, roll: np.ndarray, n: int) -> Observations:
-    points = pitch.size
-    return Observations(
-        np.repeat(np.arange(n), points), np.tile(np.arange(points), n), np.tile(pitch, n), np.tile(roll, n), {}
-    )
-
-
-def test_intervals_keep_their_coverage_at_the_stop() -> None:
-    """Few campaigns: 0.95 ± 0.02 is four standard errors."""
-    at_stop, fixed, replications = _coverage(1000, 5)
-    assert at_stop == pytest.approx(0.95, abs=0.02)
-    assert fixed == pytest.approx(0.95, abs=0.02)
-    assert 6.0 < replications < 10.0
-
-
-@pytest.mark.soak
-def test_intervals_cover_95_percent_at_the_stop() -> None:
-    at_stop, fixed, _ = _coverage(20_000, 6)
-    assert at_stop == pytest.approx(0.95, abs=0.01)
-    assert fixed == pytest.approx(0.95, abs=0.01)
