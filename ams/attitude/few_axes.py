@@ -15,6 +15,7 @@ from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
 from ams.attitude.force_covariance import OutputErrors, monomials, output_polynomials
+from ams.attitude.spread import beside_singular
 from ams.attitude.three_axes import (
     CLEARANCE_SD,
     LARGEST_SD_RAD,
@@ -131,6 +132,7 @@ class TwoAxes:
                 pitch_sd, along_sd = (_root(covariance, gain) for gain in (pitch_gain, roll_gain))
                 roll_sd = along_sd / across
             codes = two_axis_codes(pierced, pitch_sd, along_sd, across, rank_lost)
+            pitch_sd = beside_singular(pitch_sd, along_sd, (codes & (flag_codes.LOST | flag_codes.ROLL_SINGULAR)) != 0)
             _write(found, block, pierced.force, pitch_sd, roll_sd, codes)
         return found
 

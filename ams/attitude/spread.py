@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.statistics.intervals import reading_halfwidth
 
 Part = tuple[FloatArray, float | FloatArray]
@@ -82,6 +82,18 @@ def output_errors(
             covariance[:, place, place] = variance
             parts.append((covariance, dof))
     return OutputErrors(parts, reading)
+
+
+def beside_singular(own: FloatArray, across: FloatArray, is_singular: BoolArray) -> FloatArray:
+    """Return standard deviations or half-widths of an angle's distance from its singular attitude.
+
+    There the distance d is the length of a vector of two components, of which ``own`` and ``across`` are the spread
+    along and across it. Read with an error e it is |d + e|, which is off by up to |e|, not by the component along it
+    (at the singular attitude itself the linear 95 % interval holds 85 %). E|e|² is the sum of both squares; and
+    |e|² stays within 1.96² times that sum in at least 95 %, whatever the two and their correlation. Source: Székely,
+    Bakirov, Extremal probabilities for Gaussian quadratic forms (2003).
+    """
+    return np.where(is_singular, np.hypot(own, across), own)
 
 
 def weighing_variances(sensors: Sequence[UncertainSensor], K: FloatArray, force: FloatArray) -> FloatArray:

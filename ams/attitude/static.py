@@ -27,6 +27,7 @@ from ams.attitude.spread import (
     PackageErrors,
     Spread,
     UncertainSensor,
+    beside_singular,
     output_errors,
     weighing_variances,
 )
@@ -300,13 +301,14 @@ def _angles(force: FloatArray, spread: Spread, across: FloatArray, codes: flag_c
     with np.errstate(divide="ignore", invalid="ignore"):
         in_angles = np.stack([np.ones_like(across), 1.0 / across], axis=-1)
         sd, half_95 = spread.sd * in_angles, spread.half_95 * in_angles
+    pitch_sd, pitch_half = (beside_singular(one[:, 0], one[:, 1], roll_lost) for one in (spread.sd, spread.half_95))
     return Angles(
         _blank(pitch, pitch_lost),
-        _blank(sd[:, 0], pitch_lost),
+        _blank(pitch_sd, pitch_lost),
         _blank(roll, roll_lost),
         _blank(sd[:, 1], roll_lost),
         codes,
-        _blank(half_95[:, 0], pitch_lost),
+        _blank(pitch_half, pitch_lost),
         _blank(half_95[:, 1], roll_lost),
     )
 

@@ -28,6 +28,7 @@ from ams.attitude.force_covariance import (
     monomials,
     quadratic_form,
 )
+from ams.attitude.spread import beside_singular
 from ams.errors import DesignError
 
 Limit = Callable[[FloatArray, FloatArray], FloatArray]
@@ -273,13 +274,16 @@ def judged_into(
         along_pitch, along_roll = gains(force, meridian, parallel, weighing.times(force))
         covariance = errors.total(force)
         pitch_sd = np.sqrt(quadratic_form(covariance, along_pitch))
-        roll_sd = np.sqrt(quadratic_form(covariance, along_roll)) / across
+        along_sd = np.sqrt(quadratic_form(covariance, along_roll))
+        roll_sd = along_sd / across
         excess = np.einsum("in,in->n", sensed, sensed) - 1.0
         variance = 4.0 * quadratic_form(covariance, sensed) + 4.0 * gravity_relative_u**2
         ratio = excess / np.sqrt(variance)
         disagree = suspicious(ratio, sensed, force, errors, limit, gravity_relative_u)
     pitch_lost = ~(pitch_sd <= LARGEST_SD_RAD)
     roll_lost = ~(roll_sd <= LARGEST_SD_RAD) | (across < SMALLEST_SLOPE)
+    if roll_lost.any():
+        pitch_sd = beside_singular(pitch_sd, along_sd, roll_lost)
     if disagree.size:
         codes[disagree] |= flag_codes.REDUNDANCY
     _write_flags(codes, pitch_lost, roll_lost)

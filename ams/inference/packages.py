@@ -12,11 +12,19 @@ from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
 from ams.attitude.redundancy import disagreement, explaining
-from ams.attitude.spread import OutputErrors, PackageErrors, Spread, output_errors, side_by_side, weighing_variances
+from ams.attitude.spread import (
+    OutputErrors,
+    PackageErrors,
+    Spread,
+    beside_singular,
+    output_errors,
+    side_by_side,
+    weighing_variances,
+)
 from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import DesignError
@@ -217,19 +225,33 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
         (on_end, flag_codes.ROLL_ON_END),
     ):
         codes[is_so] |= np.uint32(code)
+    pitch_sd, size_half = (beside_singular(one[:, 0], one[:, 1], level) for one in (sd, half))
+    pitch_half = _half_with_sign(gravity, size_half, level)
     wrapped = np.pi - np.mod(np.pi - roll, 2.0 * np.pi)
     return SpreadAngles(
         np.where(sideways, np.nan, _pitch(gravity, found.pitch_rad)),
-        np.where(sideways, np.nan, sd[:, 0]),
+        np.where(sideways, np.nan, pitch_sd),
         np.where(level | sideways, np.nan, found.yaw_rad),
         np.where(level | sideways, np.nan, yaw_sd),
         np.where(on_end, np.nan, wrapped),
         np.where(on_end, np.nan, roll_sd),
         codes,
-        np.where(sideways, np.nan, half[:, 0]),
+        np.where(sideways, np.nan, pitch_half),
         np.where(level | sideways, np.nan, yaw_half),
         np.where(on_end, np.nan, roll_half),
     )
+
+
+def _half_with_sign(gravity: FloatArray, size_half: FloatArray, is_level: BoolArray) -> FloatArray:
+    """Return the half-width of pitch near zero, where its sign may be the other one.
+
+    Gravity across the sting lies in a circle of radius ``size_half`` about (g_x, g_y). Where that circle reaches over
+    g_x = 0 the sign of pitch is not known, and the far end of the chord is what pitch may be beyond zero.
+    """
+    g_x, g_y = np.abs(gravity[:, 0]), np.abs(gravity[:, 1])
+    reaches_over = is_level & (g_x < size_half)
+    chord = np.sqrt(np.where(reaches_over, size_half**2 - g_x**2, 0.0))
+    return np.where(reaches_over, np.hypot(g_x, g_y) + g_y + chord, size_half)
 
 
 def _pitch(gravity: FloatArray, pitch_rad: FloatArray) -> FloatArray:

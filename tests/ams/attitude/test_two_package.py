@@ -51,7 +51,18 @@ def test_closed_form_follows_the_reports_profile():
     angle = np.linspace(0, 10, 1001)[1:] * DEG
     found = closed_form(PAIR, *outputs(angle, angle, angle))
     for values in (found.pitch_rad, found.yaw_rad, found.roll_rad):
-        np.testing.assert_allclose(values, angle, atol=1e-10)
+        np.testing.assert_allclose(values, angle, rtol=0.0, atol=1e-9 * DEG)
+
+
+def test_closed_form_follows_the_reports_harmonic_profile():
+    # CR table 4's motion; where pitch passes zero yaw is amplified by 1 / sin Θ, which the 0.01° of the ramp bounds.
+    time_s = np.arange(16_000) / 1000.0
+    pitch, yaw, roll = (10.0 * DEG * np.sin(2.0 * np.pi * rate_hz * time_s) for rate_hz in (0.125, 0.0625, 0.25))
+    away_from_zero = np.abs(pitch) > 0.01 * DEG
+    wanted = [one[away_from_zero] for one in (pitch, yaw, roll)]
+    found = closed_form(PAIR, *outputs(*wanted))
+    for values, truth in zip((found.pitch_rad, found.yaw_rad, found.roll_rad), wanted, strict=True):
+        np.testing.assert_allclose(values, truth, rtol=0.0, atol=1e-9 * DEG)
 
 
 @pytest.mark.parametrize(

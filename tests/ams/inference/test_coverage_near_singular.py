@@ -1,0 +1,108 @@
+"""95 % intervals hold by distance from a singular attitude: 95 ± 1 % outside of the flagged band, never less inside.
+
+Every draw has a calibration of its own, whose errors belong to all readings taken with it, and a reading of its own.
+"""
+
+import numpy as np
+import pytest
+
+from ams.arrays import FloatArray
+from ams.attitude import flag_codes
+from ams.attitude.static import pitch_roll_from_three
+from ams.frames import specific_force
+from ams.inference.lines import SensorLine
+from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
+from ams.models.cr import model_gravity_g, sting_gravity_g
+
+DRAWS = 6000
+SETS_V = (2e-4, *(pytest.param(set_v, marks=pytest.mark.thorough) for set_v in (1e-5, 1e-3)))
+"""Standard uncertainty of offset and of each sensitivity in volts, of axes of 2.5 V/g; the reading's own beside it."""
+READING_V = 2e-4
+
+CHANCE = 4.0 * np.sqrt(0.95 * 0.05 / DRAWS)
+"""Four standard deviations of a share of so many draws at 95 %: 1.1 %."""
+K = 2.5 * np.array([[1.0, 0.01, -0.008], [-0.006, 1.0, 0.012], [0.009, -0.004, 1.0]])
+IN_SD = (0.0, 0.3, 1.0, 2.0, 4.0, 8.0, 13.0, 20.0, 100.0)
+"""Distances from the singular attitude in standard deviations of a direction."""
+
+
+def sensors(set_v: float) -> list[SensorLine]:
+    return [SensorLine(0.0, k, set_v**2 * np.eye(4), READING_V) for k in K]
+
+
+def direction_sd(set_v: float) -> float:
+    """Return about what a tangential component of f is uncertain by: offset, a unit of sensitivities, the reading."""
+    return float(np.sqrt(2.0 * set_v**2 + READING_V**2) / 2.5)
+
+
+def drawn(chance: np.random.Generator, force: FloatArray, set_v: float) -> FloatArray:
+    """Return (N, 3) outputs for the sensors as they were calibrated, of true sensors that differ from it by its errors.
+
+    The truth is the calibration plus its errors: with straight lines this is the same as the other way round.
+    """
+    errors = set_v * chance.normal(size=(len(force), 3, 4))
+    carried = errors[..., 0] + np.einsum("nij,nj->ni", errors[..., 1:], force)
+    return np.asarray(force @ K.T + carried + READING_V * chance.normal(size=(len(force), 3)))
+
+
+def share(truth: FloatArray, found: FloatArray, half: FloatArray) -> float:
+    off = np.mod(found - truth + np.pi, 2.0 * np.pi) - np.pi
+    return float(np.mean(np.abs(off) <= half))
+
+
+def check(share_held: float, flagged: np.ndarray, where: str) -> None:
+    """Where no row is flagged the intervals are neither short nor wide; where one is they are not short."""
+    assert share_held > 0.95 - CHANCE, where
+    if not flagged.any():
+        assert share_held < 0.95 + CHANCE, where
+
+
+@pytest.mark.parametrize("set_v", SETS_V)
+@pytest.mark.parametrize("in_sd", IN_SD)
+def test_pitch_and_roll_hold_near_the_vertical(set_v: float, in_sd: float) -> None:
+    chance = np.random.default_rng([14, int(1e6 * set_v), int(10 * in_sd)])
+    pitch = np.full(DRAWS, np.pi / 2 - in_sd * direction_sd(set_v))
+    roll = chance.uniform(-np.pi, np.pi, DRAWS)
+    found = pitch_roll_from_three(sensors(set_v), drawn(chance, specific_force(pitch, roll), set_v))
+    singular = (found.codes & flag_codes.ROLL_SINGULAR) != 0
+    assert np.array_equal(singular, np.isnan(found.roll_rad))
+    check(share(pitch, found.pitch_rad, found.pitch_half_95_rad), singular, f"pitch at {in_sd} sd")
+    if not singular.any():
+        check(share(roll, found.roll_rad, found.roll_half_95_rad), singular, f"roll at {in_sd} sd")
+    if in_sd <= 8.0:
+        assert singular.mean() > 0.99
+
+
+def sting_or_both(chance: np.random.Generator, euler: FloatArray, set_v: float, *, is_pair: bool) -> SpreadAngles:
+    pitch, yaw, roll = euler
+    gravity = sting_gravity_g(pitch, yaw)
+    sting_v = drawn(chance, -gravity, set_v)
+    if not is_pair:
+        return angles_from_sting(sensors(set_v), sting_v)
+    model_v = drawn(chance, -model_gravity_g(gravity, roll), set_v)
+    return angles_from_packages(sensors(set_v), sensors(set_v), sting_v, model_v)
+
+
+@pytest.mark.parametrize("set_v", SETS_V)
+@pytest.mark.parametrize("is_pair", [False, pytest.param(True, marks=pytest.mark.thorough)], ids=["sting", "both"])
+@pytest.mark.parametrize("yaw_deg", [0.0, 85.0, pytest.param(40.0, marks=pytest.mark.thorough)])
+def test_pitch_yaw_and_roll_hold_near_pitch_zero(set_v: float, is_pair: bool, yaw_deg: float) -> None:
+    """Pitch is the coning of gravity about the sting's z, its sign that of g_x: near zero neither is linear."""
+    for in_sd in IN_SD:
+        chance = np.random.default_rng([15, int(1e6 * set_v), int(10 * in_sd), int(yaw_deg), is_pair])
+        pitch = np.full(DRAWS, in_sd * direction_sd(set_v) / (np.sqrt(2.0) if is_pair else 1.0))
+        yaw, roll = np.full(DRAWS, np.deg2rad(yaw_deg)), chance.uniform(-np.pi, np.pi, DRAWS)
+        found = sting_or_both(chance, np.stack([pitch, yaw, roll]), set_v, is_pair=is_pair)
+        flags = flag_codes.YAW_LEVEL | flag_codes.SIDEWAYS
+        singular = (found.codes & flags) != 0
+        there = np.isfinite(found.pitch_rad)
+        where = f"{in_sd} sd, yaw {yaw_deg}°"
+        if there.mean() > 0.99:
+            held = share(pitch[there], found.pitch_rad[there], found.pitch_half_95_rad[there])
+            check(held, singular, f"pitch at {where}")
+        if not singular.any():
+            check(share(yaw, found.yaw_rad, found.yaw_half_95_rad), singular, f"yaw at {where}")
+        if is_pair:
+            check(share(roll, found.roll_rad, found.roll_half_95_rad), np.zeros(1, bool), f"roll at {where}")
+        if in_sd <= 8.0:
+            assert singular.mean() > 0.99, where
