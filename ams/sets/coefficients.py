@@ -28,9 +28,9 @@ from ams.sets.vectors import LEVEL, Validity, VectorAgreement, check_vectors, ma
 class CoefficientSet:
     """A sealed document, checked, with its numbers at hand. Treat the document as read-only."""
 
-    document: Document
-    axes: Mapping[str, AxisNumbers]
-    validity: Validity
+    document: Document = field(repr=False)
+    axes: Mapping[str, AxisNumbers] = field(repr=False)
+    validity: Validity = field(repr=False)
     is_built: bool = field(default=False, compare=False)
     """Made here and not read: its schema is checked when it first leaves, which takes longer than to solve it."""
     approved_by_signature: str | None = field(default=None, compare=False)

@@ -217,5 +217,5 @@ class StopGuard:
             self._process.wait()
         self._trouble = GuardLost(
             f"the stop guard (process {self.pid}) {what}: nobody would stop the axes if this program died; they were"
-            " told to stop; find out what ended it"
+            " told to stop; find out what ended it, or what keeps this computer so busy"
         )

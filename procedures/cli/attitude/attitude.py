@@ -143,6 +143,8 @@ def attitude(
     found = before.before(angles)
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
+    elif len(package.columns) == 2 and "x" in package.columns and not package.senses_rates:
+        note(_which_of_two(package, upright=upright, right_wing_down=right_wing_down))
     answers = _Answers(out, view, plot, package.coefficients.sensor)
     if wiring is not None:
         _require_channels(found, wiring)
@@ -162,6 +164,21 @@ def attitude(
         _answer_file(found, Path(data), answers)
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
+
+
+def _which_of_two(package: Package, *, upright: bool, right_wing_down: bool) -> str:
+    """Say which of the two attitudes is told that two axes cannot tell apart."""
+    axes = tuple(package.columns)
+    if set(axes) == {"x", "z"}:
+        told, option = ("0° to 180°", "--no-") if right_wing_down else ("−180° to 0°", "--")
+        other = f"{option}right-wing-down"
+    else:
+        told, option = ("within ±90°", "--no-") if upright else ("beyond ±90°", "--")
+        other = f"{option}upright"
+    return (
+        f"{package.coefficients.sensor}: two axes ({', '.join(axes)}) have two answers to every row: roll {told} is "
+        f"taken; a row on the other side is wrong in roll and pitch, and no flag can tell it; {other} takes that side"
+    )
 
 
 def _wiring(data: str | None, rig: Path | None, stream: str | None, for_s: float | None) -> StreamWiring | None:

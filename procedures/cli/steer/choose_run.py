@@ -32,7 +32,9 @@ def alive_or_latest(run: str | None, runs: Path) -> Path:
             note(f"{one.path}: left out: {one.trouble}")
     latest = next((one for one in listed if not one.trouble), None)
     if latest is None:
-        raise RequestError(f"{runs}: holds no run; nothing was done; name a run, or give --out with the folder of runs")
+        raise RequestError(
+            f"{runs}: holds no run; nothing was done; name a run, or give the folder of runs (--out, --runs)"
+        )
     note(f"{latest.path}: the latest run; none is alive")
     return latest.path
 

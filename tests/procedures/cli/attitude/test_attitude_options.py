@@ -169,3 +169,27 @@ def test_a_picture_of_a_file_is_drawn_beside_the_answers(
     assert (tmp_path / "a.svg").read_bytes().startswith(b"<?xml")
     wrong = call(capsys, "attitude", stored, data, "--plot", tmp_path / "a.jpg")
     assert (wrong.status, "the name must end in .svg" in wrong.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("axes", "options", "rolls_deg", "side", "other"),
+    [
+        ("xy", (), (-60.0, 40.0), "within ±90°", "--no-upright"),
+        ("xy", ("--no-upright",), (-120.0, 150.0), "beyond ±90°", "--upright"),
+        ("xz", (), (30.0, 150.0), "0° to 180°", "--no-right-wing-down"),
+        ("xz", ("--no-right-wing-down",), (-30.0, -150.0), "−180° to 0°", "--right-wing-down"),
+    ],
+)
+def test_two_axes_say_which_of_their_two_answers_is_taken(
+    stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], axes: str, options: tuple[str, ...],
+    rolls_deg: tuple[float, float], side: str, other: str,
+) -> None:  # fmt: skip
+    rows = [[output_v(axis, TRUTH[axis], 20.0, roll) for axis in axes] for roll in rolls_deg]
+    data = tmp_path / "two.csv"
+    data.write_text(",".join(f"{axis}_v" for axis in axes) + "\n" + "".join(f"{a!r},{b!r}\n" for a, b in rows))
+    named = [part for axis in axes for part in ("--axis", f"{axis}={axis}_v")]
+    outcome = call(capsys, "attitude", stored, data, *named, *options)
+    found = [float(row["roll_deg"]) for row in csv.DictReader(io.StringIO(outcome.out))]
+    assert found == pytest.approx(rolls_deg, abs=1e-6)
+    assert f"roll {side} is taken" in " ".join(outcome.err.split())
+    assert f"{other} takes that side" in " ".join(outcome.err.split())
