@@ -155,6 +155,7 @@ def _spanned(columns: FloatArray) -> FloatArray:
 
 def independent(columns: FloatArray) -> FloatArray:
     """Return the columns that are independent of those before them."""
+    columns = columns[:, np.any(columns != 0.0, axis=0)]  # a column of nothing would take a row of R from the others
     own = np.zeros(columns.shape[1])
     own[: columns.shape[0]] = np.diag(np.linalg.qr(columns, mode="r"))
     return columns[:, own**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns)]
