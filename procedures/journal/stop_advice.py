@@ -21,6 +21,10 @@ ADVICE: Mapping[str, str] = {
         "The disk refused the journal; everything committed before is intact. Repair or free it, then calrig resume "
         "RUN; where the journal itself is damaged, calrig salvage RUN first."
     ),
+    "no run": (
+        "The disk took no journal, so there is no run yet, and nothing moved. Make room or repair it, then begin the "
+        "run again."
+    ),
     "link quality": "Look at cable, earth and adapter of the line named above, then calrig continue RUN.",
     "noise": "Look for vibration, a loose cable, a failing sensor or meter, then calrig continue RUN.",
     "suspect dwell": "See why the dwell was rejected, then calrig continue RUN: it is measured again.",

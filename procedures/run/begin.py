@@ -1,11 +1,12 @@
 """Begin a new run: its folder gets an owner, a journal and the plan as a file, then the engine works."""
 
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 from ams.errors import WriteFailed
 from ams.whole_file import write_whole
-from procedures.errors import StorageFailed
+from procedures.errors import JournalError, StorageFailed
 from procedures.journal.header import RunHeader
 from procedures.journal.journal import Journal
 from procedures.journal.owner import owning
@@ -18,6 +19,7 @@ from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.readiness import readiness
 from procedures.run.services import RunServices, with_run_limits
+from procedures.run.unbegun import told_where_nothing_is_stored
 from procedures.run.watch.disk_space import require_room
 from rig.assembly.open_rig import open_rig
 from rig.clock import Clock
@@ -46,10 +48,16 @@ def begin(
         ready.require(header.rig_path)
     require_room(run_dir, plan, services.free_bytes(run_dir), services.run_limits.min_free_mb)
     with owning(run_dir, idle_clock):
-        journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
-        crash_point(CrashPoint.RUN_CREATED)
-        journal.append_event("readiness", {"engineering": [*ready.missing, *ready.contradictions]}, rig.clock)
-        _write_plan(run_dir, header)
+        with told_where_nothing_is_stored(run_dir, plan, 0, rig, observer, services):
+            journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
+            crash_point(CrashPoint.RUN_CREATED)
+            try:
+                journal.append_event("readiness", {"engineering": [*ready.missing, *ready.contradictions]}, rig.clock)
+                _write_plan(run_dir, header)
+            except StorageFailed:
+                with suppress(JournalError):  # its disk takes nothing; what is committed is in its log
+                    journal.close()
+                raise
         services.begun()
         return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, services)
 

@@ -8,6 +8,8 @@ from procedures.records.states import EXIT_STATUS, State
 
 STORAGE = "storage"
 """The cause of an ending that the disk forced."""
+NO_RUN = "no run"
+"""The cause where it did not let one begin."""
 PROCESS = "process"
 """The cause of an ending that the process' own growth forced."""
 

@@ -158,7 +158,9 @@ def run(
             words = LastWords(outcome.reason, rig.clock.now_utc())
             keep_last_words(progress_log.folder, services.second_place, words)
         if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
-            page = explain(progress_log.folder, outcome.reason, outcome.positions_deg, services.second_place)
+            page = explain(
+                progress_log.folder, outcome.reason, outcome.positions_deg, services.second_place, outcome.cause
+            )
             if page is not None and page.parent != progress_log.folder:
                 return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
         return outcome

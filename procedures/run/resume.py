@@ -30,6 +30,7 @@ from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.judgement.history import History, read_history
 from procedures.run.services import RunServices, with_run_limits
+from procedures.run.unbegun import told_where_nothing_is_stored
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock
 from rig.description.read import rig_from_json
@@ -117,12 +118,14 @@ def _go_on(
     idle_clock: Clock | None,
     services: RunServices | None,
 ) -> Outcome:
-    journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
-    new = [sentence for change in found.changes if (sentence := str(change)) not in found.answered]
-    if new:
-        detail = {"by": authorisation.operator, "reason": authorisation.reason, "differences": new}
-        journal.append_event(OVERRIDE, detail, rig.clock)
     services = with_run_limits(services, found.header)
+    done = sum(dwell.accepted and dwell.purpose == "design" for dwell in found.history.dwells)
+    new = [sentence for change in found.changes if (sentence := str(change)) not in found.answered]
+    with told_where_nothing_is_stored(run_dir, found.plan, done, rig, observer, services):
+        journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
+        if new:
+            detail = {"by": authorisation.operator, "reason": authorisation.reason, "differences": new}
+            journal.append_event(OVERRIDE, detail, rig.clock)
     services.begun()
     start = Start(authorisation.operator, found.state, authorisation.reason, found.identities)
     return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, services)

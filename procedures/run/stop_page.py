@@ -8,7 +8,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from ams.errors import WriteFailed
 from ams.units import ARCSEC_PER_DEG
@@ -16,15 +15,14 @@ from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.stop_advice import advice
+from procedures.journal.storage import JOURNAL_FILE
 from procedures.pages import page_environment
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
+from procedures.run.ending import NO_RUN, STORAGE
 from procedures.run.sparkline import Sparkline, sparkline
 from rig.clock import SystemClock
 from rig.plain_text import one_line
-
-if TYPE_CHECKING:
-    pass
 
 UNASKED = (State.TRIPPED, State.FAILED)
 """Endings that nobody asked for; ``held`` is no ending and has its page as well."""
@@ -57,15 +55,16 @@ def explain(
     reason: str = "",
     positions_deg: Mapping[str, float] | None = None,
     second_place: Path | None = None,
+    cause: str = "",
 ) -> Path | None:
     """Write both, where the disk of the run refuses them in a folder of the run's name in ``second_place``.
 
-    Returns the page; None where no place took it: that never keeps a run from its safe state. ``reason``: where the
-    journal could not take it. ``positions_deg``: read back at rest.
+    Returns the page; None where no place took it: that never keeps a run from its safe state. ``reason`` and
+    ``cause``: where the journal could not take them. ``positions_deg``: read back at rest.
     """
     positions_deg = positions_deg or {}
     try:
-        why = read_why(run_dir, reason, positions_deg)
+        why = read_why(run_dir, reason, positions_deg, cause)
     except ProcedureError as error:
         why = _unread(run_dir, reason or str(error), positions_deg)
     page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why)
@@ -79,24 +78,26 @@ def explain(
 
 
 def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
-    """Return what can be said where the journal cannot even be read."""
+    """Return what can be said where the journal cannot even be read, or could not be made."""
+    is_begun = (run_dir / JOURNAL_FILE).exists()
+    cause = STORAGE if is_begun else NO_RUN
     return Why(
         run=str(run_dir),
         title=run_dir.name,
-        state="not known: the journal cannot be read",
-        cause="storage",
+        state="not known: the journal cannot be read" if is_begun else "not begun",
+        cause=cause,
         reason=reason,
         utc=SystemClock().now_utc(),
-        progress="not known",
+        progress="not known" if is_begun else "nothing",
         positions=_positions(positions_deg),
-        advice=advice("storage"),
+        advice=advice(cause),
         traces=(),
         dwells=(),
         events=(),
     )
 
 
-def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
+def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float], cause: str = "") -> Why:
     """Return why a run stopped. Raises: JournalError."""
     with JournalReader.open(run_dir) as reader:
         events, state = list(reader.events()), reader.last_event("state")
@@ -105,7 +106,7 @@ def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> 
         since = state.utc - LAST
         dwells = [dwell for dwell in reader.dwells() if dwell.ended_utc >= since]
         done = len(reader.accepted_steps() & {dwell.step for dwell in plan.design_dwells})
-        cause = str(state.detail.get("cause", ""))
+        cause = cause or str(state.detail.get("cause", ""))
         return Why(
             run=run_dir.name,
             title=reader.header.title,

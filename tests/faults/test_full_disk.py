@@ -6,6 +6,7 @@ Whatever refuses, people hear of it, a page says why, and the run goes on when t
 import errno
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -20,9 +21,11 @@ from unattended_run import UnattendedRun, events, run_unattended, states
 
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings
+from procedures.errors import StorageFailed
 from procedures.journal.audit_trail import interruptions_in
 from procedures.journal.corrections import add_note
 from procedures.journal.status import status
+from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.progress import Progress
 from procedures.records.states import RESUMABLE, State
 from procedures.run.ending import Outcome
@@ -187,6 +190,24 @@ def test_fault_05_79_a_disk_that_fails_at_any_write_is_told_explained_and_resume
         assert _page_in(tmp_path / "second", tmp_path / "run")
         assert resumed(run.run_dir).state is State.FINISHED
     assert measured_in(run.run_dir) == measured_in(clean)
+
+
+@pytest.mark.parametrize("number", [5, 25, *[pytest.param(n, marks=pytest.mark.soak) for n in range(1, 60)]])
+@pytest.mark.parametrize("error", [errno.ENOSPC, pytest.param(errno.EIO, marks=pytest.mark.soak)])
+def test_fault_79_a_disk_that_refuses_a_run_before_it_moves_is_told(
+    small: Bench, clean: Path, tmp_path: Path, error: int, number: int
+) -> None:
+    """Of the journal or of the plan beside it: nobody was told, since the engine was not there yet."""
+    run = Told(tmp_path / "run", tmp_path / "told.txt")
+    with failing_files(tmp_path / "run", number, error, stuck=True), suppress(StorageFailed):
+        _ran(small, run, tmp_path / "second")
+    assert "calrig: night: interrupted" in run.said or "calrig: night: stopped" in run.said
+    page, is_there = _page_in(tmp_path / "second", tmp_path / "run"), (run.run_dir / JOURNAL_FILE).exists()
+    assert ("begin the run again" in page, "calrig resume" in page) == (not is_there, is_there)
+    assert "axes     at rest, read back" in page
+    if is_there:
+        assert resumed(run.run_dir).state is State.FINISHED
+        assert measured_in(run.run_dir) == measured_in(clean)
 
 
 @pytest.mark.soak

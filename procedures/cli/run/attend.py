@@ -11,16 +11,19 @@ from procedures.alerts.settings import AlertSettings, default_alerts, read_alert
 from procedures.cli.output import note
 from procedures.cli.own_log import LoggedObserver
 from procedures.cli.places import JOURNAL, login_name, second_place
-from procedures.errors import ProcedureError
+from procedures.errors import ProcedureError, StorageFailed
 from procedures.journal.alert_record import keep_outcomes, outcome_sentence
 from procedures.journal.corrections import acknowledge, is_acknowledged
+from procedures.journal.status import status
 from procedures.observers.audience import with_observers
 from procedures.records.progress import RunObserver
+from procedures.records.states import RESUMABLE
 from procedures.run.progress import shown_on
 from procedures.run.services import Pulse, RunServices
 from procedures.run.watch.keep_awake import awake
 from procedures.solution.sufficient import sufficient
 from rig.clock import SystemClock
+from rig.errors import RigError
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +61,8 @@ class Attendance:
 def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) -> Iterator[Attendance]:
     """Observer and care of a run, which is told by its folder once nothing refuses it.
 
-    In virtual time nobody is told and nothing is kept awake.
+    In virtual time nobody is told and nothing is kept awake. What refuses a run before it moves is told to people as
+    well where no terminal shows it: a unit, a queue and a script read no screen.
 
     Raises: DescriptionError where the file of alerts is wrong.
     """
@@ -74,7 +78,22 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
         place = second_place()
         dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, place / run.name, opened)
         services = RunServices(pulse=pulse, begun=begun, second_place=place, enough=sufficient)
-        yield Attendance(dispatcher, services, dispatcher)
+        try:
+            yield Attendance(dispatcher, services, dispatcher)
+        except (ProcedureError, RigError) as error:
+            if not isinstance(error, StorageFailed) and not sys.stderr.isatty() and _is_left_standing(run):
+                dispatcher.tell_end("not begun", f"{error}\nThe run is {run}; nobody was at a terminal to read this.")
+            raise
+
+
+def _is_left_standing(run: Path) -> bool:
+    """Whether a run that was refused waits for somebody: not one that has ended or that another process runs."""
+    if not (run / JOURNAL).exists():
+        return True
+    try:
+        return status(run).state in RESUMABLE
+    except ProcedureError:
+        return True
 
 
 def _screen(run: Path, opened: ExitStack) -> RunObserver:

@@ -1,5 +1,6 @@
 """The terminal of a run as real processes see it: closed, given back, attached again."""
 
+import json
 import os
 import pty
 import signal
@@ -64,9 +65,24 @@ def test_a_run_gives_the_shell_back_is_attached_stopped_at_once_and_closed(
     assert "alert: calrig: small grid: stopped: not delivered: command false: exit status 1" in told
     assert "hush" not in told
     assert "signal SIGTERM" in call(capfd, "handover", run_dir).out
+    _require_a_refused_resume_rings(capfd, run_dir)
     assert call(capfd, "close", run_dir, "--reason", "sensor sold").status == 0
     refused = call(capfd, "resume", run_dir, "--operator", "a", "--reason", "b")
     assert (refused.status, "the run is closed" in refused.err) == (2, True)
+
+
+def _require_a_refused_resume_rings(capfd: pytest.CaptureFixture[str], run_dir: Path) -> None:
+    """As a unit's after a reboot is, where files changed: no terminal shows it. One that is over does not ring."""
+    folder, rung = run_dir.parents[1], run_dir.parents[1] / "rung.txt"
+    ring = [sys.executable, "-c", "import sys, pathlib; open(sys.argv[1], 'a').write(sys.stdin.read())", str(rung)]
+    (folder / "alerts.toml").write_text(f"command = {json.dumps(ring)}\n", encoding="utf-8")
+    rig_file = folder / "rig.toml"
+    own = rig_file.read_text(encoding="utf-8")
+    rig_file.write_text(own.replace("nplc = 1", "nplc = 2"), encoding="utf-8")
+    assert call(capfd, "resume", run_dir, "--alerts", folder / "alerts.toml").status == 2
+    assert "calrig: small grid: not begun" in rung.read_text(encoding="utf-8")
+    assert "nplc" in rung.read_text(encoding="utf-8")
+    rig_file.write_text(own, encoding="utf-8")
 
 
 def test_what_hides_something_is_refused_where_it_is_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
