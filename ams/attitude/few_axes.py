@@ -132,7 +132,7 @@ class TwoAxes:
                 pitch_sd, along_sd = (_root(covariance, gain) for gain in (pitch_gain, roll_gain))
                 roll_sd = along_sd / across
             codes = two_axis_codes(pierced, pitch_sd, along_sd, across, rank_lost)
-            pitch_sd = beside_singular(pitch_sd, along_sd, (codes & (flag_codes.LOST | flag_codes.ROLL_SINGULAR)) != 0)
+            pitch_sd = beside_singular(pitch_sd, along_sd, beside_vertical(pierced, along_sd, across))
             _write(found, block, pierced.force, pitch_sd, roll_sd, codes)
         return found
 
@@ -215,6 +215,16 @@ def two_axis_codes(
     codes[np.isnan(pierced.length)] = flag_codes.BEYOND_ONE_G
     codes[~pierced.is_finite] = flag_codes.NOT_FINITE
     return codes
+
+
+def beside_vertical(pierced: Pierced, along_sd: FloatArray, across: FloatArray) -> BoolArray:
+    """Return where roll is lost because the vertical is near, not because both attitudes of the two outputs meet.
+
+    Where they meet (an x-y package at ±90° roll) pitch is what x reads, however little is known of roll.
+    """
+    with np.errstate(invalid="ignore"):
+        is_near = ~(along_sd <= LARGEST_SD_RAD * across) | (across < SMALLEST_SLOPE)
+        return np.asarray(is_near & (ROOT_CLEARANCE_SD * along_sd <= pierced.length))
 
 
 def _write(

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
-from ams.attitude.few_axes import one_axis_codes, pierce, pitch_roots, two_axis_codes, two_axis_gains
+from ams.attitude.few_axes import beside_vertical, one_axis_codes, pierce, pitch_roots, two_axis_codes, two_axis_gains
 from ams.attitude.force_covariance import PACKED, PackedWeighing
 from ams.attitude.spread import (
     OutputErrors,
@@ -167,7 +167,7 @@ def pitch_roll_from_two(
         gain = np.where(rank_lost, np.nan, np.stack([pitch_gain, roll_gain]))
         spread = output_errors(sensors, force.T, package).of_angles(np.moveaxis(gain, -1, 0))
     codes = two_axis_codes(pierced, spread.sd[:, 0], spread.sd[:, 1], across, rank_lost)
-    return _angles(pierced.force, spread, across, codes)
+    return _angles(pierced.force, spread, across, codes, beside_vertical(pierced, spread.sd[:, 1], across))
 
 
 def pitch_roll_from_three(
@@ -196,7 +196,8 @@ def pitch_roll_from_three(
     meridian, parallel, across = turns(safe)
     gain = np.stack(gains(safe, meridian, parallel, weighing.times(safe)))
     spread = output_errors(sensors, safe.T, package).of_angles(np.moveaxis(gain, -1, 0) @ errors.inverse)
-    return _angles(force, spread, across, found.codes)
+    roll_lost = (found.codes & (flag_codes.LOST | flag_codes.ROLL_SINGULAR)) != 0
+    return _angles(force, spread, across, found.codes, roll_lost)
 
 
 def redundancy_limit(variances: FloatArray, dof: FloatArray) -> FloatArray:
@@ -292,7 +293,9 @@ def tangents(force: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(force, first)], axis=-1)
 
 
-def _angles(force: FloatArray, spread: Spread, across: FloatArray, codes: flag_codes.Codes) -> Angles:
+def _angles(
+    force: FloatArray, spread: Spread, across: FloatArray, codes: flag_codes.Codes, is_vertical: BoolArray
+) -> Angles:
     """Return the angles of (3, N) unit forces; the spread of roll is that along the parallel, cos α·roll."""
     pitch, roll = np.arctan2(force[0], np.hypot(force[1], force[2])), np.arctan2(-force[1], -force[2])
     pitch_lost, roll_lost = (
@@ -301,7 +304,7 @@ def _angles(force: FloatArray, spread: Spread, across: FloatArray, codes: flag_c
     with np.errstate(divide="ignore", invalid="ignore"):
         in_angles = np.stack([np.ones_like(across), 1.0 / across], axis=-1)
         sd, half_95 = spread.sd * in_angles, spread.half_95 * in_angles
-    pitch_sd, pitch_half = (beside_singular(one[:, 0], one[:, 1], roll_lost) for one in (spread.sd, spread.half_95))
+    pitch_sd, pitch_half = (beside_singular(one[:, 0], one[:, 1], is_vertical) for one in (spread.sd, spread.half_95))
     return Angles(
         _blank(pitch, pitch_lost),
         _blank(pitch_sd, pitch_lost),

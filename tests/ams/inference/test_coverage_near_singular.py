@@ -8,7 +8,7 @@ import pytest
 
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
-from ams.attitude.static import pitch_roll_from_three
+from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two
 from ams.frames import specific_force
 from ams.inference.lines import SensorLine
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
@@ -71,6 +71,35 @@ def test_pitch_and_roll_hold_near_the_vertical(set_v: float, in_sd: float) -> No
         check(share(roll, found.roll_rad, found.roll_half_95_rad), singular, f"roll at {in_sd} sd")
     if in_sd <= 8.0:
         assert singular.mean() > 0.99
+
+
+@pytest.mark.parametrize("set_v", SETS_V)
+@pytest.mark.parametrize("in_sd", IN_SD)
+def test_pitch_holds_near_the_vertical_with_the_two_axes_that_read_across(set_v: float, in_sd: float) -> None:
+    chance = np.random.default_rng([16, int(1e6 * set_v), int(10 * in_sd)])
+    pitch = np.full(DRAWS, np.pi / 2 - in_sd * direction_sd(set_v))
+    roll = np.deg2rad(chance.uniform(-80.0, 80.0, DRAWS))
+    outputs = drawn(chance, specific_force(pitch, roll), set_v)[:, 1:]
+    found = pitch_roll_from_two(sensors(set_v)[1:], outputs)
+    singular = (found.codes & flag_codes.ROLL_SINGULAR) != 0
+    told = np.isfinite(found.pitch_rad)
+    assert told.mean() > 0.99
+    held = share(pitch[told], np.abs(found.pitch_rad[told]), found.pitch_half_95_rad[told])
+    check(held, singular, f"pitch at {in_sd} sd")
+
+
+def test_pitch_is_what_x_reads_where_the_two_attitudes_of_x_and_y_meet() -> None:
+    """Both axes lie in the x-y plane: f_x is linear in the outputs and does not feel roll, as in TP figure 10(d)."""
+    coning, reading_v = np.deg2rad(0.1), np.array([1e-6, 1e-5])
+    k = np.array([[np.cos(coning), np.sin(coning), 0.0], [np.sin(coning), np.cos(coning), 0.0]])
+    pair = [SensorLine(0.0, own, np.zeros((4, 4)), sd) for own, sd in zip(k, reading_v, strict=True)]
+    pitch, roll = np.full(400, np.deg2rad(40.0)), np.deg2rad(np.linspace(88.0, 90.0, 400))
+    found = pitch_roll_from_two(pair, specific_force(pitch, roll) @ k.T)
+    lost = (found.codes & flag_codes.ROLL_SINGULAR) != 0
+    told = np.isfinite(found.pitch_rad)
+    assert (lost & told).sum() > 2
+    by_hand = np.hypot(*(np.linalg.inv(k[:, :2])[0] * reading_v)) / np.cos(pitch)
+    np.testing.assert_allclose(found.pitch_sd_rad[told], by_hand[told], rtol=1e-6)
 
 
 def sting_or_both(chance: np.random.Generator, euler: FloatArray, set_v: float, *, is_pair: bool) -> SpreadAngles:
