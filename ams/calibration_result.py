@@ -42,7 +42,7 @@ class FTest:
     numerator_dof: float
     denominator_dof: float
     is_significant: bool
-    """After Holm's correction over the tests of the same axis."""
+    """Among all tests of the run (Holm, each axis with its share)."""
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ class Finding:
     text: str
     """One or two sentences with the size in units a reader knows, and what to do where there is something to do."""
     is_significant: bool
-    """After Holm's correction over all tests of the same axis, where it comes from a test."""
+    """Among all tests of all axes of the run, where it comes from a test."""
     p_value: float | None = None
     """None where it is a statement of fact and no test."""
     steps: tuple[int, ...] = ()

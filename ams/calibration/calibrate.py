@@ -76,9 +76,10 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
         groups.append((group, solved, outputs))
     limit = judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table)
+    family = request.tested_axes or len(labels)
     for group, solved, outputs in groups:
         limits = [limit] * len(group)
-        found = diagnose(solved, Circumstances(rows, outputs, request.table, shared[group[0]], limits))
+        found = diagnose(solved, Circumstances(rows, outputs, request.table, shared[group[0]], limits, family))
         for row, label in enumerate(group):
             curved = request.residual_curvature
             axes[label] = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)

@@ -78,11 +78,12 @@ def solve_columns(
     models: Sequence[Model],
     weights: FloatArray | None = None,
     table: TableUncertainty | None = None,
+    shared: Sequence[SharedError] = (),
 ) -> SolvedColumns:
     """Solve (N, m) outputs, volts, of m sensor axes that were all measured at the rows of ``points``.
 
     ``models`` names one model for every column; they may differ in the nominal axis only. ``points.outputs`` is not
-    looked at.
+    looked at. ``shared`` are errors that all rows of every axis share.
 
     Raises:
         ObservationsError: a (replication, point) pair stands twice.
@@ -91,7 +92,7 @@ def solve_columns(
     points = corrected(points, table)
     layout = layout_of(points)
     problem = linearise(models, points, layout, outputs, weights)
-    return solve_linearised(problem, layout, plots_of(problem.model, points, layout), table)
+    return solve_linearised(problem, layout, plots_of(problem.model, points, layout), table, shared)
 
 
 def plots_of(model: Model, rows: Observations, layout: Layout) -> WholePlots:

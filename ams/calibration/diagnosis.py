@@ -9,16 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ams.analysis.diagnostics.axis_tests import (
-    DRIFT_OF,
-    LACK_OF_FIT,
-    WRONG_DWELL,
-    AxisTests,
-    SharedTests,
-    axis_tests,
-    conviction_level,
-    shared_tests,
-)
+from ams.analysis.diagnostics.axis_tests import SharedTests, axis_tests, shared_tests
+from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT, WRONG_DWELL, AxisTests
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import temperature_confounded, time_confounded, undetermined_axis
 from ams.analysis.diagnostics.table_curves import TableLimit
@@ -62,6 +54,9 @@ class Circumstances:
     limits: Sequence[TableLimit | None] = ()
     """Of each output, what the package that it belongs to says of the table's declared limit; empty: not asked."""
 
+    family: int = 1
+    """How many axes a run has, whose tests are one family; 1: every output is judged by itself."""
+
     def limit_of(self, place: int) -> TableLimit | None:
         return self.limits[place] if self.limits else None
 
@@ -84,14 +79,14 @@ def _axis(
     evidence: Evidence, shared: SharedTests, place: int, solved: SolvedColumns, circumstances: Circumstances
 ) -> Diagnosis:
     limit = circumstances.limit_of(place)
-    tests = axis_tests(evidence, shared, place, None, limit)
+    tests = axis_tests(evidence, shared, place, None, limit, circumstances.family)
     wrong = _convicted(evidence, place, tests)
     if wrong is None or not wrong.dwells:
         return _diagnosis(solved, place, tests, None, circumstances, limit)
     kept, convicted = _rows_of(evidence, wrong)
     believed = _solved_without(solved, place, kept, circumstances)
     other = evidence_of(believed, select_rows(circumstances.rows, kept))
-    tests = axis_tests(other, shared_tests(other), 0, wrong.p_value, limit)
+    tests = axis_tests(other, shared_tests(other), 0, wrong.p_value, limit, circumstances.family)
     return _diagnosis(believed, 0, tests, convicted, circumstances, limit)
 
 
@@ -133,7 +128,7 @@ def _at_points(solved: SolvedColumns, blocks: Mapping[str, FloatArray]) -> Float
 
 
 def _convicted(evidence: Evidence, output: int, tests: AxisTests) -> WrongDwells | None:
-    level = conviction_level(tests)
+    level = tests.conviction_level
     if tests.grid is None or WRONG_DWELL not in tests.tests or not tests.tests[WRONG_DWELL].p_value <= level:
         return None
     other_view = np.zeros(evidence.grid.present.size)
@@ -191,7 +186,7 @@ def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
         name: replace(test, is_significant=np.full(size, flags.get(f"{DRIFT_OF}{name}", False)))
         for name, test in columns.drift.items()
     }
-    repeats = columns.lack_of_fit.p_value <= conviction_level(found.tests)
+    repeats = columns.lack_of_fit.p_value <= found.tests.conviction_level
     lack_of_fit = np.where(flags.get(LACK_OF_FIT, False), True, repeats)
     return replace(columns, lack_of_fit=replace(columns.lack_of_fit, is_significant=lack_of_fit), drift=drift)
 

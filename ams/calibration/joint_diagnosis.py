@@ -2,7 +2,7 @@
 
 The joint fit says where the package truly stood: the angles commanded, the table's errors as estimated, the mounting
 and its seat. At these attitudes every mounting is a calibration like any other and is tested like one; what the table's
-errors explain within their priors is no finding. All tests of an axis in all mountings are one family (Holm).
+errors explain within their priors is no finding. The tests of all axes in all mountings are one family.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,7 +22,6 @@ from ams.solve.extension import angles_of_points
 from ams.solve.joint import JointFit
 from ams.solve.layout import layout_of
 from ams.solve.table_errors import Mounting, TablePriors, nuisances_of, seat_effects
-from ams.statistics.intervals import holm
 
 
 @dataclass(frozen=True)
@@ -37,11 +36,14 @@ class JointDiagnosis:
     """Axis to lack of fit and drift, where there is one mounting."""
 
 
-def diagnose_joint(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> JointDiagnosis:
-    """Test every mounting of a joint fit, axis by axis."""
+def diagnose_joint(
+    mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors, tested_axes: int | None = None
+) -> JointDiagnosis:
+    """Test every mounting of a joint fit, axis by axis; ``tested_axes`` of the run, None: those of the fit."""
     found: dict[str, list[Finding]] = {axis: [] for axis in fit.axes}
     untested, replications = [], dict[str, Replication | None]()
-    request = CalibrationRequest("pitch-roll", {axis: axis for axis in fit.axes})
+    family = (tested_axes or len(fit.axes)) * len(mountings)
+    request = CalibrationRequest("pitch-roll", {axis: axis for axis in fit.axes}, tested_axes=family)
     for number, rows in enumerate(as_they_stood(mountings, fit, priors), start=1):
         name = f"mounting {number}: " if len(mountings) > 1 else ""
         try:
@@ -52,20 +54,7 @@ def diagnose_joint(mountings: Sequence[Mounting], fit: JointFit, priors: TablePr
         replications = {axis: one.replication for axis, one in solved.axes.items()} if not name else {}
         for axis, one in solved.axes.items():
             found[axis] += [replace(finding, text=f"{name}{finding.text}") for finding in one.findings]
-    if len(mountings) > 1:
-        found = {axis: _as_one_family(verdicts) for axis, verdicts in found.items()}
     return JointDiagnosis({axis: tuple(verdicts) for axis, verdicts in found.items()}, tuple(untested), replications)
-
-
-def _as_one_family(findings: Sequence[Finding]) -> list[Finding]:
-    """Return the findings of all mountings, as significant as their tests are together."""
-    stands = holm(np.array([np.nan if one.p_value is None else one.p_value for one in findings]))
-    return [
-        one
-        if one.p_value is None or stands[place] or not one.is_significant
-        else replace(one, is_significant=False, text=f"{one.text}; beside the tests of every mounting not significant")
-        for place, one in enumerate(findings)
-    ]
 
 
 def as_they_stood(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> Iterator[Observations]:

@@ -40,7 +40,7 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
     rows = replace(observations, mounting=None)
     mountings, stated = [Mounting(rows)], _with_level(priors, request)
     fit = joint_fit(mountings, tuple(request.axes_of(rows)), stated)
-    diagnosis = diagnose_joint(mountings, fit, stated)
+    diagnosis = diagnose_joint(mountings, fit, stated, request.tested_axes)
     solved = joint_calibration(_with_channels(fit, request.shared_errors), diagnosis)
     stood = next(iter(as_they_stood(mountings, fit, stated)))
     to_read = [sentence for sentence in joint_warnings(fit) if sentence not in fit.confounded or _is_whole(sentence)]

@@ -66,6 +66,7 @@ def calibrated_levels(levels: Mapping[str, Levels], request: CalibrationRequest)
                 f"{found.observations.source}: axis {axis}: two levels once: the line passes through both and nothing "
                 "tells its uncertainty: no set can be made of it; add readings"
             )
+    request = replace(request, tested_axes=len(levels))
     solved = [_calibrated(axis, found, request) for axis, found in levels.items()]
     axes = {axis: one for part in solved for axis, one in part.axes.items()}
     texts = dict.fromkeys(text for part in solved for text in part.warnings)

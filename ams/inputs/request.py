@@ -51,6 +51,9 @@ class CalibrationRequest:
     models: Mapping[str, Model] = field(default_factory=dict)
     """Sensor axis label to a model of the caller's own, used instead of the one that ``model`` names."""
 
+    tested_axes: int | None = None
+    """How many sensor axes the run has: the tests of all of them are one family. None: those that are solved here."""
+
     def axes_of(self, observations: Observations) -> Mapping[str, str]:
         """Return the nominal axis of every sensor axis to solve, by label."""
         return self.nominal_axes or {label: label for label in observations.outputs}

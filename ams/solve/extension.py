@@ -248,6 +248,8 @@ def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) 
     """
     upper = float(generalised.gram[_TERMS, _TERMS]) / dof
     lower = max(precision_v2, 1e-12 * upper, float(np.finfo(float).tiny))
+    if generalised.gram.shape[0] == _TERMS + 1:  # without teeth χ² is in inverse proportion to the variance
+        return max(lower, upper)
     if upper <= lower or generalised.at(lower)[2] <= dof:
         return lower
     for _ in range(_BISECTIONS):

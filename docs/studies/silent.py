@@ -41,7 +41,8 @@ TABLES = (
     "table-once", "table-twice", "table-harmonics", "table-teeth", "table-worm", "table-smooth-and-teeth",
     "table-once-zeroed", "table-harmonics-zeroed",
 )  # fmt: skip
-TABLE_SIZES, LIMITS_DEG = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0), (30.0, 60.0, 90.0)
+TABLE_SIZES, BETWEEN, LIMITS_DEG = (0.5, 1.0, 1.5, 2.0, 3.0), (0.7, 5.0), (30.0, 60.0, 90.0)
+"""Sizes of a table's curve; ``BETWEEN`` are computed last of all."""
 ASKED = (
     "clean", "wrong-dwell", "outliers", "outlier-share", "soft-mount", "k2", "k3", "cross-coupling", "k0-asymmetry",
     "k1-asymmetry", "temperature-in-step", "table-wrong-zero", "table-base-tilt", "use-good", "use-dead-axis",
@@ -65,20 +66,29 @@ FEWER: Mapping[str, tuple[float, ...]] = {
     "fixture-play": (0.5, 2.0, 72.0),
 }
 """Of the sizes of a scene, where a campaign of three sensors takes long."""
+DECLARED: Mapping[str, tuple[float, ...]] = {"table-wrong-zero": (0.5, 1.0), "table-base-tilt": (0.5, 1.0)}
+"""Sizes at which level and zero are declared with limits of ±1″ as well."""
 AT_30 = ("soft-mount", "k2", "k3", "cross-coupling", "k0-asymmetry")
 
 
 def cells() -> Iterator[Cell]:
-    """Yield all cells, those that were asked for first."""
+    """Yield all cells, those that were asked for first, so that a part of them has every scene."""
     for scene in ASKED:
         yield from (Cell(scene, size) for size in FEWER.get(scene, SCENES[scene].sizes))
     for scene in AT_30:
         yield from (Cell(scene, size, {"pitch_limit_deg": 30.0}) for size in SCENES[scene].sizes)
-    for scene in TABLES:
-        for limit in LIMITS_DEG:
-            yield from (Cell(scene, size, {"pitch_limit_deg": limit}) for size in TABLE_SIZES)
+    yield from _of_tables(TABLE_SIZES)
+    for scene, sizes in DECLARED.items():
+        yield from (Cell(scene, size, {"declared_arcsec": 1.0}) for size in sizes)
     for scene in FURTHER:
         yield from (Cell(scene, size) for size in FEWER.get(scene, SCENES[scene].sizes))
+    yield from _of_tables(BETWEEN)
+
+
+def _of_tables(sizes: Sequence[float]) -> Iterator[Cell]:
+    for scene in TABLES:
+        for limit in LIMITS_DEG:
+            yield from (Cell(scene, size, {"pitch_limit_deg": limit}) for size in sizes)
 
 
 def computed(cell: Cell, count: int, seed: int) -> Line:
@@ -252,7 +262,8 @@ def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
         told = f"**{word}**" if word == "outside" else word
         fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
         limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
-        yield f"| {row['size']:g} | {limit:g} | {' | '.join(map(_figure, figures))} | {told}{fresh} |\n"
+        declared = ", declared" if "declared_arcsec" in row["design"] else ""
+        yield f"| {row['size']:g}{declared} | {limit:g} | {' | '.join(map(_figure, figures))} | {told}{fresh} |\n"
 
 
 def _limit_of(scene: str) -> float:

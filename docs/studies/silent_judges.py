@@ -10,9 +10,9 @@ from datetime import UTC, datetime
 
 import numpy as np
 from physics_scenes import SCENES, Campaign, FieldReadings, GimbalReadings, UseReadings, campaigns
-from solved_campaigns import Coverage, columns_of, coverage, rows_of, solved, table_of
+from solved_campaigns import ARCSEC, Coverage, columns_of, coverage, rows_of, solved, table_of
 
-from ams.analysis.diagnostics.axis_tests import TABLE_LIMIT
+from ams.analysis.diagnostics.beliefs import SQUARENESS, TABLE_LIMIT
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration.diagnosis import Circumstances, diagnose
@@ -22,6 +22,7 @@ from ams.findings import Finding
 from ams.frames import from_level_axes
 from ams.inference.inference import Package, inference
 from ams.inputs.request import CalibrationRequest
+from ams.inputs.shared_errors import Effect, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.field_triad import FieldTriad
 from ams.models.model import Model
@@ -37,6 +38,9 @@ from ams.surveillance.common_mode_words import findings_of
 Shares = Mapping[str, float]
 TABLE = "table"
 """A finding that names the table: a general lack of fit does not count where its curve is beyond the limit."""
+DECLARED = "declared_arcsec"
+"""Of a design: the limits of the level of the base and of setting the axes to zero, as a rig file declares them."""
+_LEVEL: tuple[Effect, ...] = ("pitch", "base-tilt")
 FALSE_ALARM = 1e-4
 """Of a reference visit, as in a run."""
 _PLACE = Provenance(
@@ -62,18 +66,22 @@ class Told:
 
 def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> Told:
     """Judge campaigns of one schedule: all of an axis are solved at once."""
+    declared_arcsec = design.get(DECLARED, 0.0)
+    design = {name: value for name, value in design.items() if name != DECLARED}
     chance = np.random.default_rng(seed)
     drawn = campaigns(scene, size, chance, count, **design)
-    table, teeth = _tables(scene)
-    found, plain = solved(drawn, table), solved(drawn, teeth, extended=False)
+    table, teeth = _tables(scene, declared_arcsec)
+    errors = [SharedError(f"level, {effect}", effect, declared_arcsec * ARCSEC / 3.0**0.5) for effect in _LEVEL]
+    found, plain = solved(drawn, table, errors), solved(drawn, teeth, extended=False)
     kinds: list[set[str]] = [set() for _ in range(count)]
     limits = [judge_table([(one, [place]) for one in found.values()], rows_of(drawn), table) for place in range(count)]
     for axis, columns in found.items():
         for place, rows in _of_one_temperature(drawn):
-            part = columns if rows is None else solved(_only(drawn, place), table)[axis]
+            part = columns if rows is None else solved(_only(drawn, place), table, errors)[axis]
             outputs = columns_of(drawn, axis)[:, place : place + part.primary.shape[0]]
             seen = _seen(drawn, place)
-            told = diagnose(part, Circumstances(seen, outputs, table, (), limits[place : place + outputs.shape[1]]))
+            of_table, family = limits[place : place + outputs.shape[1]], len(found)
+            told = diagnose(part, Circumstances(seen, outputs, table, errors, of_table, family))
             for which, one in enumerate(told, start=place):
                 kinds[which] |= _significant(one.findings)
     state = chance.bit_generator.state
@@ -89,11 +97,12 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
     )
 
 
-def _tables(scene: str) -> tuple[TableUncertainty | None, TableUncertainty | None]:
+def _tables(scene: str, declared_arcsec: float) -> tuple[TableUncertainty | None, TableUncertainty | None]:
+    """Return what is declared of the table; ``declared_arcsec``: limit of its zeros, 0: none."""
     if not scene.startswith("table-"):
         return None, None
-    zero = 0.0 if scene.endswith("zeroed") else None
-    return table_of(zero_rad=zero), table_of(shape="independent")
+    zero = 0.0 if scene.endswith("zeroed") or declared_arcsec > 0.0 else None
+    return table_of(zero_rad=zero, zero_u_arcsec=declared_arcsec / 3.0**0.5), table_of(shape="independent")
 
 
 def _of_one_temperature(drawn: Campaign) -> list[tuple[int, int | None]]:
@@ -119,7 +128,8 @@ def _seen(drawn: Campaign, place: int, axes: Sequence[str] = ()) -> Observations
 def _significant(findings: Sequence[Finding]) -> set[str]:
     """Kinds of findings; one that names the table has its name beside."""
     told = [finding for finding in findings if finding.is_significant]
-    return {finding.kind for finding in told} | {TABLE for one in told if one.details.get("test") == TABLE_LIMIT}
+    of_table = (TABLE_LIMIT, SQUARENESS)
+    return {finding.kind for finding in told} | {TABLE for one in told if one.details.get("test") in of_table}
 
 
 def _named(scene: str, size: float, kinds: Sequence[set[str]]) -> float | None:
@@ -245,12 +255,13 @@ def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str
     visits = output_v.reshape(count, -1, 2, output_v.shape[2] * output_v.shape[3])
     pitch, roll = (np.deg2rad(angle[:2]) for angle in (schedule.pitch_deg, schedule.roll_deg))
     kinds = [_between_visits(drawn, one, pitch, roll) for one in visits]
-    held = []
+    held, family = [], drawn.setup.sensors * len(drawn.setup.axes)
     for sensor in range(drawn.setup.sensors):
         alone = _of_sensor(drawn, sensor)
         found = solved(alone)
         for axis, columns in found.items():
-            told = diagnose(columns, Circumstances(_seen(alone, 0), columns_of(alone, axis), None, ()))
+            circumstances = Circumstances(_seen(alone, 0), columns_of(alone, axis), None, (), family=family)
+            told = diagnose(columns, circumstances)
             for which, one in enumerate(told):
                 kinds[which] |= _significant(one.findings)
         held.append([coverage(alone, one, chance) for one in (found, solved(alone, extended=False))])
@@ -339,7 +350,9 @@ def _field_rows(
 
 
 def _of_model(axis: str, model: Model, rows: Observations) -> AxisCalibration:
-    return calibrate(rows, CalibrationRequest(nominal_axes={axis: axis}, models={axis: model})).axes[axis]
+    return calibrate(rows, CalibrationRequest(nominal_axes={axis: axis}, models={axis: model}, tested_axes=3)).axes[
+        axis
+    ]
 
 
 Judge = Callable[[str, float, int, int, Mapping[str, float]], Told]

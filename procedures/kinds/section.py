@@ -185,7 +185,7 @@ def _tests(calibration: Calibration) -> Iterator[TextTable]:
             label = subject if subject == "lack of fit" else f"drift of {words_of(subject).lettered}"
             rows.append((axis, label, three_digits(test.t), three_digits(test.f_95), p_value(test.p_value)))
     if rows:
-        note = "Significant only after Holm's correction over the tests of an axis."
+        note = "Significant only among all tests of all axes of the run (Holm's correction, each axis with its share)."
         yield TextTable("Replication", ("axis", "test", "T", "F₀.₉₅", "p"), tuple(rows), note)
 
 

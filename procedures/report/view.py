@@ -66,7 +66,7 @@ class TestRow:
     p_value: float
     dof: tuple[float, float]
     is_significant: bool
-    """After Holm's correction over the tests of the axis."""
+    """Among all tests of the run (Holm, each axis with its share)."""
     size: str
     """How large the effect is, as an angle or in parts per million."""
     conclusion: str

@@ -54,7 +54,12 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
             warnings[sentence] = None
             continue
         model, errors = line.model, line.errors
-        request = CalibrationRequest(nominal_axes={label: label}, models={label: model}, shared_errors={label: errors})
+        request = CalibrationRequest(
+            nominal_axes={label: label},
+            models={label: model},
+            shared_errors={label: errors},
+            tested_axes=item.tested_axes,
+        )
         solved = calibrate(line.rows, request)
         axes[label] = solved.axes[label]
         if any(estimate.value is not None for estimate in axes[label].parameters):

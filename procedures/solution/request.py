@@ -67,6 +67,11 @@ class SensorRows:
         """Axis of the sensor to its channel."""
         return {str(axis): channel for axis, channel in self.sensor.channels.items()}
 
+    @property
+    def tested_axes(self) -> int:
+        """How many axes the sensors of the run have together: the tests of all of them are one family."""
+        return sum(len(sensor.channels) for sensor in self.plan.sensors.values())
+
     def at_declared(self) -> list[DwellRecord]:
         """Return the dwells with samples at the declared supply and load resistor."""
         return [at_declared(row, correcting(self.rig.chain)) for row in self.dwells]

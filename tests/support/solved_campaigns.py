@@ -1,5 +1,6 @@
 """Campaigns of ``physics_scenes`` solved as columns, and how often their intervals hold the truth."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,7 @@ from physics_scenes import Campaign
 
 from ams.calibration.columns import SolvedColumns, solve_columns
 from ams.frames import Attitude
+from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import IndexErrors, Shape, TableUncertainty
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import ExtendedPitchRoll, centring_of
@@ -38,9 +40,11 @@ class Coverage:
         return min(self.offset, self.sensitivities, self.prediction)
 
 
-def table_of(limit_arcsec: float = 1.0, shape: Shape = "unknown", zero_rad: float | None = None) -> TableUncertainty:
-    """The same declaration for pitch and roll."""
-    errors = dict.fromkeys(("pitch", "roll"), IndexErrors(shape, zero_rad))
+def table_of(
+    limit_arcsec: float = 1.0, shape: Shape = "unknown", zero_rad: float | None = None, zero_u_arcsec: float = 0.0
+) -> TableUncertainty:
+    """The same declaration for pitch and roll; ``zero_u_arcsec``: how well they were set to zero."""
+    errors = dict.fromkeys(("pitch", "roll"), IndexErrors(shape, zero_rad, zero_u_arcsec * ARCSEC))
     return TableUncertainty(limit_arcsec * ARCSEC, limit_arcsec * ARCSEC, "limit", errors=errors)
 
 
@@ -62,13 +66,20 @@ def columns_of(campaign: Campaign, axis: str) -> FloatArray:
     return grid.reshape(campaign.campaigns, -1).T
 
 
-def solved(campaign: Campaign, table: TableUncertainty | None = None, *, extended: bool = True) -> Solved:
+def solved(
+    campaign: Campaign,
+    table: TableUncertainty | None = None,
+    shared: Sequence[SharedError] = (),
+    *,
+    extended: bool = True,
+) -> Solved:
     """Every axis of the first sensor, all campaigns of it in one call."""
     rows, points, found = rows_of(campaign), len(campaign.points_deg), {}
     for axis in campaign.setup.axes:
         centring = centring_of(rows, points, axis) if extended else None
         model = PitchRoll(axis) if centring is None else ExtendedPitchRoll(axis, centring)
-        found[axis] = solve_columns(rows, columns_of(campaign, axis), [model] * campaign.campaigns, table=table)
+        models = [model] * campaign.campaigns
+        found[axis] = solve_columns(rows, columns_of(campaign, axis), models, table=table, shared=shared)
     return found
 
 

@@ -1,20 +1,42 @@
 """All tests of one sensor axis and what they decide together.
 
-Each test has a p-value of its own; which are significant is decided over all of them by Holm's correction. A term of
-low order that is significant counts as known, and its nearly collinear neighbours are tested beside it. A drift that
-temperature explains is temperature's.
+Each test has a p-value of its own; which are significant is decided over all of them by Holm's correction, at the share
+of the level that the axis has: the tests of all axes of a run are one family. A term of low order that is significant
+counts as known, and its nearly collinear neighbours are tested beside it. A drift that temperature explains is
+temperature's.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics import temperature as by_temperature
+from ams.analysis.diagnostics.beliefs import (
+    AUTOCORRELATION,
+    BY_POINT,
+    BY_POINT_GAIN,
+    BY_REPLICATION,
+    COLUMNS,
+    CURVATURE,
+    DRIFT_OF,
+    LACK_OF_FIT,
+    LAG,
+    LEVEL,
+    OVER_TIME,
+    ROBUST,
+    SQUARENESS,
+    TABLE_LIMIT,
+    TURNED_FROM,
+    WRONG_DWELL,
+    AxisTests,
+    BeliefTest,
+    Column,
+)
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.low_order import TERMS, term_columns, term_columns_at
+from ams.analysis.diagnostics.low_order import squareness, term_columns, term_columns_at
 from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
@@ -41,72 +63,14 @@ from ams.solve.extension import angles_of_points, stands_alike
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import holm
 
-LEVEL: Final = 0.057
-"""Of Holm's bound, which correlated tests do not reach: some test of an axis rings in 4 to 6 % where nothing is wrong
-(simulated)."""
-WRONG_DWELL: Final = "wrong dwell"
-LACK_OF_FIT: Final = "lack of fit"
-DRIFT_OF: Final = "drift of "
-OVER_TIME: Final = "drift with time"
-AUTOCORRELATION: Final = "autocorrelation"
-ROBUST: Final = "robust fit"
-TURNED_FROM: Final = "previous attitude"
-TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"
-BY_POINT: Final = "temperature, point by point"
-BY_POINT_GAIN: Final = "temperature, point by point, on the sensitivity"
-BY_REPLICATION: Final = "temperature, replication by replication"
-LAG: Final = "temperature lag"
-CURVATURE: Final = "temperature curvature"
-TABLE_LIMIT: Final = "table's declared limit"
 _LINEAR: Final = 4
 _NEEDED: Final = 0.05
 _MOST_TESTS: Final = 25
-_PLAINER: Final = {"K1'": "K2", "K0'": "K3"}
+_PLAINER: Final = {"K1'": "K2", "K0'": "K3", SQUARENESS: "Kpo"}
 
 
-@dataclass(frozen=True)
-class Column:
-    """What the means of the points are tested for, one column each."""
-
-    name: str
-    kind: FindingKind
-    unit: str
-
-
-COLUMNS: Final = (
-    *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
-    Column(TURNED_FROM_ALIKE, "autocorrelation", ""),
-    Column(BY_POINT, "temperature-residual", "per °C"),
-    Column(BY_POINT_GAIN, "temperature-residual", "per °C"),
-)
 _RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
-
-
-@dataclass(frozen=True)
-class BeliefTest:
-    """One belief, tested."""
-
-    name: str
-    kind: FindingKind
-    p_value: float
-    """NaN where the data do not allow the test."""
-    size: float = float("nan")
-    """In the output's unit, or as ``unit`` says."""
-    uncertainty: float = float("nan")
-    unit: str = ""
-    is_explained: bool = False
-    """By another finding, which has its name."""
-
-
-@dataclass(frozen=True)
-class AxisTests:
-    """Of one sensor axis."""
-
-    tests: Mapping[str, BeliefTest]
-    """By name, those that could be made."""
-    is_significant: Mapping[str, bool] = field(default_factory=dict)
-    grid: GridResiduals | None = None
-    """What every dwell says beside the others and beside what is known; None where nothing was tested."""
+_BY_POINT: Final = tuple(column for column in COLUMNS if column.name in _RECORDED)
 
 
 @dataclass(frozen=True)
@@ -139,15 +103,17 @@ def axis_tests(
     output: int,
     convicted_p_value: float | None,
     limit: TableLimit | None = None,
+    family: int = 1,
 ) -> AxisTests:
-    """Return all tests of one axis, decided.
+    """Return all tests of one axis, decided as one of a ``family`` of axes.
 
     ``convicted_p_value``: of wrong dwells that are left out of the evidence; None where none are. ``limit``: what all
     axes of the package say of the table's declared limit; where it is plainly broken, its index errors count as known.
     """
     if not evidence.precision_variance[output] > 0.0:
         return AxisTests({})
-    lag, lagging = _lag(evidence, output)
+    level = LEVEL / family
+    lag, lagging = _lag(evidence, output, level)
     grid = evidence.grid.of(output)
     wrong_p_value, wander = float(shared.wrong_dwell[output]), shared.autocorrelation.of(output)
     if lagging is not None:
@@ -157,7 +123,7 @@ def axis_tests(
     if convicted_p_value is not None:
         wrong_p_value = convicted_p_value
     known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
-    if limit is not None and limit.p_value <= LEVEL / _MOST_TESTS:
+    if limit is not None and limit.p_value <= limit.outputs * level / _MOST_TESTS:
         known = np.hstack([known, _index_effects(evidence, output, limit, known)])
     before = previous_attitude.turned_from(evidence, output)
     found = [
@@ -176,16 +142,16 @@ def axis_tests(
     if terms is not None:
         found += [_term(column, tested) for column, tested in zip(COLUMNS, terms.each(), strict=False)]
     made = {test.name: test for test in found if np.isfinite(test.p_value)}
-    return replace(_explained_by_temperature(evidence, output, _decided(made, terms)), grid=grid)
+    return replace(_explained_by_temperature(evidence, output, _decided(made, terms, level)), grid=grid)
 
 
-def _lag(evidence: Evidence, output: int) -> tuple[BeliefTest | None, FloatArray | None]:
+def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | None, FloatArray | None]:
     """Return the test of a lag, and where it is plain (N, 2) what the lag does: all others are tested beside that."""
     if not by_temperature.has_plateaus(evidence):
         return None, None
     lag = by_temperature.lag(evidence, output)
     test = BeliefTest(LAG, "temperature-lag", lag.p_value, lag.size, lag.detail)
-    if not lag.p_value <= LEVEL / _MOST_TESTS:
+    if not lag.p_value <= level / _MOST_TESTS:
         return test, None
     return test, by_temperature.lag_columns(evidence, output, lag.detail)
 
@@ -193,7 +159,8 @@ def _lag(evidence: Evidence, output: int) -> tuple[BeliefTest | None, FloatArray
 def _of_the_table(limit: TableLimit | None) -> list[BeliefTest]:
     if limit is None:
         return []
-    return [BeliefTest(TABLE_LIMIT, "lack-of-fit", limit.p_value, max(limit.largest_rad.values()), unit="rad")]
+    size = max(limit.largest_rad.values())
+    return [BeliefTest(TABLE_LIMIT, "lack-of-fit", limit.p_value, size, unit="rad", axes=limit.outputs)]
 
 
 def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: FloatArray) -> FloatArray:
@@ -205,11 +172,6 @@ def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: Fl
     angles = Attitude(*angles_of_points(evidence.rows, evidence.layout))
     slopes = base.angle_jacobian(evidence.primary[output][: len(base.primary_names)], angles)
     return limit.effects(slopes, np.hstack([evidence.basis[:, :_LINEAR], known]))
-
-
-def conviction_level(tests: AxisTests) -> float:
-    """Return the level at which the first of several tests is significant whatever the others say."""
-    return LEVEL / max(len(tests.tests), 1)
 
 
 def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list[BeliefTest]:
@@ -267,7 +229,7 @@ def _by_point(evidence: Evidence, output: int, known: FloatArray) -> list[Belief
     """Return the tests of a model that has no terms of low order beside it."""
     means, columns = evidence.means(output, np.hstack([evidence.basis, known])), _by_point_degc(evidence, output)
     tested = eliminate(means, columns, np.zeros((means.mean.size, 0)))
-    return [_term(COLUMNS[len(TERMS) + 1 + place], tested.test(place)) for place in range(columns.shape[1])]
+    return [_term(_BY_POINT[place], tested.test(place)) for place in range(columns.shape[1])]
 
 
 def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
@@ -302,7 +264,8 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     linear, fitted = evidence.basis[:, :_LINEAR], evidence.basis[:, _LINEAR:]
     means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[_LINEAR:, output])
     before = layout.mean_by_point(turned)
-    columns = np.hstack([terms, before[:, None], _by_point_degc(evidence, output)])
+    skew = layout.mean_by_point(squareness(rows, base.nominal_axis, evidence.primary[output]))
+    columns = np.hstack([terms, skew[:, None], before[:, None], _by_point_degc(evidence, output)])
     return eliminate(means, columns, _beside(evidence.basis, terms))
 
 
@@ -331,19 +294,20 @@ def _slope(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -
     return BeliefTest(name, kind, p_value, coefficient, uncertainty, unit)
 
 
-def _decided(made: dict[str, BeliefTest], columns: Elimination | None) -> AxisTests:
-    """Holm over all; a significant column counts as known, and the other columns are tested beside it.
+def _decided(made: dict[str, BeliefTest], columns: Elimination | None, level: float) -> AxisTests:
+    """Holm over all at the level of the axis.
 
+    A significant column counts as known, and the other columns are tested beside it.
     The recorded temperature goes first where it is significant: what was measured before what is only imagined.
     """
     names = {column.name: place for place, column in enumerate(COLUMNS)}
     known: list[str] = []
     while True:
-        flags = holm(np.array([test.p_value for test in made.values()]), LEVEL)
+        flags = holm(np.array([test.p_value / test.axes for test in made.values()]), level)
         is_significant = dict(zip(made, map(bool, flags), strict=True))
         still_open = [name for name in names if is_significant.get(name) and name not in known]
         if not still_open or columns is None:
-            return AxisTests(made, is_significant)
+            return AxisTests(made, is_significant, level=level)
         known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))
         beside = tuple(names[name] for name in known)
         for name, place in names.items():
@@ -380,11 +344,11 @@ def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTest
         return decided
     lag_h = tests[LAG].uncertainty if flags.get(LAG) else None
     between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(flags.get(CURVATURE)))
-    if flags.get(LAG) and flags.get(CURVATURE) and not between.curvature.p_value <= conviction_level(decided):
+    if flags.get(LAG) and flags.get(CURVATURE) and not between.curvature.p_value <= decided.conviction_level:
         flags[CURVATURE] = False
         tests[CURVATURE] = replace(tests[CURVATURE], is_explained=True)
-    if flags.get(LAG) or not between.unexplained <= conviction_level(decided):
+    if flags.get(LAG) or not between.unexplained <= decided.conviction_level:
         for name, test in tests.items():
             if test.kind == "drift" and flags[name]:
                 flags[name], tests[name] = False, replace(test, is_explained=True)
-    return AxisTests(tests, flags)
+    return replace(decided, tests=tests, is_significant=flags)

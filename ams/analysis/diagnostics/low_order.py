@@ -13,6 +13,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.findings import FindingKind
 from ams.frames import specific_force
+from ams.observations import Observations
 from ams.remembered import remembered
 
 _ORDER: Final = {"x": "xyz", "y": "yzx", "z": "zxy"}
@@ -65,6 +66,18 @@ def term_columns(force: FloatArray, nominal_axis: str) -> FloatArray:
 def term_columns_at(pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str) -> FloatArray:
     """Return the (K, 8) terms at (K,) attitudes."""
     return term_columns(specific_force(pitch_rad, roll_rad), nominal_axis)
+
+
+def squareness(rows: Observations, nominal_axis: str, primary: FloatArray) -> FloatArray:
+    """Return the (N,) volts a radian by which the roll axis lies off the right angle to the pitch axis.
+
+    It is turned about the vertical of the pitched plate, so that gravity along that axis, sin α, shows across it: an
+    output along x sees none of it, and none is told. Near level it looks like K_po.
+    """
+    if nominal_axis == "x":
+        return np.zeros(rows.rows)
+    across = np.sin(rows.pitch_rad)
+    return np.asarray(across * (primary[2] * np.cos(rows.roll_rad) - primary[3] * np.sin(rows.roll_rad)))
 
 
 _ZERO: Final = 1e-9

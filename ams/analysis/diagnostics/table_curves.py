@@ -74,6 +74,8 @@ class TableLimit:
     limit_rad: Mapping[str, float]
     columns: Mapping[str, FloatArray]
     """Axis of the table to ``Indices.columns``."""
+    outputs: int = 1
+    """Of the package, all of which have this one test."""
 
     def effects(self, slopes: Mapping[str, FloatArray], known: FloatArray) -> FloatArray:
         """Return (K, c) orthonormal columns of what any index errors do to an output, beside the ``known`` ones."""
@@ -132,6 +134,7 @@ def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) 
         dict.fromkeys(indices, 0.0),
         {name: one.limit_rad for name, one in indices.items()},
         {name: one.columns for name, one in indices.items()},
+        max(len(outputs), 1),
     )
     if not outputs or not indices:
         return nothing

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.axis_tests import (
+from ams.analysis.diagnostics.beliefs import (
     AUTOCORRELATION,
     BY_POINT,
     BY_POINT_GAIN,
@@ -18,6 +18,7 @@ from ams.analysis.diagnostics.axis_tests import (
     LAG,
     OVER_TIME,
     ROBUST,
+    SQUARENESS,
     TABLE_LIMIT,
     TURNED_FROM,
     TURNED_FROM_ALIKE,
@@ -145,6 +146,12 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
             f"a robust fit, which gives little weight to dwells that stand out, is {_robust_words(test, scale)} from "
             f"the estimate: dwells read too far to one side, each too little to be named; look at the residuals of the "
             "channel"
+        ),
+        SQUARENESS: lambda: (
+            f"the axes of the table are not at right angles: {_two(np.rad2deg(abs(size)) * ARCSEC_PER_DEG)}″ ± "
+            f"{_two(np.rad2deg(2.0 * test.uncertainty) * ARCSEC_PER_DEG)}″, which this output sees at high pitch; "
+            "predictions hold part of it: have the table looked at, or solve package and table together ([solve] "
+            "joint = true with a prior of squareness)"
         ),
         TURNED_FROM: lambda: _turned_text(test, scale, ""),
         TURNED_FROM_ALIKE: lambda: _turned_text(test, scale, ", alike in every replication"),

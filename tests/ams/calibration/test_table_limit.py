@@ -8,7 +8,7 @@ from physics_scenes import campaigns
 from scipy.optimize import lsq_linear
 from solved_campaigns import columns_of, rows_of, table_of
 
-from ams.analysis.diagnostics.axis_tests import TABLE_LIMIT
+from ams.analysis.diagnostics.beliefs import TABLE_LIMIT
 from ams.analysis.diagnostics.table_curves import _bounded, indices_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration

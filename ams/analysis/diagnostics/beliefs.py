@@ -1,0 +1,83 @@
+"""The tests by name, and what each says of one sensor axis."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from ams.analysis.diagnostics.low_order import TERMS
+from ams.analysis.diagnostics.residuals import GridResiduals
+from ams.findings import FindingKind
+
+LEVEL: Final = 0.05
+"""Of all tests of a run: where nothing is wrong some test rings in 4.7 to 5.1 % of the runs, with one axis, three or
+nine (1 000 to 9 000 simulated)."""
+WRONG_DWELL: Final = "wrong dwell"
+LACK_OF_FIT: Final = "lack of fit"
+DRIFT_OF: Final = "drift of "
+OVER_TIME: Final = "drift with time"
+AUTOCORRELATION: Final = "autocorrelation"
+ROBUST: Final = "robust fit"
+TURNED_FROM: Final = "previous attitude"
+TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"
+BY_POINT: Final = "temperature, point by point"
+BY_POINT_GAIN: Final = "temperature, point by point, on the sensitivity"
+BY_REPLICATION: Final = "temperature, replication by replication"
+LAG: Final = "temperature lag"
+CURVATURE: Final = "temperature curvature"
+TABLE_LIMIT: Final = "table's declared limit"
+SQUARENESS: Final = "squareness of the table's axes"
+
+
+@dataclass(frozen=True)
+class Column:
+    """What the means of the points are tested for, one column each."""
+
+    name: str
+    kind: FindingKind
+    unit: str
+
+
+COLUMNS: Final = (
+    *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
+    Column(SQUARENESS, "lack-of-fit", "rad"),
+    Column(TURNED_FROM_ALIKE, "autocorrelation", ""),
+    Column(BY_POINT, "temperature-residual", "per °C"),
+    Column(BY_POINT_GAIN, "temperature-residual", "per °C"),
+)
+
+
+@dataclass(frozen=True)
+class BeliefTest:
+    """One belief, tested."""
+
+    name: str
+    kind: FindingKind
+    p_value: float
+    """NaN where the data do not allow the test."""
+    size: float = float("nan")
+    """In the output's unit, or as ``unit`` says."""
+    uncertainty: float = float("nan")
+    unit: str = ""
+    is_explained: bool = False
+    """By another finding, which has its name."""
+    axes: int = 1
+    """How many axes of a family have this same test: it can ring falsely once only, so it has the share of all of them.
+    """
+
+
+@dataclass(frozen=True)
+class AxisTests:
+    """Of one sensor axis."""
+
+    tests: Mapping[str, BeliefTest]
+    """By name, those that could be made."""
+    is_significant: Mapping[str, bool] = field(default_factory=dict)
+    grid: GridResiduals | None = None
+    """What every dwell says beside the others and beside what is known; None where nothing was tested."""
+    level: float = LEVEL
+    """Of all tests of this axis together."""
+
+    @property
+    def conviction_level(self) -> float:
+        """The level at which the first of several tests is significant whatever the others say."""
+        return self.level / max(len(self.tests), 1)
