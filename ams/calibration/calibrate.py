@@ -73,7 +73,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         outputs = np.stack([rows.outputs[label] for label in group], axis=1)
         problem = linearise(models, rows, layout, outputs, weights)
         plots = plots_of(models[0], rows, layout)
-        solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]])
+        temperature = rows.temperature_degc if request.counts_temperature else None
+        solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]], temperature)
         groups.append((group, solved, outputs))
     limit = judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table)
     family = request.tested_axes or len(labels)

@@ -24,6 +24,7 @@ from ams.solve.expected import Belief, expected_estimates
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linearised import Linearised, is_shared, linearise, shared_regressors
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
+from ams.solve.recorded_temperature import is_unmodelled, recorded_temperature
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
 from ams.statistics.intervals import combined_dof
 
@@ -79,11 +80,13 @@ def solve_columns(
     weights: FloatArray | None = None,
     table: TableUncertainty | None = None,
     shared: Sequence[SharedError] = (),
+    temperature_degc: FloatArray | None = None,
 ) -> SolvedColumns:
     """Solve (N, m) outputs, volts, of m sensor axes that were all measured at the rows of ``points``.
 
     ``models`` names one model for every column; they may differ in the nominal axis only. ``points.outputs`` is not
-    looked at. ``shared`` are errors that all rows of every axis share.
+    looked at. ``shared`` are errors that all rows of every axis share. What the recorded ``temperature_degc``,
+    (N,) or (N, m), may have done is part of the uncertainty where no model has it.
 
     Raises:
         ObservationsError: a (replication, point) pair stands twice.
@@ -92,7 +95,8 @@ def solve_columns(
     points = corrected(points, table)
     layout = layout_of(points)
     problem = linearise(models, points, layout, outputs, weights)
-    return solve_linearised(problem, layout, plots_of(problem.model, points, layout), table, shared)
+    plots = plots_of(problem.model, points, layout)
+    return solve_linearised(problem, layout, plots, table, shared, temperature_degc)
 
 
 def plots_of(model: Model, rows: Observations, layout: Layout) -> WholePlots:
@@ -106,11 +110,18 @@ def solve_linearised(
     plots: WholePlots,
     table: TableUncertainty | None,
     shared: Sequence[SharedError] = (),
+    temperature_degc: FloatArray | None = None,
 ) -> SolvedColumns:
-    """Estimate, covariance, derived parameters and tests; ``shared`` are errors that all rows of every axis share."""
+    """Estimate, covariance, derived parameters and tests; ``shared`` are errors that all rows of every axis share.
+
+    ``temperature_degc`` (N,) or (N, m): recorded, and what it may have done is to count where no model has it.
+    """
     common = _common_errors(problem, table, shared)
     within, is_line = _within(problem, common, shared)
     mixed = estimate(problem.form, problem.alone, layout, problem.outputs, within, plots, is_weighted=not is_line)
+    if temperature_degc is not None and is_unmodelled(problem.model, temperature_degc):
+        part = recorded_temperature(problem.form, mixed.estimator, problem.outputs, mixed.ordinary, temperature_degc)
+        mixed = replace(mixed, components=(*mixed.components, part))
     return _solved_columns(problem, layout, mixed, common, within)
 
 

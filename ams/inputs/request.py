@@ -51,6 +51,8 @@ class CalibrationRequest:
     models: Mapping[str, Model] = field(default_factory=dict)
     """Sensor axis label to a model of the caller's own, used instead of the one that ``model`` names."""
 
+    counts_temperature: bool = True
+    """What a recorded temperature that no model has may have done is part of the uncertainty."""
     tested_axes: int | None = None
     """How many sensor axes the run has: the tests of all of them are one family. None: those that are solved here."""
 

@@ -72,6 +72,7 @@ def make_plan(
         moving_together=rig.moving_together(),
         reading_together=rig.reading_together(),
         counts_earth=True,
+        counts_temperature=True,
     )
 
 

@@ -96,6 +96,9 @@ class Plan:
     counts_earth: bool = False
     """The Earth's rotation is taken off calibrations of gyros, or budgeted; a run stored before keeps its numbers."""
 
+    counts_temperature: bool = False
+    """What a recorded temperature that no model has may have done is budgeted; a run stored before is as it was."""
+
     @property
     def is_at_rest(self) -> bool:
         """Accelerometers at attitudes: what a package reads follows from where the axes stand."""

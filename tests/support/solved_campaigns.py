@@ -73,13 +73,17 @@ def solved(
     *,
     extended: bool = True,
 ) -> Solved:
-    """Every axis of the first sensor, all campaigns of it in one call."""
+    """Every axis of the first sensor, all campaigns of it in one call.
+
+    Not ``extended`` is the linear sensor alone, which the recorded temperature says nothing of.
+    """
+    warmth = campaign.grid(campaign.temperature_degc).reshape(campaign.campaigns, -1).T if extended else None
     rows, points, found = rows_of(campaign), len(campaign.points_deg), {}
     for axis in campaign.setup.axes:
         centring = centring_of(rows, points, axis) if extended else None
         model = PitchRoll(axis) if centring is None else ExtendedPitchRoll(axis, centring)
         models = [model] * campaign.campaigns
-        found[axis] = solve_columns(rows, columns_of(campaign, axis), models, table=table, shared=shared)
+        found[axis] = solve_columns(rows, columns_of(campaign, axis), models, None, table, shared, warmth)
     return found
 
 
