@@ -43,7 +43,10 @@ LEAST_LEFT: Final = 3
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _DETERMINED: Final = 1e-6
-"""Of the longest: what is left of the terms across the linear sensor, as singular values."""
+"""Of the longest column: what is left of it across the others."""
+_EXCITED: Final = 1e-4
+"""Of their lengths: what is left of the terms across the linear sensor, as singular values. It is twenty arc seconds:
+what the table's listed errors turn a design by, or a reference of attitude reads beside it, excites no term."""
 
 
 def quadratic_basis(force: FloatArray) -> FloatArray:
@@ -90,7 +93,7 @@ def _centring(pitch_rad: FloatArray, roll_rad: FloatArray, points: int, nominal_
     squares = left.T @ left
     for count in (len(TERM_NAMES), len(Q_NAMES)):
         smallest = float(np.linalg.eigvalsh(squares[:count, :count])[0])
-        if points >= linear.shape[1] + count + LEAST_LEFT and smallest > _DETERMINED**2:
+        if points >= linear.shape[1] + count + LEAST_LEFT and smallest > _EXCITED**2:
             return tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in rows[:count])
     return None
 

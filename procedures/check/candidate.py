@@ -93,6 +93,8 @@ class Candidate:
     """U95 of the worst angle of the worst sensor."""
     calibration_deg: float
     """What of it the calibration leaves, readings at use apart."""
+    shares_deg: Mapping[str, float]
+    """Source to what it takes of U95 of that angle; squares add up."""
     parameters: Mapping[str, float]
     """Parameter to the half-width of its 95 % interval, of the worst axis."""
     sees_lack_of_fit_arcsec: float

@@ -6,8 +6,12 @@ from ams.units import ARCSEC_PER_DEG
 from procedures.check.candidate import Candidate, Comparison, Target
 from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, model_for
 from procedures.check.procedure_text import Written, procedure_text
+from procedures.check.shares import explained, shares_in_words
 from procedures.description.procedure_file import Order
 
+_OF_HOURS = ("noise and drift", "lack of fit")
+_FEW = 0.2
+"""Of the calibration's variance: where less of it is left to hours, something else is what to mend."""
 _ORDERS: Mapping[Order, str] = {
     "there-and-back": "out and back on alternate rows: a drift cannot pass for a sensitivity (TP recommendation 4)",
     "forward-reverse": "every attitude on the way out and back: a linear drift leaves no bias (TP recommendation 4)",
@@ -33,7 +37,7 @@ def chosen_procedure(comparison: Comparison, made_by: str = "") -> str:
             f"used at pitch {low:g} to {high:g} degrees, calibrated over half as much again (TP recommendation 1);",
             _ORDERS[chosen.order],
         ],
-        "dwell": ["more readings a channel cost hours and leave U95 as it is"],
+        "dwell": list(_other_readings(comparison, chosen)),
         "check": ["two attitudes that differ in pitch and roll: a slip of the table is told from a tilt of its base"],
     }
     return procedure_text(
@@ -77,6 +81,15 @@ def _why(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
     yield from cannot_see(chosen)
 
 
+def _other_readings(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
+    """Yield what the same calibration would be with fewer and with more readings a dwell."""
+    alike = (chosen.design, chosen.replications, chosen.nplc, chosen.sensors)
+    for other in sorted(comparison.candidates, key=lambda one: one.samples):
+        if other.samples != chosen.samples and (other.design, other.replications, other.nplc, other.sensors) == alike:
+            u95 = other.half_width_deg * ARCSEC_PER_DEG
+            yield f"{other.samples} readings would take {other.hours:.2f} h and leave U95 {u95:.3g} arc seconds"
+
+
 def target_in_words(target: Target) -> str:
     """Return what was asked for."""
     if target.hours is not None:
@@ -85,6 +98,27 @@ def target_in_words(target: Target) -> str:
         name, half = target.parameter
         return f"the shortest with a 95 % half-width of {name} of {half:g} or less, a tenth in hand"
     return f"the shortest with U95 of {target.half_width_deg:g} degrees or less, {round((IN_HAND - 1) * 100)} % in hand"
+
+
+def what_holds_it(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
+    """Yield what takes how much of U95, and what other than hours would make it smaller."""
+    yield (
+        f"of U95 {chosen.half_width_deg * ARCSEC_PER_DEG:.3g}″, squares add up: {shares_in_words(chosen.shares_deg)}"
+    )
+    yield from explained(chosen.shares_deg)
+    of_hours = sum(chosen.shares_deg.get(source, 0.0) ** 2 for source in _OF_HOURS)
+    rig = comparison.asked.rig
+    referred = () if rig.attitude_reference is None else rig.attitude_reference.channels
+    unlisted = [
+        name
+        for name, axis in rig.axes.items()
+        if axis.uncertainty_arcsec > 0.0 and axis.index_table is None and name not in referred
+    ]
+    if of_hours < _FEW * chosen.calibration_deg**2 and unlisted:
+        yield (
+            f"more hours make only {' and '.join(_OF_HOURS)} smaller; what would help is a certificate that lists the "
+            f"errors of {' and '.join(unlisted)} at angles (index_table)"
+        )
 
 
 def cannot_see(chosen: Candidate) -> Iterator[str]:

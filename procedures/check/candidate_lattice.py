@@ -1,4 +1,8 @@
-"""Which designs fit the lattice and the limits of a rig's axes: what `calrig plan` tries."""
+"""Which designs fit the lattice and the limits of a rig's axes: what `calrig plan` tries.
+
+Where a certificate lists the errors of an axis at angles (``index_table``), designs at these angles stand beside those
+at any: what lies between two listed angles is known no better than the limit says.
+"""
 
 from collections.abc import Iterator
 from math import ceil, floor
@@ -6,33 +10,48 @@ from math import ceil, floor
 from procedures.check.candidate import STEEPEST_DEG, Asked
 from procedures.plan.sequential import CALIBRATION_OVER_USAGE
 from rig.description.device_settings import AxisSettings
+from rig.description.index_table import IndexTable
+
+_FEWEST_PITCHES = 3
+_SAME_DEG = 1e-5
 
 
 def tables_on_the_lattice(asked: Asked) -> Iterator[dict[str, object]]:
     """Yield the designs that fit the lattice and the limits of the axes, as tables of a procedure."""
-    axes, (low, high) = asked.rig.axes, asked.usage.pitch_deg
-    if "pitch" not in axes:
+    if "pitch" not in asked.rig.axes:
         return
+    seen: list[dict[str, object]] = []
+    for at_listed in (False, True):
+        for table in _tables(asked, at_listed=at_listed):
+            if table not in seen:
+                seen.append(table)
+                yield table
+
+
+def _tables(asked: Asked, *, at_listed: bool) -> Iterator[dict[str, object]]:
+    for pitches, rolls in asked.space.grids:
+        sets = _sets(asked, pitches, rolls, at_listed=at_listed)
+        if len(sets["pitch_deg"]) >= _FEWEST_PITCHES:
+            yield {"kind": "D", **sets}
+    for pitches, rolls, every in asked.space.fractions:
+        sets = _sets(asked, pitches, rolls, at_listed=at_listed)
+        if len(sets["pitch_deg"]) >= _FEWEST_PITCHES and len(sets.get("roll_deg", ())) > every:
+            yield {"kind": "fractional", "fractional": (every, every), **sets}
+    for pitches, rolls, points in asked.space.optimal:
+        sets = _sets(asked, pitches, rolls, at_listed=at_listed)
+        if len(sets["pitch_deg"]) * len(sets.get("roll_deg", (0.0,))) > points:
+            yield {"kind": "optimal", "points": points, "criterion": "I", **sets}
+
+
+def _sets(asked: Asked, pitches: int, rolls: int, *, at_listed: bool) -> dict[str, tuple[float, ...]]:
+    """Return the sets of angles of a design; without ``roll_deg`` where no axis rolls."""
+    axes, (low, high) = asked.rig.axes, asked.usage.pitch_deg
     middle, half = 0.5 * (low + high), 0.5 * (high - low) * CALIBRATION_OVER_USAGE
     pitch_range = _within(axes["pitch"], max(middle - half, -STEEPEST_DEG), min(middle + half, STEEPEST_DEG))
-    seen = set()
-    for pitches, rolls, *fraction in (*asked.space.grids, *asked.space.fractions):
-        pitch = _lattice(axes["pitch"], *pitch_range, pitches)
-        roll = _circle(axes["roll"], rolls) if "roll" in axes else (0.0,)
-        key = (pitch, roll, tuple(fraction))
-        if len(pitch) < 3 or key in seen or (fraction and len(roll) <= fraction[0]):
-            continue
-        seen.add(key)
-        kind = {"kind": "fractional", "fractional": (fraction[0], fraction[0])} if fraction else {"kind": "D"}
-        with_roll = {"roll_deg": roll} if "roll" in axes else {}
-        yield {**kind, "pitch_deg": pitch, **with_roll, "usage_pitch_deg": (low, high)}
-    for pitches, rolls, points in asked.space.optimal:
-        pitch = _lattice(axes["pitch"], *pitch_range, pitches)
-        roll = _circle(axes["roll"], rolls) if "roll" in axes else (0.0,)
-        if len(pitch) * len(roll) > points:
-            with_roll = {"roll_deg": roll} if "roll" in axes else {}
-            chosen = {"kind": "optimal", "points": points, "criterion": "I"}
-            yield {**chosen, "pitch_deg": pitch, **with_roll, "usage_pitch_deg": (low, high)}
+    found = {"pitch_deg": _lattice(axes["pitch"], *pitch_range, pitches, at_listed=at_listed)}
+    if "roll" in axes:
+        found["roll_deg"] = _circle(axes["roll"], rolls, at_listed=at_listed)
+    return {**found, "usage_pitch_deg": (low, high)}
 
 
 def _within(axis: AxisSettings, low_deg: float, high_deg: float) -> tuple[float, float]:
@@ -41,10 +60,27 @@ def _within(axis: AxisSettings, low_deg: float, high_deg: float) -> tuple[float,
     return max(low_deg, ends[0] + room), min(high_deg, ends[1] - room)
 
 
-def _lattice(axis: AxisSettings, low_deg: float, high_deg: float, count: int) -> tuple[float, ...]:
+def _lattice(axis: AxisSettings, low_deg: float, high_deg: float, count: int, *, at_listed: bool) -> tuple[float, ...]:
     """Return angles as evenly spread as the axis allows where it stops."""
     wanted = [low_deg + (high_deg - low_deg) * place / (count - 1) for place in range(count)]
+    listed = _listed(axis, low_deg, high_deg) if at_listed else ()
+    if listed:
+        return tuple(dict.fromkeys(min(listed, key=lambda stop: abs(stop - angle)) for angle in wanted))
     return tuple(dict.fromkeys(_stop(axis, angle, low_deg, high_deg) for angle in wanted))
+
+
+def _listed(axis: AxisSettings, low_deg: float, high_deg: float) -> tuple[float, ...]:
+    """Return the attitudes of the certificate's list at which the axis stops, inside the range."""
+    if not isinstance(axis.index_table, IndexTable):
+        return ()
+    step = axis.increment_deg
+    return tuple(
+        round(attitude, 6)
+        for angle in axis.index_table.angle_deg
+        for attitude in (axis.attitude_deg(angle + 360.0 * turns) for turns in (-1, 0, 1))
+        if low_deg - _SAME_DEG <= attitude <= high_deg + _SAME_DEG
+        and (step == 0.0 or abs(angle / step - round(angle / step)) * step < _SAME_DEG)
+    )
 
 
 def _stop(axis: AxisSettings, angle_deg: float, low_deg: float, high_deg: float) -> float:
@@ -57,9 +93,9 @@ def _stop(axis: AxisSettings, angle_deg: float, low_deg: float, high_deg: float)
     return round(axis.attitude_deg(place * step), 6)
 
 
-def _circle(axis: AxisSettings, count: int) -> tuple[float, ...]:
+def _circle(axis: AxisSettings, count: int, *, at_listed: bool) -> tuple[float, ...]:
     """Return rolls all round, or over what the axis reaches where it does not go round."""
     low, high = _within(axis, -180.0, 180.0 - 360.0 / count)
     if (low, high) != (-180.0, 180.0 - 360.0 / count):
         low, high = _within(axis, -180.0, 180.0)
-    return _lattice(axis, low, high, count)
+    return _lattice(axis, low, high, count, at_listed=at_listed)

@@ -105,8 +105,8 @@ def _chosen(asked: Asked, candidates: Sequence[Candidate], front: Sequence[int])
         f"plan: a half-width of {wanted:.3g}{unit} of {what} is out of reach: the nearest possible is "
         f"{IN_HAND * nearest.value(target):.3g}{unit} in {nearest.hours:.3g} h ({nearest.points} points, "
         f"{nearest.replications} replications, {nearest.samples} readings), of which the calibration leaves "
-        f"{nearest.calibration_deg:.2g}° of an angle; nothing was written; a better table, more readings at use "
-        "(--usage-noise-arcsec) or a smaller usage range would help"
+        f"{nearest.calibration_deg:.2g}° of an angle; nothing was written; a better table or one whose "
+        "errors are listed (index_table), more readings at use (--usage-noise-arcsec) or a smaller usage range would help"
     )
 
 
@@ -152,6 +152,7 @@ class _Foreseen:
 
     half_width_deg: float
     calibration_deg: float
+    shares_deg: Mapping[str, float]
     parameters: Mapping[str, float]
     sees_lack_of_fit_arcsec: float
     sees_drift_arcsec: float
@@ -249,12 +250,14 @@ def _of_all(
             half = 0.5 * (item.interval_95[1] - item.interval_95[0])
             halves[item.name] = max(half, halves.get(item.name, 0.0))
     angles = [angle for sensor in found for angle in sensor.angles.values()]
+    worst_angle = max(angles, key=lambda angle: angle.u95_deg)
     each = [(one, own.samples) for own in beliefs.values() for one in own.axes.values()]
     worst, samples = max(each, key=lambda pair: pair[0].noise_v(pair[1]))
     terms = {name for axis in axes for name in axis.added}
     return _Foreseen(
-        half_width_deg=max(angle.u95_deg for angle in angles),
-        calibration_deg=max(angle.calibration_deg for angle in angles),
+        half_width_deg=worst_angle.u95_deg,
+        calibration_deg=worst_angle.calibration_deg,
+        shares_deg=worst_angle.shares_deg,
         parameters=halves,
         sees_lack_of_fit_arcsec=sees_lack_of_fit_arcsec(worst, samples, points, replications, len(terms) + 4),
         sees_drift_arcsec=sees_drift_arcsec(worst, samples, points, replications),

@@ -8,7 +8,7 @@ from rich.table import Table
 from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.check.candidate import Candidate, Comparison
-from procedures.check.candidate_file import cannot_see, hours_source, target_in_words
+from procedures.check.candidate_file import cannot_see, hours_source, target_in_words, what_holds_it
 from procedures.plan.drift_bias import TIME_CONFOUNDED
 
 SHOWN = ("offset_v", "sensitivity_v_per_g")
@@ -22,7 +22,7 @@ def render_comparison(comparison: Comparison) -> Group:
     halves = [f"{words_of(name).symbol} ±\n({small_unit(words_of(name).unit)[0]})" for name in names]
     table = Table(
         "",
-        "points × replications\n× readings",
+        "points ×\nreplications ×\nreadings",
         "NPLC",
         "order",
         "hours",
@@ -57,6 +57,7 @@ def render_comparison(comparison: Comparison) -> Group:
         "time: correlation of time with a term of the model; an order above "
         f"{TIME_CONFOUNDED:g} lets a drift pass for a parameter, the report says so, and none is chosen",
         *cannot_see(chosen),
+        *what_holds_it(comparison, chosen),
     )
 
 
@@ -122,6 +123,7 @@ def _document(one: Candidate) -> dict[str, Any]:
         "time_correlation": one.time_correlation,
         "half_width_deg": one.half_width_deg,
         "calibration_half_width_deg": one.calibration_deg,
+        "shares_deg": dict(one.shares_deg),
         "half_width_95": dict(one.parameters),
         "design": dict(one.design),
         "sees_lack_of_fit_arcsec": one.sees_lack_of_fit_arcsec,

@@ -10,6 +10,7 @@ from ams.models.extended import TERM_NAMES, TRACELESS_NAME
 from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.check.check_report import CheckReport, steps_in_words
+from procedures.check.shares import explained, shares_in_words
 from procedures.kinds.kind import DesignFigures
 
 
@@ -145,14 +146,19 @@ def _angles(report: CheckReport) -> "list[RenderableType]":
     table = Table("sensor", "angle", "U95 (″)", "of the\ncalibration (″)", "shares (″)", box=None)
     for serial, angles in report.forecast.angles.items():
         for name, angle in angles.items():
-            ordered = sorted(angle.shares_deg.items(), key=lambda item: -abs(item[1]))
-            shares = ", ".join(f"{source} {share * ARCSEC_PER_DEG:.2g}" for source, share in ordered)
             figures = (f"{value * ARCSEC_PER_DEG:.2g}" for value in (angle.u95_deg, angle.calibration_deg))
-            table.add_row(Text(serial), name, *figures, shares)
+            table.add_row(Text(serial), name, *figures, shares_in_words(angle.shares_deg))
+    every = {
+        source: share
+        for angles in report.forecast.angles.values()
+        for one in angles.values()
+        for source, share in one.shares_deg.items()
+    }
     return [
         table,
         f"U95: rms of the 95 % half-width of one future angle over pitch {usage[0]:g}° to {usage[1]:g}° and every roll "
         "where the angle is told; squares of the shares add up",
+        *explained(every),
     ]
 
 

@@ -63,7 +63,7 @@ def plan(
     out
         Write the procedure into this file; without it nothing is written.
     plot
-        Draw hours against U95 into this file (.svg, .png or .pdf).
+        Draw hours against U95, or against the half-width of the parameter, into this file (.svg, .png or .pdf).
     """
     require_folder_of(out, "--out")
     require_folder_of(plot, "--plot")

@@ -69,6 +69,19 @@ def test_points_that_determine_no_cubic_leave_it_out_and_points_that_determine_n
     assert centring_of(tumble, 6, "x") is None
 
 
+@pytest.mark.parametrize("axis", AXES)
+def test_arc_seconds_of_correction_excite_no_term_that_the_design_does_not(axis):
+    """Four pitches by six rolls determine no cubic along x; a list of errors turns them by an arc second or two."""
+    pitch, roll = (
+        np.deg2rad(a).ravel() for a in np.meshgrid([-90.0, -30.0, 30.0, 90.0], np.arange(-180.0, 180.0, 60.0))
+    )
+    plain = centring_of(Attitude(pitch, roll), pitch.size, axis)
+    turned = np.deg2rad(np.random.default_rng(4).uniform(-2.0, 2.0, (2, pitch.size)) / 3600.0)
+    corrected = centring_of(Attitude(pitch + turned[0], roll + turned[1]), pitch.size, axis)
+    assert (plain is None) == (corrected is None)
+    assert len(corrected or ()) == len(plain or ())
+
+
 def test_derivatives_are_the_complex_step():
     rows, h = attitudes(9), 1e-30
     model = extended("y", attitudes())

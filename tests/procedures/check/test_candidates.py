@@ -10,7 +10,7 @@ from example_files import EXAMPLE_RIG
 from planning_files import rig_file
 
 from procedures.check.candidate import Asked, Comparison, Space, Target
-from procedures.check.candidate_file import chosen_procedure
+from procedures.check.candidate_file import chosen_procedure, what_holds_it
 from procedures.check.candidates import IN_HAND, compare
 from procedures.check.check_report import check
 from procedures.errors import PlanError
@@ -68,6 +68,12 @@ def test_the_file_passes_check_and_is_what_was_promised(best: Comparison) -> Non
     )  # reference visits run on through replications
     assert max(angle.u95_deg for angle in angles.values()) == pytest.approx(chosen.half_width_deg, rel=0.01)
     assert "# It cannot see: lack of fit below" in text
+    (other,) = (
+        one
+        for one in best.candidates
+        if (one.design, one.replications, one.samples) == (chosen.design, chosen.replications, 5) and one.nplc is None
+    )
+    assert f"# 5 readings would take {other.hours:.2f} h and leave U95 {3600.0 * other.half_width_deg:.3g}" in text
 
 
 def test_a_serpentine_is_quick_and_never_chosen_and_forward_reverse_counts_every_visit(best: Comparison) -> None:
@@ -116,6 +122,36 @@ def test_a_table_that_stops_at_few_angles_is_asked_for_no_others(tmp_path: Path)
     found = compare(Asked(rig, Target(hours=100.0), USAGE, space=SMALL))
     for one in found.candidates:
         assert all(angle % 15.0 == 0.0 for angle in one.design["pitch_deg"])
+
+
+def test_a_list_of_the_tables_errors_is_planned_at_its_angles_and_leaves_less_unknown(
+    tmp_path: Path, best: Comparison
+) -> None:
+    """What lies between listed angles is as unknown as without a list: nine pitches over ±45° are none of its own."""
+    rows = "".join(f"{angle},0.3,0.1\n" for angle in range(-180, 180, 15))
+    (tmp_path / "list.csv").write_text(f"angle_deg,error_arcsec,uncertainty_arcsec\n{rows}", encoding="utf-8")
+    text = EXAMPLE_RIG.read_text(encoding="utf-8").replace(
+        "speed_dps = 5.0", 'speed_dps = 5.0\nindex_table = "list.csv"'
+    )
+    (tmp_path / "rig.toml").write_text(text, encoding="utf-8")
+    space = replace(SMALL, grids=((9, 8),))
+    listed = compare(replace(best.asked, rig=read_rig(tmp_path / "rig.toml"), space=space))
+    chosen = listed.candidates[listed.chosen]
+    angles = (*chosen.design["pitch_deg"], *chosen.design["roll_deg"])  # type: ignore[misc]
+    assert all(angle % 15.0 == 0.0 for angle in angles)
+    others = [one for one in listed.candidates if one.design["pitch_deg"] != chosen.design["pitch_deg"]]
+    assert min(one.calibration_deg for one in others) > 1.5 * chosen.calibration_deg
+    plain = compare(replace(best.asked, space=space))
+    assert chosen.calibration_deg < 0.5 * plain.candidates[plain.chosen].calibration_deg
+    helps = "a certificate that lists the errors of pitch and roll"
+    assert any(helps in line for line in what_holds_it(plain, plain.candidates[plain.chosen]))
+    assert not any(helps in line for line in what_holds_it(listed, chosen))
+
+
+def test_the_shares_of_a_candidate_are_all_of_it(best: Comparison) -> None:
+    for one in best.candidates:
+        squares = sum(share * abs(share) for share in one.shares_deg.values())
+        assert squares == pytest.approx(one.half_width_deg**2)
 
 
 @pytest.mark.thorough
