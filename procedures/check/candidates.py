@@ -106,7 +106,8 @@ def _chosen(asked: Asked, candidates: Sequence[Candidate], front: Sequence[int])
         f"{IN_HAND * nearest.value(target):.3g}{unit} in {nearest.hours:.3g} h ({nearest.points} points, "
         f"{nearest.replications} replications, {nearest.samples} readings), of which the calibration leaves "
         f"{nearest.calibration_deg:.2g}° of an angle; nothing was written; a better table or one whose "
-        "errors are listed (index_table), more readings at use (--usage-noise-arcsec) or a smaller usage range would help"
+        "errors are listed (index_table), more readings at use (--usage-noise-arcsec) or a smaller usage range "
+        "would help"
     )
 
 
