@@ -37,9 +37,10 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
         @wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
-            if sum(map(_unknown_bytes, args)) > _MOST_BYTES:
+            key = _key((*args, *kwargs.values()))
+            if key is None:
                 return function(*args, **kwargs)
-            key = (*map(_key, args), *((name, _key(value)) for name, value in kwargs.items()))
+            key = (*key, *kwargs)
             with lock:
                 if key in known:
                     known.move_to_end(key)
@@ -70,15 +71,21 @@ def _forget(place: int, _: object) -> None:
     _HANDED_OUT.pop(place, None)
 
 
-def _unknown_bytes(value: object) -> int:
-    return value.nbytes if isinstance(value, np.ndarray) and id(value) not in _HANDED_OUT else 0
-
-
-def _key(value: object) -> Hashable:
-    if isinstance(value, np.ndarray):
-        known = _HANDED_OUT.get(id(value))
-        if known is not None and known[0]() is value and not value.flags.writeable:
-            return known[1]
-        return value.dtype.str, value.shape, value.tobytes()
-    assert isinstance(value, Hashable), "what is remembered is a function of arrays and hashable values"
-    return value
+def _key(values: tuple[object, ...]) -> tuple[Hashable, ...] | None:
+    """Return what arguments are known by; None where it is too much to compare."""
+    parts: list[Hashable] = []
+    unknown = 0
+    for value in values:
+        if isinstance(value, np.ndarray):
+            known = _HANDED_OUT.get(id(value))
+            if known is not None and known[0]() is value and not value.flags.writeable:
+                parts.append(known[1])
+                continue
+            unknown += value.nbytes
+            if unknown > _MOST_BYTES:
+                return None
+            parts.append((value.dtype.str, value.shape, value.tobytes()))
+        else:
+            assert isinstance(value, Hashable), "what is remembered is a function of arrays and hashable values"
+            parts.append(value)
+    return tuple(parts)

@@ -69,6 +69,8 @@ class Layout:
 
     def mean_by_point(self, values: FloatArray) -> FloatArray:
         """Return the (K, …) means of (N, …) values."""
+        if self.is_complete:
+            return np.asarray(self.sum_by_point(values) / self.replications)
         return np.asarray((self.sum_by_point(values).T / np.bincount(self.point)).T)
 
 

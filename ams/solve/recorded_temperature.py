@@ -8,7 +8,6 @@ changed or did not go with the attitudes, about what the swing does where it did
 temperature that is constant is in no residual: the declared range of use has to hold it.
 """
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -40,24 +39,30 @@ def recorded_temperature(
     The temperature is (N,), or (N, m) where the outputs were not measured together.
     """
     fitted = form.basis @ ordinary
-    left, size = outputs - fitted, outputs.shape[1]
-    warmth = np.broadcast_to((temperature_degc - temperature_degc.mean(axis=0)).T, (size, outputs.shape[0]))
-    covariance = np.zeros((size, ordinary.shape[0], ordinary.shape[0]))
-    for place, own in enumerate(np.broadcast_to(estimator, (size, *estimator.shape[-2:]))):
-        sensed = fitted[:, place] - fitted[:, place].mean()
-        columns = np.column_stack([warmth[place], warmth[place] * sensed])
-        slopes = _slopes(columns - form.basis @ form.solve(columns), left[:, place], columns)
-        effects = own @ columns * slopes
+    left, size, rows = outputs - fitted, outputs.shape[1], outputs.shape[0]
+    warmth = np.broadcast_to((temperature_degc - temperature_degc.mean(axis=0)).T, (size, rows))
+    covariance, columns = np.empty((size, ordinary.shape[0], ordinary.shape[0])), np.empty((rows, 2))
+    for place in range(size):
+        columns[:, 0] = warmth[place]
+        columns[:, 1] = warmth[place] * (fitted[:, place] - fitted[:, place].mean())
+        taken_up = form.estimator @ columns
+        slopes = _slopes(columns - form.basis @ taken_up, left[:, place], columns)
+        answer = taken_up if estimator is form.estimator else _of(estimator, place) @ columns
+        effects = answer * slopes
         covariance[place] = effects @ effects.T
     return ComponentColumns(NAME, covariance, np.full(size, np.inf))
 
 
-def _slopes(apart: FloatArray, left: FloatArray, columns: FloatArray) -> Sequence[float] | FloatArray:
+def _of(estimator: FloatArray, place: int) -> FloatArray:
+    return np.asarray(estimator if estimator.ndim == 2 else estimator[place])
+
+
+def _slopes(apart: FloatArray, left: FloatArray, columns: FloatArray) -> FloatArray:
     """Return the two slopes that (N, 2) columns, less what the model takes up of them, have in what is left."""
-    gram, whole = apart.T @ apart, np.einsum("nc,nc->c", columns, columns)
-    told = np.diag(gram) > _LEFT * whole
-    slopes = np.zeros(columns.shape[1])
-    if told.any():
-        kept = np.flatnonzero(told)
-        slopes[kept] = np.linalg.lstsq(gram[np.ix_(kept, kept)], (apart.T @ left)[kept], rcond=None)[0]
-    return slopes
+    gram, along = apart.T @ apart, apart.T @ left
+    told = np.diag(gram) > _LEFT * np.einsum("nc,nc->c", columns, columns)
+    if told.all() and gram[0, 1] ** 2 < (1.0 - _LEFT) * gram[0, 0] * gram[1, 1]:
+        return np.asarray(np.linalg.solve(gram, along))
+    alone = np.where(told, np.diag(gram), np.inf)
+    most = along**2 / alone == np.max(along**2 / alone)
+    return np.where(most, along / alone, 0.0)

@@ -52,7 +52,7 @@ LINES: tuple[tuple[str, tuple[float, ...]], ...] = (
 HEAD = """# What the findings name
 
 Made by `PYTHONPATH=tests/support python docs/studies/findings.py docs/studies/findings.md`: {campaigns} simulated
-campaigns a line, one axis of each, 13 × 12 points, six replications, 1.65″ a dwell, scenes from physics
+campaigns a line, one axis of each by itself, 13 × 12 points, six replications, 1.65″ a dwell, scenes from physics
 (`tests/support/physics_scenes`); temperature coefficients are estimated where the scene is of them. *Rings*: any
 finding is significant. *Cause*: a finding names the true cause. *Also*: or one that says the same of the same data.
 *Wrong*: of a kind that is neither. *Before*: lack of fit or drift rang, which was all that was tested before there were
@@ -147,7 +147,7 @@ def _plain(drawn: Campaign) -> list[Told]:
     for group in groups:
         seen = replace(rows, temperature_degc=temperature[group[0]])
         columns = outputs[:, group[0] : group[-1] + 1]
-        solved = solve_columns(seen, columns, [model] * columns.shape[1])
+        solved = solve_columns(seen, columns, [model] * columns.shape[1], temperature_degc=seen.temperature_degc)
         found = diagnose(solved, Circumstances(seen, columns, None, ()))
         told += [_told(solved, place, one) for place, one in enumerate(found)]
     return told
