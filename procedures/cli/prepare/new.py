@@ -1,7 +1,7 @@
 """``calrig new``: the first rig file and procedure of a laboratory, from a few answers. Opens no port."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -57,7 +57,7 @@ def new(
     Parameters
     ----------
     folder
-        Where rig.toml, procedure.toml and their schemas are written.
+        Where rig.toml, procedure.toml and their schemas are written; it is made where the folder above it is there.
     name
         Name of the rig.
     gravity_mps2
@@ -92,20 +92,32 @@ def new(
         "sensitivity_v_per_g": sensitivity_v_per_g, "usage_deg": usage_deg,
     }  # fmt: skip
     paths = {file: folder / file for file in ("rig.toml", "procedure.toml", *schemas())}
-    there = [str(path) for file, path in paths.items() if path.exists() and file.endswith(".toml")]
-    if there or not folder.is_dir():
-        what = f"{', '.join(there)}: there already" if there else f"{folder}: no folder is there"
-        raise RequestError(f"new: {what}; nothing was written; give another folder")
+    _require_room(folder, [path for file, path in paths.items() if file.endswith(".toml")])
     answers = _complete(Answers(**{key: value for key, value in given.items() if value is not None}), given)
     texts = {"rig.toml": rig_text(answers), **schemas()}
     rig = rig_of(TomlFile(paths["rig.toml"], texts["rig.toml"]))
     texts["procedure.toml"] = first_procedure(answers, rig)
     report = check(rig, procedure_of(TomlFile(paths["procedure.toml"], texts["procedure.toml"])))
+    folder.mkdir(exist_ok=True)
     for file, path in paths.items():
         write_whole(path, texts[file].encode("utf-8"))
     say(f"written: {', '.join(map(str, paths.values()))}")
     say(f"{len(report.plan.design_dwells)} dwells, about {report.plan.expected.p50_s / 3600.0:.1f} h; next:")
     say(f"calrig check {paths['procedure.toml']} --rig {paths['rig.toml']}")
+
+
+def _require_room(folder: Path, files: Sequence[Path]) -> None:
+    """Refuse a folder that cannot be written into, or that holds one of the files. Raises: RequestError."""
+    there = [str(file) for file in files if file.exists()]
+    if there:
+        what = f"{', '.join(there)}: there already"
+    elif folder.exists() and not folder.is_dir():
+        what = f"{folder}: is a file"
+    elif not folder.parent.is_dir():
+        what = f"{folder.parent}: no folder is there"
+    else:
+        return
+    raise RequestError(f"new: {what}; nothing was written; give another folder")
 
 
 def _complete(answers: Answers, given: Mapping[str, Any]) -> Answers:

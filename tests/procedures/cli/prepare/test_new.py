@@ -49,6 +49,15 @@ def test_nothing_is_written_over_what_is_there(tmp_path: Path, capsys: pytest.Ca
     assert [path.name for path in tmp_path.iterdir()] == ["rig.toml"]
 
 
+def test_a_folder_is_made_and_none_above_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = call(capsys, "new", tmp_path / "above" / "lab")
+    assert (told.status, list(tmp_path.iterdir())) == (2, [])
+    assert "above: no folder is there; nothing was written" in told.err
+    assert call(capsys, "new", tmp_path / "lab", "--axes", "x").status == 0
+    assert (tmp_path / "lab" / "procedure.toml").is_file()
+    assert "rig.toml: is a file" in call(capsys, "new", tmp_path / "lab" / "rig.toml").err
+
+
 @pytest.mark.parametrize(
     ("option", "value", "sentence"),
     [
