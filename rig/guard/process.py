@@ -25,6 +25,7 @@ if not __package__:  # started as a file, without the folders of this environmen
 
 from rig.clock import SystemClock
 from rig.guard.ask import FORMAT, KEYS, SUFFIX
+from rig.guard.priority import go_first
 from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
 
 assert sys.platform != "win32", "Windows hands no open descriptors to another process"
@@ -57,6 +58,20 @@ class Line:
         if self.descriptor != GIVEN_BACK:
             os.close(self.descriptor)
             self.descriptor = GIVEN_BACK
+
+    def stop_now(self, axes: list[str] | None, outcomes: dict[str, str]) -> bool:
+        """Tell every axis without ever waiting; False where that cannot be: then :meth:`stop` takes its time."""
+        told = {axis: steps for axis, steps in self.axes.items() if axes is None or axis in axes}
+        waits = any("aim" in step or step.get("pause_s", 0.0) for steps in told.values() for step in steps)
+        if waits or self.descriptor == GIVEN_BACK or not select.select([], [self.descriptor], [], 0.0)[1]:
+            return False
+        try:
+            for steps in told.values():
+                self._send_all(steps)
+        except OSError:
+            return False
+        outcomes.update(dict.fromkeys(told, "told to stop"))
+        return True
 
     def stop(self, axes: list[str] | None, outcomes: dict[str, str]) -> None:
         """Tell every axis of the line, or those; ``outcomes`` gets what became of it by axis."""
@@ -134,6 +149,8 @@ class Guard:
         self.pending = b""
         self.descriptors: list[int] = []
         self.listener: socket.socket | None = None
+        self.callers: dict[socket.socket, float] = {}
+        """Who has not said what they want, and until when they are listened to."""
         self.registered = ""
 
     def listen(self) -> None:
@@ -153,12 +170,14 @@ class Guard:
 
     def run(self) -> None:
         while True:
-            ends = [self.channel] + ([self.listener] if self.listener else [])
+            ends = [self.channel, *self.callers] + ([self.listener] if self.listener else [])
             ready, _, _ = select.select(ends, [], [], LOOK_S if self.moving else IDLE_S)
-            if self.channel in ready and not self.hear():
-                return
+            for caller in [end for end in ready if end in self.callers]:
+                self.serve(caller)
             if self.listener in ready:
                 self.accept()
+            if self.channel in ready and not self.hear():
+                return
             if why := self.why_stop():
                 self.stop_for_good(why)
                 return
@@ -215,9 +234,13 @@ class Guard:
         return ""
 
     def stop_axes(self, axes: list[str] | None = None) -> dict[str, str]:
-        """Every line in a thread of its own: one that takes no bytes keeps no other from its stop."""
+        """Lines that take the bytes at once first: under load a thread begins when it is its turn.
+
+        Each of the others in a thread of its own: one that takes no bytes keeps no other from its stop.
+        """
         outcomes: dict[str, str] = {}
-        threads = [threading.Thread(target=line.stop, args=(axes, outcomes), daemon=True) for line in self.lines]
+        left = [line for line in self.lines if not line.stop_now(axes, outcomes)]
+        threads = [threading.Thread(target=line.stop, args=(axes, outcomes), daemon=True) for line in left]
         for thread in threads:
             thread.start()
         until_s = CLOCK.monotonic_s() + 2.0 * LINE_S
@@ -258,20 +281,35 @@ class Guard:
             os.replace(partial, self.record)
 
     def accept(self) -> None:
-        """Callers are served in threads of their own: one who says nothing keeps the guard from nothing."""
+        """Listen to another caller, who mostly has asked already: a stop waits for no thread to begin."""
         assert self.listener is not None
         caller, _ = self.listener.accept()
-        threading.Thread(target=self.serve, args=(caller,), daemon=True).start()
+        now_s = CLOCK.monotonic_s()
+        for silent in [one for one, until_s in self.callers.items() if until_s < now_s]:
+            del self.callers[silent]
+            silent.close()
+        self.callers[caller] = now_s + LINE_S
+        if select.select([caller], [], [], 0.0)[0]:
+            self.serve(caller)
 
     def serve(self, caller: socket.socket) -> None:
         """One who asks for a stop: all axes or some, at once; the engine hears who. Nonsense is not answered."""
-        with caller, suppress(OSError, ValueError):
+        del self.callers[caller]
+        try:
+            by, names, _ = caller.recv(4096, socket.MSG_DONTWAIT).decode().split("\n")
+        except (OSError, ValueError):
+            caller.close()
+            return
+        axes = names.split("\t") if names else None
+        outcomes = self.stop_axes(axes)
+        with suppress(OSError):  # at once: it is about to hear the answers to these stops
+            self.channel.send(json.dumps({"stop": by[:200]}).encode() + b"\n", socket.MSG_DONTWAIT)
+        threading.Thread(target=self.answer, args=(caller, axes, outcomes), daemon=True).start()
+
+    def answer(self, caller: socket.socket, axes: list[str] | None, outcomes: dict[str, str]) -> None:
+        """Say what became of it to who asked, then send the stops once more."""
+        with caller, suppress(OSError):
             caller.settimeout(LINE_S)
-            by, names, _ = caller.recv(4096).decode().split("\n")
-            axes = names.split("\t") if names else None
-            outcomes = self.stop_axes(axes)
-            with suppress(OSError):
-                self.channel.send(json.dumps({"stop": by[:200]}).encode() + b"\n", socket.MSG_DONTWAIT)
             caller.sendall("".join(f"{axis}\t{outcome}\n" for axis, outcome in outcomes.items()).encode())
             caller.shutdown(socket.SHUT_WR)
             for _ in range(TIMES - 1):
@@ -296,16 +334,6 @@ def state_of(pid: int) -> str:
 def asleep_s() -> float:
     """How long the machine was suspended since it was switched on."""
     return CLOCK.boottime_s() - CLOCK.monotonic_s()
-
-
-def go_first() -> None:
-    """Run before whatever else wants a processor, where the system permits it; it works but moments.
-
-    Root may, and whoever has a limit for it (``LimitRTPRIO=`` of a unit, ``rtprio`` of limits.conf).
-    """
-    if sys.platform.startswith("linux"):
-        with suppress(OSError):
-            os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(os.sched_get_priority_min(os.SCHED_RR)))
 
 
 def main() -> None:
