@@ -23,7 +23,7 @@ from ams.models.model import Model
 from ams.solve.derived import halfwidths_95
 from ams.statistics.budget import Budget, Input
 from ams.statistics.intervals import INFINITE_DOF, combined_dof, t_quantile
-from ams.statistics.monte_carlo import MonteCarlo, summarise
+from ams.statistics.monte_carlo import summarise
 
 SENSITIVITY = "sensitivity_v_per_g"
 PER_SI = "sensitivity_v_per_mps2"
@@ -204,7 +204,16 @@ def _checked(
         trial[PER_SI] = trial[SENSITIVITY] / g
     results = np.stack([_unwrapped(name, trial[name], value) for name, value in zip(names, budget.values, strict=True)])
     found = summarise(results)
-    return MonteCarloCheck(trials, seed, _compared(names, found, budget))
+    half, ends = _expanded(names, budget), found.symmetric_interval
+    tolerance = 0.5 * 10.0 ** np.floor(np.log10(budget.standard_uncertainties))
+    off = np.maximum(np.abs(budget.values - half - ends[:, 0]), np.abs(budget.values + half - ends[:, 1]))
+    within = off <= tolerance
+    columns = zip(
+        names, found.standard_uncertainty.tolist(), found.symmetric_interval.tolist(), within.tolist(), strict=True
+    )
+    return MonteCarloCheck(
+        trials, seed, {name: CheckedParameter(u, (low, high), bool(good)) for name, u, (low, high), good in columns}
+    )
 
 
 def _unwrapped(name: str, values: FloatArray, about: float) -> FloatArray:
@@ -214,17 +223,6 @@ def _unwrapped(name: str, values: FloatArray, about: float) -> FloatArray:
 def _expanded(names: Sequence[str], budget: Budget) -> FloatArray:
     """Return the expanded uncertainties: Student's factor at the effective degrees of freedom, these not rounded."""
     return halfwidths_95(names, t_quantile(0.95, budget.degrees_of_freedom) * budget.standard_uncertainties)
-
-
-def _compared(names: list[str], found: MonteCarlo, budget: Budget) -> Mapping[str, CheckedParameter]:
-    half, ends = _expanded(names, budget), found.symmetric_interval
-    tolerance = 0.5 * 10.0 ** np.floor(np.log10(budget.standard_uncertainties))
-    off = np.maximum(np.abs(budget.values - half - ends[:, 0]), np.abs(budget.values + half - ends[:, 1]))
-    within = off <= tolerance
-    columns = zip(
-        names, found.standard_uncertainty.tolist(), found.symmetric_interval.tolist(), within.tolist(), strict=True
-    )
-    return {name: CheckedParameter(u, (low, high), bool(good)) for name, u, (low, high), good in columns}
 
 
 def _drawn(

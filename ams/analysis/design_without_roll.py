@@ -26,7 +26,12 @@ def variance_without_roll(pitch_rad: FloatArray, at_pitch_rad: FloatArray) -> Fl
         DesignError: the points cannot determine the model.
     """
     phi = _basis(at_pitch_rad)
-    return np.asarray(np.einsum("ij,ij->i", phi @ _inverse_moments(pitch_rad), phi))
+    attitude = Attitude(pitch_rad, np.zeros_like(pitch_rad))
+    return np.asarray(
+        np.einsum(
+            "ij,ij->i", phi @ factor(_basis(pitch_rad), PitchOnly.primary_names, attitude).unscaled_covariance, phi
+        )
+    )
 
 
 def evaluate_without_roll(
@@ -44,11 +49,6 @@ def evaluate_without_roll(
 
 def _basis(pitch_rad: FloatArray) -> FloatArray:
     return PitchOnly("x").basis(Attitude(pitch_rad, np.zeros_like(pitch_rad)))
-
-
-def _inverse_moments(pitch_rad: FloatArray) -> FloatArray:
-    attitude = Attitude(pitch_rad, np.zeros_like(pitch_rad))
-    return factor(_basis(pitch_rad), PitchOnly.primary_names, attitude).unscaled_covariance
 
 
 def _figure_of_merit_sqrt(pitch_rad: FloatArray, range_rad: PitchRange) -> float:

@@ -39,7 +39,16 @@ def reading(archive_url: str, busy_timeout_s: float) -> Iterator[Connection]:
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
         if url.get_backend_name() == POSTGRES:
             connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
-        _check_schema(connection, _shown(url))
+        shown = _shown(url)
+        revision = _revision(connection)
+        if revision is None:
+            raise ArchiveUnknown(f"{shown}: is a database but no archive: it has no schema version; give another URL")
+        _check_not_newer(revision, shown)
+        if revision != REVISIONS[-1]:
+            raise ArchiveError(
+                f"{shown}: has the older schema {revision}, this calrig reads {REVISIONS[-1]}; calrig archive migrate "
+                "brings it up to date, as publishing does"
+            )
         yield connection
 
 
@@ -164,18 +173,6 @@ def _revision(connection: Connection) -> str | None:
     return None if found is None else str(found)
 
 
-def _check_schema(connection: Connection, shown: str) -> None:
-    revision = _revision(connection)
-    if revision is None:
-        raise ArchiveUnknown(f"{shown}: is a database but no archive: it has no schema version; give another URL")
-    _check_not_newer(revision, shown)
-    if revision != REVISIONS[-1]:
-        raise ArchiveError(
-            f"{shown}: has the older schema {revision}, this calrig reads {REVISIONS[-1]}; calrig archive migrate "
-            "brings it up to date, as publishing does"
-        )
-
-
 def _check_not_newer(revision: str, shown: str) -> None:
     if revision not in REVISIONS:
         raise ArchiveError(
@@ -190,7 +187,10 @@ def _migrate(connection: Connection, url: URL) -> None:
         return
     if revision is not None:
         _check_not_newer(revision, shown)
-        _back_up(_sqlite_path(url), revision)
+        # The file as it is, under the write lock and before the first change; a server has backups of its own.
+        path = _sqlite_path(url)
+        if path is not None:
+            write_whole(path.with_name(f"{path.name}.schema-{revision}"), path.read_bytes())
     elif inspect(connection).get_table_names():
         raise ArchiveUnknown(
             f"{shown}: is a database of something else: it has tables and no schema version of calrig; "
@@ -199,9 +199,3 @@ def _migrate(connection: Connection, url: URL) -> None:
     from alembic import command
 
     command.upgrade(_config(connection), "head")
-
-
-def _back_up(path: Path | None, revision: str) -> None:
-    """Copy the file as it is, under the write lock and before the first change; a server has backups of its own."""
-    if path is not None:
-        write_whole(path.with_name(f"{path.name}.schema-{revision}"), path.read_bytes())

@@ -110,7 +110,18 @@ def population_of(
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
     with reading(archive_url, busy_timeout_s) as connection:
-        kind = _kind_of(connection, sensor)
+        both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)
+        query = (
+            select(POINTS.c.axes, POINTS.c.sensitivity_name, SETS.c.simulated)
+            .select_from(both)
+            .where(SETS.c.sensor == sensor)
+            .order_by(SETS.c.simulated, SETS.c.created_utc.desc())
+            .limit(1)
+        )
+        found = connection.execute(query).first()
+        if found is None:
+            raise ArchiveUnknown(f"archive: sensor {sensor!r}: has no set here; calrig archive list tells the names")
+        kind = _Kind(str(found.axes), str(found.sensitivity_name), bool(found.simulated))
         if only_needed:
             kept = _needed(connection, sensor, kind, until_utc)
         else:
@@ -154,21 +165,6 @@ def _known(rows: Sequence[_Row], until_utc: datetime | None) -> list[_Row]:
     """Return the rows up to a moment, of each run of a sensor the one that was published last."""
     known = [row for row in rows if until_utc is None or row[3] <= until_utc]
     return list({(sensor, run_id or sha256): row for row in known for sha256, sensor, run_id in (row[:3],)}.values())
-
-
-def _kind_of(connection: Connection, sensor: str) -> _Kind:
-    both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)
-    query = (
-        select(POINTS.c.axes, POINTS.c.sensitivity_name, SETS.c.simulated)
-        .select_from(both)
-        .where(SETS.c.sensor == sensor)
-        .order_by(SETS.c.simulated, SETS.c.created_utc.desc())
-        .limit(1)
-    )
-    found = connection.execute(query).first()
-    if found is None:
-        raise ArchiveUnknown(f"archive: sensor {sensor!r}: has no set here; calrig archive list tells the names")
-    return _Kind(str(found.axes), str(found.sensitivity_name), bool(found.simulated))
 
 
 def _rows(connection: Connection, kind: _Kind, sensors: Sequence[str] | None) -> list[_Row]:

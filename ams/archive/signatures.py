@@ -161,7 +161,15 @@ def accept(
     with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
         sha256 = find_set(connection, key)
         signed = _sign_off(connection, sha256)
-        _check_acceptance(signed, finding, name, reason)
+        where = f"set {signed.sha256[:12]}: accept {finding}"
+        names = [one.name for one in signed.findings]
+        if finding not in names:
+            known = f"its significant findings are {', '.join(names)}" if names else "it has no significant finding"
+            raise ArchiveUnknown(f"{where}: the set has no such finding: {known}; nothing was signed")
+        before = next((one for one in signed.acceptances if one.finding == finding), None)
+        if before is not None:
+            raise ArchiveForbids(f"{where}: {before.name} accepted it already; nothing was signed")
+        _check_word(signed, where, name, reason)
         comment = f"{finding}{OF_THE_FINDING}{reason.strip()}"
         _insert(
             connection, sha256, Signature(ACCEPTED, name.strip(), accepted_utc, comment), "acceptance", identified_by
@@ -296,18 +304,6 @@ def _check_nothing_open(signed: SignOff, where: str) -> None:
             f"{where}: nobody has accepted {', '.join(one.name for one in signed.unaccepted)}; nothing was signed; "
             "have each of them accepted with a reason (calrig archive accept)"
         )
-
-
-def _check_acceptance(signed: SignOff, finding: str, name: str, reason: str) -> None:
-    where = f"set {signed.sha256[:12]}: accept {finding}"
-    names = [one.name for one in signed.findings]
-    if finding not in names:
-        known = f"its significant findings are {', '.join(names)}" if names else "it has no significant finding"
-        raise ArchiveUnknown(f"{where}: the set has no such finding: {known}; nothing was signed")
-    before = next((one for one in signed.acceptances if one.finding == finding), None)
-    if before is not None:
-        raise ArchiveForbids(f"{where}: {before.name} accepted it already; nothing was signed")
-    _check_word(signed, where, name, reason)
 
 
 def _check_word(signed: SignOff, where: str, name: str, reason: str) -> None:

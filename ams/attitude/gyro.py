@@ -174,11 +174,6 @@ def _between(samples: FloatArray, interpolation: Interpolation) -> FloatArray:
         return np.repeat(first, 5, axis=1)
     if interpolation == "linear":
         return np.asarray(first + at[:, None] * (last - first))
-    return _between_cubic(samples, at)
-
-
-def _between_cubic(samples: FloatArray, at: FloatArray) -> FloatArray:
-    """Interpolate by Lagrange's four points, one-sided in the first and the last interval."""
     count = samples.shape[0]
     interval = np.arange(count - 1)
     left = np.clip(interval - 1, 0, count - 4)

@@ -280,7 +280,12 @@ def _replication(
     if mixed.sums is None:
         return None
     own = problem.alone.basis.shape[1]
-    tested = [i for i, name in enumerate(parameters.names) if _is_tested(name)]
+    # Terms of low order are the sensor's, and their own test tells of them.
+    tested = [
+        i
+        for i, name in enumerate(parameters.names)
+        if (_is_per_replication(name) and name not in (*TERM_NAMES, TRACELESS_NAME))
+    ]
     names = [quantity(parameters.names[i]) for i in tested]
     directions = parameters.directions[:, tested][..., problem.free][..., :own]
     largest_v = np.abs(problem.outputs).max(axis=0)
@@ -289,8 +294,3 @@ def _replication(
 
 def _is_per_replication(name: str) -> bool:
     return name not in NOT_PER_REPLICATION and not is_shared(name)
-
-
-def _is_tested(name: str) -> bool:
-    """For drift: terms of low order are the sensor's, and their own test tells of them."""
-    return _is_per_replication(name) and name not in (*TERM_NAMES, TRACELESS_NAME)

@@ -84,7 +84,12 @@ def _axis(
     if wrong is None or not wrong.dwells:
         return _diagnosis(solved, place, tests, None, circumstances, limit)
     kept, convicted = _rows_of(evidence, wrong)
-    believed = _solved_without(solved, place, kept, circumstances)
+    rows, model = select_rows(circumstances.rows, kept), solved.problem.models[place]
+    layout = layout_of(rows)
+    problem = linearise([model], rows, layout, circumstances.outputs[kept, place : place + 1], None)
+    believed = solve_linearised(
+        problem, layout, plots_of(model, rows, layout), circumstances.table, circumstances.shared
+    )
     other = evidence_of(believed, select_rows(circumstances.rows, kept))
     tests = axis_tests(other, shared_tests(other), 0, wrong.p_value, limit, circumstances.family)
     return _diagnosis(believed, 0, tests, convicted, circumstances, limit)
@@ -142,13 +147,6 @@ def _rows_of(evidence: Evidence, wrong: WrongDwells) -> tuple[BoolArray, Convict
     kept = np.ones(evidence.layout.rows, dtype=bool)
     kept[list(rows)] = False
     return kept, Convicted(wrong, rows)
-
-
-def _solved_without(solved: SolvedColumns, place: int, kept: BoolArray, circumstances: Circumstances) -> SolvedColumns:
-    rows, model = select_rows(circumstances.rows, kept), solved.problem.models[place]
-    layout = layout_of(rows)
-    problem = linearise([model], rows, layout, circumstances.outputs[kept, place : place + 1], None)
-    return solve_linearised(problem, layout, plots_of(model, rows, layout), circumstances.table, circumstances.shared)
 
 
 def _diagnosis(

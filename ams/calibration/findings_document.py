@@ -68,7 +68,15 @@ def noted_findings(axis: AxisCalibration) -> Document:
     found: Document = {}
     extension, curvature = axis.notes.get("extension"), axis.notes.get("residual_curvature")
     if isinstance(extension, Extension):
-        found["extension"] = _extension(extension)
+        found["extension"] = {
+            "is_accepted": extension.is_accepted,
+            "f": number(extension.test.t),
+            "f_95": number(extension.test.f_95),
+            "p_value": number(extension.test.p_value),
+            "standard_error_before_v": number(extension.standard_error_before_v),
+            "standard_error_after_v": number(extension.standard_error_after_v),
+            "remark": extension.remark,
+        }
     if isinstance(curvature, ResidualCurvature):
         found["residual_curvature"] = {
             "names": list(curvature.names),
@@ -113,18 +121,6 @@ def _check(check: MonteCarloCheck) -> Document:
             }
             for name, found in check.parameters.items()
         },
-    }
-
-
-def _extension(extension: Extension) -> Document:
-    return {
-        "is_accepted": extension.is_accepted,
-        "f": number(extension.test.t),
-        "f_95": number(extension.test.f_95),
-        "p_value": number(extension.test.p_value),
-        "standard_error_before_v": number(extension.standard_error_before_v),
-        "standard_error_after_v": number(extension.standard_error_after_v),
-        "remark": extension.remark,
     }
 
 

@@ -231,7 +231,7 @@ def _macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
 
 
 def _tables(coefficients: CoefficientSet, prefix: str) -> list[str]:
-    inputs = _columns(coefficients)
+    inputs = [*_form(coefficients).inputs, "temperature_degc"]
     unit = _form(coefficients).measured_unit
     axes = ", ".join([*inputs, *(f"{name}_{unit}" for name in coefficients.axes)])
     vectors = [
@@ -247,11 +247,6 @@ def _tables(coefficients: CoefficientSet, prefix: str) -> list[str]:
         "",
         *(line for name in coefficients.axes for line in _covariance(coefficients, prefix, name)),
     ]
-
-
-def _columns(coefficients: CoefficientSet) -> list[str]:
-    """Return inputs in the table of vectors: those of the model, then the temperature (0 where the set needs none)."""
-    return [*_form(coefficients).inputs, "temperature_degc"]
 
 
 def _covariance(coefficients: CoefficientSet, prefix: str, axis: str) -> list[str]:

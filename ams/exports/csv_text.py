@@ -102,17 +102,13 @@ def _value(kind: str, text: str, where: str) -> Json:
     if kind == "text":
         return text.removeprefix("'")
     if kind == "number":
-        return _number(text, where)
+        if not re.fullmatch(r"-?\d{1,400}(\.\d+)?(e[+-]\d{1,3})?", text):
+            raise SetError(f"{where}: is no number: got {text[:40]!r}; {INTACT}")
+        return float(text) if re.search(r"[.e]", text) else int(text)
     constants: dict[str, Json] = {"true": True, "false": False, "null": None, "empty list": [], "empty table": {}}
     if kind not in constants:
         raise SetError(f"{where}: kind: got {kind!r}, allowed are number, text, {', '.join(constants)}; {INTACT}")
     return constants[kind]
-
-
-def _number(text: str, where: str) -> float:
-    if not re.fullmatch(r"-?\d{1,400}(\.\d+)?(e[+-]\d{1,3})?", text):
-        raise SetError(f"{where}: is no number: got {text[:40]!r}; {INTACT}")
-    return float(text) if re.search(r"[.e]", text) else int(text)
 
 
 def _parts(path: str) -> tuple[str | int, ...]:

@@ -64,15 +64,6 @@ def _parsed(body: bytes, etree: Any, where: str) -> Any:
 
 
 def _certificate(coefficients: CoefficientSet) -> Element:
-    result = measurement_result(coefficients, _attachment(coefficients))
-    return Element(
-        "dcc:digitalCalibrationCertificate",
-        [administrative_data(coefficients), Element("dcc:measurementResults", [result])],
-        {"schemaVersion": VERSION},
-    )
-
-
-def _attachment(coefficients: CoefficientSet) -> Element:
     encoded = base64.b64encode(to_json(coefficients)).decode("ascii")
     parts = [
         content("dcc:name", "coefficient set"),
@@ -80,7 +71,12 @@ def _attachment(coefficients: CoefficientSet) -> Element:
         plain("dcc:mimeType", "application/json"),
         Element("dcc:dataBase64", encoded),
     ]
-    return Element("dcc:byteData", parts, {"id": ATTACHMENT})
+    result = measurement_result(coefficients, Element("dcc:byteData", parts, {"id": ATTACHMENT}))
+    return Element(
+        "dcc:digitalCalibrationCertificate",
+        [administrative_data(coefficients), Element("dcc:measurementResults", [result])],
+        {"schemaVersion": VERSION},
+    )
 
 
 def _quantities(root: Any) -> dict[str, list[str]]:

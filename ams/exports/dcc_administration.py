@@ -17,12 +17,20 @@ def administrative_data(coefficients: CoefficientSet) -> Element:
     provenance = coefficients.provenance
     laboratory, job = declared(provenance["laboratory"]), declared(provenance["job"])
     lab = contact("dcc:contact", laboratory.get("name"), laboratory.get("address"))
+    sensor = table(coefficients.document["sensor"])
+    model = [plain("dcc:model", sensor["model"])] if sensor["model"] else []
+    described = [content("dcc:description", job["item"])] if job.get("item") else []
+    known = [identification("manufacturer", sensor["serial"], "serial number")] if sensor["serial"] else []
+    known.append(identification("calibrationLaboratory", sensor["name"], "name in the rig file"))
+    name = content("dcc:name", sensor["name"])
     return Element(
         "dcc:administrativeData",
         [
             Element("dcc:dccSoftware", [software(coefficients)]),
             _core_data(coefficients, laboratory, job),
-            Element("dcc:items", [_item(coefficients, job)]),
+            Element(
+                "dcc:items", [Element("dcc:item", [name, *described, *model, Element("dcc:identifications", known)])]
+            ),
             Element("dcc:calibrationLaboratory", [lab]),
             Element("dcc:respPersons", [_person(coefficients)]),
             contact("dcc:customer", job.get("customer"), None),
@@ -69,16 +77,6 @@ def _begun(run_id: Json) -> str | None:
     """Return the date that a run's name begins with."""
     found = re.match(r"(\d{4})(\d{2})(\d{2})T\d{6}Z", str(run_id))
     return None if found is None else "-".join(found.groups())
-
-
-def _item(coefficients: CoefficientSet, job: Document) -> Element:
-    sensor = table(coefficients.document["sensor"])
-    model = [plain("dcc:model", sensor["model"])] if sensor["model"] else []
-    described = [content("dcc:description", job["item"])] if job.get("item") else []
-    known = [identification("manufacturer", sensor["serial"], "serial number")] if sensor["serial"] else []
-    known.append(identification("calibrationLaboratory", sensor["name"], "name in the rig file"))
-    name = content("dcc:name", sensor["name"])
-    return Element("dcc:item", [name, *described, *model, Element("dcc:identifications", known)])
 
 
 def _person(coefficients: CoefficientSet) -> Element:

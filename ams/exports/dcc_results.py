@@ -38,13 +38,14 @@ def measurement_result(coefficients: CoefficientSet, attachment: Element) -> Ele
         _test_vectors(coefficients),
         Element("dcc:result", [content("dcc:name", "the coefficient set, whole"), attached]),
     ]
+    standards = [table(standard) for standard in listed(coefficients.provenance["standards"])]
     return Element(
         "dcc:measurementResult",
         [
             content("dcc:name", f"calibration of {coefficients.sensor}"),
             Element("dcc:usedMethods", [_method(coefficients)]),
             Element("dcc:usedSoftware", [software(coefficients)]),
-            *_equipment(coefficients.provenance),
+            *([Element("dcc:measuringEquipments", [_standard(one) for one in standards])] if standards else []),
             Element("dcc:influenceConditions", _conditions(coefficients)),
             Element("dcc:results", results),
         ],
@@ -56,11 +57,6 @@ def _method(coefficients: CoefficientSet) -> Element:
     described = content("dcc:description", f"convention {convention['name']}: {convention['text']}")
     name = content("dcc:name", f"{coefficients.model}: {coefficients.provenance['procedure']}")
     return Element("dcc:usedMethod", [name, described])
-
-
-def _equipment(provenance: Document) -> Elements:
-    standards = [table(standard) for standard in listed(provenance["standards"])]
-    return [Element("dcc:measuringEquipments", [_standard(one) for one in standards])] if standards else []
 
 
 def _standard(standard: Document) -> Element:

@@ -36,7 +36,12 @@ def to_matlab(coefficients: CoefficientSet) -> bytes:
     from scipy.io import savemat
 
     file = io.BytesIO()
-    savemat(file, {VARIABLE: _struct(coefficients)}, long_field_names=True, oned_as="row")  # type: ignore[arg-type]  # the stubs lack file objects
+    document = coefficients.document
+    content = _matlab({key: value for key, value in document.items() if key != "test_vectors"})
+    content["test_vectors"] = _vectors_struct(coefficients.test_vectors)
+    content["how_to_read"] = HOW_TO_READ
+    content["document_json"] = to_json(coefficients).decode("utf-8")
+    savemat(file, {VARIABLE: dict(content)}, long_field_names=True, oned_as="row")  # type: ignore[arg-type]  # the stubs lack file objects
     body = file.getvalue()[HEAD_BYTES:]
     return _head(body) + body
 
@@ -50,7 +55,9 @@ def from_matlab(content: bytes, where: str) -> CoefficientSet:
     _check_head(content, where)
     struct = _read_struct(content, where)
     coefficients = from_json(str(struct["document_json"]).encode("utf-8"), f"{where}: document_json")
-    _check_numbers(struct, coefficients, where)
+    # A struct may tell its reader something else than the document inside it.
+    check_same(struct["axes"], _matlab(axes_used(coefficients)), "axes", where)
+    check_same(struct["test_vectors"], _vectors_struct(coefficients.test_vectors), "test_vectors", where)
     return coefficients
 
 
@@ -81,15 +88,6 @@ def _read_struct(content: bytes, where: str) -> Mapping[str, Any]:
     if not isinstance(struct, Mapping) or not {"document_json", "axes", "test_vectors"} <= set(struct):
         raise SetError(f"{where}: has no struct {VARIABLE!r} with document_json, axes and test_vectors; {INTACT}")
     return struct
-
-
-def _struct(coefficients: CoefficientSet) -> dict[str, Any]:
-    document = coefficients.document
-    content = _matlab({key: value for key, value in document.items() if key != "test_vectors"})
-    content["test_vectors"] = _vectors_struct(coefficients.test_vectors)
-    content["how_to_read"] = HOW_TO_READ
-    content["document_json"] = to_json(coefficients).decode("utf-8")
-    return dict(content)
 
 
 def _vectors_struct(section: Document) -> dict[str, Any]:
@@ -141,12 +139,6 @@ def _name(key: str, taken: Mapping[str, Any]) -> str:
     while name in taken:
         name, number = f"{stem[: LONGEST_NAME - 4]}_{number}", number + 1
     return name
-
-
-def _check_numbers(struct: Mapping[str, Any], coefficients: CoefficientSet, where: str) -> None:
-    """Refuse a struct that tells its reader something else than the document. Raises: VectorsDisagree."""
-    check_same(struct["axes"], _matlab(axes_used(coefficients)), "axes", where)
-    check_same(struct["test_vectors"], _vectors_struct(coefficients.test_vectors), "test_vectors", where)
 
 
 FORMAT = Format("mat", ".mat", to_matlab, from_matlab)

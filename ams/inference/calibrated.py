@@ -169,8 +169,14 @@ def sensor_of_set(
     sense = _senses(coefficients, names, site_gravity_mps2)
     ratio = _gravity_ratio(coefficients, site_gravity_mps2)
     covariance = _matrix(primary["covariance"]) * np.outer(sense, sense)
+    stated = standard_error_of(section, coefficients.axes[axis]) if reading_sd_v is None else reading_sd_v
+    if stated is None:
+        raise OutsideValidity(
+            f"{coefficients.sensor}: axis {axis}: the set states no standard error; nothing was computed; "
+            "give the standard deviation of a reading"
+        )
     return CalibratedSensor(
-        names, values * sense, covariance, _reading_sd_v(coefficients, axis, section, reading_sd_v),
+        names, values * sense, covariance, stated,
         _rise_degc(coefficients, axis, section, temperature_degc),
         _components(table(primary["components"]), list(range(len(names))), sense),
         coefficients.axes[axis].nominal_axis, _centring(coefficients.axes[axis].centring, ratio),
@@ -226,18 +232,6 @@ def _components(stated: Mapping[str, Json], places: Sequence[int], sense: FloatA
 
 def _quadratic(rows: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("...i,ij,...j->...", rows, covariance, rows))
-
-
-def _reading_sd_v(
-    coefficients: CoefficientSet, axis: str, section: Mapping[str, Json], reading_sd_v: float | None
-) -> float:
-    stated = standard_error_of(section, coefficients.axes[axis]) if reading_sd_v is None else reading_sd_v
-    if stated is None:
-        raise OutsideValidity(
-            f"{coefficients.sensor}: axis {axis}: the set states no standard error; nothing was computed; "
-            "give the standard deviation of a reading"
-        )
-    return stated
 
 
 def _rise_degc(

@@ -297,15 +297,6 @@ class GyroAngles:
         is_used = steps > 0
         gaps = np.minimum(steps, LONGEST_GAP_SAMPLES)
         sample = self._last_sample + np.cumsum(gaps)
-        self._pending.add(sample, is_used, self._row_codes(rates, steps))
-        slots = np.full((3, int(sample[-1]) - self._last_sample), np.nan)
-        slots[:, sample[is_used] - self._last_sample - 1] = rates[:, is_used]
-        self._last_sample = int(sample[-1])
-        self._rates = np.concatenate([self._rates, slots], axis=1)
-        path = self._scan.feed(slots)
-        return self._settle(path.quaternion, path.is_bridged)
-
-    def _row_codes(self, rates: FloatArray, steps: IntArray) -> flag_codes.Codes:
         limits = self.package.coefficients.validity.rate_dps
         missing = ~np.isfinite(rates).all(axis=0)
         codes = np.where(missing, flag_codes.NOT_FINITE | flag_codes.RATE_BRIDGED, 0).astype(np.uint32)
@@ -315,7 +306,13 @@ class GyroAngles:
             with np.errstate(invalid="ignore"):
                 beyond = ((np.rad2deg(rates) < limits[0]) | (np.rad2deg(rates) > limits[1])).any(axis=0)
             codes[beyond & (steps > 0)] |= np.uint32(flag_codes.OUTSIDE_RATE)
-        return codes
+        self._pending.add(sample, is_used, codes)
+        slots = np.full((3, int(sample[-1]) - self._last_sample), np.nan)
+        slots[:, sample[is_used] - self._last_sample - 1] = rates[:, is_used]
+        self._last_sample = int(sample[-1])
+        self._rates = np.concatenate([self._rates, slots], axis=1)
+        path = self._scan.feed(slots)
+        return self._settle(path.quaternion, path.is_bridged)
 
     def _settle(self, quaternion: FloatArray, is_bridged: BoolArray) -> Answer:
         """Answer the rows whose attitude is known now."""

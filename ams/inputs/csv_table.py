@@ -171,15 +171,14 @@ def table_of(columns: Mapping[str, Sequence[object]], name: str) -> CsvTable:
 
     Numbers are told in the fewest digits that give them back. Raises: ObservationsError.
     """
-    cells = [[_cell(value) for value in column] for column in columns.values()]
+    cells = [
+        [(repr(float(value)) if isinstance(value, float) else str(value)) for value in column]
+        for column in columns.values()
+    ]
     rows = tuple(zip(*cells, strict=True))
     table = CsvTable(name, tuple(columns), tuple(range(2, 2 + len(rows))), rows)
     _refuse_shape(table)
     return table
-
-
-def _cell(value: object) -> str:
-    return repr(float(value)) if isinstance(value, float) else str(value)
 
 
 def refuse_missing_columns(table: NamedColumns, wanted: Sequence[str]) -> None:

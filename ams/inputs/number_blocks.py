@@ -129,7 +129,8 @@ def _is_one_plain_line(header: bytes) -> bool:
 
 def numbers_of(piece: bytes, columns: Sequence[str], names: Sequence[str]) -> dict[str, FloatArray] | None:
     """Return the columns of whole lines of a CSV file; None where the careful reader must look at them."""
-    if not _is_plain(piece):
+    # A quote, a NUL or a byte beyond ASCII asks for a closer look.
+    if not (piece.isascii() and b'"' not in piece and b"\0" not in piece):
         return None
     piece = piece.replace(b"\r\n", b"\n") if b"\r" in piece else piece
     piece = piece.rstrip(b"\n") + b"\n"
@@ -153,11 +154,6 @@ def numbers_of(piece: bytes, columns: Sequence[str], names: Sequence[str]) -> di
     # A column of nothing but the words true and false comes out as ones and zeros.
     is_words = any(np.all((values == 0.0) | (values == 1.0)) for values in found.values())
     return None if is_words and re.search(rb"(?i)true|false", piece) else found
-
-
-def _is_plain(piece: bytes) -> bool:
-    """Return whether no quote and no byte beyond ASCII asks for a closer look."""
-    return piece.isascii() and b'"' not in piece and b"\0" not in piece
 
 
 def _rectangular_lines(piece: bytes, columns: int) -> int | None:

@@ -163,7 +163,11 @@ class TableUncertainty:
             found = _corrected(declared, standard_rad, shown)
         if declared.zero_rad is not None:
             found = replace(found, columns=found.columns[:-1] - found.columns[-1])
-            found = found.beside(_set_to_zero(declared.zero_standard_uncertainty_rad, angle_rad.size))
+            found = found.beside(
+                IndexColumns(
+                    ("set to zero",), np.array([declared.zero_standard_uncertainty_rad]), np.ones((angle_rad.size, 1))
+                )
+            )
         return found.without_nothing()
 
 
@@ -250,10 +254,6 @@ def _corrected(declared: IndexErrors, standard_rad: float, angle_rad: FloatArray
         columns=weights @ (known.standard_uncertainty_rad[:, None] * stated.columns),
     )
     return replace(between, columns=left).beside(stated)
-
-
-def _set_to_zero(standard_rad: float, count: int) -> IndexColumns:
-    return IndexColumns(("set to zero",), np.array([standard_rad]), np.ones((count, 1)))
 
 
 def index_members(table: TableUncertainty, angles_rad: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from ams.errors import OutsideValidity
-from ams.sets.canonical import Document, number, table
+from ams.sets.canonical import number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
 
@@ -31,7 +31,8 @@ def check_applicability(
 
 
 def _check_chain(coefficients: CoefficientSet, used: Serials) -> None:
-    calibrated = _calibrated(coefficients)
+    section = use_of(coefficients.document)
+    calibrated = {} if section is None else table(section["chain_serials"])
     if isinstance(used, str):
         used = dict.fromkeys(calibrated or ["the sensor"], used)
     for channel, serial in used.items():
@@ -42,11 +43,6 @@ def _check_chain(coefficients: CoefficientSet, used: Serials) -> None:
                 f"{coefficients.sensor}: chain of {channel}: is not shown to be the calibrated one: got serial "
                 f"{serial!r}, {known}; nothing was computed; use the set of this chain, or calibrate with it"
             )
-
-
-def _calibrated(coefficients: CoefficientSet) -> Document:
-    section = use_of(coefficients.document)
-    return {} if section is None else table(section["chain_serials"])
 
 
 def _check_site(coefficients: CoefficientSet, site_gravity_mps2: float) -> None:

@@ -52,7 +52,14 @@ def apply(
     check_applicability(coefficients, chain_serial, site_gravity_mps2)
     attitude = _attitude(coefficients, pitch_rad, roll_rad, yaw_rad, euler_rate_rad_s)
     if level is not None:
-        attitude = replace(attitude, package_level=_level(coefficients, level))
+        found = np.asarray(level, dtype=float)
+        if found.ndim == 0 or found.shape[-1] != 3:
+            raise OutsideValidity(
+                f"{coefficients.sensor}: level: got an array of shape {found.shape}, needed (…, 3) along the package's "
+                "axes; nothing was computed"
+            )
+        _check_finite(coefficients, {"level": found})
+        attitude = replace(attitude, package_level=found)
     temperature = _temperature(coefficients, temperature_degc)
     _check_finite(coefficients, {"temperature": temperature})
     named = {(numbers.model, numbers.units): numbers.form for numbers in coefficients.axes.values()}
@@ -64,18 +71,6 @@ def apply(
         name: predicted_v(numbers, fields[numbers.model, numbers.units][1], temperature)
         for name, numbers in coefficients.axes.items()
     }
-
-
-def _level(coefficients: CoefficientSet, level: ArrayLike) -> FloatArray:
-    """Return the (…, 3) level. Raises: OutsideValidity for another shape, or a value that is not finite."""
-    found = np.asarray(level, dtype=float)
-    if found.ndim == 0 or found.shape[-1] != 3:
-        raise OutsideValidity(
-            f"{coefficients.sensor}: level: got an array of shape {found.shape}, needed (…, 3) along the package's "
-            "axes; nothing was computed"
-        )
-    _check_finite(coefficients, {"level": found})
-    return found
 
 
 def _attitude(

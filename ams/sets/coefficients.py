@@ -120,7 +120,8 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     temperature terms without a temperature range, a nominal axis whose sensitivity is not told from zero);
     VectorsDisagree where its parameter forms contradict each other.
     """
-    _refuse_undetermined(calibration, provenance.sensor)
+    for label, text in calibration.undetermined_axes.items():
+        raise SetError(f"{provenance.sensor}: axis {label}: {text}")
     axes = {name: axis_section(axis, provenance.sensor) for name, axis in calibration.axes.items()}
     numbers = {name: axis_numbers(name, section) for name, section in axes.items()}
     _check_temperature_range(numbers, provenance)
@@ -145,11 +146,6 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     return coefficients
 
 
-def _refuse_undetermined(calibration: Calibration, sensor: str) -> None:
-    for label, text in calibration.undetermined_axes.items():
-        raise SetError(f"{sensor}: axis {label}: {text}")
-
-
 def from_document(value: Json, where: str) -> CoefficientSet:
     """Return a set from its document, every check but the test vectors made.
 
@@ -169,10 +165,22 @@ def from_document(value: Json, where: str) -> CoefficientSet:
 def _checked(document: Document, where: str, *, is_built: bool) -> CoefficientSet:
     axes = {name: axis_numbers(name, table(section)) for name, section in table(document["axes"]).items()}
     coefficients = CoefficientSet(document, axes, _read_validity(document), is_built)
-    _check_convention(coefficients, where)
+    needed = {numbers.form.convention for numbers in coefficients.axes.values() if numbers.model in FIELDS}
+    if needed and needed != {coefficients.convention}:
+        raise SetError(
+            f"{where}: convention: does not go with the equations of this set: got {coefficients.convention}, "
+            f"{', '.join(coefficients.axes)} by {coefficients.model!r} need {', '.join(sorted(needed))}; "
+            "the set is not used; convert it, or use the version of calrig that wrote it"
+        )
     for numbers in axes.values():
         check_numbers(numbers, where)
-    _check_one_unit(coefficients, where)
+    units = {(numbers.form.measured_unit, numbers.form.unit) for numbers in coefficients.axes.values()}
+    if len(units) > 1:
+        named = " and ".join(f"{measured} for {unit}" for measured, unit in sorted(units))
+        raise SetError(
+            f"{where}: axes: read in different units: got {named}, allowed is one unit of all outputs and one of what "
+            "they sense; nothing was built; declare the axes as sensors of their own"
+        )
     _check_vector_axes(coefficients, where)
     return coefficients
 
@@ -219,26 +227,6 @@ def _read_validity(document: Document) -> Validity:
 def _as_range(value: object) -> tuple[float, float]:
     assert isinstance(value, list | tuple), "the schema was checked"
     return float(value[0]), float(value[1])
-
-
-def _check_convention(coefficients: CoefficientSet, where: str) -> None:
-    needed = {numbers.form.convention for numbers in coefficients.axes.values() if numbers.model in FIELDS}
-    if needed and needed != {coefficients.convention}:
-        raise SetError(
-            f"{where}: convention: does not go with the equations of this set: got {coefficients.convention}, "
-            f"{', '.join(coefficients.axes)} by {coefficients.model!r} need {', '.join(sorted(needed))}; "
-            "the set is not used; convert it, or use the version of calrig that wrote it"
-        )
-
-
-def _check_one_unit(coefficients: CoefficientSet, where: str) -> None:
-    units = {(numbers.form.measured_unit, numbers.form.unit) for numbers in coefficients.axes.values()}
-    if len(units) > 1:
-        named = " and ".join(f"{measured} for {unit}" for measured, unit in sorted(units))
-        raise SetError(
-            f"{where}: axes: read in different units: got {named}, allowed is one unit of all outputs and one of what "
-            "they sense; nothing was built; declare the axes as sensors of their own"
-        )
 
 
 def _check_vector_axes(coefficients: CoefficientSet, where: str) -> None:

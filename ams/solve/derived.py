@@ -44,7 +44,10 @@ class DerivedParameters:
         )  # fmt: skip
         columns = zip(self.names, *(array[row].tolist() for array in arrays), strict=True)
         null = self.undetermined[row]
-        return tuple(_null(name) if name in null else _estimate(name, *numbers) for name, *numbers in columns)
+        return tuple(
+            ParameterEstimate(name, None, None, None, None, None) if name in null else _estimate(name, *numbers)
+            for name, *numbers in columns
+        )
 
 
 def derive(
@@ -111,10 +114,6 @@ def _diagonal(covariance: FloatArray) -> FloatArray:
 
 def _root_of_diagonal(covariance: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(_diagonal(covariance), 0.0)))
-
-
-def _null(name: str) -> ParameterEstimate:
-    return ParameterEstimate(name, None, None, None, None, None)
 
 
 def _estimate(

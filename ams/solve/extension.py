@@ -159,17 +159,17 @@ def _common(
     if table is None:
         return np.zeros((pitch.size, 0))
     primary = np.asarray(np.linalg.lstsq(basis, output, rcond=None)[0], dtype=np.float64)
-    return index_columns(table, shown_rad(table, {"pitch": pitch, "roll": roll}), _slopes(primary, pitch, roll))
+    return index_columns(
+        table,
+        shown_rad(table, {"pitch": pitch, "roll": roll}),
+        dict(PitchRoll("x").angle_jacobian(primary, Attitude(pitch, roll))),
+    )
 
 
 def angles_of_points(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray]:
     """Return the (K,) pitch and roll of the points, radians."""
     first = np.unique(layout.point, return_index=True)[1]
     return observations.pitch_rad[first], observations.roll_rad[first]
-
-
-def _slopes(primary: FloatArray, pitch: FloatArray, roll: FloatArray) -> dict[str, FloatArray]:
-    return dict(PitchRoll("x").angle_jacobian(primary, Attitude(pitch, roll)))
 
 
 def without_drift(

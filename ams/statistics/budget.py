@@ -112,7 +112,8 @@ def combine(
     u = np.array([i.standard_uncertainty for i in inputs])
     r = correlation_matrix([i.name for i in inputs], correlations or {})
     values = np.atleast_1d(np.asarray(function(x), dtype=float))
-    sensitivities = _sensitivities(function, x, u)
+    columns = [_derivative(function, x, i, float(u[i])) for i in range(x.size)]
+    sensitivities = np.stack(columns, axis=1)
     if not (np.all(np.isfinite(values)) and np.all(np.isfinite(sensitivities))):
         raise SolveError("budget: the measurement function or a derivative is not finite at the estimates")
     scaled = sensitivities * u
@@ -141,11 +142,6 @@ def _welch_satterthwaite(scaled: FloatArray, variances: FloatArray, dof: FloatAr
     with np.errstate(divide="ignore", invalid="ignore"):
         spread = np.sum(np.where(np.isfinite(dof), scaled**4 / dof, 0.0), axis=1)
         return np.where(spread > 0.0, variances**2 / spread, np.inf)
-
-
-def _sensitivities(function: Function, x: FloatArray, u: FloatArray) -> FloatArray:
-    columns = [_derivative(function, x, i, float(u[i])) for i in range(x.size)]
-    return np.stack(columns, axis=1)
 
 
 def _derivative(function: Function, x: FloatArray, i: int, u: float) -> FloatArray:

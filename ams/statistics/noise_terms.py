@@ -55,7 +55,8 @@ def noise_terms(allan: AllanDeviation, count: int, interval_s: float, level: flo
     dof = _dof(np.rint(allan.tau_s / interval_s), count)
     fitted = variance
     for _ in range(_ROUNDS):
-        scatter = fitted * np.sqrt(2.0) * _combined(dof, _shares(columns, variance, fitted))
+        # 1/√ν of a sum: what kinds of noise go together is at most the sum of their own.
+        scatter = fitted * np.sqrt(2.0) * np.asarray(np.sum(_shares(columns, variance, fitted) / np.sqrt(dof), axis=1))
         weighed = columns / scatter[:, None]
         size = np.linalg.norm(weighed, axis=0)
         squares = np.linalg.lstsq(weighed / size, variance / scatter, rcond=None)[0] / size
@@ -86,11 +87,6 @@ def _shares(columns: FloatArray, variance: FloatArray, fitted: FloatArray) -> Fl
     squares = np.maximum(np.linalg.lstsq(scale / fitted[:, None], variance / fitted, rcond=None)[0], 0.0)
     parts = scale * squares + _LEAST_SHARE * variance[:, None]
     return np.asarray(parts / parts.sum(axis=1, keepdims=True))
-
-
-def _combined(dof: FloatArray, shares: FloatArray) -> FloatArray:
-    """Return 1/√ν of sums: what kinds of noise go together is at most the sum of their own."""
-    return np.asarray(np.sum(shares / np.sqrt(dof), axis=1))
 
 
 def _dof(m: FloatArray, count: int) -> FloatArray:

@@ -181,10 +181,12 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     p_value = min(1.0, tries * min([*chances, scale.p_value(bare - least, rank)]))
     if p_value >= false_alarm:
         return replace(nothing, p_value=p_value)
+    # A lone sensor has no common part: its cause is judged against all its data.
     consistent = [
         (used, left, place)
         for place, (_, left, used) in enumerate(fits)
-        if scale.p_value(left - (least if len(among) > 1 else 0.0), _freedom(data, rank, used, among)) >= CONSISTENT
+        if scale.p_value(left - (least if len(among) > 1 else 0.0), (rank if len(among) > 1 else data.y.size) - used)
+        >= CONSISTENT
     ]
     if not consistent:
         return _together(data, among, scale, p_value, false_alarm)
@@ -195,11 +197,6 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     return CommonMode(
         (causes[place],), p_value, also, data.estimates(causes[place].parts, scale.variance), (), tuple(among)
     )
-
-
-def _freedom(data: Whitened, rank: int, used: int, among: Sequence[str]) -> int:
-    """Of what a cause leaves over: against the whole common part, or for a lone sensor against all its data."""
-    return (rank if len(among) > 1 else data.y.size) - used
 
 
 def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: float, false_alarm: float) -> CommonMode:

@@ -149,12 +149,8 @@ def _explained(columns: FloatArray, e: FloatArray) -> tuple[float, int]:
     used = columns[:, length > 1e-9 * max(float(length.max()), 1e-300)]
     if used.shape[1] == 0:
         return 0.0, 0
-    values, vectors = np.linalg.eigh(_unit_gram(used))
+    unit = used / np.linalg.norm(used, axis=0)
+    values, vectors = np.linalg.eigh(np.asarray(unit.T @ unit))
     kept = values > 1e-9
     along = vectors[:, kept].T @ ((used / np.linalg.norm(used, axis=0)).T @ e)
     return float(np.sum(along**2 / values[kept])), int(kept.sum())
-
-
-def _unit_gram(columns: FloatArray) -> FloatArray:
-    unit = columns / np.linalg.norm(columns, axis=0)
-    return np.asarray(unit.T @ unit)

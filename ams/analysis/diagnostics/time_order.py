@@ -14,7 +14,6 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
-from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 12
@@ -137,10 +136,7 @@ def confounding(evidence: Evidence, linear: FloatArray, column: FloatArray | Non
     """
     if column is None:
         return None
-    return _confounding(evidence.layout, linear, column)
-
-
-def _confounding(layout: Layout, linear: FloatArray, column: FloatArray) -> float | None:
+    layout = evidence.layout
     if layout.is_complete and layout.order is None:
         return _confounding_of_alike(layout.replications, linear, column)
     return _confounding_of_rows(layout.replications, layout.replication, layout.point, linear, column)
