@@ -315,13 +315,9 @@ def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines:
     return tuple(found.values())
 
 
-def _has_axes_elsewhere(description: RigDescription) -> bool:
-    return any(axis.port not in (TWIN_PORT, TERMINAL) for axis in description.axes.values())
-
-
 def stop_guard(description: RigDescription, rig_file: Path | None, purpose: str) -> StopGuard | None:
     """Return the guard of a rig with axes on real ports; its process begins with the first motion."""
-    if not IS_POSSIBLE or not _has_axes_elsewhere(description):
+    if not IS_POSSIBLE or not any(axis.port not in (TWIN_PORT, TERMINAL) for axis in description.axes.values()):
         return None
     rig = {"purpose": purpose, "rig_file": "" if rig_file is None else os.path.realpath(rig_file)}
     record = user_state_path("calrig") / "stop-guards" / f"{os.getpid()}.json"

@@ -82,7 +82,12 @@ class CableGuard:
         Raises: RequestRefused.
         """
         state = self.state()
-        self._require_known(state)
+        if state.is_homed and self._offset_deg is None:
+            raise RequestRefused(
+                f"{self.name}: its cables were wound {self.wound_deg / TURN_DEG:+.2f} revolutions, and the machine has"
+                " lost its count since, so nobody knows how far they are wound now; nothing moved; look at them,"
+                f" unwind them by hand, then remove {self._memory.place}"
+            )
         end_deg = self.wound_deg + turn_deg
         if abs(end_deg) > self._limit_deg and abs(end_deg) > abs(self.wound_deg):
             raise RequestRefused(
@@ -186,7 +191,12 @@ class CableGuard:
         self._kept = Winding(wound_deg, read_deg, self._kept is not None and self._kept.is_turning)
         is_outward = self._rate_dps * wound_deg > 0.0
         if is_outward and abs(wound_deg) > self._limit_deg + SPARE_DEG:
-            self._stop_now()
+            try:
+                self._axis.stop()
+            except RigError as error:
+                raise DeviceFault(
+                    f"{self.name}: could not be stopped with its cables at their end: {error}; use the stop button"
+                ) from error
             raise DeviceFault(
                 f"{self.name}: the cables are wound {wound_deg / TURN_DEG:+.2f} revolutions, allowed"
                 f" {self.wrap_turns:g} either way (axes.{self.name}: wrap_turns); the axis was told to stop; unwind:"
@@ -208,23 +218,7 @@ class CableGuard:
             return kept.wound_deg - kept.read_deg
         return 0.0 if abs(kept.wound_deg) <= TURN_DEG / 2.0 else None
 
-    def _require_known(self, state: AxisState) -> None:
-        if state.is_homed and self._offset_deg is None:
-            raise RequestRefused(
-                f"{self.name}: its cables were wound {self.wound_deg / TURN_DEG:+.2f} revolutions, and the machine has"
-                " lost its count since, so nobody knows how far they are wound now; nothing moved; look at them,"
-                f" unwind them by hand, then remove {self._memory.place}"
-            )
-
     def _keep(self, *, is_turning: bool) -> None:
         kept = self._kept or Winding(0.0, 0.0, is_turning)
         self._kept = replace(kept, is_turning=is_turning)
         self._memory.write(self._kept)
-
-    def _stop_now(self) -> None:
-        try:
-            self._axis.stop()
-        except RigError as error:
-            raise DeviceFault(
-                f"{self.name}: could not be stopped with its cables at their end: {error}; use the stop button"
-            ) from error

@@ -218,7 +218,18 @@ class Esp301Axis:
         position_deg, is_still = self._position_deg() if is_done else (self._controller.ask_number("TP", number), False)
         is_moving = not is_still
         is_on = self._controller.ask_flag("MO", number)
-        self._judge(self._controller.take_errors(number), is_moving=is_moving, is_on=is_on)
+        errors = self._controller.take_errors(number)
+        losses, doubts = self._controller.losses, self._controller.doubts
+        if errors:
+            self._fault = "; ".join(f"error {error.code} {error.text}" for error in errors)
+        if losses != self._trust[0]:
+            self._is_paced, self._travel_deg = False, None
+        if not is_on or losses != self._trust[0]:
+            self._home, self._trust = "none", (losses, doubts)
+        if self._home == "searching" and (errors or doubts != self._trust[1]):
+            self._home = "none"
+        if self._home == "searching" and not is_moving:
+            self._home = "found"
         return AxisState(
             position_deg=self._settings.attitude_deg(position_deg),
             is_moving=is_moving,
@@ -269,20 +280,6 @@ class Esp301Axis:
             if abs(position_deg - before_deg) <= self.arrival_tolerance_deg:
                 return position_deg, True
         return position_deg, False
-
-    def _judge(self, errors: list[ErrorRecord], *, is_moving: bool, is_on: bool) -> None:
-        """Judge the home by errors, motor and time stamps."""
-        losses, doubts = self._controller.losses, self._controller.doubts
-        if errors:
-            self._fault = "; ".join(f"error {error.code} {error.text}" for error in errors)
-        if losses != self._trust[0]:
-            self._is_paced, self._travel_deg = False, None
-        if not is_on or losses != self._trust[0]:
-            self._home, self._trust = "none", (losses, doubts)
-        if self._home == "searching" and (errors or doubts != self._trust[1]):
-            self._home = "none"
-        if self._home == "searching" and not is_moving:
-            self._home = "found"
 
     def _verified(self) -> tuple[float, float]:
         """Return the controller's limits, table degrees.

@@ -157,7 +157,13 @@ class Hp3458aReadout:
         self.scanner.prepare(self._clock.sleep)
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
-        return self._burst(channel, self._entry(channel, samples), samples, wait, nplc)
+        if channel not in self._inputs:
+            raise RequestRefused(
+                f"{self.name}: no channel {channel!r} (allowed: {', '.join(self.channels)}); nothing was switched"
+            )
+        if samples < 1:
+            raise RequestRefused(f"{self.name}: {channel}: got {samples} readings, at least 1; nothing was switched")
+        return self._burst(channel, self._inputs[channel], samples, wait, nplc)
 
     def _burst(self, channel: str, entry: ScannedChannel, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         setup = Setup(entry.range_v, self._nplc if nplc is None else nplc, samples)
@@ -207,15 +213,6 @@ class Hp3458aReadout:
             return True
         age_h = (self._clock.monotonic_s() - self._calibrated_s) / 3600.0
         return age_h >= self._settings.checks.autocalibrate_every_h
-
-    def _entry(self, channel: str, samples: int) -> ScannedChannel:
-        if channel not in self._inputs:
-            raise RequestRefused(
-                f"{self.name}: no channel {channel!r} (allowed: {', '.join(self.channels)}); nothing was switched"
-            )
-        if samples < 1:
-            raise RequestRefused(f"{self.name}: {channel}: got {samples} readings, at least 1; nothing was switched")
-        return self._inputs[channel]
 
     @contextmanager
     def _quiet_unless_done(self) -> Iterator[None]:

@@ -87,7 +87,13 @@ class Hp3458aMeter:
         self._bus.clear(self._address)
         self._bus.send(self._address, b"END ALWAYS")
         self._bus.send(self._address, b"RESET;TARM HOLD;END ALWAYS;CSB")
-        self._await_ready()
+        wait_until(
+            lambda: bool(self._bus.serial_poll(self._address) & Status.READY),
+            self._clock.sleep,
+            (self._clock, self._bus.clock),
+            READY_LIMIT_S,
+            lambda: f"{self.name}: meter: not ready {READY_LIMIT_S:g} s after RESET; look at its display",
+        )
         self._ask(b"ID?", wire.parse_identity)
         self.earlier_errors = self._earlier_errors()
         self._configure()
@@ -118,8 +124,20 @@ class Hp3458aMeter:
         started_s = self._clock.monotonic_s()
         unasked_before = self._bus.unasked_bytes()
         readings = [self._reading(started_s + k * reading_s, reading_s, wait) for k in range(1, setup.samples + 1)]
-        self._require_one_shape({length for _, length in readings})
-        self._require_nothing_unasked(self._bus.unasked_bytes() - unasked_before)
+        # All have one length, so a cut one shows.
+        lengths = {length for _, length in readings}
+        if len(lengths) > 1:
+            raise DeviceNonsense(
+                f"{self.name}: meter: readings of {sorted(lengths)} characters in one burst, one length is allowed;"
+                " the burst is dropped; check the line for lost bytes"
+            )
+        # Readings carry no number: bytes too many mean that one may have been taken twice, another not at all.
+        unasked = self._bus.unasked_bytes() - unasked_before
+        if unasked:
+            raise DeviceNonsense(
+                f"{self.name}: meter: {unasked} bytes nobody asked for came with the readings, none is allowed;"
+                " the burst is dropped, its readings may be shifted; check the line for doubled bytes"
+            )
         return np.array([value_v for value_v, _ in readings]), started_s
 
     def reading_s(self, nplc: float) -> float:
@@ -199,25 +217,6 @@ class Hp3458aMeter:
             ),
         )
 
-    def _require_one_shape(self, lengths: set[int]) -> None:
-        """Refuse readings of several lengths: all have one, so a cut one shows."""
-        if len(lengths) > 1:
-            raise DeviceNonsense(
-                f"{self.name}: meter: readings of {sorted(lengths)} characters in one burst, one length is allowed;"
-                " the burst is dropped; check the line for lost bytes"
-            )
-
-    def _require_nothing_unasked(self, unasked: int) -> None:
-        """Refuse bytes that nobody asked for.
-
-        Readings carry no number: bytes too many mean that one may have been taken twice, another not at all.
-        """
-        if unasked:
-            raise DeviceNonsense(
-                f"{self.name}: meter: {unasked} bytes nobody asked for came with the readings, none is allowed;"
-                " the burst is dropped, its readings may be shifted; check the line for doubled bytes"
-            )
-
     def _configure(self) -> None:
         """Set up everything that no burst changes, read it back, and leave no error behind."""
         self._bus.send(self._address, b"END ALWAYS")
@@ -260,15 +259,6 @@ class Hp3458aMeter:
             if len(errors) > LONGEST_ERROR_LIST:
                 raise DeviceNonsense(f"{self.name}: meter: more than {LONGEST_ERROR_LIST} errors; power it off and on")
         return errors
-
-    def _await_ready(self) -> None:
-        wait_until(
-            lambda: bool(self._bus.serial_poll(self._address) & Status.READY),
-            self._clock.sleep,
-            (self._clock, self._bus.clock),
-            READY_LIMIT_S,
-            lambda: f"{self.name}: meter: not ready {READY_LIMIT_S:g} s after RESET; look at its display",
-        )
 
     def _ask(self, query: bytes, parse: Callable[[bytes], Reply]) -> Reply:
         return self._bus.ask(self._address, query, parse, idempotent=True)

@@ -81,14 +81,31 @@ class ScpiDaqReadout:
         self._configure()
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
-        return self._burst(channel, self._entry(channel, samples), samples, wait, nplc)
+        if channel not in self._inputs:
+            raise RequestRefused(
+                f"{self.name}: no channel {channel!r} (allowed: {', '.join(self.channels)}); nothing was switched"
+            )
+        if not 1 <= samples <= MOST_SAMPLES:
+            raise RequestRefused(
+                f"{self.name}: {channel}: got {samples} readings, allowed 1 to {MOST_SAMPLES} (the unit's reading"
+                " memory); nothing was switched"
+            )
+        return self._burst(channel, self._inputs[channel], samples, wait, nplc)
 
     def _burst(self, channel: str, entry: DaqChannel, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         cycles = self._cycles(entry, nplc)
         with quiet_unless_done(self._forget, self._quieten):
             if not self._is_prepared:
                 self._configure()
-            self._set_up(entry, cycles, samples)
+            wanted = (entry.channel, cycles, samples)
+            if wanted != self._set_up_for:
+                self._set_up_for = None
+                self._tell_setup(entry, cycles, samples)
+            where = scpi.channel_list([entry.channel])
+            for switch, state in self._beside_a_reading():
+                self._require(b"FORM:READ:%s?" % switch, state)
+            self._require(self._model.impedance + b"? " + where, self._settings.high_impedance)
+            self._set_up_for = wanted
             values_v, started_s = self._scan(entry.channel, cycles, samples, wait)
             self._require_no_error("the scan", "the burst is dropped")
         overload = np.abs(values_v) > scpi.LARGEST_READING
@@ -113,18 +130,6 @@ class ScpiDaqReadout:
 
         return MeterLook(proofs(checks, self._settings.ranges_v(), read), None, is_calibrated_anew=False)
 
-    def _entry(self, channel: str, samples: int) -> DaqChannel:
-        if channel not in self._inputs:
-            raise RequestRefused(
-                f"{self.name}: no channel {channel!r} (allowed: {', '.join(self.channels)}); nothing was switched"
-            )
-        if not 1 <= samples <= MOST_SAMPLES:
-            raise RequestRefused(
-                f"{self.name}: {channel}: got {samples} readings, allowed 1 to {MOST_SAMPLES} (the unit's reading"
-                " memory); nothing was switched"
-            )
-        return self._inputs[channel]
-
     def _cycles(self, entry: DaqChannel, nplc: float | None) -> float:
         cycles = nplc if nplc is not None else entry.nplc if entry.nplc is not None else self._settings.nplc
         if cycles not in POWER_LINE_CYCLES:
@@ -139,18 +144,6 @@ class ScpiDaqReadout:
         self._line.tell(b"TRIG:SOUR IMM")
         self._require_no_error("configuration", "it is not set up")
         self._is_prepared = True
-
-    def _set_up(self, entry: DaqChannel, cycles: float, samples: int) -> None:
-        """Send what one burst needs and read it back; what the last burst had is only asked for again."""
-        wanted = (entry.channel, cycles, samples)
-        if wanted != self._set_up_for:
-            self._set_up_for = None
-            self._tell_setup(entry, cycles, samples)
-        where = scpi.channel_list([entry.channel])
-        for switch, state in self._beside_a_reading():
-            self._require(b"FORM:READ:%s?" % switch, state)
-        self._require(self._model.impedance + b"? " + where, self._settings.high_impedance)
-        self._set_up_for = wanted
 
     def _beside_a_reading(self) -> tuple[tuple[bytes, int], ...]:
         return (b"UNIT", 0), (b"TIME", 0), (b"ALAR", 0), (b"CHAN", int(self._settings.channel_echo))
@@ -174,7 +167,12 @@ class ScpiDaqReadout:
         self._require(b"SENS:VOLT:DC:NPLC? " + where, cycles)
         self._require(self._model.autozero + b"? " + where, self._settings.autozero)
         self._require(b"TRIG:COUN?", samples)
-        self._require_scan_list(entry.channel)
+        listed = self._line.ask(b"ROUT:SCAN?", scpi.parse_scan_list, idempotent=True)
+        if listed != (entry.channel,):
+            raise DeviceFault(
+                f"{self.name}: the scan list is {list(listed)}, it was set to [{entry.channel}]; no reading is taken;"
+                " check that nobody else uses the unit"
+            )
 
     def _scan(self, channel: int, cycles: float, samples: int, wait: Wait) -> tuple[NDArray[np.float64], float]:
         """Read one burst: all readings, volts, shape (samples,), and when it was started, rig seconds."""
@@ -227,14 +225,6 @@ class ScpiDaqReadout:
 
     def _require(self, query: bytes, need: float) -> None:
         require(self._line, self.name, query, need)
-
-    def _require_scan_list(self, channel: int) -> None:
-        listed = self._line.ask(b"ROUT:SCAN?", scpi.parse_scan_list, idempotent=True)
-        if listed != (channel,):
-            raise DeviceFault(
-                f"{self.name}: the scan list is {list(listed)}, it was set to [{channel}]; no reading is taken;"
-                " check that nobody else uses the unit"
-            )
 
     def _require_no_error(self, after: str, consequence: str) -> None:
         try:

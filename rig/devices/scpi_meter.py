@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from rig.clock import Clock
@@ -191,7 +190,8 @@ class ScpiMeter:
                 f"{self.name}: *IDN? says model {model!r}, need {' or '.join(self._preset.names)}"
                 f" (readouts.{self.name}: model); nothing was set; correct the rig file or the address"
             )
-        terminals = self._terminals()
+        answer = self._line.ask(self._preset.terminals, _word, idempotent=True)
+        terminals = "front" if answer == self._preset.front else "rear"
         if self._settings.terminals not in (None, terminals):
             raise DeviceRefused(
                 f"{self.name}: the {terminals} inputs are selected, need those at the {self._settings.terminals}"
@@ -216,14 +216,20 @@ class ScpiMeter:
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         cycles = self._checked(channel, samples, nplc)
         with quiet_unless_done(self._forget, self._line.clear):
-            self._let_it_finish(wait)
+            # A reading that was given up: on a line without device clear nothing is answered before it.
+            if (left_s := self._busy_until_s - self._clock.monotonic_s()) > 0.0:
+                wait(left_s)
+                self._line.clear()
+            self._busy_until_s = 0.0
             if cycles != self._set_up_for:
                 self._set_up(cycles)
             self._require_as_set(cycles)
             started_s = self._clock.monotonic_s()
             values_v = np.array([self._reading(cycles, wait) for _ in range(samples)], dtype=np.float64)
             require_no_error(self._line, self.name, "the burst", "it is dropped")
-        return self._burst(channel, values_v, started_s, cycles)
+        overload = np.abs(values_v) > scpi.LARGEST_READING
+        values_v[overload] = np.nan
+        return Burst(channel, values_v, overload, started_s, self._settings.reading_s(cycles))
 
     def reading_s(self, nplc: float | None = None) -> float:
         return self._settings.reading_s(nplc)
@@ -231,11 +237,6 @@ class ScpiMeter:
     def checks(self) -> Mapping[str, float]:
         """Return nothing: the meters offer no temperature of their own."""
         return {}
-
-    def _burst(self, channel: str, values_v: NDArray[np.float64], started_s: float, cycles: float) -> Burst:
-        overload = np.abs(values_v) > scpi.LARGEST_READING
-        values_v[overload] = np.nan
-        return Burst(channel, values_v, overload, started_s, self._settings.reading_s(cycles))
 
     def _checked(self, channel: str, samples: int, nplc: float | None) -> float:
         """Return the power-line cycles of a burst. Raises: RequestRefused."""
@@ -290,17 +291,6 @@ class ScpiMeter:
         reading_v = self._line.hear(b"READ?", _single_reading, timeout_s=LATENESS * reading_s + TALK_TIMEOUT_S)
         self._busy_until_s = 0.0
         return reading_v
-
-    def _let_it_finish(self, wait: Wait) -> None:
-        """Wait for a reading that was given up: on a line without device clear nothing is answered before it."""
-        if (left_s := self._busy_until_s - self._clock.monotonic_s()) > 0.0:
-            wait(left_s)
-            self._line.clear()
-        self._busy_until_s = 0.0
-
-    def _terminals(self) -> Literal["front", "rear"]:
-        answer = self._line.ask(self._preset.terminals, _word, idempotent=True)
-        return "front" if answer == self._preset.front else "rear"
 
     def _forget(self) -> None:
         self._set_up_for = None

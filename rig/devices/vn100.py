@@ -112,7 +112,12 @@ class Vn100:
     def poll(self) -> StreamBlock:
         first = self._reader.rows
         rows = self._reader.take()
-        self._require_content(rows)
+        for refusal in rows.refused:
+            if refusal.line.startswith(b"$VNERR"):
+                raise DeviceFault(
+                    f"{self.name}: the unit reports: {_trouble(refusal.line)}; the stream is not to be trusted;"
+                    " start it again"
+                )
         return StreamBlock(
             stream=self.name,
             first=first,
@@ -128,15 +133,6 @@ class Vn100:
 
     def _parse(self, piece: bytes) -> Rows:
         return wire.parse_rows(piece, self._settings.output, self._pattern)
-
-    def _require_content(self, rows: Rows) -> None:
-        """Refuse troubles that the unit reports between the samples. Raises: DeviceFault."""
-        for refusal in rows.refused:
-            if refusal.line.startswith(b"$VNERR"):
-                raise DeviceFault(
-                    f"{self.name}: the unit reports: {_trouble(refusal.line)}; the stream is not to be trusted;"
-                    " start it again"
-                )
 
     def _read(self, register: int) -> str:
         return ",".join(self._command(b"VNRRG,%d" % register)[2:])

@@ -101,8 +101,18 @@ class WatlowF4:
     def hold(self, setpoint_degc: float) -> None:
         self._settings.refuse_beyond_limits(self.name, setpoint_degc)
         scale = self._unchanged_scale()
-        self._refuse_profile()
-        self._refuse_beyond_its_own_limits(setpoint_degc, scale)
+        if state := RUNNING.get(self._read(PROFILE)):
+            raise DeviceRefused(
+                f"{self.name}: a profile {state} (register {PROFILE}): the chamber would follow it and not a set"
+                " point; nothing was changed; end it at the front panel"
+            )
+        # Some take a set point below their range for "off".
+        low_degc, high_degc = (scale.degc(self._read(register)) for register in (LOW_LIMIT, HIGH_LIMIT))
+        if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
+            raise RequestRefused(
+                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
+                f" (its registers {LOW_LIMIT} and {HIGH_LIMIT}); nothing was changed; ask for one inside"
+            )
         raw = round(scale.raw(setpoint_degc))
         if abs(raw - scale.raw(setpoint_degc)) > 1e-6 or not -32768 <= raw <= 32767:
             raise RequestRefused(
@@ -117,22 +127,6 @@ class WatlowF4:
             raise DeviceFault(
                 f"{self.name}: setpoint {setpoint_degc:g} degC was acknowledged, but reads back"
                 f" {scale.degc(read_back):g} degC; the chamber may heat or cool; look at its front panel"
-            )
-
-    def _refuse_profile(self) -> None:
-        if state := RUNNING.get(self._read(PROFILE)):
-            raise DeviceRefused(
-                f"{self.name}: a profile {state} (register {PROFILE}): the chamber would follow it and not a set"
-                " point; nothing was changed; end it at the front panel"
-            )
-
-    def _refuse_beyond_its_own_limits(self, setpoint_degc: float, scale: Scale) -> None:
-        """Refuse a set point beyond the chamber's own limits: some take one below their range for "off"."""
-        low_degc, high_degc = (scale.degc(self._read(register)) for register in (LOW_LIMIT, HIGH_LIMIT))
-        if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
-            raise RequestRefused(
-                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
-                f" (its registers {LOW_LIMIT} and {HIGH_LIMIT}); nothing was changed; ask for one inside"
             )
 
     def _read(self, register: int) -> int:

@@ -138,17 +138,14 @@ class WatlowF4T:
         words = _words(self._to_wire(setpoint_degc), self._settings.word_order)
         self._registers.write_registers(SETPOINT + self._offset, words)
         self._holds = True
-        self._require_setpoint(setpoint_degc, words)
-        if mode == OFF:
-            self._switch_on()
-
-    def _require_setpoint(self, setpoint_degc: float, words: tuple[int, int]) -> None:
         read_back = self._registers.read_holding(SETPOINT + self._offset, 2)
         if read_back != words:
             raise DeviceFault(
                 f"{self.name}: set point {setpoint_degc:g} degC was acknowledged, but reads back"
                 f" {self._from_wire(read_back):g} degC; the chamber may heat or cool; look at its front panel"
             )
+        if mode == OFF:
+            self._switch_on()
 
     def _switch_on(self) -> None:
         self._registers.write_registers(MODE_WRITE + self._offset, [AUTO])
@@ -213,18 +210,13 @@ class WatlowF4T:
             addresses = (LOW_LIMIT, HIGH_LIMIT, SETPOINT, PROCESS_VALUE)
             pairs = [self._registers.read_holding(address + self._offset, 2) for address in addresses]
             self._require_order(pairs)
-            self._guard(HIGH_LIMIT + self._offset, pairs[1])
+            # Replies on RTU have no number: a word of the upper limit must answer rightly after every doubt.
+            constant = pairs[1]
+            if isinstance(self._registers, ModbusRtu):
+                place = 0 if constant[0] else 1
+                self._registers.set_sentinel((HIGH_LIMIT + self._offset) + place, constant[place])
             self._limits_degc = self._from_wire(pairs[0]), self._from_wire(pairs[1])
         return self._limits_degc
-
-    def _guard(self, address: int, constant: Sequence[int]) -> None:
-        """Guard replies on RTU, where they have no number.
-
-        A word of the upper limit must answer rightly after every doubt.
-        """
-        if isinstance(self._registers, ModbusRtu):
-            place = 0 if constant[0] else 1
-            self._registers.set_sentinel(address + place, constant[place])
 
     def _require_order(self, pairs: Sequence[Sequence[int]]) -> None:
         values_degc = [self._from_wire(pair) for pair in pairs]

@@ -88,7 +88,15 @@ class Line:
             with suppress(OSError):
                 self._send_all(steps)
                 return
-        self._open_anew()
+        host, _, port = self.address.partition("://")[2].rstrip("/").rpartition(":")
+        if self.address.startswith("socket://"):
+            self.descriptor = socket.create_connection((host.strip("[]"), int(port)), LINE_S).detach()
+        elif "://" not in self.address:
+            self.descriptor = os.open(self.address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            if self.settings is not None:
+                termios.tcsetattr(self.descriptor, termios.TCSANOW, self.settings)
+        else:
+            raise OSError("the line is lost")
         self._send_all(steps)
 
     def _send_all(self, steps: list[dict[str, Any]]) -> None:
@@ -121,17 +129,6 @@ class Line:
             if not select.select([], [self.descriptor], [], LINE_S)[1]:
                 raise OSError("the line takes no bytes")
             data = data[os.write(self.descriptor, data) :]
-
-    def _open_anew(self) -> None:
-        host, _, port = self.address.partition("://")[2].rstrip("/").rpartition(":")
-        if self.address.startswith("socket://"):
-            self.descriptor = socket.create_connection((host.strip("[]"), int(port)), LINE_S).detach()
-        elif "://" not in self.address:
-            self.descriptor = os.open(self.address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-            if self.settings is not None:
-                termios.tcsetattr(self.descriptor, termios.TCSANOW, self.settings)
-        else:
-            raise OSError("the line is lost")
 
 
 class Guard:

@@ -237,7 +237,9 @@ def _locked(path: Path, resource: str, purpose: str, clock: Clock) -> Iterator[N
                 " wait until it has finished, or stop it"
             )
         since_utc = clock.now_utc().isoformat(timespec="seconds")
-        text = _text_of(path)
+        number = _account_number()
+        whose = re.sub(r"[^A-Za-z0-9]+", "-", account()) if number is None else number
+        text = path.with_name(f"{path.stem}.{whose}.owner")
         _say(text, LockOwner(resource, os.getpid(), since_utc, purpose, account()))
         try:
             yield
@@ -277,12 +279,6 @@ def _say(text: Path, owner: LockOwner) -> None:
     with suppress(OSError):
         text.write_text(json.dumps(asdict(owner)), encoding="utf-8")
         text.chmod(_READABLE)
-
-
-def _text_of(path: Path) -> Path:
-    number = _account_number()
-    whose = re.sub(r"[^A-Za-z0-9]+", "-", account()) if number is None else number
-    return path.with_name(f"{path.stem}.{whose}.owner")
 
 
 def _file_of(identity: str, folder: Path) -> Path:

@@ -87,7 +87,12 @@ class PrologixBus:
         self._exchange.tell(b"".join(wire.setting(name, value) for name, value in wire.SETTINGS.items()))
         self._exchange.tell(wire.INTERFACE_CLEAR)
         for name, value in wire.SETTINGS.items():
-            self._require_setting(name, value)
+            got = self._query(wire.setting_query(name), wire.parse_number, True, TALK_TIMEOUT_S)
+            if got != value:
+                raise DeviceRefused(
+                    f"{self.name}: adapter setting ++{name}: got {got}, need {value}, which was written just before;"
+                    " nothing was sent to an instrument; renew the adapter's firmware or use one that accepts it"
+                )
 
     def _first_version(self) -> str:
         """Return the answer to ``++ver``, once nothing on the bus talks. Raises: DeviceSilent, DeviceNonsense."""
@@ -124,14 +129,6 @@ class PrologixBus:
         self._real_version = real if wire.CLONE in real else ""
         if not self._real_version:
             self._exchange.tell(wire.setting("savecfg", 0))
-
-    def _require_setting(self, name: str, value: int) -> None:
-        got = self._query(wire.setting_query(name), wire.parse_number, True, TALK_TIMEOUT_S)
-        if got != value:
-            raise DeviceRefused(
-                f"{self.name}: adapter setting ++{name}: got {got}, need {value}, which was written just before;"
-                " nothing was sent to an instrument; renew the adapter's firmware or use one that accepts it"
-            )
 
     def _addressed(self, address: int) -> bytes:
         """Return what must go before a message to ``address``."""

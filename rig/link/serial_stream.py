@@ -70,7 +70,9 @@ class SerialStream:
             if left_s <= 0.0:
                 return self.discard_input()
             with _losses(self.name):
-                self._set_timeout(min(left_s, WAIT_SLICE_S))
+                timeout_s = min(left_s, WAIT_SLICE_S)
+                if self._port.timeout != timeout_s:  # setting it makes pyserial configure the port again
+                    self._port.timeout = timeout_s
                 if first := self._port.read(1):
                     return bytes(first) + bytes(self._port.read(self._port.in_waiting))
 
@@ -89,10 +91,6 @@ class SerialStream:
         self._is_closed = True
         with _losses(self.name):
             self._port.close()
-
-    def _set_timeout(self, timeout_s: float) -> None:
-        if self._port.timeout != timeout_s:  # setting it makes pyserial configure the port again
-            self._port.timeout = timeout_s
 
     def _require_open(self) -> None:
         if self._is_closed:

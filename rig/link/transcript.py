@@ -135,7 +135,7 @@ def read_transcript(path: Path) -> list[Entry]:
 def _entry(path: Path, number: int, text: str) -> Entry:
     fields = _object(path, number, text)
     at_s, operation, data = fields.get("at_s"), fields.get("operation"), fields.get("data")
-    if isinstance(at_s, int | float) and isinstance(data, str) and _is_latin(data):
+    if isinstance(at_s, int | float) and isinstance(data, str) and all(ord(character) < 256 for character in data):
         for known in ("write", "read", "discard"):
             if operation == known:
                 return Entry(number, float(at_s), known, data.encode("latin-1"))
@@ -150,7 +150,3 @@ def _object(path: Path, number: int, text: str) -> dict[str, object]:
     except (ValueError, RecursionError) as error:
         raise DescriptionError(f"{path}:{number}: not JSON: {error}; the file is damaged or no transcript") from error
     return fields if isinstance(fields, dict) else {}
-
-
-def _is_latin(text: str) -> bool:
-    return all(ord(character) < 256 for character in text)

@@ -166,7 +166,20 @@ def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:
         case Moving():
             return _moving(bounds, task, watched.last, seen)
         case Turning():
-            return _turning(bounds, task, watched.last, seen)
+            if not seen.is_homed:
+                return Watched(Unknown(), seen), ""
+            low_deg, high_deg = bounds.limits_deg
+            margin_deg = bounds.margin_deg
+            if bounds.has_ends and not low_deg - margin_deg <= seen.position_deg <= high_deg + margin_deg:
+                return Watched(Unknown(), seen), (
+                    f"turned beyond its limits: at {seen.position_deg:g} deg, allowed {low_deg:g} to {high_deg:g} deg"
+                )
+            for before in (watched.last, task.began):
+                if before is None:
+                    continue
+                if too_fast := _too_fast(bounds, before, seen, task.slowest_dps, task.fastest_dps):
+                    return Watched(Unknown(), seen), too_fast
+            return Watched(task if task.began is not None else replace(task, began=seen), seen), ""
         case Homing():
             return _homing(bounds, task, watched.last, seen)
         case Stopping():
@@ -255,24 +268,6 @@ def after_home(bounds: Bounds, at_deg: float) -> Bounds:
     """Return what is known once a home search has ended there."""
     is_there = abs(at_deg - bounds.home_deg) <= bounds.margin_deg
     return replace(bounds, home_deg=bounds.home_deg if is_there else at_deg, has_been_home=True)
-
-
-def _turning(bounds: Bounds, task: Turning, last: Seen | None, seen: Seen) -> tuple[Watched, str]:
-    """Against the look before, and against the first, lest a slow wrong way hide in the margin of every look."""
-    if not seen.is_homed:
-        return Watched(Unknown(), seen), ""
-    low_deg, high_deg = bounds.limits_deg
-    margin_deg = bounds.margin_deg
-    if bounds.has_ends and not low_deg - margin_deg <= seen.position_deg <= high_deg + margin_deg:
-        return Watched(Unknown(), seen), (
-            f"turned beyond its limits: at {seen.position_deg:g} deg, allowed {low_deg:g} to {high_deg:g} deg"
-        )
-    for before in (last, task.began):
-        if before is None:
-            continue
-        if too_fast := _too_fast(bounds, before, seen, task.slowest_dps, task.fastest_dps):
-            return Watched(Unknown(), seen), too_fast
-    return Watched(task if task.began is not None else replace(task, began=seen), seen), ""
 
 
 def _stopping(bounds: Bounds, task: Stopping, seen: Seen) -> Task:

@@ -30,7 +30,18 @@ class AngleMeterTwin:
     def receive(self, data: bytes, now_s: float) -> None:
         self._received += data
         while (found := self._next_question()) is not None:
-            self._answer(found, now_s)
+            match found.kind:
+                case "quiet":
+                    self._wakes = False
+                    self._beat.stop()
+                    quiet = self._codec.dialect.quiet
+                    self._due += b"" if quiet is None else quiet.reply.encode("latin-1")
+                case "identity" if not self._beat.is_running:
+                    self._due += self._codec.format_identity("CALRIG TWIN V1.0.0", "123456789")
+                case "unit":
+                    self._due += self._codec.format_unit(self.unit, found.axis)
+                case "reading" if not self._beat.is_running:
+                    self._due += self._reading(found.axis, now_s)
 
     def transmit(self, now_s: float) -> bytes:
         if self._wakes:
@@ -57,20 +68,6 @@ class AngleMeterTwin:
                 return None
             self._received = self._received[1:]
         return None
-
-    def _answer(self, question: Question, now_s: float) -> None:
-        match question.kind:
-            case "quiet":
-                self._wakes = False
-                self._beat.stop()
-                quiet = self._codec.dialect.quiet
-                self._due += b"" if quiet is None else quiet.reply.encode("latin-1")
-            case "identity" if not self._beat.is_running:
-                self._due += self._codec.format_identity("CALRIG TWIN V1.0.0", "123456789")
-            case "unit":
-                self._due += self._codec.format_unit(self.unit, question.axis)
-            case "reading" if not self._beat.is_running:
-                self._due += self._reading(question.axis, now_s)
 
     def _reading(self, axis: int, at_s: float) -> bytes:
         x, y = (from_deg(self._reading_deg(axis, name, at_s), self.unit) for name in ("x", "y"))

@@ -51,21 +51,18 @@ class Chance:
         """Return the next standard normal number of ``source`` since the announcement."""
         running = self._running.get(source)
         if running is None:
-            running = self._running[source] = _normals(self._generator(source))
+            key = self._keys.get(source)
+            if key is None:
+                key = self._keys[source] = _hash(f"{self.seed}|{source}", 16)
+            now = self._announcement
+            words = (now.step % _WORD, _hash(now.phase, 8), now.attempt % _WORD)
+            counter = sum(word << 64 * place for place, word in enumerate(words, start=1))
+            running = self._running[source] = _normals(np.random.Generator(np.random.Philox(key=key, counter=counter)))
         return next(running)
 
     def fixed(self, *address: object) -> np.random.Generator:
         """Return a generator of its own for what never changes: a tooth's error, a mounting."""
         return np.random.Generator(np.random.Philox(key=_hash(f"{self.seed}|fixed|{'|'.join(map(str, address))}", 16)))
-
-    def _generator(self, source: str) -> np.random.Generator:
-        key = self._keys.get(source)
-        if key is None:
-            key = self._keys[source] = _hash(f"{self.seed}|{source}", 16)
-        now = self._announcement
-        words = (now.step % _WORD, _hash(now.phase, 8), now.attempt % _WORD)
-        counter = sum(word << 64 * place for place, word in enumerate(words, start=1))
-        return np.random.Generator(np.random.Philox(key=key, counter=counter))
 
 
 def _normals(generator: np.random.Generator) -> Iterator[float]:

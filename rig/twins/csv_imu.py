@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from rig.twins.imu import Motion, MotionSource
+from rig.twins.imu import MotionSource
 from rig.twins.metronome import Metronome
 from rig.wire.csv_rows import RowShape, format_row
 
@@ -68,7 +68,9 @@ class CsvImuTwin:
         read = {column: self._reading(column, at_s) for column in self._columns}
         felt = {column: value for column, value in read.items() if value is not None}
         if any(column in QUANTITIES and column not in felt for column in self._columns):
-            felt = _by_column(self._source.motion(self._stream, at_s)) | felt
+            motion = self._source.motion(self._stream, at_s)
+            values = (*motion.force_g, *motion.rate_dps, *motion.field_ut)
+            felt = dict(zip(QUANTITIES, values, strict=True)) | felt
         return format_row([self._field(column, number, felt) for column in self._columns], self._shape)
 
     def _field(self, column: str, number: int, felt: Mapping[str, float]) -> bytes:
@@ -82,8 +84,3 @@ class CsvImuTwin:
 
 def _wrapped(number: int, modulus: float | None) -> int:
     return number if modulus is None else number % int(modulus)
-
-
-def _by_column(motion: Motion) -> dict[str, float]:
-    values = (*motion.force_g, *motion.rate_dps, *motion.field_ut)
-    return dict(zip(QUANTITIES, values, strict=True))

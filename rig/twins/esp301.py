@@ -103,7 +103,10 @@ class Esp301Axis:
             case "SR":
                 self.high_deg = value
             case "SN":
-                return self._count_in(value)
+                if value not in _UNITS:
+                    return wire.OUT_OF_RANGE
+                self.unit = int(value)
+                return 0
             case _:
                 return None
         return 0
@@ -141,12 +144,6 @@ class Esp301Axis:
             self.servo.acceleration_dps2 = value
         return 0
 
-    def _count_in(self, unit: float) -> int:
-        if unit not in _UNITS:
-            return wire.OUT_OF_RANGE
-        self.unit = int(unit)
-        return 0
-
 
 class Esp301Twin:
     """A :class:`rig.twins.twin.Twin`. ``axes``: numbers to the names of the world's bodies."""
@@ -173,7 +170,16 @@ class Esp301Twin:
         self._received = rest[-_LONGEST_LINE:]
         for line in lines:
             for command in wire.decode_commands(line):
-                self._take(command, now_s)
+                if command is None:
+                    code = wire.COMMAND_UNKNOWN
+                elif command.axis is None:
+                    code = self._of_controller(command, now_s)
+                elif command.axis in self.axes:
+                    code = self._of_axis(self.axes[command.axis], command, now_s)
+                else:
+                    code = wire.AXIS_OUT_OF_RANGE
+                if code:
+                    self.report(code, now_s)
 
     def transmit(self, now_s: float) -> bytes:  # noqa: ARG002 it answers at once
         due, self._due = self._due, b""
@@ -197,18 +203,6 @@ class Esp301Twin:
 
     def _stamp(self, now_s: float) -> int:
         return int((now_s - self._on_from_s) / wire.CYCLE_S)
-
-    def _take(self, command: Command | None, now_s: float) -> None:
-        if command is None:
-            code = wire.COMMAND_UNKNOWN
-        elif command.axis is None:
-            code = self._of_controller(command, now_s)
-        elif command.axis in self.axes:
-            code = self._of_axis(self.axes[command.axis], command, now_s)
-        else:
-            code = wire.AXIS_OUT_OF_RANGE
-        if code:
-            self.report(code, now_s)
 
     def _of_controller(self, command: Command, now_s: float) -> int:
         match command.letters:

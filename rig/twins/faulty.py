@@ -165,21 +165,18 @@ class FaultyTwin:
         self._tell(f"{now_s - self._starts_s:.3f} s: {self.name}: {armed.name}: {armed.rule.kind}, {where}")
         rule = armed.rule
         if rule.kind in MOTION:
-            self._hinder(rule, now_s)
+            axis = rule.line.partition(".")[2]
+            if rule.kind == "stall":
+                self._motions.stall(axis, rule.for_s or 0.0)
+            elif rule.kind == "slip":
+                self._motions.slip(axis, rule.slip_deg or 0.0, now_s, seen=bool(rule.seen))
+            else:
+                self._motions.lag(axis, rule.lag_s or 0.0)
         elif rule.kind in LINE_AND_POWER:
             self._cut(rule, now_s if armed.at_s is None else armed.at_s, now_s)
         else:
             return self._change(rule)
         return faults.intact
-
-    def _hinder(self, rule: FaultRule, now_s: float) -> None:
-        axis = rule.line.partition(".")[2]
-        if rule.kind == "stall":
-            self._motions.stall(axis, rule.for_s or 0.0)
-        elif rule.kind == "slip":
-            self._motions.slip(axis, rule.slip_deg or 0.0, now_s, seen=bool(rule.seen))
-        else:
-            self._motions.lag(axis, rule.lag_s or 0.0)
 
     def _cut(self, rule: FaultRule, from_s: float, now_s: float) -> None:
         """Cut the line.

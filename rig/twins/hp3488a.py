@@ -113,13 +113,12 @@ class Hp3488aTwin:
     def _channels(self, argument: str) -> list[int]:
         """Return the channels named; none and an error bit when one of them does not exist."""
         numbers = [int(number) for number in argument.split(",") if number.strip().isdigit()]
-        if not numbers or not all(self._exists(number) for number in numbers):
+        if not numbers or not all(
+            wire.has_channel(self._cards.get(wire.slot_of(number), ""), number) for number in numbers
+        ):
             self._errors |= 2
             return []
         return numbers
-
-    def _exists(self, channel: int) -> bool:
-        return wire.has_channel(self._cards.get(wire.slot_of(channel), ""), channel)
 
     def _say(self, text: bytes) -> None:
         self._reply = text + b"\r\n"

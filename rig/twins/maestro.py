@@ -71,7 +71,10 @@ class ServoChannel:
     def aim(self, target: int, now_s: float) -> None:
         """Set a new target, brought inside the channel's own limits; 0 switches the pulses off."""
         if target == 0:
-            self._halt(now_s)
+            if self._pulses is not None:
+                place = self._pulses.at(now_s)
+                self._follow(Ramp(place, place, now_s, math.inf))
+            self._pulses = None
             return
         aimed = min(max(target, self.settings.low), self.settings.high)
         here = self._pulses
@@ -86,12 +89,6 @@ class ServoChannel:
             else math.inf,
         )
         self._follow(self._pulses)
-
-    def _halt(self, now_s: float) -> None:
-        if self._pulses is not None:
-            place = self._pulses.at(now_s)
-            self._follow(Ramp(place, place, now_s, math.inf))
-        self._pulses = None
 
     def _follow(self, pulses: Ramp) -> None:
         if self._servo is not None:

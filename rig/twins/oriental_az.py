@@ -86,7 +86,11 @@ class OrientalAzRegisters:
         if places == range(wire.INPUTS + 1, wire.INPUTS + 2):
             return self._switch(values[0], is_kept=True, now_s=now_s)
         if places == range(wire.SILENCE_MS, wire.SILENCE_MS + 2):
-            return self._allow_silence(wire.value_of(*values))
+            silence_ms = wire.value_of(*values)
+            if not 0 <= silence_ms <= wire.LONGEST_SILENCE_MS:
+                return ILLEGAL_VALUE
+            self._silence_ms = silence_ms
+            return 0
         return ILLEGAL_ADDRESS
 
     def was_heard_at(self, now_s: float) -> bool:
@@ -102,12 +106,6 @@ class OrientalAzRegisters:
         if not self.low_word_first or len(words) % 2:
             return list(words)
         return [words[place ^ 1] for place in range(len(words))]
-
-    def _allow_silence(self, silence_ms: int) -> int:
-        if not 0 <= silence_ms <= wire.LONGEST_SILENCE_MS:
-            return ILLEGAL_VALUE
-        self._silence_ms = silence_ms
-        return 0
 
     def _registers(self, now_s: float) -> dict[int, int]:
         position = round(self.servo.position_deg(now_s) / self._step_deg)

@@ -45,7 +45,13 @@ class PiGcsTwin:
                 line, self._received = self._received, b""
                 self._take(line.decode("latin-1").strip(), now_s)
             elif byte[0] < 32 and byte != b"\r":
-                self._single(byte, now_s)
+                if byte == wire.MOVING:
+                    moving = (s.servo.is_moving(now_s) << (self._places[name] - 1) for name, s in self.stages.items())
+                    self._due += b"%X\n" % sum(moving)
+                elif byte == b"\x07":
+                    self._due += _READY + b"\n"
+                elif byte == wire.STOP:
+                    self._stop_all(now_s)
             else:
                 self._received = (self._received + byte)[-_LONGEST_LINE:]
 
@@ -59,15 +65,6 @@ class PiGcsTwin:
     def power_cycle(self, now_s: float) -> None:
         for stage in self.stages.values():
             stage.power_cycle(now_s)
-
-    def _single(self, byte: bytes, now_s: float) -> None:
-        if byte == wire.MOVING:
-            moving = (s.servo.is_moving(now_s) << (self._places[name] - 1) for name, s in self.stages.items())
-            self._due += b"%X\n" % sum(moving)
-        elif byte == b"\x07":
-            self._due += _READY + b"\n"
-        elif byte == wire.STOP:
-            self._stop_all(now_s)
 
     def _stop_all(self, now_s: float) -> None:
         for stage in self.stages.values():
@@ -146,15 +143,12 @@ class PiGcsTwin:
                     return wire.NOT_REFERENCED
                 stage.servo.home(now_s)
             case "MOV":
-                return self._move(stage, number, now_s)
+                if not (stage.has_servo and stage.servo.is_homed(now_s)):
+                    return wire.NOT_REFERENCED
+                if not TRAVEL_DEG[0] <= number <= TRAVEL_DEG[1]:
+                    return wire.OUT_OF_LIMITS
+                stage.servo.move(number, now_s)
+                return wire.NO_ERROR
             case _:
                 return UNKNOWN_COMMAND
-        return wire.NO_ERROR
-
-    def _move(self, stage: PiStage, target_deg: float, now_s: float) -> int:
-        if not (stage.has_servo and stage.servo.is_homed(now_s)):
-            return wire.NOT_REFERENCED
-        if not TRAVEL_DEG[0] <= target_deg <= TRAVEL_DEG[1]:
-            return wire.OUT_OF_LIMITS
-        stage.servo.move(target_deg, now_s)
         return wire.NO_ERROR

@@ -178,7 +178,10 @@ class PtyPort:
                 self._taken_s = now_s
             except BlockingIOError:
                 if now_s - self._taken_s > patience_s:
-                    self._drop()
+                    # What waits here, and what waits unread at the other end.
+                    self._unsent = b""
+                    if terminals := module_here("termios"):
+                        terminals.tcflush(self._slave, terminals.TCIFLUSH)
 
     def close(self) -> None:
         self._hide()
@@ -197,12 +200,6 @@ class PtyPort:
             os.close(file)
         self._selector.register(self._master, selectors.EVENT_READ, self)
         self._unsent = b""
-
-    def _drop(self) -> None:
-        """Drop what waits here, and what waits unread at the other end."""
-        self._unsent = b""
-        if terminals := module_here("termios"):
-            terminals.tcflush(self._slave, terminals.TCIFLUSH)
 
     def _show(self) -> None:
         if self.link is not None:

@@ -155,7 +155,8 @@ class PrologixTwin:
         elif line.text == b"read eoi":
             self._start_reading(now_s, to_eoi=True)
         else:
-            self._command(*_split_command(line.text), now_s)
+            name, _, argument = line.text.decode("latin-1").partition(" ")
+            self._command(name, argument.strip(), now_s)
 
     def _send_on(self, text: bytes, now_s: float) -> None:
         instrument = self.instruments.get(self.settings["addr"])
@@ -183,37 +184,33 @@ class PrologixTwin:
 
     def _command(self, name: str, argument: str, now_s: float) -> None:
         if name == "read":
-            self._read_command(argument, now_s)
+            if argument and _number(argument) not in range(256):
+                self._refuse()
+            else:
+                self._start_reading(now_s, to_eoi=False, stop=bytes([int(argument)]) if argument else b"")
         elif name == "savecfg" and self._clone_name is not None:
             self.eeprom_writes += 1
         elif name in RANGES:
             self._setting(name, argument)
         elif name == "ver":
-            self._tell_version(argument)
+            if argument and (argument != "real" or self._clone_name is None):
+                self._refuse()
+            else:
+                self._reply(REAL_CLONE if argument else self._clone_name or VERSION)
         elif name == "clr":
             if instrument := self.instruments.get(self.settings["addr"]):
                 instrument.clear(now_s)
         elif name == "spoll":
             self._serial_poll(argument, now_s)
         elif name == "srq":
-            self._reply("1" if self._is_service_requested(now_s) else "0")
+            self._reply(
+                "1" if any(instrument.serial_poll(now_s) & 64 for instrument in self.instruments.values()) else "0"
+            )
         elif name == "rst":
             self._deaf_until_s = now_s + RESET_S
             self._lines.clear()
         elif name not in WITHOUT_EFFECT:
             self._refuse()
-
-    def _tell_version(self, argument: str) -> None:
-        if argument and (argument != "real" or self._clone_name is None):
-            self._refuse()
-        else:
-            self._reply(REAL_CLONE if argument else self._clone_name or VERSION)
-
-    def _read_command(self, argument: str, now_s: float) -> None:
-        if argument and _number(argument) not in range(256):
-            self._refuse()
-        else:
-            self._start_reading(now_s, to_eoi=False, stop=bytes([int(argument)]) if argument else b"")
 
     def _setting(self, name: str, argument: str) -> None:
         if not argument:
@@ -232,19 +229,11 @@ class PrologixTwin:
         else:
             self._free_s = now_s + self.settings["read_tmo_ms"] / 1000.0
 
-    def _is_service_requested(self, now_s: float) -> bool:
-        return any(instrument.serial_poll(now_s) & 64 for instrument in self.instruments.values())
-
     def _refuse(self) -> None:
         self._reply(wire.UNRECOGNIZED.decode("ascii"))
 
     def _reply(self, text: str) -> None:
         self._output.append(text.encode("ascii") + b"\r\n")
-
-
-def _split_command(text: bytes) -> tuple[str, str]:
-    name, _, argument = text.decode("latin-1").partition(" ")
-    return name, argument.strip()
 
 
 def _number(text: str) -> int:

@@ -90,7 +90,11 @@ class Vn100Twin:
         if name not in ("VNRRG", "VNWRG", "VNASY"):
             return _error(INVALID_COMMAND)
         if words and words[0].isdecimal() and int(words[0]) in self.binary:
-            return self._binary(name, int(words[0]), words[1:])
+            register = int(words[0])
+            if name == "VNWRG":
+                self.binary[register] = words[1:]
+            content = ",".join(self.binary[register]).encode("ascii")
+            return wire.message(b"%s,%02d,%s" % (name.encode("ascii"), register, content))
         numbers = [int(word) for word in words if word.isdecimal()]
         if len(numbers) != len(words):
             return _error(INVALID_PARAMETER)
@@ -101,12 +105,6 @@ class Vn100Twin:
         if len(numbers) > (2 if name == "VNWRG" else 1):
             return _error(TOO_MANY)
         return self._pause(numbers[0], now_s) if name == "VNASY" else self._write(numbers[0], numbers[1], now_s)
-
-    def _binary(self, name: str, register: int, words: list[str]) -> bytes:
-        if name == "VNWRG":
-            self.binary[register] = words
-        content = ",".join(self.binary[register]).encode("ascii")
-        return wire.message(b"%s,%02d,%s" % (name.encode("ascii"), register, content))
 
     def _read(self, register: int, now_s: float) -> bytes:
         if register in self.compensation:

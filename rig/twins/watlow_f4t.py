@@ -74,10 +74,15 @@ class WatlowF4TTwin:
     def write(self, address: int, values: Sequence[int], now_s: float) -> int:
         register = address - self._offset
         if register == MODE_WRITE and len(values) == 1:
-            return self._set_mode(values[0])
+            mode = values[0]
+            if mode not in (AUTO, MANUAL, OFF):
+                return ILLEGAL_VALUE
+            self.mode = mode
+            return 0
         if register != SETPOINT or len(values) != 2:
             return ILLEGAL_ADDRESS
-        degc = self._to_degc(self._float(values))
+        value = self._float(values)
+        degc = (value - 32.0) / 1.8 if self.is_fahrenheit else value
         low_degc, high_degc = self._limits_degc
         if not low_degc <= degc <= high_degc:
             return ILLEGAL_VALUE
@@ -97,12 +102,6 @@ class WatlowF4TTwin:
             return self._words(self._world.read_temperature_degc(self._environment, now_s))
         return self._words(values_degc[register]) if register in values_degc else None
 
-    def _set_mode(self, mode: int) -> int:
-        if mode not in (AUTO, MANUAL, OFF):
-            return ILLEGAL_VALUE
-        self.mode = mode
-        return 0
-
     def _words(self, degc: float) -> tuple[int, int]:
         high, low = struct.unpack(">HH", struct.pack(">f", degc * 1.8 + 32.0 if self.is_fahrenheit else degc))
         return (low, high) if self._is_low_first else (high, low)
@@ -111,6 +110,3 @@ class WatlowF4TTwin:
         low, high = words if self._is_low_first else reversed(words)
         value: float = struct.unpack(">f", struct.pack(">HH", high, low))[0]
         return value
-
-    def _to_degc(self, value: float) -> float:
-        return (value - 32.0) / 1.8 if self.is_fahrenheit else value

@@ -73,7 +73,8 @@ class ZaberStage:
                 self._is_interrupted = False
                 self.servo.home(now_s)
             case ["stop"] | ["estop"]:
-                self._stop(now_s)
+                self._is_interrupted = self.servo.is_moving(now_s)
+                self.servo.stop(now_s)
             case ["move", ("abs" | "rel" | "vel") as kind, value]:
                 return self._move(kind, value, now_s)
             case ["warnings"] | ["warnings", "clear"]:
@@ -120,7 +121,14 @@ class ZaberStage:
         if number is None:
             return False, BAD_DATA
         if kind == "vel":
-            return self._spin(number, now_s)
+            if abs(number) > self._data(10_000.0):
+                return False, BAD_DATA
+            self._is_interrupted = self.servo.is_moving(now_s)
+            if number:
+                self.servo.spin(number / self._stage.velocity_scale * self._stage.microstep_deg, now_s)
+            else:
+                self.servo.stop(now_s)
+            return True, "0"
         if kind == "rel":
             number += round(self.servo.position_deg(now_s) / self._stage.microstep_deg)
         if not self.settings["limit.min"] <= number <= self.settings["limit.max"]:
@@ -128,20 +136,6 @@ class ZaberStage:
         self._is_interrupted = self.servo.is_moving(now_s)
         self.servo.move(number * self._stage.microstep_deg, now_s)
         return True, "0"
-
-    def _spin(self, data: int, now_s: float) -> tuple[bool, str]:
-        if abs(data) > self._data(10_000.0):
-            return False, BAD_DATA
-        self._is_interrupted = self.servo.is_moving(now_s)
-        if data:
-            self.servo.spin(data / self._stage.velocity_scale * self._stage.microstep_deg, now_s)
-        else:
-            self.servo.stop(now_s)
-        return True, "0"
-
-    def _stop(self, now_s: float) -> None:
-        self._is_interrupted = self.servo.is_moving(now_s)
-        self.servo.stop(now_s)
 
     def _data(self, rate_dps: float) -> int:
         return round(rate_dps / self._stage.microstep_deg * self._stage.velocity_scale)
@@ -168,7 +162,9 @@ class ZaberTwin:
         for line in lines:
             command = wire.decode_command(line)
             if command is not None:
-                self._answer(command, now_s)
+                for number, stage in self.stages.items():
+                    if command.device in (0, number):
+                        self._due += wire.encode_reply(self._reply(number, stage, command, now_s))
 
     def transmit(self, now_s: float) -> bytes:  # noqa: ARG002 it answers at once
         due, self._due = self._due, b""
@@ -184,11 +180,6 @@ class ZaberTwin:
     def say(self, line: bytes) -> None:
         """Say an alert or info line of its own accord, without terminator."""
         self._due += line + wire.TERMINATOR
-
-    def _answer(self, command: Command, now_s: float) -> None:
-        for number, stage in self.stages.items():
-            if command.device in (0, number):
-                self._due += wire.encode_reply(self._reply(number, stage, command, now_s))
 
     def _reply(self, number: int, stage: ZaberStage, command: Command, now_s: float) -> Reply:
         if command.axis and (number, command.axis) not in self.axes:

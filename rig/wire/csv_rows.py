@@ -38,7 +38,8 @@ def parse_rows(piece: bytes, shape: RowShape) -> Rows:
     def numbers_of(lines: bytes) -> bytes:
         if shape.checksum == "xor":
             lines = re.sub(rb"\*..\r?\n", b"\n", lines)
-        return _without_prefix(lines, shape.prefix)
+        prefix = shape.prefix
+        return lines.removeprefix(prefix).replace(b"\n" + prefix, b"\n") if prefix else lines
 
     def kept(lines: bytes) -> list[bool]:
         if shape.checksum == "none":
@@ -54,8 +55,3 @@ def format_row(fields: list[bytes], shape: RowShape) -> bytes:
     if shape.checksum == "xor":
         line += b"*%02X" % reduce(xor, line.removeprefix(b"$"), 0)
     return line + b"\r\n"
-
-
-def _without_prefix(lines: bytes, prefix: bytes) -> bytes:
-    """Return the lines without the prefix that every line begins with."""
-    return lines.removeprefix(prefix).replace(b"\n" + prefix, b"\n") if prefix else lines

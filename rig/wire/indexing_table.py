@@ -214,9 +214,6 @@ class TableCodec:
         fields = self._replies[type(command)].match(text)
         if fields is None or fields.get("axis", addressed) != addressed:
             return None
-        return self._reply(command, fields)
-
-    def _reply(self, command: Command, fields: dict[str, FieldValue]) -> Reply | None:
         if isinstance(command, AskPosition):
             return Position(float(fields["position_deg"]))
         if isinstance(command, AskState):

@@ -91,7 +91,19 @@ class Template:
             return ""
         angle, _, part = name.partition("_")
         if angle in ANGLES and part != "deg":
-            return _angle_part(float(fields[f"{angle}_deg"]), part, spec, self._counts_per_deg)
+            value_deg = float(fields[f"{angle}_deg"])
+            if part == "counts":
+                assert self._counts_per_deg is not None
+                return format(round(value_deg * self._counts_per_deg), spec)
+            seconds = round(abs(value_deg) * 3600.0, 1)
+            minutes, rest_s = divmod(seconds, 60.0)
+            degrees, rest_m = divmod(int(minutes), 60)
+            if part == "m":
+                return format(rest_m, spec)
+            if part == "s":
+                return format(int(rest_s) if spec.endswith("d") else rest_s, spec)
+            written = format(degrees, spec)  # the sign of -0° 30' is not that of a number
+            return written if value_deg >= 0.0 else "-" + written.removeprefix("+")
         if spec == _ANY_DECIMALS:
             return format(float(fields[name]) + 0.0, ".4f")
         if spec.endswith("l"):
@@ -115,21 +127,6 @@ def _status(text: str, kind: str) -> int:
     return int(text, 10 if kind == "d" else 16)
 
 
-def _angle_part(value_deg: float, part: str, spec: str, counts_per_deg: float | None) -> str:
-    if part == "counts":
-        assert counts_per_deg is not None
-        return format(round(value_deg * counts_per_deg), spec)
-    seconds = round(abs(value_deg) * 3600.0, 1)
-    minutes, rest_s = divmod(seconds, 60.0)
-    degrees, rest_m = divmod(int(minutes), 60)
-    if part == "m":
-        return format(rest_m, spec)
-    if part == "s":
-        return format(int(rest_s) if spec.endswith("d") else rest_s, spec)
-    written = format(degrees, spec)  # the sign of -0° 30' is not that of a number
-    return written if value_deg >= 0.0 else "-" + written.removeprefix("+")
-
-
 def _piece(literal: str, name: str | None, spec: str) -> str:
     if name is None:
         return re.escape(literal)
@@ -139,7 +136,10 @@ def _piece(literal: str, name: str | None, spec: str) -> str:
     elif name in _NUMBERS or (angle in ANGLES and part in ("deg", "s") and not spec.endswith("d")):
         pattern = _number_pattern(spec)
     elif angle in ANGLES and part in ("counts", "d", "m", "s"):
-        pattern = _whole_pattern(spec)
+        found = _WHOLE_FORMAT.fullmatch(spec)
+        if found is None:
+            raise ValueError(f"a whole number needs a format such as {{target_counts:+07d}}, got {spec!r}")
+        pattern = _digits(found, 0)
     elif name == "status":
         if spec[-1:] not in _STATUS:
             raise ValueError(f"a status needs a format d, x, b or l such as {{status:x}}, got {spec!r}")
@@ -160,13 +160,6 @@ def _number_pattern(spec: str) -> str:
     decimals = int(found["decimals"])
     point = decimals + 1 if decimals else 0
     return _digits(found, point) + (rf"\.\d{{{decimals}}}" if decimals else "")
-
-
-def _whole_pattern(spec: str) -> str:
-    found = _WHOLE_FORMAT.fullmatch(spec)
-    if found is None:
-        raise ValueError(f"a whole number needs a format such as {{target_counts:+07d}}, got {spec!r}")
-    return _digits(found, 0)
 
 
 def _digits(found: re.Match[str], behind: int) -> str:

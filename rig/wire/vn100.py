@@ -129,7 +129,7 @@ def parse_rows(piece: bytes, output: str, pattern: re.Pattern[bytes]) -> Rows:
         piece,
         pattern,
         len(OUTPUTS[output][1]),
-        lambda lines: _numbers(lines, header),
+        lambda lines: re.sub(rb"\*..\r?\n", b"\n", lines).replace(header, b""),
         lambda lines: checksums_hold(lines, b"$"),
     )
 
@@ -144,7 +144,3 @@ def format_row(output: str, values: tuple[float, ...]) -> bytes:
 def line_bytes(output: str) -> int:
     """Return the longest streamed line of an output."""
     return len(b"$VNYMR*00\r\n") + sum(LINE_BYTES[unit] for _, unit in OUTPUTS[output][1])
-
-
-def _numbers(lines: bytes, header: bytes) -> bytes:
-    return re.sub(rb"\*..\r?\n", b"\n", lines).replace(header, b"")
