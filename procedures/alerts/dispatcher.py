@@ -78,23 +78,20 @@ class AlertDispatcher:
         if progress.event in (LEASE, LEASE_LOST):
             self._heard_of_lease(progress)
         if progress.event == "state":
-            self._heard_state(progress)
+            is_alarm = is_unasked(progress.state, progress.asked_by)
+            self._set_alarm("state", progress if is_alarm else None)
+            if progress.state in TOLD:
+                text = (
+                    f"{self._text(progress)}\ncalrig ack {self._run} ends the repeats."
+                    if is_alarm
+                    else self._text(progress)
+                )
+                self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
         self._then.on_event(progress)
 
     def tell_end(self, word: str, text: str) -> None:
         """Tell what a run came to, once, when everything is delivered or is known not to be."""
         self._post(Message(f"calrig: {self._title}: {word}", text))
-
-    def _heard_state(self, progress: Progress) -> None:
-        is_alarm = is_unasked(progress.state, progress.asked_by)
-        self._set_alarm("state", progress if is_alarm else None)
-        if progress.state in TOLD:
-            text = (
-                f"{self._text(progress)}\ncalrig ack {self._run} ends the repeats."
-                if is_alarm
-                else self._text(progress)
-            )
-            self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
 
     def _heard_of_lease(self, progress: Progress) -> None:
         """Lost is an alarm though nothing stands still: two computers may move one machine."""

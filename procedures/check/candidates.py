@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from ams.errors import AmsError
 from ams.statistics.distributions import f_quantile
 from ams.units import RAD_PER_ARCSEC
-from procedures.check.candidate import STEEPEST_DEG, Asked, Candidate, Comparison, Target
+from procedures.check.candidate import STEEPEST_DEG, Asked, Candidate, Comparison
 from procedures.check.candidate_lattice import tables_on_the_lattice
 from procedures.check.candidate_timing import Ordered, Reading, Timed, in_orders, own_nplc, readings_of
 from procedures.check.procedure_text import Written, procedure_text
@@ -45,7 +45,11 @@ def _compared(asked: Asked) -> Comparison:
     sensors = sensors_that_measure(asked.rig, "acceleration")
     if not sensors:
         raise PlanError("plan: the rig has no sensor that measures acceleration; there is nothing to plan for")
-    _require_range(asked)
+    low, high = asked.usage.pitch_deg
+    if not -STEEPEST_DEG <= low < high <= STEEPEST_DEG:
+        raise PlanError(
+            f"plan: --usage-pitch: got {low:g} to {high:g}, allowed a range that rises within ±{STEEPEST_DEG:g}°"
+        )
     if asked.usage.noise_arcsec is None:
         asked = replace(asked, usage=replace(asked.usage, noise_arcsec=_at_use_arcsec(asked, sensors)))
     candidates = tuple(sorted(_candidates(asked, sensors), key=lambda one: (one.hours, one.half_width_deg)))
@@ -54,7 +58,11 @@ def _compared(asked: Asked) -> Comparison:
             "plan: no design on the lattice of these axes can be solved and reached within their limits; widen "
             "limits_deg or the usage range"
         )
-    _require_parameter(asked.target, candidates)
+    target = asked.target
+    if target.parameter is not None and target.parameter[0] not in candidates[0].parameters:
+        raise PlanError(
+            f"plan: --parameter: got {target.parameter[0]!r}, the sensors have {', '.join(candidates[0].parameters)}"
+        )
     front: list[int] = []
     is_choice = [not one.is_confounded for one in candidates]
     for place, one in enumerate(candidates):
@@ -63,21 +71,6 @@ def _compared(asked: Asked) -> Comparison:
         if not front or one.value(asked.target) < candidates[front[-1]].value(asked.target):
             front.append(place)
     return Comparison(asked, candidates, _chosen(asked, candidates, front), len(sensors), tuple(front))
-
-
-def _require_range(asked: Asked) -> None:
-    low, high = asked.usage.pitch_deg
-    if not -STEEPEST_DEG <= low < high <= STEEPEST_DEG:
-        raise PlanError(
-            f"plan: --usage-pitch: got {low:g} to {high:g}, allowed a range that rises within ±{STEEPEST_DEG:g}°"
-        )
-
-
-def _require_parameter(target: Target, candidates: Sequence[Candidate]) -> None:
-    if target.parameter is not None and target.parameter[0] not in candidates[0].parameters:
-        raise PlanError(
-            f"plan: --parameter: got {target.parameter[0]!r}, the sensors have {', '.join(candidates[0].parameters)}"
-        )
 
 
 def _chosen(asked: Asked, candidates: Sequence[Candidate], front: Sequence[int]) -> int:

@@ -32,7 +32,18 @@ def plot_design(judged: JudgedDesign, path: Path) -> None:
     if ending not in FORMATS:
         raise RequestError(f"design: --plot: got {path.name!r}, allowed are names that end in {', '.join(FORMATS)}")
     with canvas.style():
-        write_picture(_figure(judged), path)
+        figure = canvas.canvas(3.3)
+        points, along = figure.subplots(1, 2)
+        figure.subplots_adjust(left=0.085, right=0.985, top=0.9, bottom=0.14, wspace=0.24)
+        pitch_deg, roll_deg = (np.rad2deg(angle) for angle in attitudes_rad(judged.design))
+        canvas.plain_axes(points)
+        points.plot(roll_deg, pitch_deg, "o", color=canvas.BLUE, markersize=2.5)
+        canvas.angle_ticks(points, roll_deg, 8.0)
+        canvas.pitch_ticks(points, pitch_deg)
+        points.set(xlabel="roll (°)", ylabel="pitch (°)")
+        points.set_title(f"design {judged.design.kind}: {len(judged.design.points)} points", loc="left")
+        _draw_variance(along, judged)
+        write_picture(figure, path)
 
 
 def write_picture(figure: "Canvas", path: Path) -> None:
@@ -52,25 +63,6 @@ def variance_along_pitch(judged: JudgedDesign) -> tuple[FloatArray, FloatArray, 
         variance = variance_without_roll(pitch_rad, stations)[:, None]
     normalised = np.sqrt(pitch_rad.size * variance)
     return np.rad2deg(stations), normalised.min(axis=1), normalised.max(axis=1)
-
-
-def _figure(judged: JudgedDesign) -> "Canvas":
-    figure = canvas.canvas(3.3)
-    points, along = figure.subplots(1, 2)
-    figure.subplots_adjust(left=0.085, right=0.985, top=0.9, bottom=0.14, wspace=0.24)
-    _draw_points(points, judged)
-    _draw_variance(along, judged)
-    return figure
-
-
-def _draw_points(axes: "Axes", judged: JudgedDesign) -> None:
-    pitch_deg, roll_deg = (np.rad2deg(angle) for angle in attitudes_rad(judged.design))
-    canvas.plain_axes(axes)
-    axes.plot(roll_deg, pitch_deg, "o", color=canvas.BLUE, markersize=2.5)
-    canvas.angle_ticks(axes, roll_deg, 8.0)
-    canvas.pitch_ticks(axes, pitch_deg)
-    axes.set(xlabel="roll (°)", ylabel="pitch (°)")
-    axes.set_title(f"design {judged.design.kind}: {len(judged.design.points)} points", loc="left")
 
 
 def _draw_variance(axes: "Axes", judged: JudgedDesign) -> None:

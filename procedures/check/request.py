@@ -55,7 +55,11 @@ def requested_design(request: DesignRequest) -> Design:
     else:
         table = {"pitch_deg": _pitch(request), "roll_deg": _roll(request)}
         if "fractional" in kind.takes:
-            table["fractional"] = _pair_of_counts(_needed(request.fractional, "--fractional", "Ka,KR such as 3,4"))
+            text = _needed(request.fractional, "--fractional", "Ka,KR such as 3,4")
+            parts = text.split(",")
+            if len(parts) != 2:
+                raise _wrong("--fractional", text, "Ka,KR such as 3,4")
+            table["fractional"] = _count(parts[0], "--fractional"), _count(parts[1], "--fractional")
     with_roll = request.roll is None or len(_roll(request)) > 1
     return kind.made(Wanted(_table(kind, table), with_roll, Path()))
 
@@ -127,13 +131,6 @@ def _range(text: str, option: str) -> tuple[float, ...]:
     except ValidationError as error:
         reason = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
         raise RequestError(f"design: {option}: got {text!r}: {reason}; allowed {allowed}") from None
-
-
-def _pair_of_counts(text: str) -> tuple[int, int]:
-    parts = text.split(",")
-    if len(parts) != 2:
-        raise _wrong("--fractional", text, "Ka,KR such as 3,4")
-    return _count(parts[0], "--fractional"), _count(parts[1], "--fractional")
 
 
 def _count(text: str, option: str) -> int:

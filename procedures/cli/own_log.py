@@ -58,7 +58,13 @@ def logged(arguments: Sequence[str], environment: Mapping[str, str] = os.environ
     try:
         yield
     finally:
-        _ended(listener)
+        _LOG.propagate = True
+        for desk in _desks():
+            _LOG.removeHandler(desk)
+            desk.close()
+        closing = Thread(target=_closed, args=(listener,), daemon=True)
+        closing.start()
+        closing.join(CLOSING_S)
 
 
 def tell(what: str, message: str, level: str = "info") -> None:
@@ -111,16 +117,6 @@ def _setting(environment: Mapping[str, str], name: str, allowed: Mapping[str, T]
             f"{name}: got {one_line(given)!r}, allowed are {', '.join(allowed)}; nothing was done; correct the variable"
         )
     return allowed[given]
-
-
-def _ended(listener: QueueListener) -> None:
-    _LOG.propagate = True
-    for desk in _desks():
-        _LOG.removeHandler(desk)
-        desk.close()
-    closing = Thread(target=_closed, args=(listener,), daemon=True)
-    closing.start()
-    closing.join(CLOSING_S)
 
 
 def _desks() -> list[logging.Handler]:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ams.arrays import BoolArray, FloatArray
+from ams.arrays import FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.surveillance.between_runs import MEDIAN_OF_CHI_SQUARE_1
 from ams.surveillance.common_mode_columns import WatchedAxes
@@ -105,7 +105,11 @@ class KnownAxes:
         """Take an accepted dwell in. ``plateau``: dwells of different ones are not compared."""
         self._taken += 1
         means, squares, degrees = self._statistics(dwell)
-        self._learn_axes(dwell, means, np.isfinite(means))
+        is_read = np.isfinite(means)
+        basis = np.concatenate([[1.0], force_at(dwell)[0]])
+        left = np.where(is_read, means - self._axes.k @ basis[1:], 0.0)
+        self._information += is_read[:, None, None] * np.outer(basis, basis)
+        self._moments += left[:, None] * basis
         self._squares += squares
         self._degrees += degrees
         key = (dwell.mounting, plateau, attitude_of(dwell))
@@ -130,12 +134,6 @@ class KnownAxes:
         turns = np.concatenate([turned for _, turned in earlier])
         seating = float(np.sqrt(np.median(0.5 * turns**2) / MEDIAN_OF_CHI_SQUARE_1)) if turns.size else 0.0
         return np.maximum(within, between), float(self._degrees[known].min(initial=np.inf)), seating
-
-    def _learn_axes(self, dwell: DwellRecord, means: FloatArray, is_read: BoolArray) -> None:
-        basis = np.concatenate([[1.0], force_at(dwell)[0]])
-        left = np.where(is_read, means - self._axes.k @ basis[1:], 0.0)
-        self._information += is_read[:, None, None] * np.outer(basis, basis)
-        self._moments += left[:, None] * basis
 
     def _learn_difference(self, dwell: DwellRecord, difference: FloatArray) -> None:
         _, *slopes = force_at(dwell)

@@ -136,7 +136,13 @@ def _rig_of(store: QueueStore) -> RigDescription | None:
 
 def _perform(store: QueueStore, clock: Clock, asked: Asked) -> Answer:
     try:
-        _require_seen(store.read(), asked)
+        # What was asked in view of another queue is refused; disarming is taken as it comes.
+        queue = store.read()
+        if asked.act != "disarm" and asked.expects != queue.sequence:
+            raise RequestError(
+                f"{asked.act} was asked in view of another queue (expects {asked.expects}, it is {queue.sequence}); "
+                "nothing was changed; look again, then ask again"
+            )
         _say(store, asked, clock.now_utc())
     except ProcedureError as error:
         return Answer(REFUSED, str(error))
@@ -161,12 +167,3 @@ def _say(store: QueueStore, asked: Asked, now_utc: datetime) -> None:
             people.attest(store, asked.by, {name: datum for name, _, datum in parts})
         case "decide":
             people.decide(store, number, asked.fields["choice"], asked.text, asked.by)
-
-
-def _require_seen(queue: Queue, asked: Asked) -> None:
-    """Refuse what was asked in view of another queue. Disarming is taken as it comes. Raises: RequestError."""
-    if asked.act != "disarm" and asked.expects != queue.sequence:
-        raise RequestError(
-            f"{asked.act} was asked in view of another queue (expects {asked.expects}, it is {queue.sequence}); "
-            "nothing was changed; look again, then ask again"
-        )

@@ -20,7 +20,6 @@ from procedures.journal.standing_words import Row, rows_of
 from procedures.journal.stop_advice import advice
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import Key, key_of, keys_in
-from procedures.records.dwells import Event
 from procedures.records.states import GOING, State
 from rig.clock import Clock
 
@@ -153,18 +152,15 @@ class WatchedRun:
 
     def _take(self, news: News) -> None:
         for event in news.events:
-            self._hear(event)
+            if told := event_words(event):
+                self._happened.append(Happened(event.utc, told))
+            if event.kind == "state":
+                self._cause = str(event.detail.get("cause", ""))
+            if event.kind == VOIDED:
+                self._taken_back.update(keys_in(event))
+                self._seen += 1
         self._dwells.extend(news.dwells)
         self._seen += len(news.dwells)
-
-    def _hear(self, event: Event) -> None:
-        if told := event_words(event):
-            self._happened.append(Happened(event.utc, told))
-        if event.kind == "state":
-            self._cause = str(event.detail.get("cause", ""))
-        if event.kind == VOIDED:
-            self._taken_back.update(keys_in(event))
-            self._seen += 1
 
     def _last_step(self) -> int | None:
         counted = (

@@ -66,7 +66,14 @@ def on_cluster(address: str) -> Iterator[Mapper]:
     _require_safe(address)
     client = _connected(address)
     try:
-        _require_same_version(client)
+        ours = calrig_version()
+        theirs: dict[str, Any] = client.run(calrig_version)
+        others = {version for version in theirs.values() if version != ours}
+        if not theirs or others:
+            found = "no worker is there" if not theirs else f"workers have calrig {', '.join(sorted(map(str, others)))}"
+            raise RequestError(
+                f"--dask: {found}, this is {ours}; nothing was solved; start workers of the same version"
+            )
         yield lambda parts: _on_client(client, parts)
     finally:
         client.close()  # type: ignore[no-untyped-call]
@@ -96,16 +103,6 @@ def _connected(address: str) -> "Client":
             f"--dask {address}: no scheduler answers within {CONNECT_S} s: {error}; nothing was solved; start it, and "
             "give its certificates in Dask's own settings (DASK_DISTRIBUTED__COMM__TLS__…)"
         ) from error
-
-
-def _require_same_version(client: "Client") -> None:
-    """Check that every worker has this calrig. Raises: RequestError where there is none, or one has another."""
-    ours = calrig_version()
-    theirs: dict[str, Any] = client.run(calrig_version)
-    others = {version for version in theirs.values() if version != ours}
-    if not theirs or others:
-        found = "no worker is there" if not theirs else f"workers have calrig {', '.join(sorted(map(str, others)))}"
-        raise RequestError(f"--dask: {found}, this is {ours}; nothing was solved; start workers of the same version")
 
 
 def _on_client(client: "Client", parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:

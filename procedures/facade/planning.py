@@ -141,7 +141,13 @@ def plan(procedure: str | Path | Tables, rig: str | Path, *, points: Attitudes |
     if points is None:
         text = _text(_with_whole_paths(tables))
         return PlannedRun(Path(rig), None, text, None, check_plan(described, procedure_of(TomlFile(COMPOSED, text))))
-    attitudes = _attitudes(points)
+    table = (
+        points if isinstance(points, pd.DataFrame) else pd.DataFrame(list(points), columns=["pitch_deg", "roll_deg"])
+    )
+    for value in table.to_numpy().ravel():
+        if not isinstance(value, Real) or not isfinite(value):
+            raise RequestError(f"plan: points: got {value!r}, allowed are numbers in degrees; nothing was planned")
+    attitudes = table.reset_index(drop=True).astype("float64")
     tables["design"] = {"order": "as-listed", **tables.get("design", {}), "kind": "file"}
     text = _text(tables)
     with TemporaryDirectory() as folder:
@@ -159,16 +165,6 @@ def _text(tables: Tables) -> str:
             except TypeError as error:
                 raise RequestError(f"plan: {table}.{key}: {error}; nothing was planned") from None
     return toml_text(tables)
-
-
-def _attitudes(points: Attitudes) -> pd.DataFrame:
-    table = (
-        points if isinstance(points, pd.DataFrame) else pd.DataFrame(list(points), columns=["pitch_deg", "roll_deg"])
-    )
-    for value in table.to_numpy().ravel():
-        if not isinstance(value, Real) or not isfinite(value):
-            raise RequestError(f"plan: points: got {value!r}, allowed are numbers in degrees; nothing was planned")
-    return table.reset_index(drop=True).astype("float64")
 
 
 def _csv(points: pd.DataFrame) -> str:

@@ -22,7 +22,7 @@ from textual.widgets import Static
 from procedures.jog_screen import panels
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.prompts import Prompt, prompt_for
-from procedures.jog_screen.values import AxisView, BenchView, ClearStatistics, GoTo, Home, Snapshot
+from procedures.jog_screen.values import AxisView, ClearStatistics, GoTo, Home, Snapshot
 from procedures.jog_screen.worker import Bench
 from rig.motion.jog_steps import nearest_step_deg
 from rig.system_parts import present
@@ -178,23 +178,20 @@ class JogApp(App[None]):
             return
         key = event.character if event.character is not None and event.character.isprintable() else event.key
         if self._prompt is not None:
-            self._type(self._prompt, key)
+            if key == "enter":
+                request = self._prompt.request_of(self._typed)
+                self.action_leave_prompt()
+                if isinstance(request, str):
+                    self.bench.refuse(request)
+                else:
+                    self.bench.ask(request)
+            elif key == "backspace":
+                self._typed = self._typed[:-1]
+            elif len(key) == 1:
+                self._typed += key
         elif command := self._commands.get(key):
             command()
         self._draw()
-
-    def _type(self, prompt: Prompt, key: str) -> None:
-        if key == "enter":
-            request = prompt.request_of(self._typed)
-            self.action_leave_prompt()
-            if isinstance(request, str):
-                self.bench.refuse(request)
-            else:
-                self.bench.ask(request)
-        elif key == "backspace":
-            self._typed = self._typed[:-1]
-        elif len(key) == 1:
-            self._typed += key
 
     def _step(self, way: int) -> None:
         self.bench.ask(GoTo(self.selected, way * self.step_deg, is_step=True))
@@ -255,7 +252,11 @@ class JogApp(App[None]):
         field = self.query_one("#prompt", Static)
         field.set_class(self._prompt is not None, "asked")
         field.border_title = self._prompt.title if self._prompt else ""
-        width, room = self.size.width, self._room(view)
+        key_lines = panels.MOST_KEY_LINES if self.size.height >= panels.TALL else 2
+        width, room = (
+            self.size.width,
+            panels.room_of(view, self.size.height, key_lines, is_asked=self._prompt is not None),
+        )
         keys = panels.keys_lines(KEYS, width - 2, panels.MOST_KEY_LINES if self.size.height >= panels.TALL else 2)
         watched = self._heading.sensors.get(self._watched)
         channels = [one for one in view.channels if watched is None or one.name in watched]
@@ -277,10 +278,6 @@ class JogApp(App[None]):
         }
         for place, text in drawn.items():
             self.query_one(place, Static).update(text())  # type: ignore[arg-type]
-
-    def _room(self, view: BenchView) -> panels.Room:
-        key_lines = panels.MOST_KEY_LINES if self.size.height >= panels.TALL else 2
-        return panels.room_of(view, self.size.height, key_lines, is_asked=self._prompt is not None)
 
 
 def is_hung_up() -> bool:

@@ -54,7 +54,9 @@ class Snapshots:
                 raise RequestError(f"{self.path}: has other columns; nothing was written; name another with --snapshot")
             with self.path.open("a", encoding="utf-8", newline="") as file:
                 file.write("" if lines else header + "\n")
-                file.write(_line(row))
+                text = io.StringIO()
+                csv.writer(text, lineterminator="\n").writerow(row.values())
+                file.write(text.getvalue())
         except (OSError, UnicodeDecodeError) as error:
             raise RequestError(f"{self.path}: cannot be written: {error}; name another with --snapshot") from error
         return max(len(lines), 1)
@@ -79,9 +81,3 @@ def _cells(view: BenchView) -> Mapping[str, object]:
 
 def _number(value: float) -> str:
     return "" if value != value else f"{value:.10g}"
-
-
-def _line(row: Mapping[str, object]) -> str:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(row.values())
-    return text.getvalue()

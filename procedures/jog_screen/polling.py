@@ -67,7 +67,12 @@ class Polling:
             raise lost
         self._look_at_chambers()
         self._look_at_a_channel(wait)
-        self._infer()
+        if self._inferred is not None:
+            temperatures = [view.temperature_degc for view in self._chambers.values()]
+            means_v = {channel: running.view().mean for channel, running in self._running.items()}
+            roll = self._axes.get("roll")
+            roll_deg = None if roll is None or roll.state is None else roll.state.position_deg
+            self._attitude = self._inferred.view(means_v, temperatures[0] if temperatures else None, roll_deg)
 
     def axes_now_and_then(self, *, is_patient: bool = False) -> None:
         """Look at every axis if that is due; at a silent one only where there is time to wait for it."""
@@ -209,14 +214,6 @@ class Polling:
             self._running[channel].silence = str(error)
             self._prepared.discard(name)
             self._ready_from_s[name] = self._clock.monotonic_s() + _AGAIN_S
-
-    def _infer(self) -> None:
-        if self._inferred is not None:
-            temperatures = [view.temperature_degc for view in self._chambers.values()]
-            means_v = {channel: running.view().mean for channel, running in self._running.items()}
-            roll = self._axes.get("roll")
-            roll_deg = None if roll is None or roll.state is None else roll.state.position_deg
-            self._attitude = self._inferred.view(means_v, temperatures[0] if temperatures else None, roll_deg)
 
 
 def _first_view(rig: Rig, name: str) -> AxisView:

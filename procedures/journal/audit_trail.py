@@ -47,7 +47,7 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
     open_one: Interruption | None = None
     last_sign: Event | None = None
     for event in events:
-        state = _state(event)
+        state = str(event.detail.get("to", "")) if event.kind == "state" else ""
         if open_one is None and state in NOT_GOING:
             began = last_sign if last_sign is not None and state == "interrupted" else event
             open_one = Interruption(state, began.utc, None, _who(event), _why(event))
@@ -155,10 +155,6 @@ def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
         if event.kind == "identities"
         for name, identity in event.detail.items()
     }
-
-
-def _state(event: Event) -> str:
-    return str(event.detail.get("to", "")) if event.kind == "state" else ""
 
 
 def _who(event: Event) -> str:

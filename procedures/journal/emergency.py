@@ -24,14 +24,15 @@ def emergency_copy(run_dir: Path, place: Path, unsaved: DwellRecord | None) -> s
         found = salvage(run_dir, target)
         if unsaved is not None:
             with suppress(FolderNotSynced):  # it is there
-                replace_file(target / UNSAVED_FILE, _as_text(unsaved).encode("utf-8"))
+                # For a person: a dwell that was measured and not committed is no part of the run.
+                text, _ = encode_dwell(unsaved)
+                samples = {
+                    name: [repr(float(value)) for value in reading.samples]
+                    for name, reading in unsaved.readings.items()
+                }
+                replace_file(
+                    target / UNSAVED_FILE, compact_json({"record": text, "samples_v": samples}).encode("utf-8")
+                )
     except (ProcedureError, OSError, apsw.Error) as error:
         return f"; no copy could be made in {place}: {error}"
     return f"; copied to {target} ({found.dwells} dwells, {found.events} events)"
-
-
-def _as_text(record: DwellRecord) -> str:
-    """Return a dwell that was measured and not committed as text for a person: it is not part of the run."""
-    text, _ = encode_dwell(record)
-    samples = {name: [repr(float(value)) for value in reading.samples] for name, reading in record.readings.items()}
-    return compact_json({"record": text, "samples_v": samples})

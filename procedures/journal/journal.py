@@ -106,7 +106,17 @@ class Journal:
         """
         text, samples = encode_dwell(record)
         stored = with_sha256(record, hash_dwell(text, samples))
-        if self._has(stored):
+        key = (stored.step, stored.attempt, stored.epoch)
+        with storage_errors_of(self.path):
+            found = self._connection.execute(
+                "SELECT sha256 FROM dwells WHERE step = ? AND attempt = ? AND epoch = ?", key
+            ).fetchone()
+        if found is not None and found[0] != stored.sha256:
+            raise JournalError(
+                f"{self.path}: step {key[0]}, attempt {key[1]}, epoch {key[2]} is stored already, with other content; "
+                "a stored dwell is never changed; nothing was written"
+            )
+        if found is not None:
             return stored
         row = (record.step, record.attempt, record.epoch, int(record.accepted), text, samples, stored.sha256)
         with self._transaction():
@@ -123,19 +133,6 @@ class Journal:
             checkpoint_and_close(self._connection)
         except (apsw.IOError, apsw.FullError) as error:
             raise JournalError(f"{self.path}: cannot be closed: {error}; all that was committed is in it") from error
-
-    def _has(self, record: DwellRecord) -> bool:
-        key = (record.step, record.attempt, record.epoch)
-        with storage_errors_of(self.path):
-            found = self._connection.execute(
-                "SELECT sha256 FROM dwells WHERE step = ? AND attempt = ? AND epoch = ?", key
-            ).fetchone()
-        if found is not None and found[0] != record.sha256:
-            raise JournalError(
-                f"{self.path}: step {key[0]}, attempt {key[1]}, epoch {key[2]} is stored already, with other content; "
-                "a stored dwell is never changed; nothing was written"
-            )
-        return found is not None
 
     def _insert_event(self, kind: str, detail: Mapping[str, object], clock: Clock) -> tuple[int, str]:
         sequence, text = self._last_sequence + 1, compact_json(dict(detail))

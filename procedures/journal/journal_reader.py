@@ -53,7 +53,12 @@ class JournalReader:
     def __init__(self, path: Path, connection: "apsw.Connection") -> None:
         self.path = path
         self._connection = connection
-        self.header = self._read_header()
+        row = self._one("SELECT document, sha256 FROM header")
+        if row is None:
+            raise JournalError(f"{self.path}: holds no header; {_LEFT}")
+        if sha256(row[0]) != row[1]:
+            raise JournalError(f"{self.path}: the header is not as it was written (SHA-256 differs); {_LEFT}")
+        self.header = RunHeader.from_json(row[0])
 
     @staticmethod
     def open(path: Path) -> "JournalReader":
@@ -207,14 +212,6 @@ class JournalReader:
         for one in (*events, *dwells):
             digest.update(one.encode())
         return digest.hexdigest()
-
-    def _read_header(self) -> RunHeader:
-        row = self._one("SELECT document, sha256 FROM header")
-        if row is None:
-            raise JournalError(f"{self.path}: holds no header; {_LEFT}")
-        if sha256(row[0]) != row[1]:
-            raise JournalError(f"{self.path}: the header is not as it was written (SHA-256 differs); {_LEFT}")
-        return RunHeader.from_json(row[0])
 
     def _require_committed(self, promised: tuple[int, int] | None) -> None:
         if promised is None:

@@ -1,7 +1,7 @@
 """Why a run stopped, where its journal could not take it: kept beside it or elsewhere until a resume journals it."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -39,7 +39,10 @@ def read_last_words(run_dir: Path, second_place: Path | None) -> LastWords | Non
     """Return what was said since the run was last taken up; None where nothing was."""
     for place in _places(run_dir, second_place):
         with suppress(OSError, ValueError, KeyError, TypeError):
-            return _words(json.loads((place / FILE).read_text(encoding="utf-8")))
+            document = json.loads((place / FILE).read_text(encoding="utf-8"))
+            if document["format"] != FORMAT:
+                raise ValueError("other words")
+            return LastWords(str(document["reason"]), datetime.fromisoformat(str(document["stopped_utc"])))
     return None
 
 
@@ -48,12 +51,6 @@ def forget_last_words(run_dir: Path, second_place: Path | None) -> None:
     for place in _places(run_dir, second_place):
         with suppress(OSError):
             (place / FILE).unlink()
-
-
-def _words(document: Mapping[str, object]) -> LastWords:
-    if document["format"] != FORMAT:
-        raise ValueError("other words")
-    return LastWords(str(document["reason"]), datetime.fromisoformat(str(document["stopped_utc"])))
 
 
 def _places(run_dir: Path, second_place: Path | None) -> Iterator[Path]:

@@ -130,26 +130,24 @@ class Spool:
                 content = file.read(_MAX_BYTES + 1)
             if len(content) > _MAX_BYTES:
                 raise ValueError(f"longer than {_MAX_BYTES} bytes")
-            return Taken(name, _request(json.loads(content)))
+            document = json.loads(content)
+            if not isinstance(document, dict):
+                raise ValueError("expected an object")
+            expects = document.pop("expects", None)
+            if expects is not None and (isinstance(expects, bool) or not isinstance(expects, int)):
+                raise ValueError(f"expects: got {expects!r}, allowed is the number of an event")
+            if not all(isinstance(value, str) for value in document.values()):
+                raise ValueError("expected an object of texts, and expects as a number")
+            if document.get("kind") not in get_args(Kind):
+                raise ValueError(f"kind: got {document.get('kind')!r}, allowed {', '.join(get_args(Kind))}")
+            if missing := {"by", "at_utc"} - document.keys():
+                raise ValueError(f"{', '.join(sorted(missing))} is missing")
+            optional = {name: document[name] for name in ("text", "via", "place", "key") if name in document}
+            return Taken(
+                name, Request(document["kind"], document["by"], document["at_utc"], expects=expects, **optional)
+            )
         except (OSError, ValueError, RecursionError) as error:
             return Taken(name, None, f"not a request: {error}"[:300])
-
-
-def _request(document: object) -> Request:
-    """Return a document as a request. Raises: ValueError for what is no request."""
-    if not isinstance(document, dict):
-        raise ValueError("expected an object")
-    expects = document.pop("expects", None)
-    if expects is not None and (isinstance(expects, bool) or not isinstance(expects, int)):
-        raise ValueError(f"expects: got {expects!r}, allowed is the number of an event")
-    if not all(isinstance(value, str) for value in document.values()):
-        raise ValueError("expected an object of texts, and expects as a number")
-    if document.get("kind") not in get_args(Kind):
-        raise ValueError(f"kind: got {document.get('kind')!r}, allowed {', '.join(get_args(Kind))}")
-    if missing := {"by", "at_utc"} - document.keys():
-        raise ValueError(f"{', '.join(sorted(missing))} is missing")
-    optional = {name: document[name] for name in ("text", "via", "place", "key") if name in document}
-    return Request(document["kind"], document["by"], document["at_utc"], expects=expects, **optional)
 
 
 def ask(

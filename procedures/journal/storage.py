@@ -164,7 +164,12 @@ class CommittedCount:
         try:
             handle = os.open(self.path, os.O_WRONLY | os.O_CREAT | _AS_IT_IS, 0o644)
             try:
-                _write_at_start(handle, line.ljust(_COUNT_LENGTH - 1).encode() + b"\n")
+                # In one go where the system can.
+                content = line.ljust(_COUNT_LENGTH - 1).encode() + b"\n"
+                if hasattr(os, "pwrite"):
+                    os.pwrite(handle, content, 0)
+                else:
+                    os.write(handle, content)
             finally:
                 os.close(handle)
         except OSError as error:
@@ -186,11 +191,3 @@ class CommittedCount:
             raise JournalError(
                 f"{self.path}: cannot be read: {error}; remove it to read the journal without it"
             ) from None
-
-
-def _write_at_start(handle: int, content: bytes) -> None:
-    """Write to a file that was just opened, in one go where the system can."""
-    if hasattr(os, "pwrite"):
-        os.pwrite(handle, content, 0)
-    else:
-        os.write(handle, content)

@@ -39,7 +39,13 @@ class ConstantRates(PointKind):
         rig, procedure, channels = request.rig, request.procedure, request.channels
         rates = procedure.own(Rates)
         assert rates is not None
-        _refuse_undetermined(procedure, rates)
+        missing = [name for name in AXES if name not in rates.by_axis]
+        if procedure.solve.model == "gyro" and missing:
+            raise procedure.error(
+                ("rates",),
+                f'the model "gyro" needs turns about three axes, {" and ".join(missing)} stand still: the sensitivity '
+                'along their directions cannot be determined; give rates for them, or use solve.model = "linear"',
+            )
         rest: Point = ({}, Rest(rates.dwell_s), None)
         points: list[Point] = [rest] if rates.at_rest else []
         for axis, values in rates.by_axis.items():
@@ -122,17 +128,6 @@ def _sweeps(
     each = ceil(rates.dwell_s * slowest_hz / sweeps - 1e-9)
     sweep = ends if rate_dps > 0.0 else (ends[1], ends[0])
     return Turn(axis, rate_dps, sweeps * each / slowest_hz, 0, sweep, sweeps, rates.tolerance)
-
-
-def _refuse_undetermined(procedure: ProcedureDescription, rates: Rates) -> None:
-    """Refuse rates that leave a component of a gyro's sensitive axis open: each wants an axis that turns."""
-    missing = [name for name in AXES if name not in rates.by_axis]
-    if procedure.solve.model == "gyro" and missing:
-        raise procedure.error(
-            ("rates",),
-            f'the model "gyro" needs turns about three axes, {" and ".join(missing)} stand still: the sensitivity '
-            'along their directions cannot be determined; give rates for them, or use solve.model = "linear"',
-        )
 
 
 KIND = ConstantRates()

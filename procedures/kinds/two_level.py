@@ -42,7 +42,11 @@ class TwoLevel(PointKind):
         rig, procedure, sensors = request.rig, request.procedure, request.sensors
         levels = procedure.own(Levels)
         assert levels is not None
-        coil = _coil(rig, procedure, levels)
+        known = ", ".join(rig.field) or "none"
+        name = levels.coil or (next(iter(rig.field)) if len(rig.field) == 1 else None)
+        if name is None or name not in rig.field:
+            raise procedure.error(("levels", "coil"), f"got {levels.coil!r}, the rig has the fields: {known}")
+        coil = name
         settings = rig.field[coil]
         for field_ut in levels.applied_ut:
             if not settings.limits_ut[0] <= field_ut <= settings.limits_ut[1]:
@@ -70,14 +74,6 @@ class TwoLevel(PointKind):
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_lines(item, observed(item))
-
-
-def _coil(rig: RigDescription, procedure: ProcedureDescription, levels: Levels) -> str:
-    known = ", ".join(rig.field) or "none"
-    name = levels.coil or (next(iter(rig.field)) if len(rig.field) == 1 else None)
-    if name is None or name not in rig.field:
-        raise procedure.error(("levels", "coil"), f"got {levels.coil!r}, the rig has the fields: {known}")
-    return name
 
 
 def _attitudes_along(

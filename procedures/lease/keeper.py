@@ -176,7 +176,12 @@ class LeaseKeeper:
             self._awake.clear()
             if not self._ends.is_set():
                 self.renew()
-        self._give_back()
+        assert self._archive_url is not None
+        self._failure = ""
+        try:
+            release(self._archive_url, self._holder.token)
+        except ArchiveError as error:
+            self._failure = str(error)
 
     def renew(self) -> None:
         """Ask the database once for all that is held; what it says is told by :meth:`news`."""
@@ -200,14 +205,6 @@ class LeaseKeeper:
             self._held |= set(resources)
             self._taken_by = ""
             self._last_s = self._clock.monotonic_s()
-
-    def _give_back(self) -> None:
-        assert self._archive_url is not None
-        self._failure = ""
-        try:
-            release(self._archive_url, self._holder.token)
-        except ArchiveError as error:
-            self._failure = str(error)
 
     def _ask(self, resources: Sequence[str], *, all_or_none: bool = False) -> Claim:
         assert self._archive_url is not None

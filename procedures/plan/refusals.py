@@ -136,7 +136,13 @@ def design_refusals(
                 yield procedure.error(("solve", "model"), f"{serial}.{axis}: {error}")
     if models:
         yield from _undetermined(sensors, procedure, design, models)
-        yield from _yaw_without_a_model(procedure, design, next(iter(models.values())))
+        if _yaws(design) and not _knows_yaw(next(iter(models.values())), design):
+            farthest_deg = max((point.yaw_deg for point in design.points), key=abs)
+            yield procedure.error(
+                ("solve", "model"),
+                f'the model "{procedure.solve.model}" has no yaw, the design goes to yaw {farthest_deg:g}°; '
+                'use "pitch-yaw-roll" or remove yaw_deg',
+            )
 
 
 def _plateaus_beyond_limits(
@@ -157,7 +163,7 @@ def _missing_axes(
     models = (procedure.solve.model_of(serial, rolls=sensor.rolls) for serial, sensor in sensors.items())
     states_yaw = any("yaw" in MODELS[model].columns for model in models)
     needed = {"pitch": "pitch_deg"}
-    needed |= {"roll": "roll_deg"} if _rolls(design) else {}
+    needed |= {"roll": "roll_deg"} if any(point.roll_deg != 0.0 for point in design.points) else {}
     needed |= {"yaw": "yaw_deg"} if _yaws(design) or states_yaw else {}
     for axis, key in needed.items():
         if axis not in rig.axes:
@@ -167,31 +173,14 @@ def _missing_axes(
             )
 
 
-def _rolls(design: Design) -> bool:
-    return any(point.roll_deg != 0.0 for point in design.points)
-
-
 def _yaws(design: Design) -> bool:
     return any(point.yaw_deg != 0.0 for point in design.points)
-
-
-def _yaw_without_a_model(procedure: ProcedureDescription, design: Design, model: Model) -> Iterator[PlanError]:
-    if _yaws(design) and not _knows_yaw(model, design):
-        yield procedure.error(
-            ("solve", "model"),
-            f'the model "{procedure.solve.model}" has no yaw, the design goes to yaw {_farthest_yaw_deg(design):g}°; '
-            'use "pitch-yaw-roll" or remove yaw_deg',
-        )
 
 
 def _knows_yaw(model: Model, design: Design) -> bool:
     """Return whether the columns of the model follow the yaw of the design."""
     level = [replace(point, yaw_deg=0.0) for point in design.points]
     return not np.allclose(columns_of(model, design.points, 1.0), columns_of(model, level, 1.0))
-
-
-def _farthest_yaw_deg(design: Design) -> float:
-    return max((point.yaw_deg for point in design.points), key=abs)
 
 
 def _unknown_packages(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
@@ -279,7 +268,8 @@ def _why_lost(
             return procedure.error(
                 ("design", f"{axis}_deg"),
                 f"{axis} at one value only ({values[0]:g}°): {_cannot(axis, model, lost)} cannot be determined; "
-                f"give {axis} values over the whole range" + _or_without_roll(axis),
+                f"give {axis} values over the whole range"
+                + (', or use solve.model = "pitch-only"' if axis == "roll" else ""),
             )
     whose = "" if model.basis_key is not None else f" for {sensor_axis}"
     return procedure.error(
@@ -299,10 +289,6 @@ def _lost(columns: FloatArray, names: Sequence[str]) -> list[str]:
 def _cannot(axis: str, model: Model, lost: Iterable[str]) -> str:
     has_cone = {"coning_deg", "azimuth_deg"} <= set(model.parameter_names)
     return "coning and azimuth" if axis == "roll" and has_cone else " and ".join(lost)
-
-
-def _or_without_roll(axis: str) -> str:
-    return ', or use solve.model = "pitch-only"' if axis == "roll" else ""
 
 
 def _temperature_terms(

@@ -35,7 +35,10 @@ CAPTION = (
 def history_figure(found: SensorHistory) -> Figure:
     """Draw all charts of a sensor on one page; those of a check sensor with its components."""
     history = found.history
-    rows = [[chart for chart in history.charts if _kind(chart.name) == kind] for kind in _kinds(history.charts)]
+    rows = [
+        [chart for chart in history.charts if _kind(chart.name) == kind]
+        for kind in list(dict.fromkeys(_kind(chart.name) for chart in history.charts))
+    ]
     components: list[list[ComponentChart]] = [] if found.check is None else _shared(found.check.charts)
     count = len(rows) + len(components)
     width = max(*(len(row) for row in rows), *(len(row) for row in components), 1)
@@ -74,7 +77,8 @@ def _draw_chart(axes: "Axes", when: Any, chart: Chart) -> None:
     expanded = 2.0 * chart.standard_uncertainty * scale
     axes.errorbar(when, value, expanded, color=canvas.BLUE, fmt="o", markersize=2.8, elinewidth=0.7, linewidth=0.0)
     axes.plot(when, value, color=canvas.BLUE, linewidth=0.5, alpha=0.6)
-    axes.set_title(_label(chart.name), loc="left")
+    kind, _, axis = chart.name.partition(".")
+    axes.set_title(f"{NAMES.get(kind, 'sensitivity')} {axis}", loc="left")
 
 
 def _draw_component(axes: "Axes", when: Any, chart: ComponentChart) -> None:
@@ -113,10 +117,6 @@ def _as_arcsec(chart: Chart, values: FloatArray) -> FloatArray:
     return np.asarray((values - chart.value[0]) * chart.deg_per_unit * ARCSEC_PER_DEG)
 
 
-def _kinds(charts: tuple[Chart, ...]) -> list[str]:
-    return list(dict.fromkeys(_kind(chart.name) for chart in charts))
-
-
 def _kind(name: str) -> str:
     return name.partition(".")[0]
 
@@ -125,11 +125,6 @@ def _shared(charts: Sequence[ComponentChart]) -> list[list[ComponentChart]]:
     """Return the components that the charts of the sensor do not show already: the meter's, then the table's."""
     rows = ([chart for chart in charts if chart.name.startswith(word)] for word in ("meter", "table"))
     return [row for row in rows if row]
-
-
-def _label(name: str) -> str:
-    kind, _, axis = name.partition(".")
-    return f"{NAMES.get(kind, 'sensitivity')} {axis}"
 
 
 def _title(found: SensorHistory) -> str:

@@ -115,21 +115,17 @@ def _stacked(sensor: SensorView, draw: "Callable[[Axes, AxisView], None]", label
         draw(panel, axis)
         panel.set_ylabel("residual (µV)")
         panel.set_title(f"{axis.axis} axis", loc="left", pad=3.0, fontweight="bold")
-        _angle_scale(panel, axis.sensitivity_v_per_g)
+        low, high = panel.get_ylim()
+        limit = max(abs(low), abs(high), 1e-9)
+        panel.set_ylim(-limit, limit)
+        scale = panel.twinx()
+        arcsec = limit / MICROVOLT / axis.sensitivity_v_per_g * ARCSEC_PER_RAD
+        scale.set_ylim(-arcsec, arcsec)
+        scale.set_ylabel("arc seconds")
+        scale.spines[["top", "left"]].set_visible(False)
+        scale.tick_params(length=2.5, width=0.6)
     panels[-1].set_xlabel(label)
     return figure
-
-
-def _angle_scale(panel: "Axes", sensitivity_v_per_g: float) -> None:
-    low, high = panel.get_ylim()
-    limit = max(abs(low), abs(high), 1e-9)
-    panel.set_ylim(-limit, limit)
-    scale = panel.twinx()
-    arcsec = limit / MICROVOLT / sensitivity_v_per_g * ARCSEC_PER_RAD
-    scale.set_ylim(-arcsec, arcsec)
-    scale.set_ylabel("arc seconds")
-    scale.spines[["top", "left"]].set_visible(False)
-    scale.tick_params(length=2.5, width=0.6)
 
 
 def _points(axes: "Axes", abscissa: FloatArray, view: AxisView, observations: Observations) -> None:

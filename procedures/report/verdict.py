@@ -70,7 +70,7 @@ def _result(sensors: Sequence[SensorView]) -> str:
     axes = [axis for sensor in sensors for axis in sensor.axes]
     if not axes:
         return "Nothing was solved"
-    error = max(_as_angle(axis, axis.calibration.standard_error_v) for axis in axes)
+    error = max(arcsec(axis.calibration.standard_error_v, axis.sensitivity_v_per_g) for axis in axes)
     names = (
         f"{sensors[0].name} ({', '.join(axis.axis for axis in axes)})"
         if len(sensors) == 1
@@ -83,10 +83,6 @@ def _result(sensors: Sequence[SensorView]) -> str:
     widest = max(widest for sensor in sensors if (widest := widest_arcsec(sensor)) is not None)
     where = f"{_span('pitch', seen[0].pitch_rad)} and {_span('roll', seen[0].roll_rad)}"
     return f"{text}; over {where} the fitted output is known to ±{two_digits(widest)}″ or better (95 %)"
-
-
-def _as_angle(axis: AxisView, voltage_v: float) -> float:
-    return arcsec(voltage_v, axis.sensitivity_v_per_g)
 
 
 def _span(name: str, angle_rad: FloatArray) -> str:

@@ -7,7 +7,6 @@ from math import inf
 from procedures.journal.line_figures import KIND as LINKS
 from procedures.journal.line_figures import link_detail
 from procedures.journal.live import LiveFile
-from procedures.journal.spool import Request
 from procedures.plan.plan import Plan
 from procedures.records.states import State
 from procedures.run.dwell.measure import OpenRig
@@ -94,7 +93,12 @@ class RunContext:
         if limit_s is not None and spent_s > limit_s:
             raise RunEnds(Ending(State.STOPPED, f"[stop] max_duration_s = {limit_s:g} s has passed", "procedure"))
         if self.wait.pause is not None and self.progress_log.state is State.RUNNING:
-            self._pause(self.wait.pause)
+            request = self.wait.pause
+            self.progress_log.enter(State.PAUSED, request.text, request.by)
+            crash_point(CrashPoint.PAUSED)
+            self.live.tell("waiting", waiting_for="a person to say continue")
+            by = self.stand_still(lambda: self.wait.pause is None)
+            self.progress_log.enter(State.RUNNING, by=by)
 
     def hold(self, alarm: Alarm, is_over: Callable[[], bool] = lambda: False) -> None:
         """Stand still until ``is_over``, or until a person says continue where the alarm asks for one."""
@@ -128,10 +132,3 @@ class RunContext:
                 self.rig.clock.sleep(LOOK_S)
         self.stop_if_requested()
         return self.wait.continued.by if self.wait.continued is not None else ""
-
-    def _pause(self, request: Request) -> None:
-        self.progress_log.enter(State.PAUSED, request.text, request.by)
-        crash_point(CrashPoint.PAUSED)
-        self.live.tell("waiting", waiting_for="a person to say continue")
-        by = self.stand_still(lambda: self.wait.pause is None)
-        self.progress_log.enter(State.RUNNING, by=by)

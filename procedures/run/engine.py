@@ -232,7 +232,10 @@ class _Engine:
         if not is_left_as_it_was or cause == STORAGE:
             self._announce(state, "; ".join(reasons), ending.by)
         if cause == STORAGE:  # the axes rest and people know: copying takes what time a bad disk takes
-            reasons[0] += self._copied()
+            place = self._context.services.second_place
+            reasons[0] += (
+                "" if place is None else emergency_copy(self._progress_log.folder, place, self._progress_log.unsaved)
+            )
         in_words = state_sentence("; ".join(reasons), ending.by)
         try:
             if defect is not None:
@@ -261,25 +264,21 @@ class _Engine:
         while True:
             known = self._progress_log.dwells_done
             try:
-                self._run_epoch(identities)
+                try:
+                    Epoch(self._context, self._history, identities).run()
+                except _LOST as error:
+                    alarm = lost_link(error)
+                    raise TrustLost(alarm.cause, alarm.reason) from error
+                except RequestRefused as error:
+                    if self._has_home():
+                        raise
+                    raise TrustLost("home", str(error)) from error
                 return
             except TrustLost as lost:
                 restarts = 1 if self._progress_log.dwells_done > known else restarts + 1
                 self._regain(lost, restarts)
                 identities = self._reread()
                 self._open_epoch(lost.reason)
-
-    def _run_epoch(self, identities: dict[str, str] | None) -> None:
-        """Run one epoch. Raises: TrustLost for whatever a new epoch can heal."""
-        try:
-            Epoch(self._context, self._history, identities).run()
-        except _LOST as error:
-            alarm = lost_link(error)
-            raise TrustLost(alarm.cause, alarm.reason) from error
-        except RequestRefused as error:
-            if self._has_home():
-                raise
-            raise TrustLost("home", str(error)) from error
 
     def _has_home(self) -> bool:
         try:
@@ -352,11 +351,6 @@ class _Engine:
             self._history = read_history(reader, self._context.plan)
             known = reader.last_event("identities")
         return None if known is None else {name: str(identity) for name, identity in known.detail.items()}
-
-    def _copied(self) -> str:
-        """Save what can be saved of a journal whose disk has failed."""
-        place = self._context.services.second_place
-        return "" if place is None else emergency_copy(self._progress_log.folder, place, self._progress_log.unsaved)
 
 
 def _without_safety(state: State) -> State:

@@ -139,7 +139,10 @@ class Epoch:
     def _dwell(self, dwell: Dwell) -> None:
         """Until the dwell is accepted or the run ends."""
         if dwell.purpose != "check":
-            self._stand_on_its_plateau(dwell)
+            # Soak anew for a step that is gone back to, or after a band was left.
+            plateau = self._plateaus.of(dwell.step)
+            if plateau is not None and self._plateaus.has_lost(dwell):
+                self._soak(plateau)
             if self._progress_log.state is State.CHECKING:
                 self._leave_checking()
         retries = self._plan.dwell.retries
@@ -173,12 +176,6 @@ class Epoch:
         self._progress_log.event(DROPPED, {"sensor": sensor, "step": record.step, "reason": reason})
         self._progress_log.tell(DROPPED, f"{sensor}: dropped, the other sensors go on: {reason}")
         return True
-
-    def _stand_on_its_plateau(self, dwell: Dwell) -> None:
-        """Soak anew for a step that is gone back to, or after a band was left."""
-        plateau = self._plateaus.of(dwell.step)
-        if plateau is not None and self._plateaus.has_lost(dwell):
-            self._soak(plateau)
 
     def _attempt(self, dwell: Dwell, attempt: int) -> DwellRecord:
         """Move, measure, judge, commit."""

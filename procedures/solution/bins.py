@@ -74,15 +74,12 @@ def _bins(row: DwellRecord, plan: Plan, channels: Mapping[str, str], source: str
         angles_rad=dict(zip(AXES, middles.T, strict=True)),
         rates_rad_s=rates,
         outputs={
-            axis: _mean_between(row.readings[channel], _taken(row, channel), edges_s, source)
+            axis: _mean_between(
+                row.readings[channel], row.readings[f"{channel.partition('.')[0]}.{TAKEN}"], edges_s, source
+            )
             for axis, channel in channels.items()
         },
     )
-
-
-def _taken(row: DwellRecord, channel: str) -> ChannelReading:
-    """Return when the samples of a channel were taken."""
-    return row.readings[f"{channel.partition('.')[0]}.{TAKEN}"]
 
 
 def _mean_motion(angles_rad: FloatArray, ticks_s: FloatArray, every: int) -> tuple[FloatArray, FloatArray]:

@@ -65,7 +65,9 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         solved = calibrate_jointly(observations, request, joint_priors(item.rig, solve))
     else:
         solved = calibrate_mountings(observations, request)
-    on_level = _remarks_on_level(item)
+    # A tilted base does not turn what sensors of rates sense.
+    model = MODELS.get(item.plan.solve.model)
+    on_level = () if model is not None and model.needs_rates else level_remarks(item.rig)
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (
         *solved.remarks,
@@ -106,9 +108,3 @@ def _remarks(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:
     if solve.time_term == "linear":
         first = min(rows, key=lambda row: row.step)
         yield f"time term: the run's times count from {first.started_utc:%Y-%m-%d %H:%M:%S} UTC, its first dwell"
-
-
-def _remarks_on_level(item: SensorRows) -> tuple[str, ...]:
-    """Return nothing for sensors of rates: a tilted base does not turn what they sense."""
-    model = MODELS.get(item.plan.solve.model)
-    return () if model is not None and model.needs_rates else level_remarks(item.rig)

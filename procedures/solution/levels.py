@@ -244,7 +244,8 @@ def _magnet_levels(rows: Sequence[DwellRecord], reading: FloatArray) -> LevelRow
             {
                 tuple(row.targets_deg.items()): place
                 for place, row in enumerate(rows)
-                if row.replication == replication and _is_applied(row) == is_on
+                if row.replication == replication
+                and (row.motion is not None and any(row.motion.field_ut.values())) == is_on
             }
             for is_on in (False, True)
         )
@@ -258,7 +259,3 @@ def _magnet_levels(rows: Sequence[DwellRecord], reading: FloatArray) -> LevelRow
         levels += found.real
     places = np.array(kept, dtype=np.int64)
     return LevelRows(places, np.array(levels), reading[places])
-
-
-def _is_applied(row: DwellRecord) -> bool:
-    return row.motion is not None and any(row.motion.field_ut.values())

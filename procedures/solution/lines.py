@@ -85,7 +85,8 @@ def _line(item: SensorRows, observations: Observations, label: str) -> _Line | N
     levels = known_levels(item, observations, label)
     if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
         return None
-    model = _model(item, observations, label, levels)
+    line = StraightLine if levels.sense is None else FieldLine
+    model = line(label, UNITS[item.sensor.measures], observations.unit_of(label))
     return _Line(model, _rows(observations, label, levels), _errors(item, label, levels.errors))
 
 
@@ -116,11 +117,6 @@ def _across(item: SensorRows, labels: Sequence[str]) -> Iterator[str]:
         "every axis of the package along and against a coil of known field, which tells how each lies, or keep the "
         "field across the coil small"
     )
-
-
-def _model(item: SensorRows, observations: Observations, label: str, levels: LevelRows) -> Model:
-    line = StraightLine if levels.sense is None else FieldLine
-    return line(label, UNITS[item.sensor.measures], observations.unit_of(label))
 
 
 def _errors(item: SensorRows, label: str, errors: Sequence[LevelError]) -> tuple[SharedError, ...]:

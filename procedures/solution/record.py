@@ -62,9 +62,11 @@ def read_record(reader: JournalReader) -> RunRecord:
     header, (stamped, verified) = reader.header, reader.verified()
     dwells = tuple(verified)
     content, *earlier = reader.contents()
+    # One whose process is gone does not run, whatever its last line says.
+    written = reader.state()
     return RunRecord(
         run_id=header.run_id,
-        state=str(_state(reader)),
+        state=str(State.INTERRUPTED if written in ACTIVE and not is_owned(reader.path.parent) else written),
         operator=header.operator,
         is_simulated=header.is_simulated,
         created_utc=header.created_utc,
@@ -81,9 +83,3 @@ def read_record(reader: JournalReader) -> RunRecord:
         versions=header.software,
         lineage=tuple(earlier),
     )
-
-
-def _state(reader: JournalReader) -> State:
-    """Return the state of a run; one whose process is gone does not run, whatever its last line says."""
-    written = reader.state()
-    return State.INTERRUPTED if written in ACTIVE and not is_owned(reader.path.parent) else written

@@ -44,7 +44,13 @@ def answer_stream(
     target.flush()
     line = 2
     for piece in chain([first], pieces):
-        line = _answered(found, header, piece, line, writer)
+        names = [name for name in (*found.needed, *found.optional) if name in header]
+        names = list(dict.fromkeys(names))
+        readings, wrong = _readings(header, names, found.needed, piece, line)
+        if readings[names[0]].size:
+            rows = Rows.of(found.answer(readings))
+            writer.write(_with_reasons(rows, wrong) if wrong and found.answers_at_once else rows)
+        line = line + len(piece)
         target.flush()
     _end(found, writer, target)
 
@@ -103,19 +109,6 @@ def _header(found: AngleStream, pieces: Iterator[list[bytes | None]]) -> tuple[l
             "send a header first"
         )
     return header, lines[1:]
-
-
-def _answered(
-    found: AngleStream, header: Sequence[str], lines: list[bytes | None], line: int, writer: RowWriter
-) -> int:
-    """Answer lines of which the first has a number; return the number of the next."""
-    names = [name for name in (*found.needed, *found.optional) if name in header]
-    names = list(dict.fromkeys(names))
-    readings, wrong = _readings(header, names, found.needed, lines, line)
-    if readings[names[0]].size:
-        rows = Rows.of(found.answer(readings))
-        writer.write(_with_reasons(rows, wrong) if wrong and found.answers_at_once else rows)
-    return line + len(lines)
 
 
 def _readings(

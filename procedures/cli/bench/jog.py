@@ -132,7 +132,12 @@ def _screen(
     description: RigDescription, rig: Path, coefficient_set: Path | None, snapshot: Path | None, log: Path | None
 ) -> ExitStatus:
     """Run the jog screen. Twins of this process live in real time there, whatever the file says of virtual time."""
-    _refuse_a_second_user_of_the_terminal(description)
+    for name, axis in description.axes.items():
+        if axis.port == "terminal":
+            raise RequestError(
+                f"jog: axes.{name}: port: this axis asks its operator at this terminal, which the screen needs;"
+                " nothing was opened; jog it with --axis, or give its operator a terminal elsewhere (socket://host:port)"
+            )
     inferred = None if coefficient_set is None else inferred_attitude(coefficient_set, description)
     actions = log or rig.with_name(f"{rig.stem}.jog.jsonl")
     snapshots = snapshot or rig.with_name(f"{rig.stem}.snapshots.csv")
@@ -172,15 +177,6 @@ def _bench_clock(description: RigDescription) -> Clock:
     """Return the clock for a person who watches: the machine's time where the rig's is virtual."""
     clock = choose_clock(description)
     return SystemClock() if isinstance(clock, VirtualClock) else clock
-
-
-def _refuse_a_second_user_of_the_terminal(description: RigDescription) -> None:
-    for name, axis in description.axes.items():
-        if axis.port == "terminal":
-            raise RequestError(
-                f"jog: axes.{name}: port: this axis asks its operator at this terminal, which the screen needs;"
-                " nothing was opened; jog it with --axis, or give its operator a terminal elsewhere (socket://host:port)"
-            )
 
 
 def _follow(opened: Rig, samples: int, wait: Wait) -> None:

@@ -45,7 +45,11 @@ def prove(
             proofs = ask_all(description, folder, rig_file=rig, motion=motion, claim=lease.claim)
         document = document_of(proofs)
         if out is not None:
-            _write_bundle(out, folder, rig, document)
+            with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as bundle:
+                bundle.writestr("proof.json", json_text.dumps(document, ensure_ascii=False, indent=1))
+                bundle.write(rig, "rig.toml")
+                for transcript in sorted(folder.glob("*/*.jsonl")):
+                    bundle.write(transcript, str(transcript.relative_to(folder)))
     if json:
         print_json(document)
     else:
@@ -69,11 +73,3 @@ def _require_leave(motion: str, axes: tuple[str, ...], *, yes: bool) -> None:
     note(f"{motion} will move by up to {LARGEST_MOVE_DEG:g} deg: is everybody clear? Type its name to go on:")
     if input().strip() != motion:
         raise RequestError("--motion: not confirmed; nothing was opened")
-
-
-def _write_bundle(out: Path, folder: Path, rig: Path, document: dict[str, object]) -> None:
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as bundle:
-        bundle.writestr("proof.json", json_text.dumps(document, ensure_ascii=False, indent=1))
-        bundle.write(rig, "rig.toml")
-        for transcript in sorted(folder.glob("*/*.jsonl")):
-            bundle.write(transcript, str(transcript.relative_to(folder)))

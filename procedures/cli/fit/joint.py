@@ -36,7 +36,10 @@ def joint(
 ) -> dict[str, Any]:
     """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
     mountings = read_mountings(file, columns, mount)
-    stated = _priors(rig, priors)
+    stated = TablePriors(
+        table=table_uncertainty(rig),
+        **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
+    )
     found = joint_fit(mountings, tuple(columns), stated)
     diagnosis = diagnose_joint(mountings, found, stated)
     if wish is not None:
@@ -91,10 +94,3 @@ def joint_lines(document: Mapping[str, Any]) -> Iterator[str]:
             f"   (prior {entry['prior_arcsec']:.3g}″){remark}"
         )
     yield from (f"  confounded: {sentence}" for sentence in document["confounded"])
-
-
-def _priors(rig: RigDescription, priors: Mapping[str, float]) -> TablePriors:
-    return TablePriors(
-        table=table_uncertainty(rig),
-        **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
-    )

@@ -40,14 +40,23 @@ def data(
     archived
         RUN is the identity of a run in the archive, whose journal lies where it was published from.
     """
-    if out is not None:
-        _require_possible(out)
+    if out is not None and (not out.parent.is_dir() or (out.exists() and not out.is_dir())):
+        raise RequestError(
+            f"--out {out}: is no folder and none can be made there; nothing was written; make the folder or give "
+            "another"
+        )
     if archived and run is None:
         raise RequestError("--archived: RUN is missing; nothing was written; calrig archive list names the runs")
     url = archive_url(archive) if archived else None
     read = read_run(str(run), archive=url) if archived else read_run(alive_or_latest(run, runs))
     target = read.path / FOLDER if out is None else out
-    _make(target)
+    try:
+        target.mkdir(exist_ok=True)
+    except OSError as error:
+        raise RequestError(
+            f"{target}: cannot be made: {error.strerror}; nothing was written; give --out with a folder that can be "
+            "written"
+        ) from error
     files = write_tables(read, to, target, with_samples=samples)
     if json:
         rows = {"dwells": len(read.dwells), "readings": len(read.readings), "events": len(read.events)}
@@ -57,22 +66,3 @@ def data(
         return
     for file in files:
         say(str(file))
-
-
-def _require_possible(out: Path) -> None:
-    """Refuse a folder that cannot be made without making others on the way. Raises: RequestError."""
-    if not out.parent.is_dir() or (out.exists() and not out.is_dir()):
-        raise RequestError(
-            f"--out {out}: is no folder and none can be made there; nothing was written; make the folder or give "
-            "another"
-        )
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise RequestError(
-            f"{folder}: cannot be made: {error.strerror}; nothing was written; give --out with a folder that can be "
-            "written"
-        ) from error

@@ -29,21 +29,18 @@ def check_trials(trials: int, *, is_possible: bool) -> None:
 def findings_lines(axis: Mapping[str, Any]) -> Iterator[str]:
     """Yield the findings of one axis of a document; nothing where it holds none (a stored set)."""
     if "extension" in axis:
-        yield _extension(axis["extension"])
+        found = axis["extension"]
+        verdict = "significant" if found["is_accepted"] else "not significant"
+        against = "above" if found["is_accepted"] else "against"
+        yield (
+            f"terms of second order {verdict}: F = {found['f']:.3g} {against} {found['f_95']:.3g}; standard error "
+            f"{found['standard_error_before_v']:.3g} V without and {found['standard_error_after_v']:.3g} V with them"
+        )
     yield from (f"advice: {sentence}" for sentence in axis.get("advice", {}).get("sentences", ()))
     if "residual_curvature" in axis:
         yield _curvature(axis["residual_curvature"])
     if "budget" in axis:
         yield from _budget(axis["budget"])
-
-
-def _extension(found: Mapping[str, Any]) -> str:
-    verdict = "significant" if found["is_accepted"] else "not significant"
-    against = "above" if found["is_accepted"] else "against"
-    return (
-        f"terms of second order {verdict}: F = {found['f']:.3g} {against} {found['f_95']:.3g}; standard error "
-        f"{found['standard_error_before_v']:.3g} V without and {found['standard_error_after_v']:.3g} V with them"
-    )
 
 
 def _curvature(found: Mapping[str, Any]) -> str:
@@ -73,23 +70,20 @@ def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
             ends = [f"{whole:>10.2g}", f"{budget['expanded_uncertainty_95'][name]:>10.2g}"]
             yield f"  {words_of(name).label + ' ' + words_of(name).unit:<32}{''.join((*cells, *ends))}"
     if "monte_carlo" in budget:
-        yield from _monte_carlo(budget["monte_carlo"])
+        check = budget["monte_carlo"]
+        missed = {name: found for name, found in check["parameters"].items() if not found["is_confirmed"]}
+        verdict = "its 95 % intervals differ for" if missed else "confirms the 95 % intervals to one digit of u"
+        yield f"Monte Carlo, {check['trials']} trials, seed {check['seed']}: {verdict}"
+        for name, found in missed.items():
+            label, _, unit = words_of(name)
+            low, high = found["interval_95"]
+            yield f"  {f'{label} {unit}':<32}{low:.9g} to {high:.9g}"
 
 
 def _source(line: Mapping[str, Any]) -> str:
     dof = "" if line["degrees_of_freedom"] is None else f", {line['degrees_of_freedom']:.0f} degrees of freedom"
     stated = f" ({line['stated']})" if line["stated"] else ""
     return f"type {line['type']}: {line['source']}{stated}{dof}"
-
-
-def _monte_carlo(check: Mapping[str, Any]) -> Iterator[str]:
-    missed = {name: found for name, found in check["parameters"].items() if not found["is_confirmed"]}
-    verdict = "its 95 % intervals differ for" if missed else "confirms the 95 % intervals to one digit of u"
-    yield f"Monte Carlo, {check['trials']} trials, seed {check['seed']}: {verdict}"
-    for name, found in missed.items():
-        label, _, unit = words_of(name)
-        low, high = found["interval_95"]
-        yield f"  {f'{label} {unit}':<32}{low:.9g} to {high:.9g}"
 
 
 def _cell(value: float | None, combined: float) -> str:

@@ -36,7 +36,12 @@ def solve(
     with working() as progress_line:
         solved = solve_run(folder, progress_line)
     if monte_carlo:
-        solved = _checked(solved, monte_carlo)
+        plan = solved.record.plan
+        checked = {
+            name: checked_by_monte_carlo(one, solved.record.rig, plan.sensors[name], plan.solve, monte_carlo)
+            for name, one in solved.sensors.items()
+        }
+        solved = replace(solved, sensors=checked)
     for failure in solved.failures:
         note(failure)
     with working() as progress_line:
@@ -51,15 +56,6 @@ def solve(
         tell(delivery)
     tell_failures(delivery)
     return ExitStatus.FAILED if solved.failures or delivery.failures else ExitStatus.DONE
-
-
-def _checked(run: SolvedRun, trials: int) -> SolvedRun:
-    plan = run.record.plan
-    checked = {
-        name: checked_by_monte_carlo(one, run.record.rig, plan.sensors[name], plan.solve, trials)
-        for name, one in run.sensors.items()
-    }
-    return replace(run, sensors=checked)
 
 
 def _findings(run: SolvedRun) -> Iterator[str]:

@@ -144,17 +144,14 @@ def _obey(handle: int, folder: Path, by: str, pressed: list[str]) -> bool:
             if key == "a" and pressed[-2:] != ["a", "a"]:
                 note("a again aborts: every axis stops at once")
             elif key in KEYS:
-                _ask(folder, KEYS[key], by)
+                kind = KEYS[key]
+                try:
+                    ask(folder, kind, by, datetime.now(UTC))
+                except RequestError as error:
+                    note(str(error))
+                else:
+                    note(f"asked to {kind}")
                 pressed.clear()
         if not typed:
             return True
     return False
-
-
-def _ask(folder: Path, kind: Asked, by: str) -> None:
-    try:
-        ask(folder, kind, by, datetime.now(UTC))
-    except RequestError as error:
-        note(str(error))
-    else:
-        note(f"asked to {kind}")

@@ -254,7 +254,17 @@ def _sweep(
         name: reading for name, ones in joined.items() for name, reading in _joined(ones, plan, began_s).items()
     }
     aligned = tuple(_worst(ones) for ones in joined.values())
-    return _Done(_mean_of(rates), readings, aligned, 0.0)
+    count = len(rates)
+    return _Done(
+        Measured(
+            sum(one.rate_dps for one in rates) / count,
+            sqrt(sum(one.uncertainty_dps**2 for one in rates)) / count,
+            sum(one.turned_deg for one in rates),
+        ),
+        readings,
+        aligned,
+        0.0,
+    )
 
 
 def _one_sweep(
@@ -303,15 +313,6 @@ def streams_of(rig: OpenRig, plan: Plan) -> dict[str, Stream]:
     """Return the streams that carry channels of the plan."""
     names = dict.fromkeys(channel.partition(".")[0] for channel in plan.channels)
     return {name: rig.streams[name] for name in names if name in rig.streams}
-
-
-def _mean_of(rates: list[Measured]) -> Measured:
-    count = len(rates)
-    return Measured(
-        sum(one.rate_dps for one in rates) / count,
-        sqrt(sum(one.uncertainty_dps**2 for one in rates)) / count,
-        sum(one.turned_deg for one in rates),
-    )
 
 
 def as_readings(recordings: Mapping[str, Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
