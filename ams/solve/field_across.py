@@ -38,9 +38,16 @@ class FieldAcross:
 
 
 def field_across(
-    to_package: FloatArray, coil: FloatArray, applied: FloatArray, readings: Mapping[str, FloatArray]
+    to_package: FloatArray,
+    coil: FloatArray,
+    applied: FloatArray,
+    readings: Mapping[str, FloatArray],
+    believed: Mapping[str, float] | None = None,
 ) -> FieldAcross | None:
-    """Return the solution; None where the attitudes do not determine it, or a reading follows no field."""
+    """Return the solution; None where the attitudes do not determine it, or a reading follows no field.
+
+    ``believed``: the scatter of every axis' readings, for rows that are planned and have none; None: as they show it.
+    """
     basis = np.linalg.svd(coil[None, :])[2][1:].T
     labels = list(readings)
     y = np.stack([readings[label] for label in labels])
@@ -51,7 +58,10 @@ def field_across(
     for step in range(_STEPS):
         fitted, jacobian = _linear(to_package, coil, basis, applied, labels, theta)
         residual = y - fitted
-        scatter = np.sqrt((residual**2).sum(axis=1) / (y.shape[1] - _OWN - 2.0 / len(labels)))
+        if believed is None:
+            scatter = np.sqrt((residual**2).sum(axis=1) / (y.shape[1] - _OWN - 2.0 / len(labels)))
+        else:
+            scatter = np.array([believed[label] for label in labels])
         if step == 1:
             if not (scatter > 0.0).all():
                 return None

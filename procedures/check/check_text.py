@@ -117,13 +117,13 @@ def _expected(report: CheckReport) -> "list[RenderableType]":
     if report.forecast.design is not None:
         return [_expected_of_design(report), _noise(report), "", *_angles(report)]
 
-    table = Table("sensor", "parameter", "u (noise alone)", box=None)
+    table = Table("sensor", "parameter", "u", box=None)
     for axis in report.forecast.expected:
         for parameter, value in axis.standard_uncertainty.items():
             label, _, unit = words_of(parameter)
             deviation = "not determined" if value is None else f"{value:.2g} {unit}"
             table.add_row(Text(f"{axis.sensor} {axis.axis}"), label, deviation)
-    return [table, ""]
+    return [table, _noise(report), ""]
 
 
 def _expected_of_design(report: CheckReport) -> "Table":

@@ -10,6 +10,7 @@ from procedures.kinds.kind import Forecast, PlanRequest, Schedule
 from procedures.kinds.section import Section, section_of
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point, design_of_points, most_samples, steps_of_points
+from procedures.solution.expected_points import Solver
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import RigDescription
@@ -39,7 +40,11 @@ class PointKind(ABC):
         yield from ()
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_points(rig, plan)
+        return forecast_of_points(rig, plan, self.solver_beforehand(plan))
+
+    def solver_beforehand(self, plan: Plan) -> Solver | None:
+        """Return what tells beforehand how well it will be solved; None where no row is known before it has run."""
+        return None
 
     def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
         return section_of(record, solved)

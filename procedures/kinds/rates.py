@@ -8,9 +8,11 @@ from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Key, PlanRequest
 from procedures.kinds.points import PointKind
 from procedures.plan.channels import AXES
+from procedures.plan.plan import Plan
 from procedures.plan.points import Point
 from procedures.plan.steps import Rest, Turn
 from procedures.solution.by_model import observed, solve_by_model
+from procedures.solution.expected_points import Solver, by_lines, by_model
 from procedures.solution.lines import solve_lines
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription
@@ -57,6 +59,9 @@ class ConstantRates(PointKind):
 
     def key_of_angle(self, axis: str) -> Key:
         return "rates", f"{axis}_dps"
+
+    def solver_beforehand(self, plan: Plan) -> Solver:
+        return by_lines if plan.solve.model == "linear" else by_model
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)

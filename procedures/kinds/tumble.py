@@ -9,6 +9,7 @@ from procedures.kinds.section import Section, section_of
 from procedures.plan.plan import Plan
 from procedures.solution.beliefs import Pilot
 from procedures.solution.by_model import observed, solve_by_model
+from procedures.solution.expected_points import by_lines, by_model
 from procedures.solution.lines import solve_lines
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
@@ -28,12 +29,12 @@ class Tumble(AttitudeKind):
         self, pilot: Pilot | None, rig: RigDescription, procedure: ProcedureDescription, plan: Plan
     ) -> Forecast:
         if _is_up_and_down(plan):
-            return forecast_of_points(rig, plan)
+            return forecast_of_points(rig, plan, by_lines if _is_solved_by_lines(plan) else by_model)
         return forecast_of_design(rig, procedure, plan, [], pilot)
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)
-        if _is_up_and_down(item.plan) and item.plan.solve.model == "linear":
+        if _is_solved_by_lines(item.plan):
             return solve_lines(item, observations)
         return solve_by_model(item, observations)
 
@@ -44,6 +45,10 @@ class Tumble(AttitudeKind):
 def _is_up_and_down(plan: Plan) -> bool:
     """Tell whether it is SR's: one line an axis, no angles."""
     return plan.design.kind == "up-down"
+
+
+def _is_solved_by_lines(plan: Plan) -> bool:
+    return _is_up_and_down(plan) and plan.solve.model == "linear"
 
 
 KIND = Tumble()

@@ -9,7 +9,6 @@ import numpy as np
 from ams.arrays import FloatArray
 from procedures.description.kind_tables import Levels
 from procedures.description.procedure_file import ProcedureDescription
-from procedures.kinds.expected_lines import forecast_of_points
 from procedures.kinds.kind import Forecast, Key, PlanRequest
 from procedures.kinds.points import PointKind
 from procedures.plan.channels import AXES
@@ -18,6 +17,7 @@ from procedures.plan.points import Point
 from procedures.plan.rotations import body_axis, to_stage
 from procedures.plan.steps import Applied, Rest
 from procedures.solution.by_model import observed
+from procedures.solution.expected_points import Solver, by_lines
 from procedures.solution.lines import solve_lines
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription, Sensor
@@ -64,13 +64,16 @@ class TwoLevel(PointKind):
         return ("levels",)
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        forecast = forecast_of_points(rig, plan)
+        forecast = super().forecast(rig, procedure, plan)
         if plan.levels is None or plan.levels.method != "magnet-difference":
             return forecast
         sentence = (
             "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"
         )
         return replace(forecast, advice=(*forecast.advice, sentence))
+
+    def solver_beforehand(self, plan: Plan) -> Solver:
+        return by_lines
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_lines(item, observed(item))

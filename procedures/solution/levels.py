@@ -137,7 +137,7 @@ def _level_of(item: SensorRows, observations: Observations, along: FloatArray, b
         return rate_dps
     if item.sensor.measures == "acceleration":
         return lambda row, by_rad: turned(row, by_rad, UP)
-    return lambda row, by_rad: turned(row, by_rad, beside_ut + _applied_ut(item.dwells[row], item.rig))
+    return lambda row, by_rad: turned(row, by_rad, beside_ut + applied_ut(item.dwells[row], item.rig))
 
 
 def _angles_rad(observations: Observations) -> Mapping[str, FloatArray]:
@@ -145,7 +145,7 @@ def _angles_rad(observations: Observations) -> Mapping[str, FloatArray]:
     return {"pitch": observations.pitch_rad, "yaw": yaw, "roll": observations.roll_rad}
 
 
-def _applied_ut(row: DwellRecord, rig: RigDescription) -> FloatArray:
+def applied_ut(row: DwellRecord, rig: RigDescription) -> FloatArray:
     """Return the field of the coils in level axes."""
     assert row.motion is not None
     applied = [field_ut * _unit(rig, coil) for coil, field_ut in row.motion.field_ut.items()]

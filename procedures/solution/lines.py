@@ -20,6 +20,7 @@ from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.models.field_line import FieldLine
+from ams.models.field_triad import FieldTriad
 from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
@@ -43,36 +44,28 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         )
     axes: dict[str, AxisCalibration] = {}
     budgets: dict[str, AxisBudget] = {}
-    warnings = dict[str, None]()
-    triad = triad_of(item, observations)
-    for label in item.channels:
-        line = (
-            _of_triad(item, observations, label, triad[label]) if label in triad else _line(item, observations, label)
-        )
-        if line is None:
-            sentence = f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"
-            warnings[sentence] = None
-            continue
-        model, errors = line.model, line.errors
-        request = CalibrationRequest(
-            nominal_axes={label: label},
-            models={label: model},
-            shared_errors={label: errors},
-            tested_axes=item.tested_axes,
-        )
-        solved = calibrate(line.rows, request)
+    lines = lines_of(item, observations)
+    warnings = dict.fromkeys(
+        f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"
+        for label in item.channels
+        if label not in lines
+    )
+    for label, line in lines.items():
+        solved = calibrate(line.rows, line_request(item, label, line))
         axes[label] = solved.axes[label]
         if any(estimate.value is not None for estimate in axes[label].parameters):
-            budgets[label] = axis_budget(axes[label], errors, model=model)
+            budgets[label] = axis_budget(axes[label], line.errors, model=line.model)
         warnings |= dict.fromkeys(solved.warnings)
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
-    warnings |= dict.fromkeys(_across(item, [label for label in axes if label not in triad]))
+    warnings |= dict.fromkeys(
+        _across(item, [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)])
+    )
     return SolvedSensor(item.name, observations, Calibration(axes, "linear", "SR", tuple(warnings)), None, budgets)
 
 
 @dataclass(frozen=True)
-class _Line:
+class Line:
     """What one axis is solved by."""
 
     model: Model
@@ -80,17 +73,44 @@ class _Line:
     errors: tuple[SharedError, ...]
 
 
-def _line(item: SensorRows, observations: Observations, label: str) -> _Line | None:
+def lines_of(
+    item: SensorRows, observations: Observations, scatter: Mapping[str, float] | None = None
+) -> Mapping[str, Line]:
+    """Return the line of every axis that was exposed to two levels or more.
+
+    ``scatter``: of the readings of every axis, for rows that are planned; None: as they show it.
+    """
+    triad = triad_of(item, observations, scatter)
+    lines = {
+        label: _of_triad(item, observations, label, triad[label])
+        if label in triad
+        else _line(item, observations, label)
+        for label in item.channels
+    }
+    return {label: line for label, line in lines.items() if line is not None}
+
+
+def line_request(item: SensorRows, label: str, line: Line) -> CalibrationRequest:
+    """Return what is asked of one axis."""
+    return CalibrationRequest(
+        nominal_axes={label: label},
+        models={label: line.model},
+        shared_errors={label: line.errors},
+        tested_axes=item.tested_axes,
+    )
+
+
+def _line(item: SensorRows, observations: Observations, label: str) -> Line | None:
     """Return the line along the nominal direction; None where there are no two levels."""
     levels = known_levels(item, observations, label)
     if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
         return None
     line = StraightLine if levels.sense is None else FieldLine
     model = line(label, UNITS[item.sensor.measures], observations.unit_of(label))
-    return _Line(model, _rows(observations, label, levels), _errors(item, label, levels.errors))
+    return Line(model, _rows(observations, label, levels), _errors(item, label, levels.errors))
 
 
-def _of_triad(item: SensorRows, observations: Observations, label: str, axis: TriadAxis) -> _Line:
+def _of_triad(item: SensorRows, observations: Observations, label: str, axis: TriadAxis) -> Line:
     rows = replace(
         observations,
         outputs={label: observations.outputs[label]},
@@ -100,7 +120,7 @@ def _of_triad(item: SensorRows, observations: Observations, label: str, axis: Tr
         source=f"{observations.source}, axis {label}",
     )
     of_field = [replace(one, error=replace(one.error, effect="field")) for one in axis.errors]
-    return _Line(axis.model, rows, _errors(item, label, of_field))
+    return Line(axis.model, rows, _errors(item, label, of_field))
 
 
 def _across(item: SensorRows, labels: Sequence[str]) -> Iterator[str]:

@@ -48,8 +48,13 @@ class _Fields:
     beside_ut: FloatArray
 
 
-def triad_of(item: SensorRows, observations: Observations) -> Mapping[str, TriadAxis]:
-    """Return every axis whose components the attitudes determine; none for a magnet or for what is no field."""
+def triad_of(
+    item: SensorRows, observations: Observations, scatter: Mapping[str, float] | None = None
+) -> Mapping[str, TriadAxis]:
+    """Return every axis whose components the attitudes determine; none for a magnet or for what is no field.
+
+    ``scatter``: of the readings of every axis, for rows that are planned; None: as they show it.
+    """
     levels = item.plan.levels
     if item.sensor.measures != "field" or levels is None or levels.method == "magnet-difference":
         return {}
@@ -72,7 +77,7 @@ def triad_of(item: SensorRows, observations: Observations) -> Mapping[str, Triad
     if levels.surroundings_ut is not None:
         beside_ut = np.array(levels.surroundings_ut)
         return _declared(item, observations, list(readings), _Fields(applied, direction, beside_ut))
-    found = field_across(turned, direction, applied, readings)
+    found = field_across(turned, direction, applied, readings, scatter)
     return {} if found is None else _solved(item, observations, applied, direction, found)
 
 
