@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
+from threadpoolctl import threadpool_limits
 
 from ams.attitude.attitude_filter import AttitudeFilter, FilterSettings
 from ams.attitude.few_axes import OneAxis, TwoAxes
@@ -153,12 +154,13 @@ def _by_ahrs_filter(gyro: FloatArray, upwards_mps2: FloatArray) -> Any:
 
 
 def best_s(work: Callable[[], object], repeats: int = 5) -> float:
-    """Processor seconds of one call, the best of several."""
+    """Processor seconds of one call, the best of several, with one thread of linear algebra as ``calrig attitude``."""
     taken = []
-    for _ in range(repeats):
-        start_s = processor_s()
-        work()
-        taken.append(processor_s() - start_s)
+    with threadpool_limits(limits=1, user_api="blas"):
+        for _ in range(repeats):
+            start_s = processor_s()
+            work()
+            taken.append(processor_s() - start_s)
     return min(taken)
 
 

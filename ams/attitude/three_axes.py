@@ -38,7 +38,9 @@ roots of the whole variance."""
 Fitted = tuple[FloatArray, FloatArray, Weighing, Codes]
 """Sensed and fitted force, (3, n) each, what they were weighed by, and a code where there is no fit."""
 
-BLOCK_ROWS: Final = 16384
+BLOCK_ROWS: Final = 8192
+"""As many as numpy's linear algebra takes for small: 16384 are shared out over threads, which on a busy machine wait
+for one another and take five times the time."""
 BENT_BLOCK_ROWS: Final = 2048
 """With terms of second and third order: some fifty monomials a row, which a larger block would drive out of the cache
 and numpy's library would share out over threads that wait for one another."""

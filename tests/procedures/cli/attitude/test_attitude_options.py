@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import socket
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,9 +14,12 @@ from command import call
 from package_outputs import TRUTH, output_v
 from rich.console import Console
 from solved_sets import tp_set
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from ams.arrays import FloatArray
 from ams.exports.formats import export_set
-from ams.inference.inference import inference
+from ams.inference.angle_stream import Answer
+from ams.inference.inference import Inference, inference
 from procedures.cli.attitude import lines as attitude_lines
 from procedures.cli.attitude import rows as attitude_rows
 from procedures.cli.attitude import stream as attitude_stream
@@ -193,3 +197,22 @@ def test_two_axes_say_which_of_their_two_answers_is_taken(
     assert found == pytest.approx(rolls_deg, abs=1e-6)
     assert f"roll {side} is taken" in " ".join(outcome.err.split())
     assert f"{other} takes that side" in " ".join(outcome.err.split())
+
+
+@pytest.mark.parametrize("source", ["file", "standard input"])
+def test_linear_algebra_has_one_thread_while_rows_are_answered(
+    stored: Path, data: Path, source: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Two that wait for each other on a busy machine took five times the time."""
+    threads: list[int] = []
+    answer = Inference.answer
+
+    def watched(found: Inference, readings: Mapping[str, FloatArray]) -> Answer:
+        threads.extend(pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas")
+        return answer(found, readings)
+
+    monkeypatch.setattr(Inference, "answer", watched)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(data.read_bytes())))
+    with threadpool_limits(limits=2, user_api="blas"):
+        assert call(capsys, "attitude", stored, data if source == "file" else "-").status == 0
+    assert set(threads) == {1}
