@@ -122,6 +122,7 @@ def _followed(
     rest = 1.0 - np.einsum("in,in->n", nearest, nearest)
     rest_sd = np.sqrt((2.0 * nearest.T @ pseudo) ** 2 @ squares)
     impossible = np.minimum(rest + _CLEAR_OF_EDGE_SD * rest_sd, 0.0) / rest_sd
+    # Near the edge of the sphere the root of what rests has no slope, and its error no normal spread.
     used = rest > 2.0 * _CLEAR_OF_EDGE_SD * rest_sd
     if used.sum() < 3:
         return float(impossible @ impossible), 0, np.nan, np.nan
@@ -130,6 +131,7 @@ def _followed(
     roots = np.stack([middle + step, middle - step])
     variance = variance_v2[axis] + _prediction_variance(own, pair, pierced.force[:, used], squares)
     read = deviation_v[axis, used]
+    # From a right axis and from a dead one: which of two roots a reading is nearer to depends on where one starts.
     best = min((_line(roots, read, variance, gain) for gain in (1.0, 0.0)), key=lambda fit: fit[0])
     dof = int(used.sum()) - 2 + int(np.count_nonzero(impossible))
     return best[0] + float(impossible @ impossible), dof, best[1], best[2]

@@ -62,6 +62,7 @@ def field_across(
             scatter = np.sqrt((residual**2).sum(axis=1) / (y.shape[1] - _OWN - 2.0 / len(labels)))
         else:
             scatter = np.array([believed[label] for label in labels])
+        # Once, from the first linear step: every later step then lowers one and the same sum of squares.
         if step == 1:
             if not (scatter > 0.0).all():
                 return None

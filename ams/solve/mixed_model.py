@@ -81,6 +81,7 @@ def estimate(
     one entry for every output. Not weighted, the estimate is the ordinary one whatever is common.
     """
     joined = joined_columns(form, layout, common)
+    # No group of rows to spare: nothing is left that differs between groups and could tell a spread.
     if plots.dof < 1:
         return _unreplicated(form, layout, outputs, common, joined, is_weighted=is_weighted)
     ordinary, own_v = _split(form, alone, outputs)
@@ -168,6 +169,7 @@ def _variances(
     if sums.dof_precision <= 0 or sums.dof_lack_of_fit <= 0:
         return np.full(size, np.nan), np.zeros(size), np.full(size, np.nan)
     precision = sums.ss_precision / sums.dof_precision
+    # Every point has the same number of rows: the textbook's difference of mean squares, without iteration.
     if sums.is_balanced and not joined:
         beyond = (sums.ss_lack_of_fit / sums.dof_lack_of_fit - precision) / layout.replications
         return precision, np.maximum(0.0, beyond), np.full(size, float(sums.dof_lack_of_fit))

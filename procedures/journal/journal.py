@@ -111,6 +111,7 @@ class Journal:
             found = self._connection.execute(
                 "SELECT sha256 FROM dwells WHERE step = ? AND attempt = ? AND epoch = ?", key
             ).fetchone()
+        # A commit whose acknowledgement was lost is made again: the same content is no error, other content is.
         if found is not None and found[0] != stored.sha256:
             raise JournalError(
                 f"{self.path}: step {key[0]}, attempt {key[1]}, epoch {key[2]} is stored already, with other content; "
@@ -119,6 +120,7 @@ class Journal:
         if found is not None:
             return stored
         row = (record.step, record.attempt, record.epoch, int(record.accepted), text, samples, stored.sha256)
+        # One transaction: a dwell without its event, or the event without its dwell, would pass for a change by hand.
         with self._transaction():
             self._connection.execute("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (self._dwells + 1, *row))
             chain = self._insert_event("dwell", _dwell_detail(stored), clock)
@@ -127,6 +129,7 @@ class Journal:
 
     def close(self) -> None:
         """Fold the write-ahead log into the file, so that nothing stands beside it unless a reader is looking."""
+        # A reader must not keep the end of the run: the log then stays beside the file and is read with it.
         self._connection.set_busy_timeout(0)
         crash_point(CrashPoint.BEFORE_CHECKPOINT)
         try:

@@ -81,6 +81,7 @@ class Epoch:
         self._end_where_enough()
         if self._left:
             self._check_rig()
+        # After the last step too: a band that is left may yet make dwells void, and a meter may owe its last proof.
         while self._left or self._watch.is_in_doubt or self._meters.owes(self._last_dwell_s):
             step = self._left.popleft() if self._left else None
             if step is None:
@@ -108,6 +109,7 @@ class Epoch:
         self._prepare_readouts()
         for name, readout in self._rig.readouts.items():
             self._progress_log.event("meter", {"readout": name, **readout.checks()})
+        # A search for home takes every axis away from where it was left.
         self._watch.forget_positions()
         self._context.watchdogs.arm(self._wait)
         for name in self._plan.axes:
@@ -147,8 +149,10 @@ class Epoch:
                 self._leave_checking()
         retries = self._plan.dwell.retries
         judged = self._judged[dwell.step]
+        # Every epoch measures the check set anew; of other dwells earlier attempts count, and their chance goes on.
         if dwell.purpose != "check":
             judged = max(judged, self._history.attempts(dwell.step))
+        # More attempts than retries before a restart: a person had granted them.
         granted = retries + 1 if judged <= retries else judged + retries + 1
         while True:
             if self._boundary(dwell):
@@ -159,6 +163,7 @@ class Epoch:
             if record.accepted:
                 self._act_on_visit(self._visits.take(record))
                 return
+            # What was measured while the temperature was away says nothing about the dwell.
             if self._plateaus.regained():
                 granted = judged + retries + 1
             elif judged >= granted:
@@ -190,6 +195,7 @@ class Epoch:
         clock = self._rig.clock
         started_utc, started_s = clock.now_utc(), clock.monotonic_s()
         measured = self._measured(dwell, self._announcement(dwell, attempt))
+        # While the computer slept, samples were lost and nobody saw the axes.
         if (change := self._watch.clock_change()).is_suspension:
             raise TrustLost("suspend", f"{suspended(change).reason} during the dwell of step {dwell.step}")
         reasons = judge_dwell(dwell, measured, self._limits(dwell), self._noise, self._plan.attitude_reference)
@@ -329,6 +335,7 @@ class Epoch:
     def _boundary(self, dwell: Dwell | None = None) -> bool:
         """Between dwells; True where earlier steps come first now and ``dwell`` was put behind them."""
         self._context.requests()
+        # An answer may take hours, so everything is looked at anew before the next dwell.
         while (alarm := self._look(dwell)) is not None:
             voided = self._void_dwells(alarm)
             self._answer(alarm, dwell)

@@ -62,6 +62,7 @@ class Line:
     def stop_now(self, axes: list[str] | None, outcomes: dict[str, str]) -> bool:
         """Tell every axis without ever waiting; False where that cannot be: then :meth:`stop` takes its time."""
         told = {axis: steps for axis, steps in self.axes.items() if axes is None or axis in axes}
+        # One pause or one question would keep all other lines from their stop.
         waits = any("aim" in step or step.get("pause_s", 0.0) for steps in told.values() for step in steps)
         if waits or self.descriptor == GIVEN_BACK or not select.select([], [self.descriptor], [], 0.0)[1]:
             return False
@@ -110,6 +111,7 @@ class Line:
     def _aimed(self, question: bytes, aim: dict[str, Any]) -> bytes:
         """Return the order that makes a servo's present position its target."""
         for _ in range(TIMES):
+            # An answer that the engine had asked for would be taken for the position.
             while select.select([self.descriptor], [], [], 0.0)[0] and os.read(self.descriptor, 4096):
                 pass
             self._write(question)
@@ -124,6 +126,7 @@ class Line:
 
     def _write(self, data: bytes) -> None:
         if self.is_escaped:
+            # Telnet takes a lone 0xFF for the beginning of a command (RFC 854).
             data = data.replace(b"\xff", b"\xff\xff")
         while data:
             if not select.select([], [self.descriptor], [], LINE_S)[1]:
@@ -219,6 +222,7 @@ class Guard:
         if os.getppid() != self.engine:
             return "the engine ended without a word"
         slept_s = asleep_s() - self.asleep_s
+        # Also while nothing moves: a sleep of before must not stop the next motion.
         self.asleep_s += slept_s
         if not self.moving:
             return ""
@@ -249,6 +253,7 @@ class Guard:
     def stop_for_good(self, why: str) -> None:
         moving, stopped_utc = self.moving, CLOCK.now_utc().isoformat(timespec="seconds")
         outcomes = self.stop_axes()
+        # An engine that thaws would go on with a plan whose axes were stopped behind its back.
         if os.getppid() == self.engine:
             with suppress(OSError):
                 os.kill(self.engine, signal.SIGKILL)

@@ -279,6 +279,7 @@ class SupervisedAxis:
             orders = self._orders
             answer, seen = ask()
             with self._turn:
+                # An order went out while the answer was on its way: it may be of before or of after.
                 if orders != self._orders:
                     return answer
                 watched, breach = (Watched(), "") if seen is None else judge(self._bounds, self._watched, seen)
@@ -287,6 +288,7 @@ class SupervisedAxis:
                         self._bounds = after_home(self._bounds, watched.task.at_deg)
                     self._watched = watched
                     return answer
+        # A search that went wrong leaves no zero: what was known of the home is not known now.
         if isinstance(self._watched.task, Homing):
             self._bounds = self._declared
         self._expect(Watched())
@@ -311,6 +313,7 @@ class SupervisedAxis:
         with self._turn:
             self._orders += 1
             self._watched = watched
+            # The new order may have reached another axis: all are looked at with the next look.
             self._others_due_s = 0.0
 
     def _look_at_others_now_and_then(self) -> None:

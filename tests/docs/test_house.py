@@ -142,3 +142,10 @@ def test_what_is_imported_by_a_name_that_is_made_up_stands_in_two_files(trees):
         "procedures/import_name/calrig/__init__.py",
         "rig/system_parts.py",
     }
+
+
+def test_rig_and_ams_register_in_one_way() -> None:
+    """They never meet, so each has the file; whoever mends one mends both."""
+    assert (ROOT / "rig/registry.py").read_text(encoding="utf-8") == (ROOT / "ams/registry.py").read_text(
+        encoding="utf-8"
+    )
