@@ -12,6 +12,8 @@ from rig.wire.table_dialect import load_dialect
 
 OVER_RANGE = 1.2
 """Meters read this much of their range before they overload."""
+WARM_UP_KEYS = frozenset({"warm_up_s", "warm_up_slope_v_per_h"})
+"""Of a chain: all that a channel has that is read beside the sensors' outputs."""
 
 
 def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable[str]:
@@ -24,6 +26,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     voltages = {channel for channel in channels if units[channel] == "v"}
     outputs = {channel for channel in channels if units[channel] != "deg"} | streamed
     yield from _unknown_channels(file, rig, voltages, outputs)
+    yield from _supplies_nobody_has(file, rig)
     yield from _names_twice(file, rig)
     yield from _undeclared_sensitivities(file, rig, voltages)
     yield from _unusable_reference(file, rig, units)
@@ -66,6 +69,8 @@ def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str], sens
     for channel, chain in rig.chain.items():
         if channel not in known:
             yield file.complaint(("chain", channel), f"no channel {channel!r} (allowed: {allowed})")
+        elif channel not in taken:
+            yield from _chain_of_no_output(file, rig, channel)
         if chain.load_resistor_at is not None and chain.load_resistor_at not in rig.environment:
             allowed_places = ", ".join(sorted(rig.environment)) or "none"
             yield file.complaint(
@@ -75,6 +80,40 @@ def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str], sens
         if chain.supply_channel is not None and chain.supply_channel not in known:
             yield file.complaint(
                 ("chain", channel, "supply_channel"), f"no channel {chain.supply_channel!r} (allowed: {allowed})"
+            )
+
+
+def _chain_of_no_output(file: TomlFile, rig: RigDescription, channel: str) -> Iterable[str]:
+    """Yield the keys that mean nothing where no sensor puts its output: what is read there has to warm up, no more."""
+    chain = rig.chain[channel]
+    is_read = channel in _read_beside(rig)
+    meaningless = [key for key in chain.model_fields_set if not (is_read and key in WARM_UP_KEYS)]
+    if not is_read or meaningless:
+        outputs = ", ".join(sorted({one for sensor in rig.sensors.values() for one in sensor.channels.values()}))
+        yield file.complaint(
+            ("chain", channel, *sorted(meaningless)[:1]),
+            f"{channel} is no output of a sensor, so this would change nothing (sensors' outputs: {outputs}); a chain "
+            "belongs to the channel of the sensor, and names its supply there: "
+            f'supply_channel = "{channel}"',
+        )
+
+
+def _read_beside(rig: RigDescription) -> frozenset[str]:
+    """Return the channels that every dwell reads beside the sensors' outputs: their thermometers and supplies."""
+    thermometers = (sensor.temperature.channel for sensor in rig.sensors.values() if sensor.temperature)
+    supplies = (chain.supply_channel for chain in rig.chain.values() if chain.supply_channel)
+    return frozenset((*thermometers, *supplies))
+
+
+def _supplies_nobody_has(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Yield truths of supplies that no chain names and no interlock watches: the twin would read them nowhere."""
+    known = {chain.supply_channel for chain in rig.chain.values() if chain.supply_channel} | set(rig.interlocks.voltage)
+    for channel in rig.twin.supplies if rig.twin else ():
+        if channel not in known:
+            allowed = ", ".join(sorted(known)) or "none"
+            yield file.complaint(
+                ("twin", "supplies", channel),
+                f"no supply_channel of a [chain] and no [interlocks.voltage] has it (allowed: {allowed})",
             )
 
 

@@ -6,6 +6,25 @@ from rig.description.rig_file import RigDescription, TwinSection
 from rig.description.twin_truth import TwinSupply
 
 
+def _nominal_v(description: RigDescription) -> dict[str, float]:
+    """Return what every supply gives where nothing is wrong with it, by channel.
+
+    What its chain declares; a supply that is only watched, by an interlock, stands in the middle of its band: a twin at
+    0 V would hold every run for a fault that nobody planned.
+    """
+    supplies = {
+        chain.supply_channel: chain.reference_supply_v
+        for chain in description.chain.values()
+        if chain.supply_channel is not None
+    }
+    sensors = description.sensors.values()
+    sensed = {channel for sensor in sensors for channel in sensor.channels.values()}
+    sensed |= {sensor.temperature.channel for sensor in sensors if sensor.temperature}
+    watched = {name: sum(lock.band_v) / 2.0 for name, lock in description.interlocks.voltage.items()}
+    names = supplies.keys() | (watched.keys() - sensed)
+    return {name: supplies.get(name) or watched.get(name, 0.0) for name in names}
+
+
 class ChainTruth:
     """What every declared chain does to its channel."""
 
@@ -13,11 +32,7 @@ class ChainTruth:
         twin = description.twin or TwinSection()
         self._chains = description.chain
         self._truth = twin.supplies
-        self._nominal_v = {
-            chain.supply_channel: chain.reference_supply_v or 0.0
-            for chain in description.chain.values()
-            if chain.supply_channel is not None
-        }
+        self._nominal_v = _nominal_v(description)
 
     def supply_v(self, channel: str, replications: float) -> float | None:
         """Return what a supply's own channel carries; None for a channel that is none."""

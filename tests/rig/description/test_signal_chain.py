@@ -9,6 +9,7 @@ from table_bench import rig_file
 from rig.description.read import read_rig
 from rig.description.signal_chain import Chain
 from rig.errors import DescriptionError
+from rig.twins.chain import ChainTruth
 
 
 def test_a_ratiometric_reading_follows_its_supply() -> None:
@@ -50,3 +51,31 @@ def test_a_resistor_stands_in_an_environment_of_the_file(tmp_path: Path) -> None
     chain = '[chain."dmm.x"]\nload_resistor_ohm = 2500.0\nload_resistor_at = "rack"\n[twin]\n'
     with pytest.raises(DescriptionError, match=r"load_resistor_at: no environment 'rack' \(allowed: air\)"):
         read_rig(rig_file(tmp_path, ("[twin]\n", chain)))
+
+
+X = "x = { scanner = 1, range_v = 10.0 }"
+SUPPLY_METER = (X, f"s = {{ scanner = 4, range_v = 100.0 }}, {X}")
+
+
+@pytest.mark.parametrize("keys", ['serial = "PS-1"', "supply_band_v = [14.0, 16.0]", "warm_up_s = 60.0", ""])
+def test_a_chain_of_no_sensors_output_is_refused_and_told_where_it_belongs(tmp_path: Path, keys: str) -> None:
+    chain = f'[chain."dmm.s"]\n{keys}\n[twin]\n'
+    with pytest.raises(DescriptionError, match=r'dmm\.s is no output of a sensor.*supply_channel = "dmm\.s"'):
+        read_rig(rig_file(tmp_path, SUPPLY_METER, ("[twin]\n", chain)))
+
+
+def test_a_supply_that_a_chain_names_may_have_to_warm_up(tmp_path: Path) -> None:
+    chain = '[chain."dmm.x"]\nsupply_channel = "dmm.s"\n[chain."dmm.s"]\nwarm_up_s = 60.0\n[twin]\n'
+    assert read_rig(rig_file(tmp_path, SUPPLY_METER, ("[twin]\n", chain))).chain["dmm.s"].warm_up_s == 60.0
+
+
+def test_a_supply_that_is_only_watched_is_healthy_on_the_twin(tmp_path: Path) -> None:
+    watched = '[interlocks.voltage."dmm.s"]\nband_v = [14.9, 15.1]\n[twin.supplies."dmm.s"]\nerror_v = 0.02\n[twin]\n'
+    rig = read_rig(rig_file(tmp_path, SUPPLY_METER, ("[twin]\n", watched)))
+    assert ChainTruth(rig).supply_v("dmm.s", 0.0) == pytest.approx(15.02, rel=1e-15)
+    assert ChainTruth(rig).supply_v("dmm.x", 0.0) is None
+
+
+def test_the_truth_of_a_supply_that_nobody_has_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match=r"twin\.supplies\.dmm\.s: no supply_channel of a \[chain\]"):
+        read_rig(rig_file(tmp_path, SUPPLY_METER, ("[twin]\n", '[twin.supplies."dmm.s"]\nerror_v = 0.02\n[twin]\n')))
