@@ -58,7 +58,7 @@ def _seen(solved: SolvedColumns, places: Sequence[int], pitch: FloatArray, roll:
             continue
         own = solved.mixed.ordinary[_LINEAR : basis.shape[1], place]
         yield SeenPoints(
-            linear=basis[:, :_LINEAR],
+            linear=np.hstack([basis[:, :_LINEAR], sums.drift_left]),
             terms=basis[:, _LINEAR:],
             mean=sums.point_effects[:, place] + basis[:, _LINEAR:] @ own,
             weight=np.sqrt(readings / variance),

@@ -23,6 +23,7 @@ from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linear_form import orthogonal
+from ams.solve.replicated import TOLD_APART, about_their_mean, left_in_means, loose_root
 from ams.statistics.intervals import f_test
 
 _TERMS: Final = 9
@@ -114,14 +115,14 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
         return _means_of_alike(observations, output, table, layout)
     basis = PitchRoll("x").basis(observations)
     readings = layout.sum_by_point(np.ones(layout.rows))
-    level_output, precision = without_drift(basis, output, layout, readings)
+    level_output, precision, drift_left = without_drift(basis, output, layout, readings)
 
     def mean(rows: FloatArray) -> FloatArray:
         return np.asarray((layout.sum_by_point(rows).T / readings).T)
 
     pitch, roll = angles_of_points(observations, layout)
     quadratic = mean(quadratic_basis(specific_force(observations.pitch_rad, observations.roll_rad)))
-    common = _common(table, basis, output, pitch, roll)
+    common = np.hstack([_common(table, basis, output, pitch, roll), np.sqrt(precision) * drift_left])
     return _PointMeans(mean(basis), quadratic, mean(level_output), readings, precision, common)
 
 
@@ -174,27 +175,29 @@ def angles_of_points(observations: Observations, layout: Layout) -> tuple[FloatA
 
 def without_drift(
     basis: FloatArray, output: FloatArray, layout: Layout, readings: FloatArray
-) -> tuple[FloatArray, float]:
+) -> tuple[FloatArray, float, FloatArray]:
     """Return the outputs brought to the mean parameters of all replications, and the variance of a reading.
 
     The departures of the replications' parameters are found with every point's own effect taken out, so that a
-    replication that lacks points is not bent by their lack of fit.
+    replication that lacks points is not bent by their lack of fit. Third: (K, q) what is not known of them, in the
+    means of the points, for readings of unit variance.
     """
     n, size = layout.replications, basis.shape[1]
     if n == 1:
-        return output, 0.0
+        return output, 0.0, np.zeros((layout.points, 0))
     blocks = np.zeros((layout.rows, n, size))
     blocks[np.arange(layout.rows), layout.replication] = basis
     flat = _about_points(blocks.reshape(layout.rows, n * size), layout, readings)
-    inverse, kept = _told_apart(flat)
+    values, vectors = _spectrum(flat)
+    kept = values > TOLD_APART * values[-1]
     about = _about_points(output, layout, readings)
-    departures = inverse @ (flat.T @ about)
+    departures = (vectors[:, kept] / values[kept]) @ (vectors[:, kept].T @ (flat.T @ about))
     left = about - flat @ departures
-    dof = layout.rows - layout.points - kept
-    by_replication = departures.reshape(n, size)
-    shift = (by_replication - by_replication.mean(axis=0))[layout.replication]
+    dof = layout.rows - layout.points - int(kept.sum())
     precision = float(left @ left) / dof if dof > 0 else 0.0
-    return output - np.sum(basis * shift, axis=1), precision
+    about_mean = about_their_mean(basis, layout, np.ones(layout.rows))
+    drift_left = left_in_means(layout.mean_by_point(about_mean) @ loose_root(values, vectors))
+    return output - about_mean @ departures, precision, drift_left
 
 
 def _about_points(rows: FloatArray, layout: Layout, readings: FloatArray) -> FloatArray:
@@ -203,11 +206,10 @@ def _about_points(rows: FloatArray, layout: Layout, readings: FloatArray) -> Flo
 
 
 @remembered(16)
-def _told_apart(flat: FloatArray) -> tuple[FloatArray, int]:
-    """Return the pseudo-inverse of the Gram matrix of (N, n) columns, and how many of them can be told apart."""
+def _spectrum(flat: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the eigenvalues and eigenvectors of the Gram matrix of (N, n) columns."""
     values, vectors = np.linalg.eigh(flat.T @ flat)
-    kept = values > 1e-9 * values[-1]
-    return (vectors[:, kept] / values[kept]) @ vectors[:, kept].T, int(kept.sum())
+    return values, vectors
 
 
 @dataclass(frozen=True)

@@ -189,7 +189,7 @@ def _part(
     basis = np.column_stack([np.ones(layout.rows), rows_force[:, excited]])
     means, precision, departures = [], [], []
     for axis in axes:
-        steady, variance = without_drift(basis, observations.outputs[axis], layout, readings)
+        steady, variance, _ = without_drift(basis, observations.outputs[axis], layout, readings)
         means.append(layout.sum_by_point(steady) / readings)
         precision.append(variance / readings)
         left = observations.outputs[axis] - means[-1][layout.point]

@@ -175,7 +175,8 @@ def _variances(
         return precision, np.maximum(0.0, beyond), np.full(size, float(sums.dof_lack_of_fit))
     readings = layout.sum_by_point(np.ones(layout.rows) if alone.weights is None else alone.weights)
     typical, basis = float(readings.mean()), layout.mean_by_point(alone.basis)
-    common = common_of_points(alone, layout, joined, size)
+    drift = np.sqrt(precision)[:, None, None] * sums.drift_left
+    common = np.concatenate([common_of_points(alone, layout, joined, size), drift], axis=2)
     scatter = own_scatter(basis, sums.point_effects, common, readings / typical, FEW_POINTS)
     return precision, np.maximum(0.0, scatter.variance - precision / typical), scatter.dof
 

@@ -16,7 +16,10 @@ from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 
 _SAME_BASIS = 1e-13
-_EIGENVALUE_TOLERANCE = 1e-9
+TOLD_APART = 1e-9
+"""Of the largest eigenvalue: what fewer rows than that say of a direction counts as nothing."""
+_NOTHING = 1e-3
+"""Of a row's standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,9 @@ class ReplicatedSums:
     dof_lack_of_fit: int
     point_effects: FloatArray
     """(K, m) every point's mean residual of the pooled fit, the drift of the replications taken out."""
+    drift_left: FloatArray
+    """(K, q) errors of the point effects that many points share, for rows of unit variance: what is not known of the
+    drift that was taken out. (K, 0) where every replication holds every point: there it has no mean at any."""
     ss_pooled_bias: FloatArray
     """(m,) SS_bias of TP 8, from the residuals of the pooled fit."""
     ss_pooled_precision: FloatArray
@@ -116,6 +122,7 @@ def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: IntA
         ss_lack_of_fit=ss_lack_of_fit,
         dof_lack_of_fit=points - size,
         point_effects=misfit,
+        drift_left=np.zeros((points, 0)),
         ss_pooled_bias=ss_lack_of_fit,
         ss_pooled_precision=ss_departures,
     )
@@ -131,10 +138,11 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
     bias = _point_means(layout, residuals, weights)
     by_replication = np.zeros((rows, n, size))
     by_replication[np.arange(rows), layout.replication] = form.basis
-    contrasts, covariance, rank = _contrasts(by_replication, layout, residuals, weights)
+    contrasts, covariance, rank, loose = _contrasts(by_replication, layout, residuals, weights)
     moved = residuals - by_replication.reshape(rows, -1) @ contrasts
-    effects = _point_means(layout, moved, weights)
-    ss_precision = np.sum((root * (moved - effects)) ** 2, axis=0)
+    ss_precision = np.sum((root * (moved - _point_means(layout, moved, weights))) ** 2, axis=0)
+    about_mean = about_their_mean(form.basis, layout, weights)
+    effects = _point_means(layout, residuals - about_mean @ contrasts, weights)
     dof_precision = rows - layout.points - rank
     return ReplicatedSums(
         is_balanced=False,
@@ -147,6 +155,7 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
         ss_lack_of_fit=np.maximum(ss_separate - ss_precision, 0.0),
         dof_lack_of_fit=rows - n * size - dof_precision,
         point_effects=layout.mean_by_point(effects),
+        drift_left=left_in_means(layout.mean_by_point(_point_means(layout, about_mean, weights)) @ loose),
         ss_pooled_bias=np.sum((root * bias) ** 2, axis=0),
         ss_pooled_precision=np.sum((root * (residuals - bias)) ** 2, axis=0),
     )
@@ -165,22 +174,52 @@ def _separate_fits(basis: FloatArray, layout: Layout, outputs: FloatArray) -> tu
 
 def _contrasts(
     blocks: FloatArray, layout: Layout, outputs: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray, int]:
+) -> tuple[FloatArray, FloatArray, int, FloatArray]:
     """Find the least squares of the rows, free of point effects, on the replications' own (N, n, P) bases.
 
-    The contrasts add up to nothing: what all replications have in common belongs to the points. With Gram inverse and
-    rank.
+    The contrasts add up to nothing: what all replications have in common belongs to the points. With Gram inverse,
+    rank, and a (n P, q) root of their covariance in which what is not told apart is loose instead of zero.
     """
     n, size = blocks.shape[1:]
     apart = np.linalg.qr(np.eye(n) - 1.0 / n)[0][:, :-1]
     free = np.einsum("rni,nk->rki", blocks, apart).reshape(layout.rows, -1)
     centred = free - _point_means(layout, free, weights)
     values, vectors = np.linalg.eigh(centred.T @ (weights[:, None] * centred))
-    kept = values > _EIGENVALUE_TOLERANCE * values[-1]
+    kept = values > TOLD_APART * values[-1]
     inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
     turn = np.kron(apart, np.eye(size))
     contrasts = turn @ (inverse @ (centred.T @ (weights[:, None] * outputs)))
-    return contrasts, turn @ inverse @ turn.T, int(kept.sum())
+    return contrasts, turn @ inverse @ turn.T, int(kept.sum()), turn @ loose_root(values, vectors)
+
+
+def about_their_mean(basis: FloatArray, layout: Layout, weights: FloatArray) -> FloatArray:
+    """Return (N, n P): each replication's own (N, P) columns, less their share in what all replications have in common.
+
+    The mean of the replications' parameters is weighted by what each tells of the direction that it tells least of,
+    so that one that stopped part way bends it little. One weight for all its parameters: an offset stays an offset.
+    """
+    n, size = layout.replications, basis.shape[1]
+    own = np.zeros((layout.rows, n, size))
+    own[np.arange(layout.rows), layout.replication] = basis
+    weighted = weights[:, None] * basis
+    gram = (weighted.T @ own.reshape(layout.rows, -1)).reshape(size, n, size).swapaxes(0, 1)
+    told = np.maximum(np.linalg.eigvals(np.linalg.solve(gram.sum(axis=0), gram)).real.min(axis=1), TOLD_APART)
+    share = told / told.sum()
+    return np.asarray((own - share[:, None] * basis[:, None, :]).reshape(layout.rows, -1))
+
+
+def loose_root(values: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Return a root of the covariance that a Gram matrix of these eigenvalues leaves, for rows of unit variance.
+
+    A direction that no two replications tell apart is not known to be zero: it is as loose as the least known.
+    """
+    return np.asarray(vectors / np.sqrt(np.maximum(values, TOLD_APART * values[-1])))
+
+
+def left_in_means(errors: FloatArray) -> FloatArray:
+    """Return (K, q) columns of the same covariance as the (K, p) errors, without those that are nothing."""
+    left, size, _ = np.linalg.svd(errors, full_matrices=False)
+    return np.asarray((left * size)[:, size > _NOTHING])
 
 
 def _point_means(layout: Layout, values: FloatArray, weights: FloatArray) -> FloatArray:

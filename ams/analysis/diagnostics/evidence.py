@@ -89,6 +89,8 @@ class Evidence:
         """Return the point means of one output; ``added`` (K,) is put back to what the fit left."""
         mean = self.point_effects[:, output] if added is None else self.point_effects[:, output] + added
         typical = float(self.readings.mean())
-        precision = 0.0 if self.sums is None else float(np.nan_to_num(self.precision_variance[output])) / typical
+        of_a_dwell = 0.0 if self.sums is None else float(np.nan_to_num(self.precision_variance[output]))
         common = self.common[output] if self.common else np.zeros((self.layout.points, 0))
-        return PointMeans(given, mean, self.readings / typical, common, precision)
+        if self.sums is not None and self.sums.drift_left.shape[1] > 0:
+            common = np.hstack([common, np.sqrt(of_a_dwell) * self.sums.drift_left])
+        return PointMeans(given, mean, self.readings / typical, common, of_a_dwell / typical)

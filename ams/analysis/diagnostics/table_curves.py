@@ -40,7 +40,7 @@ class SeenPoints:
     """The means of the points of one output, volts."""
 
     linear: FloatArray
-    """(K, 4) a linear sensor."""
+    """(K, 4 or more) a linear sensor, and what is not known of the drift between replications that lack points."""
     terms: FloatArray
     """(K, t) of second and third order."""
     mean: FloatArray
