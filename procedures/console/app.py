@@ -22,6 +22,7 @@ from procedures.console.acting import Acting, new_key
 from procedures.console.additions import Additions
 from procedures.console.entrance import Entrance
 from procedures.console.gate import Gate, token_of
+from procedures.console.jogging import Jogging
 from procedures.console.night import needs_a_person, night
 from procedures.console.queues import QueuePages
 from procedures.console.sessions import Visitor
@@ -45,6 +46,7 @@ def make_app(console: Console) -> ASGIApp:
     templates = Pages()
     pages, acting, entrance = _Pages(console, templates), Acting(console, templates), Entrance(console, templates)
     queues = QueuePages(console, templates, acting)
+    jogging = Jogging(console, templates, acting)
     routes = [
         Route("/", pages.home),
         Route("/run/{name}", pages.run),
@@ -60,6 +62,10 @@ def make_app(console: Console) -> ASGIApp:
         Route("/api/v1/queues", queues.api),
         Route("/api/v1/queues", Additions(console, acting).act, methods=["POST"]),
         Route("/api/v1/queues/{name}/{act}", queues.act, methods=["POST"]),
+        Route("/jog", jogging.rigs),
+        Route("/jog/{rig}", jogging.page),
+        WebSocketRoute("/jog/{rig}", jogging.socket),
+        Route("/api/v1/jog/{rig}/stop", jogging.stop, methods=["POST"]),
         Route("/metrics", pages.metrics),
         Route("/healthz", pages.healthz),
         Route("/enter", entrance.enter),

@@ -1,8 +1,8 @@
 """What a visitor may do: by role, and by where the browser is.
 
 What makes the rig stand still is never refused for a place. What begins motion while nobody watches the rig (a
-``continue``, the arming of the queue) is refused to a browser of another machine, unless the rig file allows it and the
-visitor told the code that stands on the console's own terminal: the person who has the hands in the rig is asked first.
+``continue``, the arming of the queue, a jog) is refused to a browser of another machine, unless the rig file allows it
+and the visitor told the code that stands on the console's own terminal: who has the hands in the rig is asked first.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from rig.description.rig_file import RigDescription
 
 Act = Literal[
     "pause", "continue", "stop", "abort", "note", "ack", "void", "redo",
-    "add", "arm", "disarm", "move", "remove", "attest", "decide",
+    "add", "arm", "disarm", "move", "remove", "attest", "decide", "jog", "halt",
 ]  # fmt: skip
 NEEDED: Mapping[Act, Role] = {
     "pause": "operate",
@@ -32,9 +32,11 @@ NEEDED: Mapping[Act, Role] = {
     "attest": "operate",
     "arm": "move",
     "decide": "move",
+    "jog": "move",
+    "halt": "operate",
 }
-BEGINS_MOTION: tuple[Act, ...] = ("continue", "arm", "decide")
-STOPS: tuple[Act, ...] = ("stop", "abort")
+BEGINS_MOTION: tuple[Act, ...] = ("continue", "arm", "decide", "jog")
+STOPS: tuple[Act, ...] = ("stop", "abort", "halt")
 
 
 def refusal(act: Act, visitor: Visitor, rig: RigDescription | None, *, is_elsewhere: bool) -> str:

@@ -5,9 +5,12 @@ each in a thread of its own, so that a silent line keeps no other axis from its 
 """
 
 from collections.abc import Callable, Mapping
-from threading import Event, Thread
+from dataclasses import dataclass
+from functools import partial
+from threading import Event, Lock, Thread
 
-from procedures.jog_screen.lease import RateLease
+from procedures.jog_screen.lease import PAGE, TERMINAL, MotionLease
+from procedures.jog_screen.values import AT_TERMINAL, Asker
 from rig.clock import Clock
 from rig.devices.abilities import Axis
 from rig.errors import RigError
@@ -16,19 +19,37 @@ LOOK_S = 0.03
 _AGAIN_S = 0.5
 
 
-class Guard:
-    """``axes`` gives the axes as they are open now; ``tell`` hears what was stopped and what could not be."""
+def _in_a_thread(work: Callable[[], None]) -> None:
+    Thread(target=work, name="jog-stop", daemon=True).start()
 
-    def __init__(self, axes: Callable[[], Mapping[str, Axis]], clock: Clock, tell: Callable[[str], None]) -> None:
+
+class Guard:
+    """``axes`` gives the axes as they are open now; ``tell`` hears what was stopped and what could not be.
+
+    A lease belongs to an axis and to who asked: a page that hangs is not kept alive by another one that answers.
+    """
+
+    def __init__(
+        self,
+        axes: Callable[[], Mapping[str, Axis]],
+        clock: Clock,
+        tell: Callable[[str], None],
+        begin: Callable[[Callable[[], None]], None] = _in_a_thread,
+    ) -> None:
         self._axes = axes
         self._clock = clock
         self._tell = tell
-        self._leases: dict[str, RateLease] = {}
+        self._begin = begin
+        self._leases: dict[tuple[str, str], _Granted] = {}
+        """By axis and client."""
         self._why_stop = ""
         self._is_reported = False
         self._lost = ""
+        self._lock = Lock()
         self._bell, self._closing = Event(), Event()
         self._thread = Thread(target=self._watch, name="jog-guard", daemon=True)
+
+    def start(self) -> None:
         self._thread.start()
 
     @property
@@ -43,7 +64,8 @@ class Guard:
 
     def stop(self, why: str) -> None:
         """Stop every axis now."""
-        self._why_stop = self._why_stop or why
+        with self._lock:
+            self._why_stop = self._why_stop or why
         self._bell.set()
 
     def lose(self, why: str) -> None:
@@ -52,57 +74,94 @@ class Guard:
 
     def stood_still(self) -> None:
         """Allow motion again, unless the operator is gone: the owner has seen every axis stand."""
-        self._why_stop, self._is_reported = "", False
-        self._leases.clear()
+        with self._lock:  # a look that is half done would take the next stop for one that was told
+            self._leases.clear()
+            self._why_stop, self._is_reported = "", False
 
-    def grant(self, axis: str, *, is_held: bool) -> None:
-        self._leases[axis] = RateLease(self._clock, is_held=is_held)
+    def grant(
+        self, axis: str, asker: Asker, *, is_held: bool = False, is_move: bool = False, seen_s: float | None = None
+    ) -> None:
+        """Let an axis move for as long as who asked renews it. ``is_move``: where it ends, every axis is stopped.
 
-    def answer(self) -> None:
-        """Renew every lease: the terminal answered."""
-        for lease in list(self._leases.values()):
-            lease.answer()
+        The end of a rate stops its axis alone; a move that is cut off has to be given up by who watches it, too.
+        """
+        lease = MotionLease(self._clock, is_held=is_held, whose=PAGE if asker.is_page else TERMINAL, seen_s=seen_s)
+        self._leases[axis, asker.client] = _Granted(lease, is_move)
 
-    def press(self, axis: str) -> bool:
+    def answer(self, client: str = AT_TERMINAL.client, seen_s: float | None = None) -> None:
+        """Renew the leases of one who answered, as of the moment at which he was there: now where none is given."""
+        for (_, whose), granted in list(self._leases.items()):
+            if whose == client:
+                granted.lease.answer(seen_s)
+
+    def press(self, axis: str, client: str = AT_TERMINAL.client) -> bool:
         """Renew the lease of an axis whose key came again; return whether there is such a lease."""
-        lease = self._leases.get(axis)
-        if lease is not None:
-            lease.press()
-        return lease is not None
+        granted = self._leases.get((axis, client))
+        if granted is not None:
+            granted.lease.press()
+        return granted is not None
+
+    def release(self, client: str, why: str) -> None:
+        """End every lease of one who let go, or left."""
+        for (_, whose), granted in list(self._leases.items()):
+            if whose == client:
+                granted.lease.end(why)
+        self._bell.set()
 
     @property
     def has_leases(self) -> bool:
         return bool(self._leases)
 
-    def has_lease(self, axis: str) -> bool:
-        return axis in self._leases
+    def has_lease(self, axis: str, client: str | None = None) -> bool:
+        """Return whether an axis may move by somebody's lease, or by that of one client."""
+        return any(
+            one == axis and client in (None, whose) and not granted.lease.why_over()
+            for (one, whose), granted in list(self._leases.items())
+        )
 
-    def end_lease(self, axis: str) -> None:
-        """Remove the lease of an axis that turns no longer."""
-        self._leases.pop(axis, None)
+    def end_lease(self, axis: str, client: str) -> None:
+        """Remove the lease of an axis that moves no longer."""
+        self._leases.pop((axis, client), None)
 
     def close(self) -> None:
         self._closing.set()
         self._bell.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
 
     def _watch(self) -> None:
         while not self._closing.is_set():
             self._bell.wait(LOOK_S)
             self._bell.clear()
-            why = self._lost or self._why_stop
-            if why and not self._is_reported:
-                self._is_reported = True
-                self._stop_axes(list(self._axes()), why)
-            for axis, lease in list(self._leases.items()):
-                if not why and (over := lease.why_over()):
-                    self._leases.pop(axis, None)
-                    self._stop_axes([axis], over)
+            self.look()
+
+    def look(self) -> None:
+        """Stop what has to be stopped by now."""
+        with self._lock:
+            due = self._due()
+        for names, why in due:
+            self._stop_axes(names, why)
+
+    def _due(self) -> list[tuple[list[str], str]]:
+        """Return which axes are to be told to stop, and why; each stop is told once."""
+        due: list[tuple[list[str], str]] = []
+        why = self._lost or self._why_stop
+        for (axis, client), granted in list(self._leases.items()) if not why else ():
+            if over := granted.lease.why_over():
+                self._leases.pop((axis, client), None)
+                if granted.is_move:
+                    why = self._why_stop = self._why_stop or f"{axis}: {over}"
+                else:
+                    due.append(([axis], over))
+        if why and not self._is_reported:
+            self._is_reported = True
+            due.append((list(self._axes()), why))
+        return due
 
     def _stop_axes(self, names: list[str], why: str) -> None:
         self._tell(f"{' and '.join(names)}: stop: {why}")
         for name in names:
-            Thread(target=self._stop_one, args=(name,), name=f"jog-stop-{name}", daemon=True).start()
+            self._begin(partial(self._stop_one, name))
 
     def _stop_one(self, name: str) -> None:
         """Until the axis took it: whoever asked may not be there any more to ask again."""
@@ -117,3 +176,9 @@ class Guard:
                 self._closing.wait(_AGAIN_S)
             else:
                 return
+
+
+@dataclass(frozen=True, slots=True)
+class _Granted:
+    lease: MotionLease
+    is_move: bool

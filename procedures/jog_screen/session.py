@@ -1,6 +1,5 @@
 """A session at the jog screen, from the open rig to axes that stand still."""
 
-import os
 from pathlib import Path
 from threading import Event, Thread
 
@@ -8,14 +7,12 @@ from procedures.errors import ExitStatus
 from procedures.jog_screen.app import JogApp, is_hung_up
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.inferred import InferredAttitude
+from procedures.jog_screen.leaving import leave_anyway
 from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.worker import Bench
 from rig.assembly.open_rig import Rig
 from rig.clock import ScaledClock, SystemClock
 from rig.lines.lock import owner_of
-
-_LEAVE_S = 30.0
-"""A screen whose terminal is gone may hang in its own clean-up: after this long, with every axis stopped, we go."""
 
 
 def jog_on_screen(
@@ -26,7 +23,7 @@ def jog_on_screen(
     actions = ActionLog(log, clock)
     bench = Bench(rig, actions, Snapshots(snapshots, clock), clock, inferred)
     ended = Event()
-    Thread(target=_leave_anyway, args=(bench, ended), name="jog-leave", daemon=True).start()
+    Thread(target=leave_anyway, args=(bench, ended), name="jog-leave", daemon=True).start()
     app = JogApp(bench, _heading(rig, rig_file, log))
     try:
         app.heed_signals()
@@ -40,14 +37,6 @@ def jog_on_screen(
     if app.defect is not None and not bench.guard.lost:
         raise app.defect
     return ExitStatus.ABORTED if bench.guard.lost else ExitStatus.DONE
-
-
-def _leave_anyway(bench: Bench, ended: Event) -> None:
-    while not ended.wait(0.5):
-        if bench.guard.lost:
-            if not ended.wait(_LEAVE_S):
-                os._exit(ExitStatus.ABORTED)
-            return
 
 
 def _heading(rig: Rig, rig_file: Path, log: Path) -> Heading:

@@ -12,6 +12,29 @@ Tone = Literal["done", "refused", "failed", "stopped", "note"]
 
 
 @dataclass(frozen=True, slots=True)
+class Asker:
+    """Who asks for a motion, and keeps it alive."""
+
+    client: str
+    """The terminal, or one page of a browser: leases are its own."""
+    name: str = ""
+    """Whom the log names; empty for the login that began the session."""
+    place: str = ""
+    """The address of the browser."""
+
+    @property
+    def is_page(self) -> bool:
+        return self != AT_TERMINAL
+
+    def to_log(self) -> dict[str, str]:
+        """Return what the log says of who asked, beside the login."""
+        return {"by": self.name, "via": "console", "place": self.place} if self.is_page else {}
+
+
+AT_TERMINAL = Asker("terminal")
+
+
+@dataclass(frozen=True, slots=True)
 class GoTo:
     """Go to an attitude, or by a step from where the axis stands."""
 

@@ -16,7 +16,9 @@ from procedures.jog_screen.inferred import InferredAttitude
 from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.polling import Polling
 from procedures.jog_screen.values import (
+    AT_TERMINAL,
     MOTIONS,
+    Asker,
     BenchView,
     ClearStatistics,
     GoTo,
@@ -56,7 +58,9 @@ class Bench:
         self._log = log
         self._snapshots = snapshots
         self._clock = clock
-        self._queue: SimpleQueue[Request] = SimpleQueue()
+        self._queue: SimpleQueue[tuple[Request, Asker]] = SimpleQueue()
+        self._unwritten: SimpleQueue[str] = SimpleQueue()
+        """What the guard did: it waits for no disk."""
         self._waiting_motion = ""
         self._messages: tuple[ShownMessage, ...] = ()
         self._is_closing = False
@@ -65,9 +69,10 @@ class Bench:
         self._doing = ""
         self._lost_line = ""
         self._tried_s = clock.monotonic_s()
-        self.guard = Guard(lambda: rig.axes, clock, lambda text: self._tell("stopped", text))
+        self.guard = Guard(lambda: rig.axes, clock, self._hear_guard)
         self._polling = Polling(rig, self.guard, clock, inferred, lambda text: self._tell("failed", text))
         self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
+        self.guard.start()
         self._thread = Thread(target=self._run, name="jog-bench", daemon=True)
         self.view = BenchView((), (), ())
         """What was last seen; replaced whole."""
@@ -84,33 +89,46 @@ class Bench:
         if self._thread.is_alive():
             self._thread.join()
         self.guard.close()
+        self._write_down()
         self._log.write("end", lost=self.guard.lost)
 
-    def ask(self, request: Request) -> None:
-        """Have something done. What cannot be done now is refused in the view's lines."""
-        if refusal := self._why_not(request):
-            self._log.write("refused", asked=str(request), why=refusal)
+    def ask(self, request: Request, asker: Asker = AT_TERMINAL, seen_s: float | None = None) -> None:
+        """Have something done. What cannot be done now is refused in the view's lines.
+
+        What moves by a page moves under its lease, from the moment at which it was last known to be there (``seen_s``).
+        """
+        if refusal := self._why_not(request, asker):
+            self._log.write("refused", asked=str(request), why=refusal, **asker.to_log())
             self._tell("refused", f"{request}: {refusal}")
             return
         if isinstance(request, MOTIONS):
             self._waiting_motion = str(request)
-        self._queue.put(request)
+            if asker.is_page:
+                self.guard.grant(request.axis, asker, is_move=not isinstance(request, Turn), seen_s=seen_s)
+        self._queue.put((request, asker))
 
-    def stop(self, why: str) -> None:
+    def stop(self, why: str, asker: Asker = AT_TERMINAL) -> None:
         """Stop every axis now, and forget what was asked for."""
-        self._log.write("stop", why=why)
         self.guard.stop(why)
+        self._log.write("stop", why=why, **asker.to_log())
 
-    def refuse(self, why: str) -> None:
+    def refuse(self, why: str, asker: Asker = AT_TERMINAL) -> None:
         """Tell the operator what cannot be."""
+        if asker.is_page:
+            self._log.write("refused", why=why, **asker.to_log())
         self._tell("refused", why)
+
+    def note(self, kind: str, told: str, asker: Asker) -> None:
+        """Write down and tell who comes and who goes."""
+        self._log.write(kind, **asker.to_log())
+        self._tell("note", told)
 
     def turn_while_pressed(self, axis: str, rate_dps: float) -> None:
         """Turn an axis as long as its key is pressed: called when the key comes, for the first time or again."""
         if not self.guard.press(axis):
             self.ask(Turn(axis, rate_dps, is_held=True))
 
-    def _why_not(self, request: Request) -> str:
+    def _why_not(self, request: Request, asker: Asker) -> str:
         if self.guard.is_stopping:
             return "a stop is under way"
         if not isinstance(request, MOTIONS):
@@ -118,7 +136,12 @@ class Bench:
         if self._strangers:
             return self._strangers
         busy = self._doing or self._waiting_motion or self._polling.turning()
-        return f"{busy} is under way; wait, or stop it (space)" if busy else ""
+        how = "" if asker.is_page else " (space)"
+        return f"{busy} is under way; wait, or stop it{how}" if busy else ""
+
+    def _hear_guard(self, text: str) -> None:
+        self._tell("stopped", text)
+        self._unwritten.put(text)
 
     # The thread that owns the devices.
 
@@ -132,13 +155,14 @@ class Bench:
 
     def _round(self) -> None:
         """Do one request or one poll; what fails is told and the work goes on."""
+        self._write_down()
         try:
             if self.guard.is_stopping and not self.guard.lost:
                 self._stop_everything("")
             elif self.guard.lost:
                 self._rig.clock.sleep(min(_IDLE_S, self._rig.clock.slice_s))
-            elif (request := self._next()) is not None:
-                self._do(request)
+            elif (asked := self._next()) is not None:
+                self._do(*asked)
             elif self._lost_line:
                 self._reconnect()
             else:
@@ -152,19 +176,26 @@ class Bench:
             self._tell("failed", str(error))
         self._publish()
 
-    def _next(self) -> Request | None:
+    def _write_down(self) -> None:
+        with suppress(Empty):
+            while True:
+                self._log.write("guard", told=self._unwritten.get_nowait())
+
+    def _next(self) -> tuple[Request, Asker] | None:
         try:
             return self._queue.get_nowait()
         except Empty:
             return None
 
-    def _do(self, request: Request) -> None:
+    def _do(self, request: Request, asker: Asker) -> None:
         is_motion = isinstance(request, MOTIONS)
         self._doing, self._waiting_motion = (str(request) if is_motion else ""), ""
-        self._log.write("asked", what=type(request).__name__, asked=str(request))
+        self._log.write("asked", what=type(request).__name__, asked=str(request), **asker.to_log())
         self._publish()
+        is_turning = False
         try:
-            outcome = self._done(request)
+            outcome = self._done(request, asker)
+            is_turning = isinstance(request, Turn)
             self._log.write("done", asked=str(request), outcome=outcome)
             self._tell("done", outcome)
         except WaitEnded as ended:
@@ -177,11 +208,15 @@ class Bench:
             if isinstance(error, LinkLost):
                 self._lost_line = str(error)
         finally:
+            if isinstance(request, MOTIONS) and not is_turning:
+                self.guard.end_lease(request.axis, asker.client)
             self._doing = ""
             self._polling.aim(None, None)
 
-    def _done(self, request: Request) -> str:
+    def _done(self, request: Request, asker: Asker) -> str:
         """Do it; returns what to say. Raises: RigError, ProcedureError."""
+        if isinstance(request, MOTIONS) and asker.is_page:
+            self._require_lease(request.axis, asker)
         match request:
             case GoTo(axis, degrees, is_step):
                 return self._move(axis, self._polling.position_deg(axis) + degrees if is_step else degrees)
@@ -191,7 +226,7 @@ class Bench:
                 self._polling.clear_statistics()
                 return f"{axis}: homed, at rest at {jog.home(self._rig, axis, self._wait, self._made_again):+.4f}°"
             case Turn(axis, rate_dps, is_held):
-                return self._turn(axis, rate_dps, is_held=is_held)
+                return self._turn(axis, rate_dps, asker, is_held=is_held)
             case HoldTemperature(chamber, setpoint_degc):
                 jog.hold(self._rig, chamber, setpoint_degc)
                 self._polling.forget_chambers()
@@ -214,20 +249,30 @@ class Bench:
         self._log.write("again", why=reason)
         self._tell("note", reason)
 
-    def _turn(self, axis: str, rate_dps: float, *, is_held: bool) -> str:
+    def _turn(self, axis: str, rate_dps: float, asker: Asker, *, is_held: bool) -> str:
         device = jog.rate_axis(self._rig, axis)
         device.check_rate(rate_dps)
         self._polling.require_room(axis, rate_dps)
-        self.guard.grant(axis, is_held=is_held)
+        if not asker.is_page:
+            self.guard.grant(axis, asker, is_held=is_held)
         try:
             device.start_rate(rate_dps)
-        except RigError:
-            self.guard.end_lease(axis)
-            device.stop()
+        except RequestRefused:
+            raise
+        except RigError as error:
+            self.guard.stop(str(error))  # it may have heard what it did not acknowledge
             raise
         self._polling.turns(axis, rate_dps)
+        if not self.guard.has_lease(axis, asker.client):  # then its stop may have come before its start
+            self.guard.stop(f"{axis}: nobody keeps its rate alive")
+            raise WaitEnded("its lease had ended when the axis began to turn")
         how = "while the key is held" if is_held else "while this terminal answers"
-        return f"{axis}: turns at {rate_dps:+g}°/s {how}"
+        return f"{axis}: turns at {rate_dps:+g}°/s {'while the button is held' if asker.is_page else how}"
+
+    def _require_lease(self, axis: str, asker: Asker) -> None:
+        """Refuse what nobody keeps alive any more. Raises: RequestRefused."""
+        if not self.guard.has_lease(axis, asker.client):
+            raise RequestRefused(f"{axis}: who asked has let go, or did not answer in time; it does not move")
 
     def _silent_wait(self, duration_s: float) -> None:
         self._wait(duration_s, is_looking=False)

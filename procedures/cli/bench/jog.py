@@ -17,6 +17,7 @@ from procedures.cli.places import shared_archive_url
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
+from procedures.jog_screen.served import jog_for_pages
 from procedures.lease.keeper import leased
 from rig.assembly.open_rig import Rig, choose_clock, open_rig
 from rig.assembly.unguarded import unguarded_sentences
@@ -50,6 +51,7 @@ def jog(
     coefficient_set: Annotated[Path | None, Parameter(name="--set")] = None,
     snapshot: Path | None = None,
     log: Path | None = None,
+    served: Annotated[bool, Parameter(negative=(), show=False)] = False,
 ) -> ExitStatus:
     """Move one axis by hand, or read the channels; with nothing but --rig, at a terminal, the jog screen.
 
@@ -84,12 +86,14 @@ def jog(
         For the screen: the CSV file that snapshots are added to; by default beside the rig file.
     log
         For the screen: the file that every action is added to, a JSON line each; by default beside the rig file.
+    served
+        For the console: orders as lines of JSON on standard input, what is seen on standard output.
     """
     wanted = _wanted(to, by, rate, home=home, stop=stop)
     _refuse_unclear(axis, wanted, read or live, samples, for_s, live=live and json)
     description = read_rig(rig)
-    if not (wanted or read or live or json) and sys.stdin.isatty() and sys.stdout.isatty():
-        return _screen(description, rig, coefficient_set, snapshot, log)
+    if served or (not (wanted or read or live or json) and sys.stdin.isatty() and sys.stdout.isatty()):
+        return _screen(description, rig, coefficient_set, snapshot, log, served=served)
     if coefficient_set or snapshot or log:
         raise RequestError(
             "jog: --set, --snapshot and --log belong to the screen, which needs a terminal; nothing moved"
@@ -129,9 +133,18 @@ def jog(
 
 
 def _screen(
-    description: RigDescription, rig: Path, coefficient_set: Path | None, snapshot: Path | None, log: Path | None
+    description: RigDescription,
+    rig: Path,
+    coefficient_set: Path | None,
+    snapshot: Path | None,
+    log: Path | None,
+    *,
+    served: bool,
 ) -> ExitStatus:
-    """Run the jog screen. Twins of this process live in real time there, whatever the file says of virtual time."""
+    """Run the jog screen, or the session behind a page of the console.
+
+    Twins of this process live in real time there, whatever the file says of virtual time.
+    """
     for name, axis in description.axes.items():
         if axis.port == "terminal":
             raise RequestError(
@@ -153,6 +166,9 @@ def _screen(
         ) as opened,
         _homes_kept(opened),
     ):
+        if served:
+            with open(sys.stdin.fileno(), "rb", buffering=0, closefd=False) as orders:
+                return jog_for_pages(opened, actions, snapshots, inferred, orders, sys.stdout.buffer)
         from procedures.jog_screen.session import jog_on_screen  # textual: not for a single motion
 
         status = jog_on_screen(opened, rig, actions, snapshots, inferred)

@@ -1,0 +1,275 @@
+"""Jogging from a browser: the pages, the socket of each, and the stop that needs no socket.
+
+A page names a rig by its file in the console's folder, as the queue does. What it says is passed on to the process that
+has the devices (:mod:`procedures.console.benches`) with the name of who says it; who may is looked at here.
+"""
+
+import asyncio
+import json
+import secrets
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from anyio.to_thread import run_sync
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from procedures.console.acting import Acting, new_key
+from procedures.console.acts import ACCEPTED, REFUSED, Answer, Asked
+from procedures.console.additions import offered
+from procedures.console.benches import Benches
+from procedures.console.gate import token_of
+from procedures.console.rights import refusal
+from procedures.console.sessions import Visitor
+from procedures.console.shared import Console
+from procedures.console.templates_of import Pages
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
+from rig.errors import RigError
+from rig.guard.ask import of_rig
+from rig.guard.ask import stop as stop_by_guard
+from rig.lines.lock import owner_of
+
+FIRST_WORDS_S = 5.0
+MOST_WORDS_A_SECOND = 60
+"""Of one page; it beats twenty times."""
+MOST_PAGES = 16
+"""Of all rigs, open at once."""
+FIELDS = ("say", "tick", "press", "held", "away", "act", "axis", "degrees")
+"""All that a page says to a bench."""
+POLICY, TOO_MANY = 1008, 1013
+
+
+@dataclass
+class _Page:
+    """One tab: what it is told next is always the newest; a slow one misses what was in between."""
+
+    visitor: Visitor
+    client: str
+    place: str
+    is_elsewhere: bool
+    news: dict[str, Any] = field(default_factory=dict)
+    has_news: asyncio.Event = field(default_factory=asyncio.Event)
+    words: int = 0
+    since_s: float = 0.0
+
+    def hear(self, document: dict[str, Any]) -> None:
+        self.news |= document
+        self.has_news.set()
+
+    def is_too_loud(self, now_s: float) -> bool:
+        """Count a word; return whether there were too many within the last second."""
+        if now_s - self.since_s > 1.0:
+            self.words, self.since_s = 0, now_s
+        self.words += 1
+        return self.words > MOST_WORDS_A_SECOND
+
+
+class Jogging:
+    """One method a route."""
+
+    def __init__(self, console: Console, pages: Pages, acting: Acting) -> None:
+        self._console = console
+        self._pages = pages
+        self._acting = acting
+        self._benches = Benches()
+        self._count = 0
+
+    async def rigs(self, request: Request) -> Response:
+        """Show which rigs there are, and who has each."""
+        found = await run_sync(self._rigs)
+        return self._pages.shown(
+            "jogs.html.j2", here="jog", rigs=found, folder=self._console.files, visitor=self._console.visitor(request)
+        )
+
+    def _rigs(self) -> list[tuple[str, str]]:
+        return [(name, self._owner(self._console.files / name)) for name in offered(self._console.files).rigs]
+
+    def _owner(self, rig: Path) -> str:
+        """Return who has a rig; empty where nobody has."""
+        owner = owner_of(str(rig))
+        return "" if owner is None else str(owner)
+
+    async def page(self, request: Request) -> Response:
+        rig = await run_sync(self._file, request.path_params["rig"])
+        visitor = self._console.visitor(request)
+        try:
+            description = await run_sync(read_rig, rig)
+        except RigError as error:
+            raise HTTPException(409, str(error)) from error
+        is_elsewhere = self._console.site.is_elsewhere(request.scope)
+        return self._pages.shown(
+            "jog.html.j2",
+            here="jog",
+            rig=rig.name,
+            name=description.rig.name,
+            is_simulated=description.is_simulated,
+            sensors={name: list(one.channels.values()) for name, one in description.sensors.items()},
+            owner=await run_sync(self._owner, rig),
+            refusal=refusal("jog", visitor, description, is_elsewhere=is_elsewhere),
+            is_elsewhere=is_elsewhere,
+            visitor=visitor,
+            key=new_key(),
+        )
+
+    def _file(self, name: str) -> Path:
+        """Return a rig file of the console's folder by its plain name. Raises: HTTPException."""
+        if name not in offered(self._console.files).rigs:
+            raise HTTPException(404, "there is no such rig file in the folder of the console")
+        return self._console.files / name
+
+    # A stop, by a form: it needs neither script nor socket, and hears no other page before it.
+
+    async def stop(self, request: Request) -> Response:
+        rig = await run_sync(self._file, request.path_params["rig"])
+        visitor = self._console.visitor(request)
+        if not refusal("halt", visitor, None, is_elsewhere=False) and (bench := self._benches.find(rig)) is not None:
+            bench.send("form", visitor.name, request.client.host if request.client else "", {"say": "stop"})
+        return await self._acting.answer(
+            request, "halt", lambda: None, partial(self._halt, rig), f"/jog/{request.path_params['rig']}"
+        )
+
+    def _halt(self, rig: Path, asked: Asked) -> Answer:
+        outcomes: dict[str, str] = {}
+        for guard in of_rig(str(rig)):
+            outcomes |= stop_by_guard(guard, None, asked.by) or {}
+        told = "; ".join(f"{axis}: {outcome}" for axis, outcome in sorted(outcomes.items()))
+        if not told and self._benches.find(rig) is None:
+            return Answer(REFUSED, "stop: no calrig of this machine moves that rig, so nothing moves by it")
+        return Answer(ACCEPTED, f"stop was asked for{f' ({told})' if told else ''}")
+
+    # The socket.
+
+    async def socket(self, socket: WebSocket) -> None:
+        """Hear one page until it leaves, says what no page says, or its session ends."""
+        if self._count >= MOST_PAGES:
+            await socket.close(TOO_MANY)
+            return
+        self._count += 1
+        try:
+            rig = await run_sync(self._file, socket.path_params["rig"])
+            await socket.accept()
+            visitor = await self._visitor_of(socket)
+            place = socket.client.host if socket.client else ""
+            is_elsewhere = self._console.site.is_elsewhere(socket.scope)
+            page = _Page(visitor, secrets.token_hex(8), place, is_elsewhere)
+            await self._serve(socket, rig, page)
+        except HTTPException:
+            await socket.close(POLICY)
+        except (
+            WebSocketDisconnect,
+            RuntimeError,
+            KeyError,
+        ):  # bytes are no words; or the browser went away, also in the middle of a sending
+            pass
+        finally:
+            self._count -= 1
+
+    async def _visitor_of(self, socket: WebSocket) -> Visitor:
+        """Return whose page it is: its first words are the token that no page of another site knows."""
+        visitor = self._console.sessions.visitor(token_of(socket.headers, self._console.site))
+        try:
+            async with asyncio.timeout(FIRST_WORDS_S):
+                given = _order(await socket.receive_text()).get("csrf")
+        except TimeoutError:
+            given = None
+        if (
+            visitor is None
+            or not isinstance(given, str)
+            or not secrets.compare_digest(given.encode("utf-8", errors="surrogateescape"), visitor.csrf.encode())
+        ):
+            raise HTTPException(403)
+        return visitor
+
+    async def _serve(self, socket: WebSocket, rig: Path, page: _Page) -> None:
+        page.hear({"you": page.client, "owner": await run_sync(self._owner, rig)})
+        if (bench := self._benches.find(rig)) is not None:
+            page.hear(bench.latest)
+        self._benches.listen(rig, page.hear)
+        telling = asyncio.create_task(_tell(socket, page))
+        try:
+            while not telling.done():
+                order = _order(await socket.receive_text())
+                self._require_session(socket, page)
+                await self._hear(rig, page, order)
+        finally:
+            telling.cancel()
+            self._benches.leave(rig, page.hear)
+            self._say(rig, page, {"say": "gone"})
+
+    def _require_session(self, socket: WebSocket, page: _Page) -> None:
+        """See that the session still stands, and that the page does not flood. Raises: HTTPException."""
+        found = self._console.sessions.visitor(token_of(socket.headers, self._console.site))
+        if found is None or page.is_too_loud(self._console.clock.monotonic_s()):
+            raise HTTPException(403)
+        page.visitor = found
+
+    async def _hear(self, rig: Path, page: _Page, order: dict[str, Any]) -> None:
+        say = order.get("say")
+        if say == "stop":
+            if told := refusal("halt", page.visitor, None, is_elsewhere=False):
+                page.hear({"told": told})
+            else:
+                self._say(rig, page, {"say": "stop"})
+        elif say == "take":
+            await self._take(rig, page)
+        elif say in ("beat", "do", "give"):
+            bench = self._benches.find(rig)
+            if bench is not None and bench.has(page.client):
+                self._say(rig, page, {name: order[name] for name in FIELDS if name in order})
+            elif say == "do":
+                page.hear({"told": f"{page.visitor.name} does not have the bench; nothing moved"})
+
+    def _say(self, rig: Path, page: _Page, order: dict[str, Any]) -> None:
+        if (bench := self._benches.find(rig)) is not None:
+            bench.send(page.client, page.visitor.name, page.place, order)
+
+    async def _take(self, rig: Path, page: _Page) -> None:
+        """Give the bench to a page that may have it; it is opened where it is not."""
+        description = await run_sync(_described, rig) if page.is_elsewhere else None
+        if told := refusal("jog", page.visitor, description, is_elsewhere=page.is_elsewhere):
+            page.hear({"told": told})
+            return
+        if not self._console.sessions.counts_act(page.visitor):
+            page.hear({"told": "too many acts within a minute; nothing was done"})
+            return
+        try:
+            bench = await self._benches.open(rig)
+        except (OSError, NotImplementedError) as error:
+            page.hear({"told": f"the bench cannot be opened here: {error}"})
+            return
+        if bench.holder and not bench.has(page.client):
+            page.hear({"told": f"{bench.holder} has the bench; nothing was done"})
+        bench.send(page.client, page.visitor.name, page.place, {"say": "take"})
+
+
+def _described(rig: Path) -> RigDescription | None:
+    """Return what the rig file allows; None where it cannot be read: then nothing is allowed by it."""
+    try:
+        return read_rig(rig)
+    except RigError:
+        return None
+
+
+def _order(text: str) -> dict[str, Any]:
+    """Return what a page says. Raises: HTTPException for what is no object of JSON."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise HTTPException(400)
+    return found
+
+
+async def _tell(socket: WebSocket, page: _Page) -> None:
+    """Send the newest of everything, as fast as the page takes it."""
+    while True:
+        await page.has_news.wait()
+        page.has_news.clear()
+        news, page.news = page.news, {}
+        await socket.send_text(json.dumps(news))

@@ -1,0 +1,164 @@
+"""A session at the bench for pages of a browser: orders come in as lines of JSON, ticks and what is seen go out.
+
+It is a process of its own, so that whoever serves the pages can hang, end or be overwhelmed without keeping anything
+turning: leases are kept here, and when the orders end, every axis is stopped.
+"""
+
+import json
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event, Thread
+from types import FrameType
+from typing import IO, Any
+
+from procedures.errors import ExitStatus
+from procedures.jog_screen.control import Control
+from procedures.jog_screen.inferred import InferredAttitude
+from procedures.jog_screen.leaving import leave_anyway
+from procedures.jog_screen.log import ActionLog, Snapshots
+from procedures.jog_screen.values import Asker, AxisView, BenchView, ChannelView
+from procedures.jog_screen.worker import Bench
+from rig.assembly.open_rig import Rig
+from rig.clock import SystemClock
+from rig.system_parts import present
+
+TICK_S = 0.05
+VIEW_EVERY = 4
+"""Ticks from one view to the next."""
+SHOWN_LINES = 12
+LONGEST_ORDER = 65_536
+_LOST = present("SIGHUP", "SIGTERM", "SIGINT", "SIGBREAK")
+
+
+def jog_for_pages(
+    rig: Rig,
+    log: Path,
+    snapshots: Path,
+    inferred: InferredAttitude | None,
+    orders: IO[bytes],
+    told: IO[bytes],
+) -> ExitStatus:
+    """Serve until the bench is given back or the orders end; every axis is stopped then, and seen to stand.
+
+    ``orders`` is not buffered: a thread waits in it to the last.
+    """
+    clock = SystemClock()
+    actions = ActionLog(log, clock)
+    bench = Bench(rig, actions, Snapshots(snapshots, clock), clock, inferred)
+    control, ended = Control(bench, clock), Event()
+    Thread(target=leave_anyway, args=(bench, ended), name="jog-leave", daemon=True).start()
+
+    def lost(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the signature of a handler
+        bench.guard.lose(f"{signal.Signals(number).name}: the session was ended")
+
+    for number in _LOST:
+        signal.signal(number, lost)
+    try:
+        bench.start()
+        Thread(target=_hear, args=(orders, control, bench), name="jog-orders", daemon=True).start()
+        _tell(told, control, bench, clock)
+    finally:
+        bench.close()
+        actions.close()
+        ended.set()
+    return ExitStatus.ABORTED if bench.guard.lost else ExitStatus.DONE
+
+
+def _hear(orders: IO[bytes], control: Control, bench: Bench) -> None:
+    """Take orders until they end. A line that is none ends the session: whoever sends it is not the console."""
+    try:
+        for line in _lines(orders):
+            order = json.loads(line)
+            control.hear(order, Asker(str(order["client"]), str(order["name"]), str(order["place"])))
+        bench.guard.lose("the console is gone")
+    except Exception as error:
+        bench.guard.lose(f"the orders cannot be read: {error}")
+        raise
+
+
+def _lines(orders: IO[bytes]) -> Iterator[bytes]:
+    """Yield what comes, line by line; too long a line is none. Raises: ValueError."""
+    rest = b""
+    while data := orders.read(LONGEST_ORDER):
+        *lines, rest = (rest + data).split(b"\n")
+        yield from lines
+        if len(rest) > LONGEST_ORDER:
+            raise ValueError("an order without an end")
+
+
+def _tell(told: IO[bytes], control: Control, bench: Bench, clock: SystemClock) -> None:
+    """Count ticks and show the bench, until nobody has it, or nobody listens."""
+    try:
+        while not (control.is_over or bench.guard.lost):
+            document: dict[str, Any] = {"tick": control.tick()}
+            if document["tick"] % VIEW_EVERY == 1:
+                document |= view_document(bench.view, control.holder)
+            told.write(json.dumps(document, allow_nan=False).encode() + b"\n")
+            told.flush()
+            clock.sleep(TICK_S)
+            control.look()
+    except OSError:
+        bench.guard.lose("the console is gone")
+
+
+def view_document(view: BenchView, holder: Asker | None) -> dict[str, Any]:
+    """Return what is seen, as a page is given it."""
+    return {
+        "holder": None if holder is None else {"name": holder.name, "client": holder.client},
+        "doing": view.doing,
+        "stopping": view.is_stopping,
+        "axes": [_axis(one) for one in view.axes],
+        "channels": [_channel(one) for one in view.channels],
+        "chambers": [
+            {
+                "name": one.name,
+                "temperature_degc": one.temperature_degc,
+                "setpoint_degc": one.setpoint_degc,
+                "silence": one.silence,
+            }
+            for one in view.chambers
+        ],
+        "attitude": None
+        if view.attitude is None
+        else {
+            "sensor": view.attitude.sensor,
+            "angles": [[name, _finite(deg), _finite(sd_deg)] for name, deg, sd_deg in view.attitude.angles],
+            "flag": view.attitude.flag,
+        },
+        "messages": [[one.clock, one.tone, one.text] for one in view.messages[-SHOWN_LINES:]],
+    }
+
+
+def _axis(one: AxisView) -> dict[str, Any]:
+    state = one.state
+    return {
+        "name": one.name,
+        "limits_deg": one.limits_deg,
+        "steps_deg": one.steps_deg,
+        "top_rate_dps": one.top_rate_dps,
+        "position_deg": None if state is None else _finite(state.position_deg),
+        "is_homed": state is not None and state.is_homed,
+        "is_moving": state is not None and state.is_moving,
+        "fault": "" if state is None else state.fault,
+        "target_deg": one.target_deg,
+        "rate_dps": None if one.measured is None else _finite(one.measured.rate_dps),
+        "wound_turns": one.wound_turns,
+        "silence": one.silence,
+    }
+
+
+def _channel(one: ChannelView) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "unit": one.unit,
+        "mean": _finite(one.mean),
+        "sd": _finite(one.standard_deviation),
+        "n": one.count,
+        "overloads": one.overloads,
+        "silence": one.silence,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if abs(value) < float("inf") else None

@@ -1,0 +1,154 @@
+"""A rig on simulated ports whose roll turns, a console beside it, and pages of it that a test drives word by word."""
+
+import json
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from http.cookies import SimpleCookie
+from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import Request, urlopen
+
+from consoles import ServedConsole, served_console
+from turning_rig import QUICK_METER, STAGE_FOR_ROLL, served
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
+
+from rig.assembly.simulate import SimulatedRig
+from rig.clock import SystemClock
+
+CLOCK = SystemClock()
+WITHIN_S = 30.0
+RIG = "rig.toml"
+
+
+@dataclass
+class JogBench:
+    """The console over the rig, and the bodies that really turn."""
+
+    console: ServedConsole
+    simulated: SimulatedRig
+    files: Path
+
+    def rate_dps(self) -> float:
+        return self.simulated.world.axes["roll"].rate_dps(CLOCK.monotonic_s())
+
+    def late_s(self, since_s: float) -> float:
+        """Wait until roll stands; how long after that moment it came to stand."""
+        until_s = CLOCK.monotonic_s() + WITHIN_S
+        while self.rate_dps() != 0.0:
+            assert CLOCK.monotonic_s() < until_s, "it turns on"
+            CLOCK.sleep(0.005)
+        return self.simulated.world.axes["roll"].still_from_s - since_s
+
+    def until_turning(self) -> None:
+        until_s = CLOCK.monotonic_s() + WITHIN_S
+        while self.rate_dps() == 0.0:
+            assert CLOCK.monotonic_s() < until_s, "it does not turn"
+            CLOCK.sleep(0.005)
+
+    def log(self) -> list[dict[str, object]]:
+        text = (self.files / "rig.jog.jsonl").read_text(encoding="utf-8")
+        return [json.loads(line) for line in text.splitlines()]
+
+
+@contextmanager
+def jog_bench(folder: Path, extra: str = "") -> Iterator[JogBench]:
+    files = folder / "files"
+    for place in (files, folder / "runs", folder / "ports"):
+        place.mkdir()
+    with served(folder / "ports", CLOCK, QUICK_METER, STAGE_FOR_ROLL) as (simulated, path):
+        (files / RIG).write_text(path.read_text(encoding="utf-8") + extra, encoding="utf-8")
+        with served_console(folder / "runs", folder / "none.sqlite", files) as console:
+            yield JogBench(console, simulated, files)
+
+
+@dataclass
+class WordPage:
+    """A page without a browser: it answers every tick until it is told otherwise."""
+
+    line: ClientConnection
+    wire: socket.socket
+    seen: dict[str, object] = field(default_factory=dict)
+    told: list[str] = field(default_factory=list)
+    press: int = 0
+    held: dict[str, object] | None = None
+    answers: bool = True
+
+    def say(self, **order: object) -> None:
+        self.line.send(json.dumps(order))
+
+    def beat(self) -> None:
+        self.say(say="beat", tick=self.seen.get("tick", 0), press=self.press, held=self.held)
+
+    def hold(self, rate_dps: float) -> None:
+        self.press += 1
+        self.held = {"axis": "roll", "rate_dps": rate_dps}
+        self.beat()
+
+    def release(self) -> None:
+        self.held = None
+        self.beat()
+
+    def listen(self) -> None:
+        try:
+            for text in self.line:
+                news = json.loads(text)
+                self.seen |= news
+                self.told += [str(news[key]) for key in ("told", "closed") if key in news]
+                if self.answers and "tick" in news and self.has_bench():
+                    self.beat()
+        except (ConnectionClosed, OSError):
+            return
+
+    def has_bench(self) -> bool:
+        holder = self.seen.get("holder")
+        return isinstance(holder, dict) and holder.get("client") == self.seen.get("you")
+
+    def until(self, words: str) -> None:
+        """Wait until something was told."""
+        until_s = CLOCK.monotonic_s() + WITHIN_S
+        while words not in (told := f"{self.told} {self.seen.get('messages')}"):
+            assert CLOCK.monotonic_s() < until_s, told
+            CLOCK.sleep(0.01)
+
+    def take(self) -> None:
+        self.say(say="take")
+        until_s = CLOCK.monotonic_s() + WITHIN_S
+        while not self.has_bench():
+            assert CLOCK.monotonic_s() < until_s, self.told
+            CLOCK.sleep(0.01)
+
+    def home(self) -> None:
+        self.say(say="do", act="home", axis="roll", tick=self.seen["tick"])
+        self.until("roll: homed")
+
+
+@contextmanager
+def word_page(bench: JogBench, via: tuple[str, int] | None = None) -> Iterator[WordPage]:
+    """A session of its own; ``via`` is another address by which the console is reached."""
+    link = bench.console.link()
+    base = "http://" + urlsplit(link).netloc
+    with urlopen(link) as answer:
+        cookie = f"calrig={SimpleCookie(answer.headers['set-cookie'])['calrig'].value}"
+    with urlopen(Request(f"{base}/jog/{RIG}", headers={"cookie": cookie})) as answer:
+        csrf = answer.read().decode().partition('name="csrf" value="')[2].partition('"')[0]
+    host, _, port = base[7:].partition(":")
+    with ExitStack() as stack:
+        wire = stack.enter_context(socket.create_connection(via or (host, int(port))))
+        where, headers = f"ws://{host}:{port}/jog/{RIG}", {"cookie": cookie}
+        line = stack.enter_context(
+            connect(where, sock=wire, origin=Origin(base), additional_headers=headers, ping_interval=None)
+        )
+        page = WordPage(line, wire)
+        page.say(csrf=csrf)
+        thread = threading.Thread(target=page.listen, daemon=True)
+        thread.start()
+        try:
+            yield page
+        finally:
+            line.close()
+            thread.join()
