@@ -25,6 +25,8 @@ from procedures.console.sessions import Sessions, Visitor
 COOKIE = "calrig"
 OPEN = ("/enter", "/login", "/healthz", "/static/console.css")
 """Answered without a session: the ways in, what they look like, and whether the console lives."""
+KNOWN = "calrig.known"
+"""In the scope of a request that has a session: its connection keeps its place."""
 LONGEST_TARGET = 2048
 LONGEST_BODY = 16_384
 BODY_S = 5.0
@@ -118,7 +120,10 @@ class Gate:
             return None
         if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
             return PlainTextResponse("calrig console: asked by a page of another site\n", 403)
-        if is_open or self._sessions.visitor(token_of(headers, self._site)) is not None:
+        if self._sessions.visitor(token_of(headers, self._site)) is not None:
+            scope[KNOWN] = True
+            return None
+        if is_open:
             return None
         if not is_socket and not is_act and "text/html" in headers.get("accept", ""):
             return RedirectResponse("/login", 303)

@@ -13,10 +13,11 @@ from urllib.parse import urlsplit
 
 import uvicorn
 from psutil import net_if_addrs
+from starlette.types import Scope
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from procedures.console.app import make_app
-from procedures.console.gate import Site
+from procedures.console.gate import KNOWN, Site
 from procedures.console.shared import Console
 from procedures.errors import RequestError
 
@@ -117,15 +118,39 @@ def _own_names() -> set[str]:
 
 
 class ImpatientProtocol(H11Protocol):
-    """HTTP that gives nobody a place for nothing: half-open connections and slow headers end in time."""
+    """HTTP that gives nobody a place for nothing: half-open connections and slow headers end in time.
+
+    Where all places are taken, who has no session makes room for who comes, the longest there first: a flood of
+    connections keeps nobody with a session from a stop.
+    """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
+        self._came_s = self.loop.time()
+        self._make_room()
         self._patience = self.loop.call_later(FIRST_WORDS_S, self._end_where_silent)
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._patience.cancel()
         super().connection_lost(exc)
+
+    def _make_room(self) -> None:
+        while len(self.connections) >= MOST_CONNECTIONS:
+            strangers = [
+                one
+                for one in self.connections
+                if isinstance(one, ImpatientProtocol) and one is not self and not one._is_known()
+            ]
+            if not strangers:
+                return  # then the answer is 503
+            oldest = min(strangers, key=lambda one: one._came_s)
+            self.connections.discard(oldest)
+            oldest.transport.abort()
+
+    def _is_known(self) -> bool:
+        """Return whether the newest request came from somebody with a session."""
+        scope: Scope | None = self.scope  # typed as if it were always there
+        return scope is not None and KNOWN in scope
 
     def _end_where_silent(self) -> None:
         has_asked = getattr(self, "cycle", None) is not None  # typed as if it were always there

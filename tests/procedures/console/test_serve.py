@@ -3,14 +3,17 @@
 import asyncio
 import ssl
 import subprocess
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 import uvicorn
 from programs import require_program
 from starlette.responses import PlainTextResponse
+from starlette.types import Receive, Scope, Send
 
 from procedures.console import serve
+from procedures.console.gate import KNOWN
 from procedures.console.serve import bound
 from procedures.errors import RequestError
 
@@ -45,6 +48,55 @@ def test_who_says_nothing_whole_is_sent_away_and_who_listens_is_not(monkeypatch:
     listening.socket.close()
     assert quickly.endswith(b"ok")
     assert slowly == b""
+
+
+def test_a_flood_of_connections_makes_room_for_who_has_a_session(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Silent ones and ones that ask without a session, many times the places; someone who is known asks between."""
+    monkeypatch.setattr(serve, "MOST_CONNECTIONS", 8)
+    listening = bound("127.0.0.1:0")
+    listening.socket.listen(64)
+
+    async def app(scope: Scope, receive: Receive, send: Send) -> None:
+        is_known = (b"cookie", b"known") in scope["headers"]
+        if is_known:
+            scope[KNOWN] = True
+        await PlainTextResponse("ok" if is_known else "no", 200 if is_known else 401)(scope, receive, send)
+
+    config = uvicorn.Config(
+        app, http=serve.ImpatientProtocol, lifespan="off", log_level="critical", limit_concurrency=8
+    )
+    address = listening.socket.getsockname()
+
+    async def ask(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, cookie: bytes) -> bytes:
+        writer.write(b"GET / HTTP/1.1\r\nhost: x\r\ncookie: " + cookie + b"\r\n\r\n")
+        return await reader.readline()
+
+    async def talk() -> list[bytes]:
+        server = uvicorn.Server(config)
+        serving = asyncio.ensure_future(server.serve(sockets=[listening.socket]))
+        stays = await asyncio.open_connection(*address)
+        told, others = [await ask(*stays, b"known")], []
+        async with asyncio.timeout(20.0):
+            await stays[0].readuntil(b"ok")
+            for number in range(40):
+                others.append(await asyncio.open_connection(*address))
+                if number % 2:
+                    with suppress(ConnectionError):
+                        await ask(*others[-1], b"none")
+                if number % 10 == 9:
+                    comes = await asyncio.open_connection(*address)
+                    told.append(await ask(*comes, b"known"))
+                    comes[1].close()
+            told.append(await ask(*stays, b"known"))
+        server.should_exit = True
+        for _, writer in [*others, stays]:
+            writer.close()
+        await serving
+        return told
+
+    told = asyncio.run(talk())
+    listening.socket.close()
+    assert told == [b"HTTP/1.1 200 OK\r\n"] * 6
 
 
 def test_tls_of_ones_own_is_served_and_who_begins_none_is_sent_away(
