@@ -13,7 +13,6 @@ from urllib.parse import urlsplit
 
 import uvicorn
 from psutil import net_if_addrs
-from starlette.types import Scope
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from procedures.console.app import make_app
@@ -149,8 +148,7 @@ class ImpatientProtocol(H11Protocol):
 
     def _is_known(self) -> bool:
         """Return whether the newest request came from somebody with a session."""
-        scope: Scope | None = self.scope  # typed as if it were always there
-        return scope is not None and KNOWN in scope
+        return KNOWN in (getattr(self, "scope", None) or {})  # typed as if it were always there
 
     def _end_where_silent(self) -> None:
         has_asked = getattr(self, "cycle", None) is not None  # typed as if it were always there
