@@ -192,6 +192,10 @@ set, and two faults at once.
 Near its threshold a fault hurts before a test at 5 % over all tests of a run can see it.
 
 {outside_lines}"""
+OLDER = """
+† {older} cells, computed when every axis had the whole level by itself: their intervals are as they would be now, since
+nothing of the estimate has changed for them, but *named* and *rings* are those of a test at three times the level.
+"""
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
     "table-wrong-zero": "no curve: held where it is declared; left out, set and certificate carry `level-undeclared`",
@@ -202,7 +206,7 @@ WHY: Mapping[str, str] = {
     "k1-asymmetry": "a kink at no acceleration is no term of a set: no covariance of its terms can hold it",
     "temperature-in-step": "its slopes are known from what the attitudes leave of it, a share of what it did",
     "temperature-room": "a constant difference is in no residual: a declared range of use has to hold it",
-    "temperature-stratified": "a temperature that follows pitch has the form of a sensitivity along x",
+    "temperature-stratified": "a sensitivity along x by its form; `temperature-residual` rings in every campaign",
     "use-": "a loss of p of the signal moves |f|² by 2pf², the angle by pf: rows near level are not flagged",
     "use-site-gravity": "two parts in a hundred thousand of |f| are within what a reading of 1.65″ allows",
     "two-packages": "the y axis of the sting package is a yaw, of which the model package tells nothing",
@@ -239,7 +243,10 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
         outside_lines=outside,
         **count,
     )
-    for scene in dict.fromkeys(cell.scene for cell in cells()):
+    older = sum(bool(line.get("older")) for line in lines.values())
+    if older:
+        yield OLDER.format(older=older)
+    for scene in (*ASKED, *TABLES, *FURTHER):
         rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
         if rows:
             yield from _of_scene(scene, rows)
@@ -275,7 +282,7 @@ def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
         shares = [row["after"].get(name) for name in names] + [row["before"].get(name) for name in earlier]
         figures = [*shares, row["named"], row["rings"]]
         word = verdict(row)
-        told = f"**{word}**" if word == "outside" else word
+        told = (f"**{word}**" if word == "outside" else word) + (" †" if row.get("older") else "")
         fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
         limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
         declared = ", declared" if "declared_arcsec" in row["design"] else ""
