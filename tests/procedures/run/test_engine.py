@@ -253,8 +253,7 @@ def test_a_suspect_dwell_holds_a_real_run_until_a_person_says_continue(tmp_path:
     assert [event.detail["by"] for event in _events(run_dir, "request")] == ["bert"]
 
 
-def test_a_continue_grants_all_the_retries_anew(tmp_path: Path) -> None:
-    small = bench(tmp_path, rig=(("seed = 7", "seed = 7\ntime = 2000.0"),))
+def test_a_continue_grants_all_the_retries_anew(small: Bench, tmp_path: Path) -> None:
     run_dir = tmp_path / "run"
     run_dir.mkdir()
     step = small.plan.design_dwells[9].step
