@@ -1,12 +1,12 @@
 """Limits of Student's t and of χ², for the decisions that a run makes about its own readings."""
 
 from functools import lru_cache
-from math import sqrt
+from math import exp, lgamma, log, sqrt
 
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.statistics.distributions import chi_square_quantile, student_t_quantile
+from ams.statistics.distributions import chi_square_quantile, f_quantile, student_t_quantile
 
 
 @lru_cache(maxsize=256)
@@ -27,10 +27,36 @@ def median_variance_ratio(degrees_of_freedom: int) -> float:
     return small_variance_ratio(degrees_of_freedom, 0.5)
 
 
-def has_slope(times_s: FloatArray, values: FloatArray, false_alarm: float) -> bool:
-    """Return True where a straight line over time explains more than scatter would."""
+@lru_cache(maxsize=256)
+def degrees_of_median(degrees_of_freedom: int) -> float:
+    """Degrees of freedom that one dwell brings to a variance learnt as the median over dwells.
+
+    The median of K values of density f has the variance 1 / (4 K f²) at it; the χ² of that relative variance has 8 K
+    (m f)² degrees of freedom. For many readings that is 2/π of what pooling them would bring.
+    """
+    half = degrees_of_freedom / 2.0
+    median = float(chi_square_quantile(0.5, degrees_of_freedom))
+    return 8.0 * exp(half * log(median / 2.0) - median / 2.0 - lgamma(half)) ** 2
+
+
+@lru_cache(maxsize=4096)
+def large_deviation_ratio(degrees_of_freedom: int, reference_degrees: float, false_alarm: float) -> float:
+    """s/s₀ that chance alone exceeds with probability ``false_alarm``, where s₀ was learnt from readings as well."""
+    return sqrt(float(f_quantile(1.0 - false_alarm, degrees_of_freedom, reference_degrees)))
+
+
+FEWEST_DEGREES_SLOPE = 2
+"""Beside a line. Three readings leave one, and no noise: rounded to a meter's digits they lie on a line by chance."""
+
+
+def has_slope(times_s: FloatArray, values: FloatArray, false_alarm: float, least_error: float = 0.0) -> bool:
+    """Return True where a straight line over time explains more than scatter would.
+
+    ``least_error``: how far the line must rise at least, as the root of the sum of squares about its mean: what the
+    noise known from elsewhere would do by chance.
+    """
     degrees = values.size - 2
-    if degrees < 1:
+    if degrees < FEWEST_DEGREES_SLOPE:
         return False
     centred_s, centred = times_s - times_s.mean(), values - values.mean()
     spread = float(centred_s @ centred_s)
@@ -39,7 +65,7 @@ def has_slope(times_s: FloatArray, values: FloatArray, false_alarm: float) -> bo
     slope = float(centred_s @ centred) / spread
     rest = centred - slope * centred_s
     error = sqrt(max(float(rest @ rest), _rounding_v2(values)) / degrees / spread)
-    return abs(slope) > t_limit(degrees, false_alarm) * error
+    return abs(slope) > max(t_limit(degrees, false_alarm) * error, least_error / sqrt(spread))
 
 
 def _rounding_v2(values: FloatArray) -> float:

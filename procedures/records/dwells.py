@@ -9,7 +9,7 @@ from math import isfinite, sqrt
 import numpy as np
 
 from ams.arrays import FloatArray
-from procedures.statistics import median_variance_ratio
+from procedures.statistics import degrees_of_median, large_deviation_ratio, median_variance_ratio
 from rig.devices.abilities import AxisState
 
 
@@ -164,6 +164,9 @@ class NoiseReference:
 
     def __init__(self) -> None:
         self._variances_v2: dict[str, list[float]] = {}
+        self._degrees: dict[str, float] = {}
+        self._pooled: dict[str, tuple[float, int]] = {}
+        """Sum of squares and degrees of freedom, of all readings."""
 
     def learn(self, readings: Mapping[str, ChannelReading]) -> None:
         """Take an accepted dwell in."""
@@ -172,6 +175,10 @@ class NoiseReference:
             if degrees >= 1:
                 variance_v2 = reading.standard_deviation**2 / median_variance_ratio(degrees)
                 insort(self._variances_v2.setdefault(channel, []), variance_v2)
+                self._degrees[channel] = self._degrees.get(channel, 0.0) + degrees_of_median(degrees)
+                squares_v2, pooled = self._pooled.get(channel, (0.0, 0))
+                squares_v2 += degrees * reading.standard_deviation**2
+                self._pooled[channel] = squares_v2, pooled + degrees
 
     def standard_deviation(self, channel: str) -> float | None:
         """None until enough dwells were accepted."""
@@ -180,6 +187,21 @@ class NoiseReference:
             return None
         middle = len(known) // 2
         return sqrt(known[middle] if len(known) % 2 else (known[middle - 1] + known[middle]) / 2.0)
+
+    def largest_by_chance(self, channel: str, degrees: int, false_alarm: float) -> float | None:
+        """Return the scatter that a dwell as noisy as those before exceeds with probability ``false_alarm``.
+
+        By the median, or by all readings where these tell it closer: a loud dwell among the first moves the latter only
+        up, so that the former holds then.
+        """
+        by_median = self.standard_deviation(channel)
+        if by_median is None:
+            return None
+        squares_v2, pooled = self._pooled[channel]
+        return min(
+            by_median * large_deviation_ratio(degrees, self._degrees[channel], false_alarm),
+            sqrt(squares_v2 / pooled) * large_deviation_ratio(degrees, float(pooled), false_alarm),
+        )
 
 
 ANGLE, LOOKED, TAKEN = "angle_deg", "looked_s", "taken_s"

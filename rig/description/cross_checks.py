@@ -69,7 +69,7 @@ def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str], sens
     for channel, chain in rig.chain.items():
         if channel not in known:
             yield file.complaint(("chain", channel), f"no channel {channel!r} (allowed: {allowed})")
-        elif channel not in taken:
+        elif channel not in _of_sensors(rig):
             yield from _chain_of_no_output(file, rig, channel)
         if chain.load_resistor_at is not None and chain.load_resistor_at not in rig.environment:
             allowed_places = ", ".join(sorted(rig.environment)) or "none"
@@ -83,26 +83,24 @@ def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str], sens
             )
 
 
-def _chain_of_no_output(file: TomlFile, rig: RigDescription, channel: str) -> Iterable[str]:
-    """Yield the keys that mean nothing where no sensor puts its output: what is read there has to warm up, no more."""
-    chain = rig.chain[channel]
-    is_read = channel in _read_beside(rig)
-    meaningless = [key for key in chain.model_fields_set if not (is_read and key in WARM_UP_KEYS)]
-    if not is_read or meaningless:
-        outputs = ", ".join(sorted({one for sensor in rig.sensors.values() for one in sensor.channels.values()}))
-        yield file.complaint(
-            ("chain", channel, *sorted(meaningless)[:1]),
-            f"{channel} is no output of a sensor, so this would change nothing (sensors' outputs: {outputs}); a chain "
-            "belongs to the channel of the sensor, and names its supply there: "
-            f'supply_channel = "{channel}"',
-        )
-
-
-def _read_beside(rig: RigDescription) -> frozenset[str]:
-    """Return the channels that every dwell reads beside the sensors' outputs: their thermometers and supplies."""
+def _of_sensors(rig: RigDescription) -> frozenset[str]:
+    """Return the channels of all sensors: outputs and thermometers."""
+    outputs = (channel for sensor in rig.sensors.values() for channel in sensor.channels.values())
     thermometers = (sensor.temperature.channel for sensor in rig.sensors.values() if sensor.temperature)
-    supplies = (chain.supply_channel for chain in rig.chain.values() if chain.supply_channel)
-    return frozenset((*thermometers, *supplies))
+    return frozenset((*outputs, *thermometers))
+
+
+def _chain_of_no_output(file: TomlFile, rig: RigDescription, channel: str) -> Iterable[str]:
+    """Yield keys that mean nothing where no sensor is read: a supply has to warm up, no more."""
+    is_supply = any(chain.supply_channel == channel for chain in rig.chain.values())
+    meaningless = sorted(key for key in rig.chain[channel].model_fields_set if not (is_supply and key in WARM_UP_KEYS))
+    if not is_supply or meaningless:
+        yield file.complaint(
+            ("chain", channel, *meaningless[:1]),
+            f"{channel} is no output of a sensor, so this would change nothing (sensors' channels: "
+            f"{', '.join(sorted(_of_sensors(rig)))}); a chain belongs to the channel of the sensor, and names its "
+            f'supply there: supply_channel = "{channel}"',
+        )
 
 
 def _supplies_nobody_has(file: TomlFile, rig: RigDescription) -> Iterable[str]:

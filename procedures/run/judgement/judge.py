@@ -5,10 +5,13 @@ retries are used up the run holds, because nothing suspect is ever accepted sile
 
 * overload: one reading suffices.
 * noise: scatter above ``max_noise_factor`` × the reference, the running median of accepted dwells' scatter, corrected
-  for the median of χ² so that it estimates σ at any number of samples; judged from the fifth dwell on.
+  for the median of χ² so that it estimates σ at any number of samples; judged from the fifth dwell on. The limit is
+  never below what chance gives a channel once in a hundred thousand dwells: the scatter of few readings scatters
+  itself, and so does a reference learnt from few dwells (F).
 * stuck: scatter so far below the reference that chance gives it once in ten million readings of a channel (for 3
   samples a tenth of the variance would be a false alarm in 9.5 % of dwells, so the limit follows from their number).
-* slope: a line over time through the samples, at 1e-5.
+* slope: a line over time through the samples, at 1e-5, from four samples on; where the reference is known, the line
+  must rise out of that noise as well. A drift through three samples shows as noise.
 * position: read back before and after, within the arrival tolerance, at rest, seated, homed, no fault.
 * temperature: finite, and within the band where the plan has one.
 
@@ -32,12 +35,15 @@ import numpy as np
 
 from procedures.plan.steps import Dwell, Follow, Turn
 from procedures.records.dwells import ChannelReading, Look, Measurement, NoiseReference, StreamTiming
-from procedures.statistics import has_slope, small_variance_ratio
+from procedures.statistics import has_slope, small_variance_ratio, t_limit
 from rig.description.rig_file import AttitudeReference
 
 SLOPE_FALSE_ALARM = 1e-5
+NOISE_FALSE_ALARM = 1e-5
 STUCK_FALSE_ALARM = 1e-7
 EPSILON = float(np.finfo(float).eps)
+SETTLED_DEGREES = 30
+"""Of the reference, for the least that a line must rise: beside the line's own test it needs no better."""
 FEWEST_SAMPLES_STUCK = 5
 """Of a stream, before equal samples mean that it is stuck."""
 _SIGMAS = 3.0
@@ -99,22 +105,25 @@ def _reading(reading: ChannelReading, limits: Limits, noise: NoiseReference) -> 
     if overloads:
         yield f"{reading.channel}: {overloads} of {reading.samples.size} readings overloaded"
         return
-    reference_v = noise.standard_deviation(reading.channel)
+    reference_v, least_rise_v = noise.standard_deviation(reading.channel), 0.0
     if reference_v is not None and reading.samples.size > 1:
-        yield from _scatter(reading, reference_v, limits.max_noise_factor)
+        by_chance_v = noise.largest_by_chance(reading.channel, reading.samples.size - 1, NOISE_FALSE_ALARM) or 0.0
+        yield from _scatter(reading, reference_v, limits.max_noise_factor, by_chance_v)
+        least_rise_v = reference_v * t_limit(SETTLED_DEGREES, SLOPE_FALSE_ALARM)
     times_s = reading.started_s + reading.interval_s * np.arange(reading.samples.size, dtype=np.float64)
-    if has_slope(times_s, reading.samples, SLOPE_FALSE_ALARM):
+    if has_slope(times_s, reading.samples, SLOPE_FALSE_ALARM, least_rise_v):
         yield f"{reading.channel}: the readings drift within the dwell"
 
 
-def _scatter(reading: ChannelReading, reference_v: float, max_noise_factor: float) -> Iterable[str]:
+def _scatter(reading: ChannelReading, reference_v: float, max_noise_factor: float, by_chance_v: float) -> Iterable[str]:
     scatter_v, rounding_v = reading.standard_deviation, 4.0 * EPSILON * float(np.abs(reading.samples).max())
     reference_v = max(reference_v, rounding_v)
+    allowed_v = max(max_noise_factor * reference_v, by_chance_v)
     least_v = reference_v * sqrt(small_variance_ratio(reading.samples.size - 1, STUCK_FALSE_ALARM))
-    if scatter_v > max_noise_factor * reference_v:
+    if scatter_v > allowed_v:
         yield (
             f"{reading.channel}: noise: standard deviation {scatter_v:.3g} V, allowed "
-            f"{max_noise_factor * reference_v:.3g} V ({max_noise_factor:g} × that of the dwells before)"
+            f"{allowed_v:.3g} V ({allowed_v / reference_v:.3g} × that of the dwells before)"
         )
     elif scatter_v < least_v and reference_v > rounding_v:
         yield f"{reading.channel}: stuck: standard deviation {scatter_v:.3g} V, expected about {reference_v:.3g} V"

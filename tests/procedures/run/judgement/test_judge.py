@@ -138,3 +138,50 @@ def test_sound_dwells_are_hardly_ever_rejected(samples: int) -> None:
     reference, chance = _known_noise(samples, dwells=500), np.random.default_rng(3)
     rejected = sum(bool(judge(_measured(chance.normal(2.5, SIGMA_V, samples)), LIMITS, reference)) for _ in range(3000))
     assert rejected <= 3
+
+
+@pytest.mark.parametrize("samples", [2, 3, 5])
+@pytest.mark.parametrize("dwells", [5, 20])
+def test_few_readings_and_a_young_reference_reject_no_sound_dwell(samples: int, dwells: int) -> None:
+    """At 1e-5 each; three times the reference alone gives 7 to 40 in a thousand at two and three readings."""
+    chance, rejected = np.random.default_rng(5), 0
+    for _run in range(20):
+        reference = NoiseReference()
+        for _ in range(dwells):
+            reference.learn({"dmm.x": _reading(chance.normal(2.5, SIGMA_V, samples))})
+        for _ in range(100):
+            rejected += bool(judge(_measured(chance.normal(2.5, SIGMA_V, samples)), LIMITS, reference))
+    assert rejected <= 1
+
+
+def test_the_limit_is_that_of_fisher_where_it_has_a_closed_form() -> None:
+    """Of three readings, two degrees of freedom each: P(F > x) = (1 + x/K)^-K for K dwells."""
+    reference = NoiseReference()
+    for _ in range(10):
+        reference.learn({"dmm.x": _reading(np.array([2.5, 2.5 + SIGMA_V, 2.5 - SIGMA_V]))})
+    by_hand_v = SIGMA_V * np.sqrt(10.0 * (1e5**0.1 - 1.0))
+    assert reference.largest_by_chance("dmm.x", 2, 1e-5) == pytest.approx(by_hand_v, rel=1e-6)
+
+
+@pytest.mark.parametrize(("samples", "least_share"), [(3, 0.8), (5, 0.95), (20, 1.0)])
+def test_a_dwell_ten_times_as_noisy_is_found(samples: int, least_share: float) -> None:
+    reference, chance = _known_noise(samples, dwells=20), np.random.default_rng(7)
+    found = [bool(judge(_measured(chance.normal(2.5, 10.0 * SIGMA_V, samples)), LIMITS, reference)) for _ in range(500)]
+    assert np.mean(found) >= least_share
+
+
+def test_a_loud_dwell_among_the_first_does_not_hide_the_next() -> None:
+    reference, chance = _known_noise(dwells=4), np.random.default_rng(9)
+    reference.learn({"dmm.x": _reading(chance.normal(2.5, 1000.0 * SIGMA_V, 20))})
+    assert judge(_measured(chance.normal(2.5, 10.0 * SIGMA_V, 20)), LIMITS, reference)
+
+
+@pytest.mark.parametrize("dwells", [0, 50])
+def test_three_readings_that_a_meters_digits_put_in_a_line_do_not_drift(dwells: int) -> None:
+    in_line_v = 2.5 + SIGMA_V * np.array([-1.0, 0.0, 1.0])
+    assert judge(_measured(in_line_v), LIMITS, _known_noise(3, dwells)) == ()
+
+
+def test_digits_in_a_line_do_not_drift_where_the_noise_is_known_to_be_as_large() -> None:
+    in_line_v = 2.5 + SIGMA_V * np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
+    assert judge(_measured(in_line_v), LIMITS, _known_noise(5)) == ()
