@@ -18,6 +18,7 @@ from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_MISSING = re.compile(r"|nan|[+-]?inf(inity)?", re.IGNORECASE)
 _PIECE_ROWS: Final = 16384
 _WHOLE = re.compile(r"\d{1,15}(\.0*)?", re.ASCII)
 
@@ -216,6 +217,18 @@ def numbers(table: CsvTable, name: str) -> FloatArray:
         if not is_number(cell):
             refuse_cell(table, name, line, cell, "a finite number with a decimal point")
     return np.array([float(cell) for cell in cells])
+
+
+def numbers_or_nan(table: CsvTable, name: str) -> FloatArray:
+    """Return the column as (N,) numbers, NaN where a cell is empty or says that there is none.
+
+    Raises: ObservationsError for any other word.
+    """
+    cells = table.column(name)
+    for line, cell in zip(table.lines, cells, strict=True):
+        if not is_number(cell) and _MISSING.fullmatch(cell) is None:
+            refuse_cell(table, name, line, cell, "a number with a decimal point, or nothing where none was read")
+    return np.array([float(cell) if is_number(cell) else np.nan for cell in cells])
 
 
 def labels(table: CsvTable, name: str) -> IntArray:

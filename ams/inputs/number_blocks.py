@@ -26,6 +26,7 @@ from ams.inputs.csv_table import (
     header_of,
     labels,
     numbers,
+    numbers_or_nan,
     refuse_missing_columns,
 )
 
@@ -36,6 +37,7 @@ PIECE_ROWS: Final = 65536
 SMALL_BYTES: Final = 1 << 18
 """A file up to this length is read sooner by the careful way than pandas is imported."""
 _LARGEST_LABEL: Final = 1e15
+_NOTHING: Final = re.compile(rb"(?m)^,+$")
 
 Block = Mapping[str, FloatArray]
 """(n,) numbers by column."""
@@ -78,9 +80,12 @@ def read_numbers(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()
 
 
 def csv_blocks(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> Iterator[Block]:
-    """Yield columns of a CSV file piece by piece. Raises: ObservationsError, at the piece that is wrong."""
+    """Yield columns of a CSV file piece by piece; what is missing in it is NaN.
+
+    Raises: ObservationsError, at the piece that is wrong.
+    """
     header, names = _named(path, wanted, optional)
-    for _, found in _csv_pieces(path, header, names):
+    for _, found in _csv_pieces(path, header, names, may_miss=True):
         yield found
 
 
@@ -90,7 +95,9 @@ def _named(path: Path, wanted: Sequence[str], optional: Sequence[str]) -> tuple[
     return header, list(dict.fromkeys((*wanted, *(name for name in optional if name in header.columns))))
 
 
-def _csv_pieces(path: Path, header: Header, names: Sequence[str]) -> Iterator[tuple[IntArray, Block]]:
+def _csv_pieces(
+    path: Path, header: Header, names: Sequence[str], *, may_miss: bool = False
+) -> Iterator[tuple[IntArray, Block]]:
     """Yield the lines and the numbers of each piece; from the first that is odd, as the careful reader says."""
     start, line = 0, 1
     with path.open("rb") as file:
@@ -98,7 +105,7 @@ def _csv_pieces(path: Path, header: Header, names: Sequence[str]) -> Iterator[tu
         if path.stat().st_size > SMALL_BYTES and _is_one_plain_line(first):
             start, line = len(first), 2
             for piece in whole_lines(file):
-                found = numbers_of(piece, header.columns, names)
+                found = numbers_of(piece, header.columns, names, may_miss=may_miss)
                 if found is None:
                     break
                 yield np.arange(line, line + found[names[0]].size), found
@@ -106,7 +113,8 @@ def _csv_pieces(path: Path, header: Header, names: Sequence[str]) -> Iterator[tu
             else:
                 return
     for table in careful_tables(path, header if start else None, start, line):
-        yield np.array(table.lines), {name: numbers(table, name) for name in names}
+        cells = numbers_or_nan if may_miss else numbers
+        yield np.array(table.lines), {name: cells(table, name) for name in names}
 
 
 def whole_lines(file: IO[bytes]) -> Iterator[bytes]:
@@ -127,22 +135,34 @@ def _is_one_plain_line(header: bytes) -> bool:
     return bool(header.strip()) and b'"' not in header and header.endswith(b"\n") and b"\r" not in header[:-2]
 
 
-def numbers_of(piece: bytes, columns: Sequence[str], names: Sequence[str]) -> dict[str, FloatArray] | None:
-    """Return the columns of whole lines of a CSV file; None where the careful reader must look at them."""
+def numbers_of(
+    piece: bytes, columns: Sequence[str], names: Sequence[str], *, may_miss: bool = False
+) -> dict[str, FloatArray] | None:
+    """Return the columns of whole lines of a CSV file; None where the careful reader must look at them.
+
+    Where cells ``may_miss``, those that are empty or say so are NaN; a line of commas alone is no row.
+    """
     # A quote, a NUL or a byte beyond ASCII asks for a closer look.
     if not (piece.isascii() and b'"' not in piece and b"\0" not in piece):
         return None
     piece = piece.replace(b"\r\n", b"\n") if b"\r" in piece else piece
     piece = piece.rstrip(b"\n") + b"\n"
     lines = _rectangular_lines(piece, len(columns))
-    if lines is None or b"\r" in piece:
+    if lines is None or b"\r" in piece or (may_miss and _NOTHING.search(piece)):
         return None
     import pandas as pd
 
     places = [columns.index(name) for name in names]
     try:
         frame = pd.read_csv(
-            io.BytesIO(piece), header=None, usecols=places, dtype=np.float64, engine="c", na_filter=False
+            io.BytesIO(piece),
+            header=None,
+            usecols=places,
+            dtype=np.float64,
+            engine="c",
+            na_filter=may_miss,
+            keep_default_na=False,
+            na_values=[""],
         )
     except (ValueError, OverflowError):
         return None
@@ -150,9 +170,11 @@ def numbers_of(piece: bytes, columns: Sequence[str], names: Sequence[str]) -> di
         return None
     found = {name: frame[place].to_numpy() for name, place in zip(names, places, strict=True)}
     if not all(np.isfinite(values).all() for values in found.values()):
-        return None
+        if not may_miss:
+            return None
+        found = {name: np.where(np.isfinite(values), values, np.nan) for name, values in found.items()}
     # A column of nothing but the words true and false comes out as ones and zeros.
-    is_words = any(np.all((values == 0.0) | (values == 1.0)) for values in found.values())
+    is_words = any(np.all((values == 0.0) | (values == 1.0) | np.isnan(values)) for values in found.values())
     return None if is_words and re.search(rb"(?i)true|false", piece) else found
 
 

@@ -28,6 +28,7 @@ from procedures.cli.attitude.rig_stream import StreamWiring, opened_stream, stre
 from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
 from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
+from procedures.cli.attitude.tally import TalliedRows
 from procedures.cli.attitude.view import ViewedRows
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
@@ -269,6 +270,7 @@ class _Answers:
         taken: RowWriter | None = None
         if file is not None:
             taken = JsonRows(file, columns) if _is_sent(self.out) else writer_named(_path(self.out), file, columns)
+            taken = taken if self.view else TalliedRows(self.sensor, taken)
         if self.view:
             taken = ViewedRows(self.sensor, Console(), SystemClock(), taken)
         assert taken is not None

@@ -1,8 +1,8 @@
 """Rows that arrive on standard input, answered as they come: what has arrived together is solved together.
 
-A file with a wrong cell is refused whole. A stream cannot be: the row is answered with empty cells and a flag, and the
-next one is read. What ends a stream is its end. A row that is alone is answered at once; where rows come faster than
-they are answered, what is waiting is taken as one block.
+A file with a word for a number is refused whole. A stream cannot be: the row is answered with empty cells and a flag,
+and the next one is read. What ends a stream is its end. A row that is alone is answered at once; where rows come faster
+than they are answered, what is waiting is taken as one block.
 """
 
 import csv
@@ -106,7 +106,7 @@ def _header(found: AngleStream, pieces: Iterator[list[bytes | None]]) -> tuple[l
     if missing:
         raise RequestError(
             f"standard input: line 1: column {', '.join(missing)} missing; found: {', '.join(header) or 'nothing'}; "
-            "send a header first"
+            "send a header first, and name columns that are called otherwise with --axis AXIS=COLUMN"
         )
     return header, lines[1:]
 
@@ -162,7 +162,7 @@ def _cells(
         return nothing, f"longer than {LONGEST_LINE} letters"
     cells = [cell.strip() for cell in line.decode("utf-8", "replace").split(",")]
     if len(cells) != len(header):
-        return nothing, f"{len(cells)} cells instead of {len(header)}"
+        return nothing, f"{len(cells)} {'cell' if len(cells) == 1 else 'cells'} instead of {len(header)}"
     row = dict(zip(header, cells, strict=True))
     bad = [name for name in needed if not is_number(row[name])]
     found = [float(row[name]) if is_number(row[name]) else np.nan for name in names]

@@ -89,9 +89,33 @@ def test_a_file_in_pieces_is_the_file(tmp_path: Path, place: int | None, odd: st
 def test_a_wrong_line_far_down_is_told_with_its_own_number(tmp_path: Path, wrong: str, sentence: str) -> None:
     lines = rows(100)
     lines[80] = wrong
-    blocks = csv_blocks(written(tmp_path / "f.csv", lines), ("b",))
+    path = written(tmp_path / "f.csv", lines)
     with pytest.raises(ObservationsError, match=sentence):
-        list(blocks)
+        read_numbers(path, ("b",))
+    if wrong not in {"1,nan,3", "1,,3"}:
+        with pytest.raises(ObservationsError, match=sentence.partition(", allowed a finite")[0]):
+            list(csv_blocks(path, ("b",)))
+
+
+@pytest.mark.parametrize("cell", ["", "nan", "NaN", "NAN", "inf", "-Inf", "Infinity", " ", " nan "])
+@pytest.mark.parametrize("size", ["small", "large"])
+def test_what_is_missing_in_csv_is_no_number_in_rows_that_become_angles(
+    tmp_path: Path, cell: str, size: str, request: pytest.FixtureRequest
+) -> None:
+    """As in Parquet and HDF5; a table of observations is refused. A line without anything is no row in both ways."""
+    if size == "large":
+        request.getfixturevalue("small_pieces")
+    lines = rows(100)
+    first, _, third = lines[80].split(",")
+    lines[80] = f"{first},{cell},{third}"
+    lines.insert(40, ",,")
+    path = written(tmp_path / "f.csv", lines)
+    found = {name: np.concatenate([piece[name] for piece in csv_blocks(path, ("b", "c"))]) for name in "bc"}
+    assert np.flatnonzero(np.isnan(found["b"])).tolist() == [80]
+    assert np.isfinite(found["c"]).all()
+    assert found["c"].size == 100
+    with pytest.raises(ObservationsError, match="line 83: column b"):
+        read_numbers(path, ("b",))
 
 
 @pytest.mark.usefixtures("small_pieces")
@@ -99,11 +123,11 @@ def test_good_lines_before_a_wrong_one_were_read_quickly(tmp_path: Path, monkeyp
     """Else the test above would say nothing about the seam between the two readers."""
     taken = []
     quick = number_blocks.numbers_of
-    monkeypatch.setattr(number_blocks, "numbers_of", lambda *call: taken.append(quick(*call)) or taken[-1])
+    monkeypatch.setattr(number_blocks, "numbers_of", lambda *a, **k: taken.append(quick(*a, **k)) or taken[-1])
     lines = rows(100)
     lines[80] = "1,,3"
     with pytest.raises(ObservationsError):
-        list(csv_blocks(written(tmp_path / "f.csv", lines), ("b",)))
+        read_numbers(written(tmp_path / "f.csv", lines), ("b",))
     assert sum(one is not None for one in taken) >= 5
     assert taken[-1] is None
 

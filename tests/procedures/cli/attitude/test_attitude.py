@@ -94,7 +94,7 @@ def test_without_pyarrow_parquet_is_a_sentence(
 MISTAKES = [
     ("a cell", lambda text: text.replace("\n", "\nx", 1), "line 2: column x_v: got"),
     ("a column", lambda text: text.replace("y_v", "w_v"), "column 'y_v' missing"),
-    ("NaN", lambda text: text + "nan,1,1\n", "line 5: column x_v: got 'nan'"),
+    ("a word", lambda text: text + "n.a.,1,1\n", "line 5: column x_v: got 'n.a.'"),
     ("no rows", lambda text: text.splitlines()[0] + "\n", "a header and no rows"),
 ]
 
@@ -109,6 +109,26 @@ def test_a_wrong_file_is_a_sentence_and_nothing_is_written(
     assert sentence in outcome.err
     assert str(data) in outcome.err
     assert not (tmp_path / "out.csv").exists()
+
+
+def test_missing_readings_of_a_file_are_flagged_and_counted_at_the_end(
+    stored: Path, data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As a tunnel's recorder writes them; one is empty, two say so."""
+    data.write_text(data.read_text() + "nan,1,1\n1,,1\n1,1,NaN\n")
+    outcome = call(capsys, "attitude", stored, data)
+    assert outcome.status == 0
+    found = list(csv.DictReader(io.StringIO(outcome.out)))
+    assert [row["pitch_deg"] == "" for row in found] == [False] * 3 + [True] * 3
+    assert len({row["flag"] for row in found[3:]}) == 1
+    assert f"4 of 6 rows are flagged: {found[3]['flag']} (3), roll singular (1)" in outcome.err  # the last is vertical
+
+
+def test_nothing_is_said_of_flags_where_there_are_none(
+    stored: Path, data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data.write_text("".join(data.read_text().splitlines(keepends=True)[:3]))  # without the vertical
+    assert call(capsys, "attitude", stored, data).err == ""
 
 
 def test_a_damaged_set_is_refused(stored: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
