@@ -33,7 +33,8 @@ def test_a_benchmark_runs_and_every_figure_is_a_number_beside_its_target(name: s
         assert math.isfinite(figure.value), figure
         assert figure.value >= 0.0, figure
         assert figure.target >= 0.0, figure
-    assert [one.what.split("/")[0].strip() for one in found if one.is_gated] == PEERS.get(name, [])
+    peers = [one.what.split("/")[0].strip() for one in found if one.is_gated]
+    assert [peer for peer in peers if not peer.startswith("ahrs ")] == PEERS.get(name, [])  # where it is installed
 
 
 @pytest.mark.parametrize(
