@@ -155,14 +155,10 @@ def identifier_of(text: str) -> str:
 
 def tree(element: Element, etree: Any) -> Any:
     """Return the element as lxml knows it."""
-    made = etree.Element(_qualified(element.tag), element.attributes, nsmap=NAMESPACES)
+    prefix, name = element.tag.split(":")
+    made = etree.Element(f"{{{NAMESPACES[prefix]}}}{name}", element.attributes, nsmap=NAMESPACES)
     if isinstance(element.children, str):
         made.text = element.children
     else:
         made.extend(tree(child, etree) for child in element.children)
     return made
-
-
-def _qualified(tag: str) -> str:
-    prefix, name = tag.split(":")
-    return f"{{{NAMESPACES[prefix]}}}{name}"

@@ -50,7 +50,9 @@ def coefficients_of(one: CoefficientSet, capability_deg: float | None) -> Iterat
     """Yield every coefficient that has a value, with its expanded uncertainty."""
     for axis, section in table(one.document["axes"]).items():
         rows = table(section)["parameters"]
-        size = _size_of(table(section))
+        # Null or missing for a sensor of another unit.
+        values = list(table(table(section).get("sensitive_axis_v_per_g", {})).values())
+        size = None if None in values or not values else hypot(*map(number, values))
         for name, stated in table(rows).items():
             row = table(stated)
             if row["value"] is not None and row["standard_uncertainty"] is not None:
@@ -87,12 +89,6 @@ def _cross(found: AngleErrors) -> list[int]:
     along_pitch = np.flatnonzero(roll == roll[level])
     along_roll = np.flatnonzero((pitch == pitch[level]) & (roll != roll[level]))
     return [*along_pitch[np.argsort(pitch[along_pitch])], *along_roll[np.argsort(roll[along_roll])]]
-
-
-def _size_of(section: Document) -> float | None:
-    """Return the size of k in V/g; None for a sensor of another unit, of which it is null or missing."""
-    values = list(table(section.get("sensitive_axis_v_per_g", {})).values())
-    return None if None in values or not values else hypot(*map(number, values))
 
 
 def _coefficient(axis: str, name: str, row: Document, floor: float) -> Coefficient:

@@ -140,7 +140,9 @@ class Guard:
         with self._lock:
             due = self._due()
         for names, why in due:
-            self._stop_axes(names, why)
+            self._tell(f"{' and '.join(names)}: stop: {why}")
+            for name in names:
+                self._begin(partial(self._stop_one, name))
 
     def _due(self) -> list[tuple[list[str], str]]:
         """Return which axes are to be told to stop, and why; each stop is told once."""
@@ -157,11 +159,6 @@ class Guard:
             self._is_reported = True
             due.append((list(self._axes()), why))
         return due
-
-    def _stop_axes(self, names: list[str], why: str) -> None:
-        self._tell(f"{' and '.join(names)}: stop: {why}")
-        for name in names:
-            self._begin(partial(self._stop_one, name))
 
     def _stop_one(self, name: str) -> None:
         """Until the axis took it: whoever asked may not be there any more to ask again."""

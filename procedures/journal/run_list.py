@@ -86,7 +86,11 @@ class RunList:
         for path in self.paths():
             try:
                 is_alive = is_owned(path)  # asked first: what a dying owner wrote last is then read below
-                found[path] = self._look(path)
+                fingerprint = _fingerprint(path)
+                known = self._seen.get(path)
+                found[path] = (
+                    known if known is not None and known.fingerprint == fingerprint else _read(path, fingerprint)
+                )
             except FileNotFoundError:
                 continue  # removed meanwhile
             except OSError as error:
@@ -103,12 +107,6 @@ class RunList:
     def paths(self) -> tuple[Path, ...]:
         """Return the folders that hold a journal, by name."""
         return tuple(sorted(journal.parent for journal in self.folder.glob(f"*/{JOURNAL_FILE}")))
-
-    def _look(self, path: Path) -> _Seen:
-        """Return what is known of the run, read anew where its files changed. Raises: OSError."""
-        fingerprint = _fingerprint(path)
-        known = self._seen.get(path)
-        return known if known is not None and known.fingerprint == fingerprint else _read(path, fingerprint)
 
     def _is_settled(self, seen: _Seen) -> bool:
         now_ns = self._clock.now_utc().timestamp() * 1e9

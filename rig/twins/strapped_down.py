@@ -19,21 +19,18 @@ class StrappedDown:
     def motion(self, stream: str, now_s: float) -> Motion:
         truth = self._twin.streams.get(stream, TwinStream())
         rate_dps = self._world.stage_rate_dps(now_s) + np.array(truth.rate_bias_dps)
+        yaw, pitch, roll = (self._world.attitude_deg(name, now_s) for name in ("yaw", "pitch", "roll"))
         return Motion(
             force_g=self._noisy(f"{stream}.force", self._world.stage_force_g(now_s), truth.noise_g),
             rate_dps=self._noisy(f"{stream}.rate", rate_dps, truth.noise_dps),
             field_ut=self._noisy(
                 f"{stream}.field", self._world.stage_field_ut(np.array(truth.field_ut), now_s), truth.noise_ut
             ),
-            attitude_deg=self._attitude_deg(now_s),
+            attitude_deg=(yaw, pitch, roll),
         )
 
     def reading(self, channel: str, now_s: float) -> float | None:
         return self._world.read_stream(channel, now_s)
-
-    def _attitude_deg(self, now_s: float) -> tuple[float, float, float]:
-        yaw, pitch, roll = (self._world.attitude_deg(name, now_s) for name in ("yaw", "pitch", "roll"))
-        return yaw, pitch, roll
 
     def _noisy(self, source: str, values: Vector, deviation: float) -> tuple[float, float, float]:
         x, y, z = (

@@ -7,7 +7,7 @@ Source: VN-100 user manual UM001 (``*XX`` for any checksum, errors by VNERR); fa
 from collections.abc import Mapping
 
 from rig.errors import DeviceNonsense
-from rig.twins.imu import Motion, MotionSource
+from rig.twins.imu import MotionSource
 from rig.twins.metronome import Metronome
 from rig.wire import vn100 as wire
 
@@ -79,7 +79,16 @@ class Vn100Twin:
 
     def _fields(self, output: str, at_s: float) -> tuple[float, ...]:
         motion = self._source.motion(self._stream, at_s)
-        by_name = _by_name(motion)
+        scaled = (
+            (("yaw", "pitch", "roll"), motion.attitude_deg, 1.0),
+            (("mx", "my", "mz"), motion.field_ut, GAUSS_PER_UT),
+            (("ax", "ay", "az"), motion.force_g, STANDARD_GRAVITY_MPS2),
+            (("gx", "gy", "gz"), motion.rate_dps, RADPS_PER_DPS),
+        )
+        fields = {
+            name: value * scale for names, values, scale in scaled for name, value in zip(names, values, strict=True)
+        }
+        by_name = fields | {"t": motion.temperature_degc, "p": PRESSURE_KPA}
         return tuple(by_name[name] for name, _ in wire.OUTPUTS[output][1])
 
     def _answer(self, line: bytes, now_s: float) -> bytes:
@@ -142,17 +151,6 @@ class Vn100Twin:
         self._is_paused = resumes == 0
         self._restart(now_s)
         return wire.message(b"VNASY,%d" % resumes)
-
-
-def _by_name(motion: Motion) -> dict[str, float]:
-    scaled = (
-        (("yaw", "pitch", "roll"), motion.attitude_deg, 1.0),
-        (("mx", "my", "mz"), motion.field_ut, GAUSS_PER_UT),
-        (("ax", "ay", "az"), motion.force_g, STANDARD_GRAVITY_MPS2),
-        (("gx", "gy", "gz"), motion.rate_dps, RADPS_PER_DPS),
-    )
-    fields = {name: value * scale for names, values, scale in scaled for name, value in zip(names, values, strict=True)}
-    return fields | {"t": motion.temperature_degc, "p": PRESSURE_KPA}
 
 
 def _error(code: int) -> bytes:

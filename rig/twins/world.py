@@ -17,7 +17,6 @@ from rig.description.rig_file import (
     RigDescription,
     Sensor,
     Standard,
-    TwinBase,
     TwinEnvironment,
     TwinSection,
     TwinStream,
@@ -211,7 +210,10 @@ class World:
         pitch = angles.get("pitch", 0.0)
         pitch -= self._base.droop_arcsec * ARCSEC_RAD * math.cos(pitch)
         yaw = angles.get("yaw", 0.0) + self._base.orthogonality_arcsec * ARCSEC_RAD
-        force_g: Vector = about_z(yaw) @ about_y(pitch) @ _tilt(self._base) @ UP
+        tilt: Matrix = about_y(self._base.tilt_about_pitch_arcsec * ARCSEC_RAD) @ about_x(
+            self._base.tilt_about_roll_arcsec * ARCSEC_RAD
+        )
+        force_g: Vector = about_z(yaw) @ about_y(pitch) @ tilt @ UP
         if rolls:
             force_g = about_x(angles.get("roll", 0.0)) @ force_g
         return force_g
@@ -339,13 +341,6 @@ def _mounting(serial: str, sensor: Sensor, twin: TwinSection, chance: Chance) ->
     mount = sensor.mount
     turned: Matrix = about_x(x) @ about_y(y) @ about_z(z) @ permutation(mount.x, mount.y, mount.z)
     return turned
-
-
-def _tilt(base: TwinBase) -> Matrix:
-    tilt: Matrix = about_y(base.tilt_about_pitch_arcsec * ARCSEC_RAD) @ about_x(
-        base.tilt_about_roll_arcsec * ARCSEC_RAD
-    )
-    return tilt
 
 
 def _soft_mount(q_v_per_g2: tuple[float, float, float, float, float] | None) -> Matrix:

@@ -280,7 +280,18 @@ class _Answers:
 def _answer_stream(answering: Callable[[WriterOf], None], answers: _Answers) -> None:
     """Block by block, into a file as well: what was answered stays when the stream breaks."""
     with _one_thread():
-        _answer_rows(answering, answers)
+        out = answers.out
+        if out is None:
+            to = None if answers.view else sys.stdout.buffer
+            answering(lambda columns: (answers.writer(columns, to), to or BytesIO()))
+        elif _is_sent(out):
+            with opened_target(out) as target:
+                answering(lambda columns: (answers.writer(columns, target), target))
+        elif out.endswith(".parquet"):
+            raise RequestError(f"--out {out}: a stream is written as .csv or .jsonl; nothing was written")
+        else:
+            with Path(out).open("wb") as file:
+                answering(lambda columns: (answers.writer(columns, file), file))
 
 
 def _one_thread() -> threadpool_limits:
@@ -289,21 +300,6 @@ def _one_thread() -> threadpool_limits:
     On a busy machine of two cores that made it five times as long.
     """
     return threadpool_limits(limits=1, user_api="blas")
-
-
-def _answer_rows(answering: Callable[[WriterOf], None], answers: _Answers) -> None:
-    out = answers.out
-    if out is None:
-        to = None if answers.view else sys.stdout.buffer
-        answering(lambda columns: (answers.writer(columns, to), to or BytesIO()))
-    elif _is_sent(out):
-        with opened_target(out) as target:
-            answering(lambda columns: (answers.writer(columns, target), target))
-    elif out.endswith(".parquet"):
-        raise RequestError(f"--out {out}: a stream is written as .csv or .jsonl; nothing was written")
-    else:
-        with Path(out).open("wb") as file:
-            answering(lambda columns: (answers.writer(columns, file), file))
 
 
 def _answer_file(found: AngleStream, data: Path, answers: _Answers) -> None:

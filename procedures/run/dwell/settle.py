@@ -45,7 +45,12 @@ def settle(readout: Readout, channel: str, settings: Settle, nplc: float, clock:
     count = readings_per_window(settings.window_s, readout.reading_s(nplc))
     windows: list[Window] = []
     while True:
-        windows.append(_read_window(readout, channel, count, nplc, settings.window_s, clock, wait))
+        opened_s = clock.monotonic_s()
+        burst = readout.read(channel, count, wait, nplc)
+        wait(settings.window_s - (clock.monotonic_s() - opened_s))
+        windows.append(
+            Window(burst.started_s + burst.interval_s * np.arange(burst.samples.size, dtype=np.float64), burst.samples)
+        )
         took_s = clock.monotonic_s() - started_s
         if took_s >= settings.min_s and is_at_rest(windows, settings.windows):
             return Settled(True, took_s)
@@ -77,12 +82,3 @@ def _means_agree(first_v: FloatArray, last_v: FloatArray) -> bool:
     squares = float(((first_v - first_v.mean()) ** 2).sum() + ((last_v - last_v.mean()) ** 2).sum())
     variance = max(squares, _rounding_v2(first_v)) / degrees * (1.0 / first_v.size + 1.0 / last_v.size)
     return abs(float(first_v.mean() - last_v.mean())) <= t_limit(degrees, FALSE_ALARM) * sqrt(variance)
-
-
-def _read_window(
-    readout: Readout, channel: str, count: int, nplc: float, window_s: float, clock: Clock, wait: Wait
-) -> Window:
-    opened_s = clock.monotonic_s()
-    burst = readout.read(channel, count, wait, nplc)
-    wait(window_s - (clock.monotonic_s() - opened_s))
-    return Window(burst.started_s + burst.interval_s * np.arange(burst.samples.size, dtype=np.float64), burst.samples)
