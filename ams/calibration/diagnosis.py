@@ -12,8 +12,15 @@ import numpy as np
 from ams.analysis.diagnostics.axis_tests import SharedTests, axis_tests, shared_tests
 from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT, WRONG_DWELL, AxisTests
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.facts import temperature_confounded, time_confounded, undetermined_axis
+from ams.analysis.diagnostics.facts import (
+    Moved,
+    drift_in_parameters,
+    temperature_confounded,
+    time_confounded,
+    undetermined_axis,
+)
 from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.time_order import even_drift
 from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
@@ -57,6 +64,9 @@ class Circumstances:
     family: int = 1
     """How many axes a run has, whose tests are one family; 1: every output is judged by itself."""
 
+    order: Sequence[Finding] = ()
+    """What is said of the order of the points already."""
+
     def limit_of(self, place: int) -> TableLimit | None:
         return self.limits[place] if self.limits else None
 
@@ -70,7 +80,7 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances) -> list[Diagno
     shared, order = shared_tests(evidence), (*time_confounded(evidence), *temperature_confounded(evidence))
     found = []
     for place in axes:
-        one = _axis(evidence, shared, place, solved, circumstances)
+        one = _axis(evidence, shared, place, solved, replace(circumstances, order=order))
         found.append(replace(one, findings=(*one.findings, *order, *_undetermined(solved, place))))
     return found
 
@@ -82,7 +92,7 @@ def _axis(
     tests = axis_tests(evidence, shared, place, None, limit, circumstances.family)
     wrong = _convicted(evidence, place, tests)
     if wrong is None or not wrong.dwells:
-        return _diagnosis(solved, place, tests, None, circumstances, limit)
+        return _diagnosis(evidence, solved, place, tests, None, circumstances, limit)
     kept, convicted = _rows_of(evidence, wrong)
     rows, model = select_rows(circumstances.rows, kept), solved.problem.models[place]
     layout = layout_of(rows)
@@ -92,7 +102,7 @@ def _axis(
     )
     other = evidence_of(believed, select_rows(circumstances.rows, kept))
     tests = axis_tests(other, shared_tests(other), 0, wrong.p_value, limit, circumstances.family)
-    return _diagnosis(believed, 0, tests, convicted, circumstances, limit)
+    return _diagnosis(other, believed, 0, tests, convicted, circumstances, limit)
 
 
 def _undetermined(solved: SolvedColumns, place: int) -> Iterator[Finding]:
@@ -150,6 +160,7 @@ def _rows_of(evidence: Evidence, wrong: WrongDwells) -> tuple[BoolArray, Convict
 
 
 def _diagnosis(
+    evidence: Evidence,
     solved: SolvedColumns,
     place: int,
     tests: AxisTests,
@@ -158,6 +169,8 @@ def _diagnosis(
     limit: TableLimit | None,
 ) -> Diagnosis:
     scale = _scale(solved, place)
+    drifted = tuple(_drift_in_parameters(evidence, solved, place, tests.conviction_level))
+    passes = [one for one in (*circumstances.order, *drifted) if one.kind == "time-confounded" and one.is_significant]
     findings = findings_of(
         tests,
         scale,
@@ -166,8 +179,24 @@ def _diagnosis(
         _moves(solved, place, scale) if _some_drift(tests) else {},
         has_table=circumstances.table is not None,
         limit=limit,
+        is_contained=not passes,
     )
-    return Diagnosis(findings, solved, place, tests)
+    return Diagnosis((*findings, *drifted), solved, place, tests)
+
+
+def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, place: int, level: float) -> Iterator[Finding]:
+    if evidence.rows.time_s is None:
+        return
+    problem, mixed, free = solved.problem, solved.mixed, solved.problem.free
+    left, fitted = evidence.left[:, place], evidence.fitted[:, place]
+    drift = even_drift(problem.form.basis, left, fitted, evidence.rows.time_s)
+    if drift is None:
+        return
+    estimator = mixed.estimator if mixed.estimator.ndim == 2 else mixed.estimator[place]
+    parameters, answer = solved.parameters, drift.slope * (estimator @ drift.seconds)
+    by = parameters.directions[place][:, free] @ answer
+    moved = Moved(parameters.names, by, parameters.standard_uncertainties[place])
+    yield from drift_in_parameters(drift, moved, problem.models[place].measured_unit, level)
 
 
 def _some_drift(tests: AxisTests) -> bool:

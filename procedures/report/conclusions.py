@@ -206,9 +206,12 @@ def _drift_row(calibration: AxisCalibration, replication: Replication, name: str
     size = _size(parameter, float(np.ptp([*by_replication(replication, parameter).values()] or [np.nan])), sensitivity)
     conclusion = f"No change of {name} from replication to replication found."
     if test.is_significant:
-        conclusion = (
-            f"{name.capitalize()} changed between the replications by {size} (largest less smallest). "
-            "It is contained in the stated uncertainties."
+        is_confounded = any(one.is_significant and one.kind == "time-confounded" for one in calibration.findings)
+        conclusion = f"{name.capitalize()} changed between the replications by {size} (largest less smallest). " + (
+            "What of it went on inside the replications is not in the stated uncertainties, as the order of the points "
+            "has it."
+            if is_confounded
+            else "It is contained in the stated uncertainties."
         )
     limits = (float("nan"), float("nan")) if tp is None else (tp.t, tp.f_95)
     return _row(f"drift of {name}", parameter, test, limits, size, conclusion)

@@ -49,7 +49,8 @@ def _of_axes(axes: Mapping[str, AxisCalibration]) -> Iterator[str]:
         facts = [
             one
             for one in axis.findings
-            if one.kind in FACTS or (one.kind == TEMPERATURE and one.details.get("test") == "temperature with attitude")
+            if (one.kind in FACTS and one.p_value is None)
+            or (one.kind == TEMPERATURE and one.details.get("test") == "temperature with attitude")
         ]
         tested = significant_texts([one for one in axis.findings if one not in facts])
         yield from (text for text in axis.warnings if text not in tested)

@@ -307,7 +307,8 @@ def test_fault_64_a_table_that_creeps_after_its_move_is_waited_for(tmp_path: Pat
 
 def test_fault_66_drift_from_replication_to_replication_is_found_and_told(tmp_path: Path) -> None:
     """Detected: a reference attitude every so many dwells; the test of drift between replications.
-    Response: told in the report, contained in the stated uncertainties; a time term is there on demand.
+    Response: told in the report, contained in the stated uncertainties where the order keeps time and attitude
+    apart; else the parameters that it moved are named; a time term is there on demand.
     """
     steady = "azimuth_deg = 35.0, noise_v = 2e-5 }"
     drifts = ((steady, steady.replace("2e-5 }", "2e-5, offset_drift_v_per_replication = 4e-4 }")),)

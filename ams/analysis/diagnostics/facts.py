@@ -1,20 +1,32 @@
-"""What needs no test: what the attitudes and their order cannot tell."""
+"""What the attitudes and their order cannot tell, and what a drift did to the estimate because of that order."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.time_order import LARGEST_CORRELATION, confounding
+from ams.analysis.diagnostics.time_order import LARGEST_CORRELATION, EvenDrift, confounding
 from ams.arrays import FloatArray
 from ams.findings import Finding
+from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
+from ams.units import label_and_unit, printed
 
 _TOLD_APART = 2.0
 """Standard uncertainties: with two replications Student's factor would call every sensor undetermined."""
 _LINEAR = 4
 """Columns of a linear sensor: offset and three sensitivities."""
+_MOST_NAMED = 3
+"""Parameters in a sentence."""
+
+
+def stimulus_of(model: Model) -> str:
+    """Return in one word what the points of a model set: attitudes, rates or levels."""
+    if any(name.endswith("_v_per_dps") for name in model.primary_names):
+        return "rate"
+    return "level" if model.convention == "SR" else "attitude"
 
 
 def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray) -> Iterator[Finding]:
@@ -37,21 +49,67 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray)
 
 
 def time_confounded(evidence: Evidence) -> Iterator[Finding]:
-    """Yield a finding on the order of the points, where times and enough points are there."""
+    """Yield a finding on the order of the points, where times are there."""
     r = confounding(evidence, evidence.basis[:, :_LINEAR], evidence.rows.time_s)
     if r is None:
         return
-    is_confounded = r > LARGEST_CORRELATION
+    what, has_drift = stimulus_of(evidence.models[0]), DRIFT_NAME in evidence.models[0].primary_names
+    is_confounded = r > LARGEST_CORRELATION and not has_drift
     text = (
-        f"time and attitude go together inside the replications (correlation {r:.2f}, allowed "
+        f"time and {what} go together inside the replications (correlation {r:.2f}, allowed "
         f"{LARGEST_CORRELATION:g}): a drift within a replication would pass for offset and sensitivity and is not in "
-        "the uncertainties; use an order such as there-and-back"
+        "the uncertainties; use an order such as there-and-back, or take an even drift into the solution (--time-term "
+        "linear; [solve] time_term)"
         if is_confounded
-        else f"time and attitude: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
+        else f"time and {what}: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
+        f"{'; an even drift is in the solution' if has_drift else ''}"
     )
     yield Finding(
         "time-confounded", text, is_confounded, None, details={"test": "time with attitude", "correlation": r}
     )
+
+
+@dataclass(frozen=True)
+class Moved:
+    """What an even drift did to the parameters of one axis, as the order of its points has it."""
+
+    names: tuple[str, ...]
+    by: FloatArray
+    """In the parameters' units."""
+    uncertainties: FloatArray
+    """Standard, as stated."""
+
+
+def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, level: float) -> Iterator[Finding]:
+    """Yield a finding where a drift that is plain moved a parameter by more than its standard uncertainty."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(moved.uncertainties > 0.0, np.abs(moved.by) / moved.uncertainties, 0.0)
+    share = np.nan_to_num(share)
+    if not drift.p_value <= level or not share.max() > 1.0:
+        return
+    beyond = [int(place) for place in np.argsort(-share)[:_MOST_NAMED] if share[place] > 1.0]
+    shown = ", ".join(
+        f"{quantity} by {_signed(float(moved.by[place]))}{' ' if words else ''}{words} ({share[place]:.2g} of its "
+        "standard uncertainties)"
+        for place in beyond
+        for quantity, words in (label_and_unit(moved.names[place]),)
+    )
+    an_hour = drift.slope * SECONDS_PER_HOUR
+    text = (
+        f"the output drifts evenly through the run, by {_signed(an_hour)} {printed(unit)} an hour, and the order of "
+        f"the points lets that into the estimate: {shown}; the stated uncertainties do not hold it: take the drift "
+        "into the solution (--time-term linear; [solve] time_term), or measure in an order such as there-and-back"
+    )
+    details: dict[str, float | str | None] = {
+        "test": "drift in the parameters",
+        "per_hour": an_hour,
+        "largest_share_of_u": float(share.max()),
+    }
+    yield Finding("time-confounded", text, True, drift.p_value, details=details)
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.2g}".replace("-", "−")
 
 
 def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
@@ -61,8 +119,9 @@ def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
     r = confounding(evidence, evidence.basis[:, :_LINEAR], evidence.rows.temperature_degc)
     if r is None or not r > LARGEST_CORRELATION:
         return
+    what = stimulus_of(evidence.models[0])
     text = (
-        f"the recorded temperature goes with the attitude inside the replications (correlation {r:.2f}, allowed "
+        f"the recorded temperature goes with the {what} inside the replications (correlation {r:.2f}, allowed "
         f"{LARGEST_CORRELATION:g}): what it does to the sensor passes for offset and sensitivity, and no temperature "
         "is modelled; hold the temperature, take another order of the points, or apply known temperature coefficients"
     )

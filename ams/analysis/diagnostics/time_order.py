@@ -19,8 +19,6 @@ from ams.statistics.distributions import f_tail
 LEAST_DOF = 12
 LARGEST_CORRELATION = 0.8
 """Of time with what the linear sensor takes from the attitude; the same as of time with temperature."""
-LEAST_POINTS = 5
-"""That must be left over beside the linear sensor for a correlation to mean anything."""
 
 
 @dataclass(frozen=True)
@@ -129,51 +127,68 @@ def hours(evidence: Evidence) -> FloatArray | None:
 
 
 def confounding(evidence: Evidence, linear: FloatArray, column: FloatArray | None) -> float | None:
-    """Return the correlation of a (N,) column inside the replications with what a (K, 4) linear sensor takes from the
-    attitude.
+    """Return the correlation of a (N,) column inside the replications with what a (K, P) model takes from the points.
 
-    The least of all replications, adjusted for the number of points; None where it is not known or points are few.
+    Over all replications together, as the estimate is: what goes up in one and down in the next cancels. Adjusted for
+    the number of rows; None where the column is not known or does not change, or where the rows are too few to say.
     """
     if column is None:
         return None
     layout = evidence.layout
-    if layout.is_complete and layout.order is None:
-        return _confounding_of_alike(layout.replications, linear, column)
-    return _confounding_of_rows(layout.replications, layout.replication, layout.point, linear, column)
+    return _confounding(layout.replications, layout.replication, layout.point, linear, column)
 
 
 @remembered(32)
-def _confounding_of_rows(
+def _confounding(
     replications: int, replication: IntArray, point: IntArray, linear: FloatArray, column: FloatArray
 ) -> float | None:
-    """Return it where rows come in any order, with points missing here and there."""
-    found, of_all = [], np.linalg.qr(linear)[0]
-    for number in range(replications):
-        here = replication == number
-        own, points = column[here] - column[here].mean(), point[here]
-        free = own.size - linear.shape[1]
-        if free < LEAST_POINTS or not np.ptp(own) > _NO_CHANGE:
-            return None
-        q = of_all[points] if own.size == linear.shape[0] else np.linalg.qr(linear[points])[0]
-        left = own - q @ (q.T @ own)
-        found.append(1.0 - float(left @ left) / free / (float(own @ own) / (own.size - 1)))
-    return float(np.sqrt(max(min(found), 0.0)))
-
-
-@remembered(32)
-def _confounding_of_alike(replications: int, linear: FloatArray, column: FloatArray) -> float | None:
-    """Return the same where every replication has all points, one below the other."""
-    q, points = np.linalg.qr(linear)[0], linear.shape[0]
-    free = points - linear.shape[1]
-    blocks = column.reshape(replications, points)
-    if free < LEAST_POINTS or not bool(np.all(np.ptp(blocks, axis=1) > _NO_CHANGE)):
+    readings = np.bincount(replication, minlength=replications)
+    both = np.column_stack([column, linear[point]])
+    for place, values in enumerate(both.T.copy()):
+        both[:, place] -= (np.bincount(replication, values, replications) / readings)[replication]
+    own, (q, sizes, _) = both[:, 0], np.linalg.svd(both[:, 1:], full_matrices=False)
+    q = q[:, sizes > _NOTHING_LEFT * max(float(sizes[0]), _NOTHING_LEFT)]
+    dof = column.size - replications
+    if dof <= q.shape[1] or not np.ptp(own) > _NO_CHANGE:
         return None
-    own = blocks - blocks.mean(axis=1, keepdims=True)
-    left = own - (own @ q) @ q.T
-    shares = 1.0 - np.einsum("rk,rk->r", left, left) / free / (np.einsum("rk,rk->r", own, own) / (points - 1))
-    return float(np.sqrt(max(float(shares.min()), 0.0)))
+    left = own - q @ (q.T @ own)
+    share = 1.0 - float(left @ left) / (dof - q.shape[1]) / (float(own @ own) / dof)
+    return float(np.sqrt(max(share, 0.0)))
+
+
+@dataclass(frozen=True)
+class EvenDrift:
+    """How one output drifts evenly through the run, beside everything that its model takes from the points."""
+
+    slope: float
+    """Per second."""
+    p_value: float
+    seconds: FloatArray
+    """(N,) about the mean time of the rows."""
+
+
+def even_drift(basis: FloatArray, left: FloatArray, fitted: FloatArray, time_s: FloatArray) -> EvenDrift | None:
+    """Return the even drift that an ordinary fit of a (N, P) basis left in (N,) residuals.
+
+    None where the model takes time as it takes the points, so that nothing tells the two apart, and where nothing
+    scatters.
+    """
+    seconds = time_s - time_s.mean()
+    z = seconds - basis @ np.linalg.lstsq(basis, seconds, rcond=None)[0]
+    square, dof = float(z @ z), left.size - basis.shape[1] - 1
+    if dof < 1 or not square > _NOTHING_LEFT * float(seconds @ seconds):
+        return None
+    slope = float(z @ left) / square
+    squares = float(left @ left) - slope**2 * square
+    if not np.sqrt(max(squares, 0.0) / dof) > _ROUNDING * float(np.abs(fitted).max()):
+        return None
+    p_value = float(f_tail(np.array(slope**2 * square * dof / squares), 1.0, float(dof)))
+    return EvenDrift(slope, p_value, seconds)
 
 
 _NOTHING = 1e-18
+_NOTHING_LEFT = 1e-9
+_ROUNDING = 1e-13
+"""Of the largest output."""
 _NO_CHANGE = 1e-6
 """Seconds, or °C."""

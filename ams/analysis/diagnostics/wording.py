@@ -37,6 +37,7 @@ from ams.units import ARCSEC_PER_DEG, printed
 MOST_TOLD: Final = 5
 """Wrong dwells that a sentence names; all stand in ``steps``."""
 _CONTAINED: Final = "it is contained in the stated uncertainties"
+_PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
 _SYMBOLS: Final = {name: (symbol, unit) for name, _, symbol, unit in TERMS}
 
 
@@ -70,8 +71,12 @@ def findings_of(
     *,
     has_table: bool,
     limit: TableLimit | None = None,
+    is_contained: bool = True,
 ) -> tuple[Finding, ...]:
-    """Return a finding for every test that was made; ``drifts``: how far each quantity moved, in words."""
+    """Return a finding for every test that was made; ``drifts``: how far each quantity moved, in words.
+
+    ``is_contained``: whether a drift is in the uncertainties; not where the order of the points lets it pass.
+    """
     found = []
     for name, test in tests.tests.items():
         is_significant = tests.is_significant[name]
@@ -83,7 +88,9 @@ def findings_of(
             found.append(_wrong(test, scale, observations, convicted, details))
             continue
         if is_significant:
-            text = _significant(test, scale, drifts, has_table=has_table)
+            text = _significant(
+                test, scale, drifts, has_table=has_table, drift_is=_CONTAINED if is_contained else _PASSES
+            )
         else:
             text = f"{name}: {_not_significant(test)}{_beside(test, scale)}"
         found.append(Finding(test.kind, text, is_significant, test.p_value, details=details))
@@ -114,7 +121,7 @@ def _not_significant(test: BeliefTest) -> str:
     return "explained by temperature" if test.is_explained else "not significant"
 
 
-def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, has_table: bool) -> str:
+def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, has_table: bool, drift_is: str) -> str:
     name, size = test.name, test.size
     if name in _SYMBOLS:
         symbol, unit = _SYMBOLS[name]
@@ -123,7 +130,7 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
     if name.startswith(DRIFT_OF):
         quantity = name.removeprefix(DRIFT_OF)
         moved = f" by {drifts[quantity]} (largest less smallest)" if quantity in drifts else ""
-        return f"{quantity} changed from replication to replication{moved}; {_CONTAINED}"
+        return f"{quantity} changed from replication to replication{moved}; {drift_is}"
     sentences: dict[str, Callable[[], str]] = {
         WRONG_DWELL: lambda: (
             "more than a tenth of the dwells stand out from their replications: this is no matter of single dwells but "
@@ -136,7 +143,7 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         ),
         OVER_TIME: lambda: (
             f"the offset drifts with time by {scale.words(abs(size))} an hour, evenly from replication to replication; "
-            f"{_CONTAINED}; a time term in the solution ([solve] time_term) tells it"
+            f"{drift_is}; a time term in the solution ([solve] time_term) tells it"
         ),
         AUTOCORRELATION: lambda: (
             f"a dwell knows of the dwell before it: correlation {size:.2g} inside the replications; the output wanders "

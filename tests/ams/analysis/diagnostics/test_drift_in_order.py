@@ -1,0 +1,98 @@
+"""A drift that goes with the order of the points, drawn here: levels and rates, with replications and without."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import AxisCalibration
+from ams.frames import body_rates_rad_s
+from ams.inputs.request import CalibrationRequest
+from ams.models.straight_line import StraightLine
+from ams.observations import Observations
+
+UP = (-50.0, -25.0, 0.0, 25.0, 50.0)
+GAIN_UT_PER_COUNTS = 1.0 / 31.24
+
+
+def _line(order: Sequence[Sequence[float]], drift_sd: float, *, term: bool = False, seed: int = 0) -> AxisCalibration:
+    """Solve 31.24 counts/µT with 1 count of noise; the offset drifts evenly by so many counts over the run."""
+    levels = np.concatenate(order)
+    time_s = 30.0 * np.arange(levels.size)
+    drift = drift_sd * (time_s / time_s[-1] - 0.5)
+    counts = 12.0 + levels / GAIN_UT_PER_COUNTS + drift + np.random.default_rng(seed).standard_normal(levels.size)
+    replication = np.repeat(np.arange(1, len(order) + 1), [len(one) for one in order])
+    point = np.concatenate([np.argsort(np.argsort(one)) + 1 for one in order])
+    nothing = np.zeros(levels.size)
+    rows = Observations(
+        replication, point, nothing, nothing, {"x": counts}, time_s=time_s, reference_level=levels,
+        units={"x": "counts"},
+    )  # fmt: skip
+    model = StraightLine("x", "ut", "counts")
+    return calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, models={"x": model}, time_term=term)).axes["x"]
+
+
+def _told(axis: AxisCalibration) -> list[str]:
+    return [one.text for one in axis.findings if one.kind == "time-confounded" and one.is_significant]
+
+
+def _gain_off_u(axis: AxisCalibration) -> float:
+    gain = axis.parameters[0]
+    assert gain.value is not None
+    assert gain.standard_uncertainty is not None
+    return (gain.value - GAIN_UT_PER_COUNTS) / gain.standard_uncertainty
+
+
+@pytest.mark.parametrize("replications", [1, 4])
+def test_levels_always_upward_cannot_be_told_from_time_and_levels_up_and_down_can(replications: int) -> None:
+    up = _told(_line([UP] * replications, 0.0))
+    assert [text for text in up if "time and level go together" in text]
+    if replications > 1:
+        assert not _told(_line([UP, UP[::-1]] * 2, 0.0))
+    assert not _told(_line([UP] * 4, 0.0, term=True))
+
+
+def test_two_levels_always_in_one_order_are_confounded_with_time_too() -> None:
+    assert _told(_line([(-50.0, 50.0)] * 4, 0.0))
+    assert not _told(_line([(-50.0, 50.0), (50.0, -50.0)] * 2, 0.0))
+
+
+def test_a_drift_with_the_levels_is_told_as_what_it_does_to_the_gain() -> None:
+    """20/19 counts from dwell to dwell and 25 µT between them are 0.0421 counts/µT: 4.31e-5 µT/counts of the gain."""
+    axis = _line([UP] * 4, 20.0)
+    (text,) = (text for text in _told(axis) if "drifts evenly" in text)
+    assert abs(_gain_off_u(axis)) > 3.0
+    told = re.search(r"gain by −([0-9.e-]+) µT/counts", text.replace("e−", "e-"))
+    assert told is not None
+    assert float(told[1]) == pytest.approx(4.31e-5, rel=0.12), "three standard deviations of the drift as it is found"
+    assert "--time-term linear" in text
+    assert not any("contained" in warning for warning in axis.warnings if "from replication to replication" in warning)
+
+
+def test_where_the_order_keeps_a_drift_out_nothing_is_told_of_the_gain_and_the_drift_is_contained() -> None:
+    axis = _line([UP, UP[::-1]] * 2, 20.0)
+    assert abs(_gain_off_u(axis)) < 3.0
+    assert not _told(axis)
+    assert all("contained" in warning for warning in axis.warnings if "offset" in warning)
+
+
+def test_a_rest_at_the_end_of_every_replication_hides_no_rates_in_ascending_order() -> None:
+    """Rates about each axis from −60 to 60 °/s and a rest: 10 standard deviations of drift over four replications."""
+    rates = [rate * np.eye(3)[axis] for rate in (-60.0, -30.0, 30.0, 60.0) for axis in range(3)]
+    euler_rate = np.deg2rad(np.tile([*rates, np.zeros(3)], (4, 1)))
+    euler = np.zeros_like(euler_rate)
+    rows = euler.shape[0]
+    sensed = np.rad2deg(body_rates_rad_s(euler, euler_rate)) @ np.array([0.02, 1e-4, 0.0])
+    time_s = 300.0 * np.arange(rows)
+    drift = 2e-3 * (time_s / time_s[-1] - 0.5)
+    output = 0.01 + sensed + drift + 2e-4 * np.random.default_rng(1).standard_normal(rows)
+    replication, point = np.divmod(np.arange(rows), 13)
+    nothing = np.zeros(rows)
+    observations = Observations(
+        replication + 1, point + 1, nothing, nothing, {"x": output}, time_s=time_s, yaw_rad=nothing,
+        euler_rate_rad_s=euler_rate,
+    )  # fmt: skip
+    told = _told(calibrate(observations, CalibrationRequest(model="gyro", nominal_axes={"x": "x"})).axes["x"])
+    assert any("time and rate go together" in text for text in told)
