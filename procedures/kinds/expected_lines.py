@@ -6,6 +6,7 @@ is a twin; at the bench nothing is guessed.
 
 from collections.abc import Iterable, Iterator
 
+from ams.units import printed
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import Forecast
 from procedures.plan.plan import Plan
@@ -65,13 +66,15 @@ def _advice(plan: Plan) -> Iterator[str]:
 
 
 def _expected(rig: RigDescription, plan: Plan, name: str, sensor: Sensor, solver: Solver) -> Iterator[ExpectedAxis]:
+    known = rig.channel_units()
+    units = {str(axis): known.get(channel, "v") for axis, channel in sensor.channels.items()}
     for axis, found in expected_points(rig, plan, name, sensor, solver).items():
         stated = [item for item in found.solution.parameters if item.standard_uncertainty != 0.0]
         yield ExpectedAxis(
             sensor=name,
             axis=axis,
             noise_v=found.noise,
-            noise_source=f"the twin's {found.truth.noise:g} a reading",
+            noise_source=f"the twin's {found.truth.noise:g} {printed(units[axis])} a reading",
             coning_deg=found.truth.coning_deg,
             standard_uncertainty={item.name: item.standard_uncertainty for item in stated},
             half_width_95={
