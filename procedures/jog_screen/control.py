@@ -30,7 +30,8 @@ class Leases(Protocol):
     """What keeps motions alive (:class:`procedures.jog_screen.guard.Guard`)."""
 
     def answer(self, client: str, seen_s: float | None) -> None: ...
-    def release(self, client: str, why: str) -> None: ...
+    def leave(self, client: str, why: str) -> None: ...
+    def let_go(self, client: str, but: str = "") -> bool: ...
 
 
 class Hands(Protocol):
@@ -58,7 +59,6 @@ class Control:
         self._heard_s = self._asked_s = self._free_s = clock.boottime_s()
         self._press: int | None = None
         """The newest press of a button of the holder; None before its first beat: what was pressed then counts not."""
-        self._is_held = False
         self.is_over = False
         """Whether the rig can be given back."""
 
@@ -84,7 +84,6 @@ class Control:
         """Take what a page says. A stop is taken from every page, before anything else."""
         if order.get("say") == "stop":
             self._hands.stop(f"{asker.name} pressed stop", asker)
-            self._is_held = False
             return
         with self._lock:
             if order.get("say") == "take":
@@ -111,17 +110,18 @@ class Control:
         return self.holder is not None and self.holder.client == asker.client
 
     def _take(self, asker: Asker) -> None:
-        if self.holder is not None and not self._has(asker):
+        if self._has(asker):
+            return
+        if self.holder is not None:
             self._hands.refuse(f"{asker.name} asks for the bench; {self.holder.name} has it", asker)
             return
         self.holder, self.is_over = asker, False
         self._heard_s = self._asked_s = self._clock.boottime_s()
-        self._press, self._is_held = None, False
+        self._press = None
         self._hands.note("take", f"{asker.name} has the bench", asker)
 
     def _lose(self, asker: Asker, why: str) -> None:
-        self._is_held = False
-        self._hands.guard.release(asker.client, why)
+        self._hands.guard.leave(asker.client, why)
         self.holder, self._free_s = None, self._clock.boottime_s()
         self._hands.note("give", f"{asker.name} has the bench no more: {why}", asker)
 
@@ -130,17 +130,18 @@ class Control:
         self._heard_s = self._clock.boottime_s()
         seen_s, press, held = self._moment_of(order), _whole(order.get("press")), order.get("held")
         if self._press is not None and press < self._press:
-            return
+            return  # it was on the way for longer than one that came before it
         is_new, self._press = self._press is not None and press > self._press, press
-        if order.get("away") or (self._is_held and (is_new or not held)):
-            self._is_held = False
-            why = "the page was left" if order.get("away") else "the button was released"
-            self._hands.guard.release(asker.client, why)
-        elif seen_s is not None:
-            self._hands.guard.answer(asker.client, seen_s)
-            if is_new and isinstance(held, Mapping) and self._is_fresh(seen_s, asker):
-                self._is_held = True
-                self._ask(Turn(str(held.get("axis")), _number(held.get("rate_dps")), is_held=True), asker, seen_s)
+        if order.get("away"):
+            self._hands.guard.leave(asker.client, "the page was left")
+            return
+        axis = str(held.get("axis", "")) if isinstance(held, Mapping) else ""
+        has_let_go = self._hands.guard.let_go(asker.client, "" if is_new else axis)
+        if seen_s is None:
+            return
+        self._hands.guard.answer(asker.client, seen_s)
+        if is_new and isinstance(held, Mapping) and not has_let_go and self._is_fresh(seen_s, asker):
+            self._ask(Turn(axis, _number(held.get("rate_dps")), is_held=True), asker, seen_s)
 
     def _do(self, order: Order, asker: Asker) -> None:
         self._heard_s = self._clock.boottime_s()

@@ -101,12 +101,25 @@ class Guard:
             granted.lease.press()
         return granted is not None
 
-    def release(self, client: str, why: str) -> None:
-        """End every lease of one who let go, or left."""
+    def leave(self, client: str, why: str) -> None:
+        """End every lease of one who left."""
         for (_, whose), granted in list(self._leases.items()):
             if whose == client:
                 granted.lease.end(why)
         self._bell.set()
+
+    def let_go(self, client: str, but: str = "") -> bool:
+        """End what turns by one who holds nothing, or one axis (``but``) alone; return whether something ended."""
+        ended = [
+            granted.lease
+            for (axis, whose), granted in list(self._leases.items())
+            if whose == client and not granted.is_move and axis != but
+        ]
+        for lease in ended:
+            lease.end("the button was released")
+        if ended:
+            self._bell.set()
+        return bool(ended)
 
     @property
     def has_leases(self) -> bool:

@@ -112,7 +112,9 @@ class JogScene:
         self.is_server_hung = False
         self.there_s: dict[str, float] = {}
         """When somebody last wanted the axis to move, and was there."""
-        self.worst_s = 0.0
+        self.driven_s = self.moving_s = 0.0
+        """The longest that an axis was driven on, and moved at all, after the last that wanted it was there."""
+        self._rates_dps: dict[str, float] = {}
         self.moved = 0
         self._held_up: deque[tuple[Page, Order]] = deque()
         self._pending: deque[Callable[[], None]] = deque()
@@ -217,10 +219,17 @@ class JogScene:
             self.there_s[axis] = now_s
 
     def _judge(self, now_s: float) -> None:
-        for axis in self.moving() if self._is_judged else ():
+        for axis, body in self.world.axes.items():
+            rate_dps, before_dps = abs(body.rate_dps(now_s)), self._rates_dps.get(axis, 0.0)
+            self._rates_dps[axis] = rate_dps
+            if rate_dps == 0.0 or not self._is_judged:
+                continue
             self.moved += 1
             assert axis in self.there_s, f"{axis} moves, and nobody asked for it"
-            self.worst_s = max(self.worst_s, now_s - self.there_s[axis])
+            late_s = now_s - self.there_s[axis]
+            self.moving_s = max(self.moving_s, late_s)
+            if rate_dps >= before_dps:  # one that slows down was told to stop
+                self.driven_s = max(self.driven_s, late_s)
 
     # What people and networks do.
 

@@ -13,8 +13,8 @@ from small_run import PROCEDURE, RIG
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.dwells import DwellRecord
 
-ITEMS, LEAST_KILLS, MOST_KILLS = 4, 8, 200
-LONGEST_LIFE_S = 10.0
+LEAST_KILLS, MOST_KILLS = 100, 600
+LONGEST_LIFE_S = 6.0
 """Of a runner: on an idle machine it has then checked and begun an item, and seen it end."""
 CALRIG = (sys.executable, "-m", "procedures.cli.main")
 ANNA = ("--operator", "Anna")
@@ -63,17 +63,17 @@ def _coefficients(run: Path) -> object:
 
 
 @pytest.mark.soak
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(3600)
 def test_a_runner_that_is_killed_at_random_moments_measures_each_item_once(tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text(RIG)
     (tmp_path / "procedure.toml").write_text(PROCEDURE)
     archive = f"sqlite:///{tmp_path}/alone.sqlite"
     _calrig(tmp_path, "run", "procedure.toml", "--rig", "rig.toml", "--out", "alone", "--archive", archive, *ANNA)
-    for _ in range(ITEMS):
-        _calrig(tmp_path, "queue", "add", "procedure.toml", "--rig", "rig.toml", "--out", "runs", *ANNA)
-    _calrig(tmp_path, "queue", "attest", "SN1", *ANNA)
     chance, kills = np.random.default_rng(3), 0
-    while set(places := _places(tmp_path)) != {"finished"}:
+    while set(places := _places(tmp_path)) != {"finished"} or kills < LEAST_KILLS:
+        if set(places) <= {"finished"}:
+            _calrig(tmp_path, "queue", "add", "procedure.toml", "--rig", "rig.toml", "--out", "runs", *ANNA)
+            _calrig(tmp_path, "queue", "attest", "SN1", *ANNA)
         if "needs a decision" in places:  # killed between the line and the process
             number = str(places.index("needs a decision") + 1)
             _calrig(tmp_path, "queue", "decide", number, "again", "--reason", "nothing began", *ANNA)
@@ -82,11 +82,10 @@ def test_a_runner_that_is_killed_at_random_moments_measures_each_item_once(tmp_p
         _runner_lives(tmp_path, float(chance.uniform(0.5, LONGEST_LIFE_S)))
         kills += 1
         assert kills < MOST_KILLS
-    assert kills >= LEAST_KILLS
-    assert _places(tmp_path) == ["finished"] * ITEMS
+    items = len(_places(tmp_path))
     (alone,) = [one.parent for one in (tmp_path / "alone").glob("*/journal.sqlite")]
     runs = [one.parent for one in (tmp_path / "runs").glob("*/journal.sqlite")]
-    assert len(runs) == ITEMS, "an item that needed a decision had begun nothing"
+    assert len(runs) == items > 5, "an item that needed a decision had begun nothing"
     for run in runs:
         assert _dwells(run) == _dwells(alone)
         assert _coefficients(run) == _coefficients(alone)
