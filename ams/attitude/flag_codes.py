@@ -53,6 +53,8 @@ FILTER_BRIDGED: Final = 1 << 33
 DISAGREE: Final = 1 << 34
 NOT_COMPARED: Final = 1 << 35
 FIELD_UNUSED: Final = 1 << 36
+OUTSIDE_ROLL: Final = 1 << 37
+"""Above those of the attitude: an answer has it that a set is checked for it."""
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -81,6 +83,7 @@ WORDS: Final[Mapping[int, str]] = {
     OUTSIDE_RATE: "rate outside the validity of the set",
     NO_ROLL: "roll not sensed: sting package alone",
     OUTSIDE_PITCH: "pitch outside the validity of the set",
+    OUTSIDE_ROLL: "roll outside the validity of the set",
     OUTSIDE_YAW: "yaw outside the validity of the set",
     OUTSIDE_TEMPERATURE: "temperature outside the validity of the set",
 }

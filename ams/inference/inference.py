@@ -182,7 +182,7 @@ class Inference:
         if rows <= BLOCK_ROWS:
             return self._answered(readings)
         columns = {name: np.empty(rows) for name in self.answers if name != "flag"}
-        codes = np.empty(rows, dtype=np.uint32)
+        codes: flag_codes.AnswerCodes = np.empty(rows, dtype=np.uint64 if self._checks_roll else np.uint32)
         reasons: Mapping[int, str] = flag_codes.WORDS
         for block in blocks(rows):
             found = self._answered({name: values[block] for name, values in readings.items()})
@@ -197,7 +197,7 @@ class Inference:
         if is_whole.all():
             return self._answer(readings)
         found = self._answer({name: values[is_whole] for name, values in readings.items()})
-        codes = np.full(is_whole.size, flag_codes.NOT_FINITE, dtype=np.uint32)
+        codes = np.full(is_whole.size, flag_codes.NOT_FINITE, dtype=found.codes.dtype)
         codes[is_whole] = found.codes
         columns = {name: np.full(is_whole.size, np.nan) for name in found.columns}
         for name, values in found.columns.items():
@@ -265,7 +265,7 @@ class Inference:
 
     def _beyond(
         self, found: AttitudeColumns | Angles | SpreadAngles, readings: Mapping[str, FloatArray]
-    ) -> flag_codes.Codes:
+    ) -> flag_codes.AnswerCodes:
         """Return the codes of where a set is used beyond its calibration."""
         validity = self.package.coefficients.validity
         # A straight line is valid over levels, which reach over all attitudes; its run has a few positions alone.
@@ -279,7 +279,17 @@ class Inference:
         codes = np.zeros(found.codes.size, dtype=np.uint32)
         for code, values, (low, high) in checked:
             codes[(values < low - ROUNDING_DEG) | (values > high + ROUNDING_DEG)] |= np.uint32(code)
-        return codes
+        if not self._checks_roll:
+            return codes
+        is_beyond = np.minimum(*validity.roll_margins_deg(np.rad2deg(found.roll_rad))) < -ROUNDING_DEG
+        return codes | np.where(is_beyond, flag_codes.OUTSIDE_ROLL, 0).astype(np.uint64)
+
+    @cached_property
+    def _checks_roll(self) -> bool:
+        """Whether the set senses roll and is not valid all round, by the rule of :func:`ams.sets.apply.apply`."""
+        validity = self.package.coefficients.validity
+        senses = all(numbers.form.senses_roll for numbers in self.package.coefficients.axes.values())
+        return senses and not validity.levels and not validity.goes_round
 
 
 def inference(

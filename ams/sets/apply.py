@@ -185,10 +185,8 @@ def _check_attitude(
         _check_range(coefficients, name, "deg", angle_deg, limits, (angle_deg - limits[0], limits[1] - angle_deg))
     if not all(form.senses_roll for form, _ in fields):
         return
-    low, high = validity.roll_deg
     roll_deg = np.degrees(attitude.roll_rad)
-    above = (roll_deg - low + ROUNDING_DEG) % 360.0 - ROUNDING_DEG
-    _check_range(coefficients, "roll", "deg", roll_deg, (low, high), (above, high - low - above))
+    _check_range(coefficients, "roll", "deg", roll_deg, validity.roll_deg, validity.roll_margins_deg(roll_deg))
 
 
 def _check_levels(coefficients: CoefficientSet, level: FloatArray) -> None:

@@ -67,6 +67,10 @@ SPREAD = (
 """Fractions of the validity ranges of pitch, roll and temperature."""
 
 
+ROUNDING_DEG = 1e-6
+"""Angles went through radians; no angle is outside by less."""
+
+
 @dataclass(frozen=True)
 class Validity:
     """Where a set may be used, ends included."""
@@ -79,6 +83,17 @@ class Validity:
     """Of the angular velocity along each package axis."""
     levels: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """``level_x_ut`` and so on: what each straight line was exposed to along its axis."""
+
+    @property
+    def goes_round(self) -> bool:
+        """Whether every roll angle is valid."""
+        return self.roll_deg[1] - self.roll_deg[0] >= 360.0
+
+    def roll_margins_deg(self, roll_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far angles lie above the lower end and below the upper, negative outside; roll goes round."""
+        low, high = self.roll_deg
+        above = (roll_deg - low + ROUNDING_DEG) % 360.0 - ROUNDING_DEG
+        return above, high - low - above
 
 
 @dataclass(frozen=True)

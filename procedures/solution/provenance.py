@@ -14,6 +14,9 @@ from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import RigDescription, Sensor
 
+LARGEST_STEP_DEG = 120.0
+ROUND_WITHIN = 1.001
+"""What is read back is not to the last digit what was asked for."""
 UNCERTAINTIES = ("uncertainty_arcsec", "uncertainty_v", "uncertainty_degc", "uncertainty_ohm")
 
 
@@ -27,7 +30,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         gravity_mps2=rig.rig.gravity_mps2,
         gravity_source=rig.rig.gravity_source,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
-        roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
+        roll_range_deg=roll_range_deg(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(solved),
         rate_range_dps=_rate_range(solved),
         level_ranges={} if solved.calibration is None else level_ranges(solved.calibration),
@@ -80,6 +83,19 @@ def _temperature_range(sensor: Sensor, measured_degc: FloatArray | None) -> tupl
 def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]:
     """Return the ends rounded to what a file states: degrees went through radians."""
     return round(float(values.min()), 9), round(float(values.max()), 9)
+
+
+def roll_range_deg(values_deg: FloatArray) -> tuple[float, float]:
+    """Return the span of the roll angles; all round where they go round.
+
+    Angles from −180° to 150° in steps of 30° leave no larger gap behind the last than between two of them: what lies in
+    that gap is as well covered as what lies in any other. Three angles at least, since less tell no sine and cosine.
+    """
+    low, high = _range(values_deg)
+    angles_deg = np.unique(values_deg)
+    widest_deg = float(np.diff(angles_deg).max(initial=0.0)) * ROUND_WITHIN
+    goes_round = 360.0 - (high - low) <= min(widest_deg, LARGEST_STEP_DEG * ROUND_WITHIN)
+    return (-180.0, 180.0) if goes_round else (low, high)
 
 
 def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:

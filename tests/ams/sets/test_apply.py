@@ -8,6 +8,7 @@ import pytest
 from solved import provenance, solved_package
 
 from ams.errors import OutsideValidity
+from ams.inference.inference import Package, inference
 from ams.sets.apply import apply, sensed_force
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -51,6 +52,20 @@ def test_pitch_beyond_the_validity_is_refused(coefficients: CoefficientSet) -> N
 def test_roll_in_the_gap_of_the_validity_is_refused(coefficients: CoefficientSet) -> None:
     with pytest.raises(OutsideValidity, match="roll outside the validity of the set: got 165 deg"):
         apply(coefficients, 0.0, np.radians(165.0))
+
+
+@pytest.mark.parametrize("roll_deg", [-180.0, -20.0, 149.9, 165.0, 179.0])
+def test_what_apply_refuses_is_flagged_where_angles_are_told(coefficients: CoefficientSet, roll_deg: float) -> None:
+    outputs_v = apply(coefficients, 0.1, np.radians(roll_deg), beyond_validity=True)
+    readings = {f"{axis}_v": np.full(2, values) for axis, values in outputs_v.items()}
+    columns = {axis: f"{axis}_v" for axis in "xyz"}
+    (flag, _) = inference(Package(coefficients, columns), reading_sd_v=1e-6).infer(readings)["flag"]
+    try:
+        apply(coefficients, 0.1, np.radians(roll_deg))
+    except OutsideValidity:
+        assert flag == "roll outside the validity of the set"
+    else:
+        assert flag == ""
 
 
 def test_temperature_beyond_the_validity_is_refused(coefficients: CoefficientSet) -> None:
