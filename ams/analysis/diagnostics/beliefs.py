@@ -9,8 +9,8 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.findings import FindingKind
 
 LEVEL: Final = 0.05
-"""Of all tests of a run: where nothing is wrong some test rings in 4.7 to 5.1 % of the runs, with one axis, three or
-nine (1 000 to 9 000 simulated)."""
+"""Of all tests of a run: where nothing is wrong some test rings in 4.4 to 6 % of the runs, with one axis, three or nine
+(756 to 9 000 simulated)."""
 WRONG_DWELL: Final = "wrong dwell"
 LACK_OF_FIT: Final = "lack of fit"
 DRIFT_OF: Final = "drift of "
