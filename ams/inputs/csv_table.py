@@ -192,7 +192,7 @@ def refuse_missing_columns(table: NamedColumns, wanted: Sequence[str]) -> None:
         raise ObservationsError(
             f"{table.file}: line 1: column {' and '.join(map(repr, missing))} missing; found: "
             f"{', '.join(table.columns)}; "
-            "nothing was solved; add the column or name another"
+            "nothing was solved; add the column, or name the one that is meant (--axis AXIS=COLUMN for an output)"
         )
 
 

@@ -36,6 +36,10 @@ class CoefficientSet:
     approved_by_signature: str | None = field(default=None, compare=False)
     """Who approved it after the fact, as the archive that hands it out knows; the document stays as it was sealed."""
 
+    def __repr__(self) -> str:
+        axes = ", ".join(self.axes)
+        return f"CoefficientSet({self.sensor}: {self.model}, axes {axes}, {self.status}, sha256 {self.sha256[:12]})"
+
     @property
     def sensor(self) -> str:
         return str(self._section("sensor")["name"])

@@ -139,3 +139,11 @@ def test_gyros_come_as_a_stream_alone_and_with_accelerometers(tmp_path: Path) ->
     np.testing.assert_allclose(both.feed(volts).roll_deg, roll, atol=1e-3)
     with pytest.raises(OutsideValidity, match=r"needed \(…, 3\) in the order x, y, z"):
         alone.feed(volts)
+
+
+def test_a_set_is_printed_as_one_line_that_says_which_it_is(stored: str | Path) -> None:
+    package = ams.load(stored)
+    told = repr(package)
+    assert "\n" not in told
+    assert f"CoefficientSet(TP1: {package.coefficients.model}, axes x, y, z, " in told
+    assert package.coefficients.sha256[:12] in told
