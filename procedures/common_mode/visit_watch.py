@@ -9,13 +9,14 @@ compared attitude by attitude with what earlier ones measured of it, whole or no
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import datetime
 
 import numpy as np
 
 from ams.findings import Finding
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
-from ams.surveillance.common_mode_words import findings_of, turned_the_table
+from ams.surveillance.common_mode_words import findings_of, on_one_side, turned_the_table
 from procedures.common_mode.check_sets import check_set_pairs
 from procedures.common_mode.sensed_axes import KnownAxes, attitude_of, sensed_axes
 from procedures.plan.plan import Plan
@@ -40,6 +41,10 @@ class Judged:
     findings: tuple[Finding, ...]
     doubtful: tuple[int, ...]
     """Steps of the design measured in between."""
+    since_utc: datetime
+    """When the last dwell before it ended."""
+    until_utc: datetime
+    """When the first dwell after it began."""
     is_slow: bool = False
     """Whether it crept from visit to visit and shows only against the first."""
 
@@ -163,7 +168,8 @@ class VisitWatch:
             dict.fromkeys(name for name, is_read in zip(self.known.axes.sensor, read, strict=True) if is_read)
         )
         findings = findings_of(common, sensors, between, self._unit, steps)
-        return Judged(after[-1].step, between, common, findings, steps)
+        since_utc, until_utc = max(one.ended_utc for one in before), min(one.started_utc for one in after)
+        return Judged(after[-1].step, between, common, findings, steps, since_utc, until_utc)
 
 
 def judge_run(
@@ -171,7 +177,8 @@ def judge_run(
 ) -> tuple[Judged, ...]:
     """Return every reference visit and every later check set of a run as it is judged.
 
-    ``dwells``: in the order in which they were measured.
+    ``dwells``: in the order in which they were measured. A turn of the table that all that counts stands after, or
+    before, is told and spoils nothing.
     """
     pairs = {pair.epoch: pair for pair in check_set_pairs(dwells, events) if pair.is_alike}
     if not pairs and not any(dwell.purpose == "reference" for dwell in dwells):
@@ -185,7 +192,23 @@ def judge_run(
         pair = pairs.get(dwell.epoch)
         if pair is not None and dwell.step == list(pair.after)[-1] and dwell.purpose == "check":
             found.append(watch.compare_check_sets(pair.before, pair.after, since_check_set(pair.since)))
-    return tuple(one for one in found if one is not None)
+    design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
+    return tuple(_unspoilt(one) if _stands_on_one_side(one, design) else one for one in found if one is not None)
+
+
+def _stands_on_one_side(judged: Judged, design: Sequence[DwellRecord]) -> bool:
+    """Return whether no mounting's dwells of the design stand on both sides of what changed, or in between.
+
+    A package that was moved is solved with a mount of its own: its dwells are not compared with those of before.
+    """
+    after = {dwell.mounting for dwell in design if dwell.ended_utc >= judged.since_utc}
+    before = {dwell.mounting for dwell in design if dwell.started_utc < judged.until_utc}
+    return not after & before
+
+
+def _unspoilt(judged: Judged) -> Judged:
+    """Return the comparison with its turns of the table named as what no result rests on."""
+    return replace(judged, findings=tuple(on_one_side(finding) for finding in judged.findings))
 
 
 def since_check_set(epoch: int) -> str:

@@ -9,6 +9,8 @@ from datetime import datetime
 
 import numpy as np
 
+from ams.findings import Finding
+from ams.surveillance.common_mode_words import turned_the_table
 from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
 from procedures.kinds.registry import KINDS
 from procedures.records.declared_supply import at_declared, correcting
@@ -40,10 +42,10 @@ def assemble_view(
     ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
     ``past``: what the archive says of the sensors.
     """
-    known = past or Past()
+    known, findings = past or Past(), run_findings(record)
     sensors = tuple(
         replace(
-            _sensor_view(record, name, sensor, solved.get(name), place),
+            _as_the_run_is(_sensor_view(record, name, sensor, solved.get(name), place), findings),
             adjustment=known.adjustments.get(name),
             history=known.histories.get(name),
             signed=known.signed.get(name),
@@ -51,7 +53,6 @@ def assemble_view(
         for place, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
         if only in (None, name)
     )
-    findings = run_findings(record)
     labels = _labels(record, sensors)
     dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
     counts = _counts(record)
@@ -132,6 +133,11 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
         section=section,
         verdict="not usable" if calibration is None or failure else calibration.verdict,
     )
+
+
+def _as_the_run_is(sensor: SensorView, findings: Sequence[Finding]) -> SensorView:
+    """Return the sensor as the verdict on the run has it: where the table turned, none of its sets is to be used."""
+    return replace(sensor, verdict="not usable") if turned_the_table(of_sensor(findings, sensor.name)) else sensor
 
 
 def _labels(record: RunRecord, sensors: Sequence[SensorView]) -> dict[str, tuple[str, float]]:

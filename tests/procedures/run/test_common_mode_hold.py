@@ -20,6 +20,7 @@ from procedures.kinds.read import read_procedure
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view
+from procedures.report.overview import overview_rows
 from procedures.run.begin import begin
 from procedures.run.resume import resume_on
 from procedures.solution.run_findings import run_findings
@@ -129,6 +130,8 @@ def test_whoever_continues_is_held_once_and_nothing_of_the_run_passes_for_good(t
         assert text in sets[name].document["warnings"]  # type: ignore[operator]
     verdict = assemble_view(solved.record, solved.sensors).verdict
     assert verdict.trust == "unusable"
+    rows = overview_rows(assemble_view(solved.record, solved.sensors))
+    assert {row.verdict for row in rows} == {"not usable"}, "one verdict on one page"
     assert sum(text[1:] in ground for ground in verdict.grounds) == 1, "said once, not once a sensor"
     publish_solved(url, unattended.run_dir, solved.record, solved.sensors, sets)
     assert [one.quarantine for one in list_sets(url)] == [text] * 3
@@ -146,6 +149,33 @@ def test_what_was_in_doubt_is_measured_again_after_void_and_resume(three: Bench,
         assert resume_on(unattended.run_dir, rig, "bert").state is State.FINISHED
     assert len(told_by(unattended.run_dir)) == 1
     assert run_findings(solve_run(unattended.run_dir).record) == ()
+
+
+def test_a_turn_that_all_dwells_stand_after_is_told_and_spoils_nothing(three: Bench, tmp_path: Path) -> None:
+    """The seam tripped, every dwell was taken back as of a package that was moved, and the run measured all again."""
+    unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={7: slips("roll", -0.02)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+    (told,) = events(unattended.run_dir, "common_mode")
+    doubtful = told.detail["doubtful"]
+    assert isinstance(doubtful, list)
+    void_from(unattended.run_dir, min(doubtful), Authorisation("bert", "the coupling is tight again"))
+    with open_rig(three.rig) as rig:  # it was not: the rig's twin still stands where it slipped to
+        world = rig.chance
+        assert isinstance(world, World)
+        world.slip("roll", -0.02, rig.clock.monotonic_s(), seen=False)
+        assert resume_on(unattended.run_dir, rig, "bert").state is State.TRIPPED
+        first = next(step.step for step in three.plan.steps if step.step and getattr(step, "purpose", "") == "design")
+        void_from(unattended.run_dir, first, Authorisation("bert", "it was moved", is_remounted=True))
+        assert resume_on(unattended.run_dir, rig, "bert", "all is measured again").state is State.FINISHED
+    solved = solve_run(unattended.run_dir)
+    view = assemble_view(solved.record, solved.sensors)
+    assert [one.kind for one in run_findings(solved.record)] == ["table-rotation"], "it did turn, and that is told"
+    assert view.verdict.trust == "reserved"
+    assert any("stand on one side of it" in ground for ground in view.verdict.grounds)
+    assert "not usable" not in {row.verdict for row in overview_rows(view)}
+    url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
+    publish_solved(url, unattended.run_dir, solved.record, solved.sensors, sets)
+    assert [one.quarantine for one in list_sets(url)] == [None] * 3
 
 
 def changed(channel: str, by: Callable[[Burst], Burst], since: int) -> Callable[[int, Burst], Burst]:
