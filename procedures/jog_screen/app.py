@@ -39,6 +39,7 @@ KEYS = (
     ("− +", "step size"),
     ("g", "go to"),
     ("h", "home"),
+    ("q", "quit"),
     ("r", "rate"),
     ("p", "pulse"),
     ("c", "chamber"),
@@ -46,7 +47,6 @@ KEYS = (
     (", .", "page"),
     ("n", "clear"),
     ("s", "snapshot"),
-    ("q", "quit"),
 )
 
 
