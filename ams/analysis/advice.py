@@ -77,10 +77,20 @@ def advise(axis: AxisCalibration, observations: Observations) -> Advice:
     if any(term.name in _SHARED_WITH_THE_TABLE for term in terms):
         sentences.append(f"{CONFOUNDED[0].upper()}{CONFOUNDED[1:]}.")
     if replication is not None and replication.lack_of_fit.is_significant and not terms:
-        sentences.append(
-            "The lack of fit has no regular pattern in pitch and roll: single indices of the table do that."
-        )
+        sentences.append(_without_pattern(axis))
     return Advice(terms, rates, (*sentences, *map(_rate_sentence, rates)))
+
+
+def _without_pattern(axis: AxisCalibration) -> str:
+    """Say what lack of fit without known terms usually is, for the points that the model has."""
+    if any(name.endswith("_v_per_dps") for name in axis.primary_names):
+        return (
+            "The lack of fit is not looked at term by term: a gyro that feels gravity, the Earth's rotation, a rate "
+            "that the table does not hold or a scale that bends with the rate do that."
+        )
+    if axis.model == "linear":
+        return "The lack of fit is not looked at term by term: a line that bends or levels that are wrong do that."
+    return "The lack of fit has no regular pattern in pitch and roll: single indices of the table do that."
 
 
 def _terms(axis: AxisCalibration, observations: Observations) -> tuple[ResidualTerm, ...]:

@@ -17,8 +17,9 @@ from ams.models.model import Model, Stimulus
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.statistics.budget import Kind
 
-Effect = Literal["reading", "gain", "pitch", "base-tilt", "temperature", "level", "field", "rotation"]
-"""``reading``: volts on every reading; ``gain``: relative, on every output; ``pitch``: radians, the zero of pitch with
+Effect = Literal["reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation"]
+"""``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
+the table; ``pitch``: radians, the zero of pitch with
 the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C;
 ``level``: of the known levels of a straight line, in the columns that the observations state;
 ``field``: the same of a field that is known as a vector, where rows across an axis scatter by it;
@@ -69,7 +70,7 @@ def reaches(error: SharedError, model: Model) -> bool:
     """Return whether the model has anything for the error to act on."""
     if error.effect in LEVELS:
         return _slope_of(model) is not None
-    if error.effect == "rotation":
+    if error.effect in ("rotation", "rate"):
         return any(name.endswith("_v_per_dps") for name in model.primary_names)
     if error.effect == "temperature":
         return TEMPERATURE_NAMES[0] in model.primary_names
@@ -110,11 +111,21 @@ def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -
         return np.ones_like(rows.pitch_rad)
     if effect == "gain":
         return model.predict(primary, rows)
+    if effect == "rate":
+        return _turned_faster(model, primary, rows)
     if effect == "pitch":
         return model.angle_jacobian(primary, rows).get("pitch")
     if effect == "base-tilt":
         return _tilted(model, primary, rows)
     return _warmed(model, primary, rows)
+
+
+def _turned_faster(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    """Return what rates that are too high, all by the same part, add to the output of a gyro."""
+    named = dict(zip(model.primary_names, primary, strict=True))
+    if not any(name.endswith("_v_per_dps") for name in named):
+        return None
+    return np.asarray(model.predict(primary, rows) - named["offset_v"])
 
 
 def _tilted(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:

@@ -5,8 +5,10 @@ from dataclasses import replace
 
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.request import CalibrationRequest
+from ams.inputs.shared_errors import SharedError
 from ams.observations import Observations
 from procedures.solution.by_model import solve_observations
+from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.type_b import level_remarks
 from rig.description.rig_file import RigDescription, Sensor
@@ -28,9 +30,31 @@ def fitted(
     """
     solved = solve_observations(observations, request)
     warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings)
-    remarks = (*solved.remarks, *(() if rig is None else level_remarks(rig)))
+    remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)))
     calibration = replace(solved, warnings=warnings, remarks=remarks)
     return SolvedSensor(name, observations, calibration, None, budgets_of(calibration, request, rig, trials))
+
+
+def rate_error(uncertainty_ppm: float) -> SharedError:
+    """Return the one error of all rates of a table, as a relative standard uncertainty states it."""
+    return SharedError("rate of the table", "rate", 1e-6 * uncertainty_ppm, stated=f"u {uncertainty_ppm:g} ppm")
+
+
+def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:
+    """Say what of the rates is not in the uncertainties of gyros that are solved from a file."""
+    if request.model != "gyro":
+        return ()
+    is_known = any(error.effect == "rate" for errors in request.shared_errors.values() for error in errors)
+    of_table = (
+        "the rate table's own errors are not in these uncertainties: a rate that is wrong by a part is a sensitivity "
+        "that is wrong by it; --rate-uncertainty-ppm brings them in"
+    )
+    of_earth = (
+        f"rates are taken as those of the file: the Earth's rotation ({EARTH_DPS:.2g} °/s) is in the uncertainties "
+        "nowhere; where it matters put it into the rates, or calibrate by a run, which takes latitude_deg and "
+        "heading_deg of the rig file; gyros that feel gravity show that as lack of fit"
+    )
+    return (*(() if is_known else (of_table,)), of_earth)
 
 
 def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:

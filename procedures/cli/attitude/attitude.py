@@ -29,6 +29,7 @@ from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
 from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
 from procedures.cli.attitude.tally import TalliedRows
+from procedures.cli.attitude.untested import WatchedOutputs, assumed_gravity
 from procedures.cli.attitude.view import ViewedRows
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
@@ -142,11 +143,14 @@ def attitude(
         is_needed = package.senses_rates or settings.gyro_set is not None
         before = before.sampled_at(wiring.rate_hz, is_needed=is_needed)
     angles = _angles_of(package, second, reading_sd_v, settings, before, gravity_mps2, geometry, wiring)
-    found = before.before(angles)
+    watched = _watched(angles, package, reading_sd_v, is_alone=second is None and settings.gyro_set is None)
+    found = before.before(watched)
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
     elif len(package.columns) == 2 and "x" in package.columns and not package.senses_rates:
         note(_which_of_two(package, upright=upright, right_wing_down=right_wing_down))
+    if isinstance(watched, WatchedOutputs):
+        note(assumed_gravity(package))
     answers = _Answers(out, view, plot, package.coefficients.sensor)
     if wiring is not None:
         _require_channels(found, wiring)
@@ -166,6 +170,18 @@ def attitude(
         _answer_file(found, Path(data), answers)
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
+    for doubt in watched.doubts() if isinstance(watched, WatchedOutputs) else ():
+        note(doubt)
+
+
+def _watched(
+    angles: AngleStream, package: Package, reading_sd_v: float | None, *, is_alone: bool
+) -> AngleStream | WatchedOutputs:
+    """Return the angles with an eye on outputs that no other output tests: one or two accelerometers alone."""
+    is_plain = all(one.form.unit == "g" and one.own_output is None for one in package.coefficients.axes.values())
+    if not is_alone or not is_plain or len(package.columns) > 2:
+        return angles
+    return WatchedOutputs(angles, package, reading_sd_v)
 
 
 def _which_of_two(package: Package, *, upright: bool, right_wing_down: bool) -> str:

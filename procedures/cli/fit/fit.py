@@ -14,6 +14,7 @@ from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import CalibrationRequest
+from ams.inputs.shared_errors import SharedError
 from ams.models.registry import MODELS, names_by_option
 from ams.models.thermal import TemperatureCoefficients
 from ams.sets.sensed_quantity import FIELDS
@@ -26,13 +27,14 @@ from procedures.cli.output import note, print_json, say
 from procedures.cli.results.coefficients_text import axes_lines
 from procedures.cli.results.findings_text import check_trials
 from procedures.errors import RequestError
-from procedures.solution.fitted import fitted, sensor_of
+from procedures.solution.fitted import fitted, rate_error, sensor_of
 from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
+LARGEST_RATE_PPM = 1e5
 
 
 def fit(
@@ -53,6 +55,7 @@ def fit(
     hessian: Flag = False,
     monte_carlo: int = 0,
     rig: Path | None = None,
+    rate_uncertainty_ppm: float | None = None,
     joint: Flag = False,
     prior: Named = None,
     mount: str | None = None,
@@ -100,6 +103,9 @@ def fit(
     rig
         A rig file whose certificates (table, meter, level, thermometer) are carried into the result and told in an
         uncertainty budget, and whose gravity a set states.
+    rate_uncertainty_ppm
+        For gyros: relative standard uncertainty of the rate table's rates, one error of all of them, in parts per
+        million.
     joint
         Fit package and table together, the table's errors under the rig's priors; says what stays confounded.
     prior
@@ -137,7 +143,9 @@ def fit(
         time_term=time_term == "linear",
         residual_curvature=hessian,
         table=None if description is None else table_uncertainty(description),
-        shared_errors={} if description is None else shared_errors(description, sensor_of(description, sensor)),
+        shared_errors=_of_rates(rate_uncertainty_ppm, model)
+        if description is None
+        else shared_errors(description, sensor_of(description, sensor)),
     )
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
@@ -186,6 +194,19 @@ def _solved(
     if wish is not None:
         write_set(wish, observations, solved.calibration)
     return full_document(solved.calibration, observations, solved.budgets)
+
+
+def _of_rates(uncertainty_ppm: float | None, model: str) -> Mapping[str, tuple[SharedError, ...]]:
+    """Return what the rates of the table are wrong by, for the axes of a gyro. Raises: RequestError elsewhere."""
+    if uncertainty_ppm is None:
+        return {}
+    if model != "gyro":
+        raise RequestError(f"--rate-uncertainty-ppm: belongs to --model gyro, not to --model {model}")
+    if not 0.0 < uncertainty_ppm < LARGEST_RATE_PPM:
+        raise RequestError(
+            f"--rate-uncertainty-ppm: got {uncertainty_ppm:g}, allowed above 0 and below {LARGEST_RATE_PPM:g} ppm"
+        )
+    return dict.fromkeys("xyz", (rate_error(uncertainty_ppm),))
 
 
 def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> Package | None:

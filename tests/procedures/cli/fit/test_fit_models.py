@@ -264,3 +264,39 @@ def test_a_sting_belongs_to_a_model_package(tmp_path: Path, capsys: pytest.Captu
     outcome = call(capsys, "fit", file, "--axis", "x=sx_v", "--sting", tmp_path / "s.json")
     assert outcome.status == 2
     assert "belongs to --model pitch-yaw-roll --package model" in outcome.err
+
+
+def test_a_rate_table_that_is_fast_is_in_the_sensitivity_of_a_gyro_where_its_rate_is_declared_and_told_where_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """0.1 % too fast: the sensitivity, 1.25 V/(°/s), comes out 0.1 % high."""
+    rates = np.array([np.eye(3)[axis] * rate for rate in (-90.0, 30.0, -30.0, 90.0) for axis in range(3)])
+    file = write_gyros(tmp_path / "g.csv", np.zeros((12, 3)), 1.001 * rates, replications=4, noise_v=1e-4)
+    header, *rows = file.read_text().splitlines()
+    columns = header.split(",")
+    places = [columns.index(name) for name in ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")]
+    stated = [row.split(",") for row in rows]
+    for row in stated:
+        for place in places:
+            row[place] = repr(float(row[place]) / 1.001)
+    file.write_text("\n".join([header, *(",".join(row) for row in stated)]) + "\n")
+    gyro = ("fit", file, "--model", "gyro", *AXES)
+
+    silent = call(capsys, *gyro, "--json").document["axes"]["x"]["parameters"]["sensitivity_v_per_dps"]
+    assert silent["value"] == pytest.approx(1.25 * 1.001, rel=1e-4)
+    assert abs(silent["value"] - 1.25) > 10.0 * silent["standard_uncertainty"]
+    assert "the rate table's own errors are not in these uncertainties" in call(capsys, *gyro).out
+
+    declared = call(capsys, *gyro, "--rate-uncertainty-ppm", "1000", "--json").document["axes"]["x"]["parameters"]
+    found = declared["sensitivity_v_per_dps"]
+    assert found["standard_uncertainty"] == pytest.approx(1.25e-3, rel=0.01)
+    assert abs(found["value"] - 1.25) < 2.0 * found["standard_uncertainty"]
+    said = call(capsys, *gyro, "--rate-uncertainty-ppm", "1000").out
+    assert "the rate table's own errors are not" not in said
+    assert "Earth's rotation" in said
+
+
+def test_an_uncertainty_of_rates_belongs_to_gyros(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_rows(tmp_path / "l.csv", ["reference_g", "ax_counts"], linear_rows((1.0, 0.0, -1.0), 2, 0.5))
+    line = ("fit", file, "--model", "linear", "--axis", "x=ax_counts")
+    assert "belongs to --model gyro" in call(capsys, *line, "--rate-uncertainty-ppm", "100").err
