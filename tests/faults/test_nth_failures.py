@@ -19,7 +19,7 @@ from procedures.records.states import RESUMABLE, State
 from rig.assembly.faulty_lines import drivers_of
 from rig.description.fault_plan import FaultPlan
 
-pytestmark = [pytest.mark.timeout(600), pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")]
+pytestmark = [pytest.mark.timeout(3600), pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")]
 """A write at the close of a connection, whose failure SQLite shrugs off, is told by apsw as unraisable."""
 MakeTarget = Callable[[str], Target]
 ERRORS = {"full": errno.ENOSPC, "broken": errno.EIO}

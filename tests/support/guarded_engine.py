@@ -46,11 +46,16 @@ def run_out_of_memory(number, frame):
             pass
     raise MemoryError("an allocation failed, and nothing was given back")
 
+def take_memory_for_ever(number, frame):
+    while True:
+        hoard.append(bytearray(b"x" * (1 << 20)))
+
 def work_for_ever(number, frame):
     while True:
         pass
 
 signal.signal(signal.SIGUSR2, work_for_ever)
+signal.signal(signal.SIGRTMIN, take_memory_for_ever)
 signal.signal(signal.SIGQUIT, signal.SIG_DFL)  # what began in a background is born deaf to it
 signal.signal(signal.SIGUSR1, run_out_of_memory)
 path, axis, rate_dps, run = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), Path(sys.argv[4])

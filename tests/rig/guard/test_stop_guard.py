@@ -44,6 +44,9 @@ BUSY_LIMIT_S = 5.0
 """Told from never: on a busy machine the guard waits for a processor as everybody does."""
 DEATH_SEEN_S = 0.05
 """So late, at most, a death that the system chose the moment of is noticed here."""
+MEMORY_GROUPS = Path("/sys/fs/cgroup/memory")
+"""Of the first version: where the second limits memory, a group that holds processes has none below it."""
+GROUP_BYTES = 150_000_000
 NOBODY = 65534
 AS_NOBODY = f"""
 import os
@@ -129,6 +132,35 @@ def test_an_engine_that_dies_at_any_moment_leaves_its_axes_standing(
     first_s = _ends_in_stopped_axes(tmp_path, family, end, float(chance.uniform(0.0, 1.0)))
     record_property(f"first stop after {end} by {family}", first_s)
     assert first_s <= LIMIT_S + PATIENCE_OF.get(end, 0.0)
+
+
+@pytest.mark.soak
+@pytest.mark.skipif(not os.access(MEMORY_GROUPS, os.W_OK), reason="needs a group with a limit of memory")
+@pytest.mark.parametrize("family", ["zaber", "oriental-az", "maestro"])
+def test_an_engine_that_the_kernel_kills_for_its_memory_leaves_its_axes_standing(tmp_path: Path, family: str) -> None:
+    """Engine and guard share the group and its limit, as in a unit: the kernel takes the one that has grown."""
+    change, axis, rate_dps, stop_bytes = FAMILIES[family]
+    group = MEMORY_GROUPS / f"calrig-test-{os.getpid()}"
+    group.mkdir()
+    try:
+        with guarded_engine(tmp_path, change, axis, rate_dps) as engine:
+            (group / "memory.limit_in_bytes").write_text(str(GROUP_BYTES), encoding="ascii")
+            for pid in (engine.process.pid, engine.guard_pid):
+                (group / "cgroup.procs").write_text(str(pid), encoding="ascii")
+            os.kill(engine.process.pid, signal.SIGRTMIN)
+            asked_s = CLOCK.monotonic_s()
+            assert engine.until(lambda: engine.process.poll() is not None, 60.0)
+            ended_s = CLOCK.monotonic_s()
+            assert engine.process.returncode == -signal.SIGKILL
+            assert engine.until(lambda: engine.line.first_s(stop_bytes, asked_s) is not None, LONGEST_S)
+            assert asked_s + engine.line.first_s(stop_bytes, asked_s) - ended_s <= LIMIT_S  # type: ignore[operator]
+            assert engine.until(lambda: engine.rate_dps == 0.0, REST_S)
+            assert engine.until(lambda: (engine.run / RECORD).exists(), 5.0)
+            assert engine.until(lambda: not (group / "cgroup.procs").read_text(encoding="ascii"), 5.0), (
+                "a guard is left"
+            )
+    finally:
+        group.rmdir()
 
 
 def test_an_engine_whose_guard_is_killed_stops_its_axes_and_says_so(tmp_path: Path) -> None:
