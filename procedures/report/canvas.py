@@ -4,6 +4,7 @@ Matplotlib's object-oriented interface alone: no pyplot, no figure that lives on
 told apart by colour-blind readers and, with the symbols, in a black and white print.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
     from matplotlib.lines import Line2D
+    from matplotlib.text import Text
 
 WIDTH_IN = 7.3
 INK, FAINT, GRID = "#1a1a1a", "#767676", "#e3e3e3"
@@ -150,3 +152,11 @@ def series_style(place: int, count: int) -> tuple[Any, str]:
     import matplotlib
 
     return matplotlib.colormaps["cividis"](0.9 * place / (count - 1)), SYMBOLS[place % len(SYMBOLS)]
+
+
+def widest_in(labels: "Iterable[Text]") -> float:
+    """Return the width of the widest label as it is drawn, in inches: outlines are not hinted to pixels."""
+    from matplotlib.textpath import TextPath
+
+    paths = (TextPath((0, 0), one.get_text(), one.get_fontsize(), prop=one.get_fontproperties()) for one in labels)
+    return max((float(path.get_extents().width) for path in paths), default=0.0) / 72.0

@@ -20,6 +20,7 @@ from procedures.report.canvas import (
     plain_axes,
     series_style,
     to_svg,
+    widest_in,
 )
 from procedures.report.conclusions import by_replication
 from procedures.report.design_figures import variance_map
@@ -45,6 +46,8 @@ ROW_IN = 0.25
 """Height of one parameter's strip."""
 STRIP = 0.42
 """Half a strip's share of its row."""
+LABEL_MARGIN, WIDEST_LABELS = 0.025, 0.6
+"""Beside the labels of rows, and where a serial number without end leaves room for the picture; shares of the width."""
 MOST_LINES = 8
 """Lines that can be told apart in one panel."""
 
@@ -258,10 +261,13 @@ def _reference_map(traces: Sequence[tuple[ReferenceTrace, float]], unit: str, na
     height = 0.8 + row_in * len(traces)
     figure = canvas(height)
     axes = figure.subplots()
-    figure.subplots_adjust(left=0.17, right=0.88, top=1 - 0.12 / height, bottom=0.5 / height)
+    figure.subplots_adjust(right=0.88, top=1 - 0.12 / height, bottom=0.5 / height)
     image = axes.imshow(values, aspect="auto", interpolation="nearest", cmap="RdBu_r", vmin=-most, vmax=most)
     labelled = range(0, len(traces), max(1, -(-len(traces) // 60)))
     axes.set_yticks(list(labelled), [traces[row][0].label for row in labelled], fontsize=min(7.5, 62.0 * row_in))
+    figure.subplots_adjust(
+        left=min(widest_in(axes.get_yticklabels()) / figure.get_figwidth() + LABEL_MARGIN, WIDEST_LABELS)
+    )
     axes.set_xticks([0, visits - 1] if visits > 1 else [0])
     axes.set_xticklabels([f"{traces[0][0].hours[place]:.1f} h" for place in ((0, visits - 1) if visits > 1 else (0,))])
     axes.tick_params(length=0)

@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -8,7 +9,7 @@ from report_scene import Scene, run_view
 
 from procedures.report.canvas import style
 from procedures.report.figures import Figures, draw_figures, write_figures
-from procedures.report.run_figures import drift_figure
+from procedures.report.run_figures import MOST_LINES, drift_figure, reference_figures
 
 SCENES = {
     "three axes, replicated": Scene(),
@@ -88,3 +89,16 @@ def test_the_marks_stand_where_the_residuals_are() -> None:
             residuals_v = solution.residuals_v[rows.replication == label]
             drawn_as = np.corrcoef(heights, residuals_v)[0, 1]
             assert drawn_as == pytest.approx(-1.0, abs=1e-5), "drawn to a tenth of a point"
+
+
+def test_row_labels_of_many_sensors_stand_on_the_page_whole() -> None:
+    """The glyphs are drawn as outlines: the leftmost of them begins inside the picture."""
+    view = run_view(Scene(axes=("x",)))
+    serials = [f"QF-2026-{number:04d} x, pitch 22.5°, roll −112.5°" for number in range(MOST_LINES + 2)]
+    traces = tuple(replace(view.reference[0], label=label) for label in serials)
+    with style():
+        (figure,) = reference_figures(replace(view, reference=traces))
+    starts = re.findall(rb'<g class="[^"]*" transform="translate\(([-0-9.]+) [-0-9.]+\)', figure.svg)
+    starts += re.findall(rb"translate\(([-0-9.]+)[ ,][-0-9.]+\) ?scale", figure.svg)
+    assert len(starts) >= len(serials)
+    assert min(map(float, starts)) >= 0.0
