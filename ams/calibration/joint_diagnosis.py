@@ -7,9 +7,11 @@ errors explain within their priors is no finding. The tests of all axes in all m
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 import numpy as np
 
+from ams.analysis.diagnostics.beliefs import LEVEL
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Replication
 from ams.errors import DesignError
@@ -21,7 +23,15 @@ from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 from ams.solve.joint import JointFit
 from ams.solve.layout import layout_of
-from ams.solve.table_errors import Mounting, TablePriors, nuisances_of, seat_effects
+from ams.solve.table_errors import WHOLE_TABLE, Mounting, TablePriors, nuisances_of, seat_effects
+from ams.statistics.distributions import chi_square_tail
+from ams.units import RAD_PER_ARCSEC
+
+_FAR: Final = 3.0
+"""Standard deviations."""
+_TOLD: Final = 0.1
+"""Of a prior: what the rows say less about is not judged by them."""
+_MOST_NAMED: Final = 3
 
 
 @dataclass(frozen=True)
@@ -54,7 +64,47 @@ def diagnose_joint(
         replications = {axis: one.replication for axis, one in solved.axes.items()} if not name else {}
         for axis, one in solved.axes.items():
             found[axis] += [replace(finding, text=f"{name}{finding.text}") for finding in one.findings]
+    beyond = tuple(beyond_priors(fit))
+    for axis in fit.axes:
+        found[axis] += beyond
     return JointDiagnosis({axis: tuple(verdicts) for axis, verdicts in found.items()}, tuple(untested), replications)
+
+
+def beyond_priors(fit: JointFit) -> Iterator[Finding]:
+    """Yield a finding for each error of table and seat that the rows put far beyond what was declared of it.
+
+    An estimate scatters by what its prior loses, √(prior² − u²), where the prior is true.
+    """
+    scatter = [np.sqrt(max(one.prior_rad**2 - one.standard_deviation_rad**2, 0.0)) for one in fit.nuisances]
+    told = [
+        (one, abs(one.estimate_rad) / own, float(chi_square_tail((one.estimate_rad / own) ** 2, 1.0)))
+        for one, own in zip(fit.nuisances, scatter, strict=True)
+        if own > _TOLD * one.prior_rad
+    ]
+    beyond = [(one, p) for one, size, p in told if size > _FAR and p * len(told) <= LEVEL]
+    for one, p_value in sorted(beyond, key=lambda pair: -abs(pair[0].estimate_rad) / pair[0].prior_rad)[:_MOST_NAMED]:
+        estimate, u, prior = (
+            value / RAD_PER_ARCSEC for value in (one.estimate_rad, one.standard_deviation_rad, one.prior_rad)
+        )
+        is_index = one.name not in WHOLE_TABLE and not one.name.startswith("seat")
+        where = "its limit in the rig file" if is_index else "--prior; joint_priors_arcsec"
+        text = (
+            f"{one.name}: {_signed(estimate)}″ ± {u:.2g}″, where {prior:.2g}″ (standard) is declared: the rows "
+            f"contradict the prior, {abs(estimate) / prior:.2g} times over; the estimate is drawn towards it, and what "
+            "it lacks is in the other errors of the table, in offset and sensitivities, and not in their "
+            f"uncertainties; look at the table, or declare what it has ({where})"
+        )
+        details: dict[str, float | str | None] = {
+            "test": "prior of the table",
+            "nuisance": one.name,
+            "estimate_arcsec": estimate,
+            "prior_arcsec": prior,
+        }
+        yield Finding("lack-of-fit" if is_index else "table-rotation", text, True, p_value, details=details)
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.3g}".replace("-", "−")
 
 
 def as_they_stood(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> Iterator[Observations]:

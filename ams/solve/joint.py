@@ -132,7 +132,8 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
     else:
         raise SolveError(
             f"joint fit: no convergence in {_ROUNDS} rounds: the scatter about the fit does not settle; nothing is "
-            "reported; look at the residuals of a fit of one axis for a wrong row"
+            "reported; look at the residuals of a fit of one axis for a wrong row, and without joint for a table that "
+            "is off by more than is declared"
         )
     jacobian, _ = _system(rows, primary, errors, sd, prior_rad)
     inverse = np.linalg.inv(np.linalg.qr(jacobian, mode="r"))

@@ -21,6 +21,9 @@ UPRIGHT: Final = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 REVERSED: Final = ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
 """Turned half round about the vertical axis of the table's seat."""
 
+WHOLE_TABLE: Final = ("pitch zero", "roll zero", "base tilt", "squareness", "droop")
+"""Errors that all indices share."""
+
 
 @dataclass(frozen=True)
 class TablePriors:
@@ -88,13 +91,10 @@ def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> Nuisance
         named += zip(names, found.standard_rad.tolist(), strict=True)
         for own, columns in zip(parts, np.split(found.columns, edges), strict=True):
             own.update(zip(names, columns.T, strict=True))
-    named += [
-        ("pitch zero", priors.pitch_zero_rad),
-        ("roll zero", priors.roll_zero_rad),
-        ("base tilt", priors.base_tilt_rad),
-        ("squareness", priors.squareness_rad),
-        ("droop", priors.droop_rad),
-    ]
+    of_whole = (
+        priors.pitch_zero_rad, priors.roll_zero_rad, priors.base_tilt_rad, priors.squareness_rad, priors.droop_rad
+    )  # fmt: skip
+    named += zip(WHOLE_TABLE, of_whole, strict=True)
     for number in range(1, len(mountings)):
         named += [(f"seat {number + 1} about {axis}", priors.seat_rad) for axis in "xyz"]
     kept = [(name, prior) for name, prior in named if prior > 0.0]

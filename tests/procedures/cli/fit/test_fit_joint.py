@@ -169,3 +169,17 @@ def test_a_joint_fit_makes_a_set_that_carries_what_the_table_left(
         written = tmp_path / form.file_name("J1")
         export_set(ams.load_set(path), form.name, written)
         assert ams.load_set(written).document == stored
+
+
+@pytest.mark.parametrize(("true_arcsec", "contradicts"), [(6.0, False), (60.0, True)])
+def test_an_error_of_the_table_far_beyond_its_prior_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], true_arcsec: float, contradicts: bool
+) -> None:
+    """Two mounts tell the roll zero; 5″ are declared of it, 60″ are twelve times that."""
+    file = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), true_arcsec)
+    asked = ("--joint", "--rig", RIG, "--prior", "roll-zero=5", "--prior", "seat=0.5", "--mount", "mount", "--json")
+    document = call(capsys, "fit", file, *AXES, *asked).document
+    found = [text for axis in significant(document).values() for text in axis if text.startswith("roll zero: ")]
+    assert bool(found) == contradicts, found
+    assert all("the rows contradict the prior" in text and "--prior" in text for text in found)
+    assert document["verdict"] == "usable" or not contradicts
