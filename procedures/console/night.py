@@ -6,11 +6,12 @@ from datetime import date, datetime, timedelta, tzinfo
 
 from ams.archive.desk import Due, due_list
 from ams.errors import ArchiveError
-from procedures.console.watched_run import RunPage, read_verdict
+from procedures.console.watched_run import RunPage
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.run_list import ListedRun
 from procedures.journal.stop_advice import advice
+from procedures.journal.verdict_file import read_verdict
 from procedures.records.dwells import Event
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, is_unasked, state_sentence
 

@@ -1,7 +1,6 @@
 """One run as its page shows it: followed, never read anew, and shared by every browser that looks."""
 
 import hashlib
-import json
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from procedures.journal.live import Live, read_live
 from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import Row, rows_of
 from procedures.journal.stop_advice import advice
+from procedures.journal.verdict_file import read_verdict
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import Key, key_of, keys_in
 from procedures.records.states import GOING, State
@@ -172,12 +172,3 @@ class WatchedRun:
         if self._map[0] != self._seen:
             self._map = (self._seen, heat_map(list(self._dwells), frozenset(self._taken_back)))
         return self._map[1]
-
-
-def read_verdict(folder: Path) -> Mapping[str, object] | None:
-    """Return what the report says in one sentence; None where there is no report."""
-    try:
-        document = json.loads((folder / "verdict.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return document if isinstance(document, dict) else None

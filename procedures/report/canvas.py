@@ -158,5 +158,7 @@ def widest_in(labels: "Iterable[Text]") -> float:
     """Return the width of the widest label as it is drawn, in inches: outlines are not hinted to pixels."""
     from matplotlib.textpath import TextPath
 
-    paths = (TextPath((0, 0), one.get_text(), one.get_fontsize(), prop=one.get_fontproperties()) for one in labels)
+    paths = (
+        TextPath((0, 0), one.get_text(), float(one.get_fontsize()), prop=one.get_fontproperties()) for one in labels
+    )
     return max((float(path.get_extents().width) for path in paths), default=0.0) / 72.0

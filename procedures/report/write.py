@@ -7,6 +7,7 @@ from math import hypot
 from pathlib import Path
 
 from ams.whole_file import write_whole
+from procedures.journal.verdict_file import VERDICT_FILE
 from procedures.report.assemble import assemble_view
 from procedures.report.figures import Figures, draw_figures, figures_of_one, for_page, write_figures
 from procedures.report.overview import overview_rows
@@ -20,8 +21,6 @@ from rig.description.rig_file import RigDescription
 
 REPORT_FILE = "report.html"
 PAPER_FILE = "report.pdf"
-VERDICT_FILE = "verdict.json"
-"""The verdict and a row a sensor, for screens that open no page."""
 FIGURES_FOLDER = "figures"
 DOCUMENTS_FOLDER = "documents"
 """Where the document of each sensor lies, where a run has several."""

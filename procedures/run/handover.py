@@ -1,7 +1,7 @@
 """The whole state of a run on one page, for whoever takes over the shift."""
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
@@ -10,6 +10,7 @@ from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.status import status
 from procedures.journal.stop_advice import advice
+from procedures.journal.verdict_file import read_verdict
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, at_both
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, state_sentence
@@ -33,7 +34,11 @@ def handover(run_dir: Path) -> str:
         f"run        {run_dir}",
         f"state      {stands.state} since {last.utc:%Y-%m-%d %H:%M} UTC{_reason(last)}",
         f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design",
-        *([f"ends       {at_both(stands.eta_utc)}, as it goes now"] if stands.eta_utc else []),
+        *(
+            [f"ends       {at_both(stands.eta_utc)}, as it goes now"]
+            if stands.eta_utc and stands.state in ACTIVE
+            else []
+        ),
         f"operator   {one_line(header.operator)} began it {header.created_utc:%Y-%m-%d %H:%M} UTC"
         f"{', simulated' if header.is_simulated else ''}",
         f"mounting   {max((dwell.mounting for dwell in dwells), default=1)}",
@@ -52,12 +57,14 @@ def handover(run_dir: Path) -> str:
         *_listed("answered for", [event for event in events if event.kind == "override"]),
         *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
-        f"next       {_next(run_dir, stands.state, cause)}",
+        f"next       {_next(run_dir, stands.state, cause, _held_before(events))}",
+        *_solved(run_dir, stands.state),
     ]
     return "\n".join(lines) + "\n"
 
 
-def _next(run_dir: Path, state: State, cause: str) -> str:
+def _next(run_dir: Path, state: State, cause: str, held_before: str) -> str:
+    """``held_before``: the cause of the hold that a person stopped the run in; empty where it was none."""
     if state in (State.HELD, State.TRIPPED):
         return advice(cause).replace("RUN", str(run_dir))
     if state in ANSWERED_FOR:
@@ -67,8 +74,33 @@ def _next(run_dir: Path, state: State, cause: str) -> str:
     if state in ACTIVE:
         return f"nothing; calrig status {run_dir} shows how far it is, calrig stop {run_dir} ends it after the dwell"
     if state in (State.STOPPED, State.INTERRUPTED):
-        return f"calrig resume {run_dir}"
+        before = f"it was held before. {advice(held_before).replace('RUN', str(run_dir))} " if held_before else ""
+        return f"{before}calrig resume {run_dir}"
     return f"calrig solve {run_dir}" if state is State.FINISHED else "this run has ended; begin a new one"
+
+
+def _held_before(events: Sequence[Event]) -> str:
+    """Return the cause of the hold that the last state ended: who takes over has to settle it first."""
+    states = [event for event in events if event.kind == "state"]
+    before = states[-2] if len(states) > 1 else None
+    return str(before.detail.get("cause", "")) if before and before.detail.get("to") == State.HELD else ""
+
+
+def _solved(run_dir: Path, state: State) -> Iterable[str]:
+    """Tell a finished run's verdict and its report, where it was solved."""
+    verdict = read_verdict(run_dir) if state is State.FINISHED else None
+    if verdict is not None:
+        yield one_line(f"verdict    {verdict.get('sentence', '')}")
+        unusable = [str(row.get("sensor")) for row in _rows(verdict) if row.get("verdict") == "not usable"]
+        yield from ([one_line(f"not usable {', '.join(unusable)}")] if unusable else [])
+    report = run_dir / "report.html"
+    if state is State.FINISHED and report.exists():
+        yield f"report     {report}"
+
+
+def _rows(verdict: Mapping[str, object]) -> list[Mapping[str, object]]:
+    rows = verdict.get("sensors")
+    return [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list) else []
 
 
 def _is_stop(event: Event) -> bool:

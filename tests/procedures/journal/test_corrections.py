@@ -153,6 +153,22 @@ def test_the_handover_is_one_page_that_names_state_doubts_and_what_to_do(small: 
         assert said in page
 
 
+def test_the_handover_of_a_finished_run_tells_its_verdict_and_no_end_to_come(whole: Path) -> None:
+    assert "verdict " not in handover(whole)
+    rows = [{"sensor": "SN1", "verdict": "not usable"}, {"sensor": "SN2", "verdict": "usable"}]
+    document = {"trust": "unusable", "sentence": "There is no result to use for one sensor.", "sensors": rows}
+    (whole / "verdict.json").write_text(json.dumps(document), encoding="utf-8")
+    (whole / "report.html").write_text("<p>", encoding="utf-8")
+    page = handover(whole)
+    for said in (
+        "verdict    There is no result to use for one sensor.\n",
+        "not usable SN1\n",
+        f"report     {whole / 'report.html'}\n",
+    ):
+        assert said in page
+    assert "\nends " not in page
+
+
 def test_what_a_result_lacks_is_listed_and_what_contradicts_the_day_is_refused(small: Bench) -> None:
     today = date(2026, 3, 1)
     missing = readiness(small.rig, today).missing

@@ -22,6 +22,7 @@ from procedures.records.states import State
 from procedures.report.assemble import assemble_view
 from procedures.report.overview import overview_rows
 from procedures.run.begin import begin
+from procedures.run.handover import handover
 from procedures.run.resume import resume_on
 from procedures.solution.run_findings import run_findings
 from rig.assembly.open_rig import Rig, open_rig
@@ -143,6 +144,10 @@ def test_what_was_in_doubt_is_measured_again_after_void_and_resume(three: Bench,
     (told,) = events(unattended.run_dir, "common_mode")
     doubtful = told.detail["doubtful"]
     assert isinstance(doubtful, list)
+    page = handover(unattended.run_dir)
+    assert "next       it was held before. All sensors turned together" in page, "not only that it may be resumed"
+    assert f"calrig void {unattended.run_dir} --from STEP" in page.partition("next  ")[2]
+    assert "\nends " not in page, "nothing goes on"
     voided = void_from(unattended.run_dir, min(doubtful), Authorisation("bert", "the coupling is tight again"))
     assert voided == len(doubtful) + 2, "and the visit at two attitudes"
     with open_rig(three.rig) as rig:
