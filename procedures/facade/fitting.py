@@ -43,6 +43,11 @@ def fit(
     """
     if model not in MODELS:
         raise RequestError(f"fit: model: got {model!r}, allowed are {', '.join(MODELS)}; nothing was solved")
+    if model == "linear":
+        raise RequestError(
+            "fit: model: 'linear' is a straight line between levels, whose document has no attitudes: solve it by "
+            "calrig fit --model linear --json; nothing was solved"
+        )
     described = None if rig is None else read_rig(Path(rig))
     request = CalibrationRequest(
         model=model,

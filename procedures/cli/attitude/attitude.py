@@ -242,7 +242,8 @@ def _solve_alignment(package: Package, reading_sd_v: float | None, data: Path, o
     spread = ", ".join(f"{axis} {sd:.2g}°" for axis, sd in zip("xyz", sd_deg, strict=True))
     note(
         f"alignment: {out}: told within {spread} (standard deviation about each axis of the model); "
-        f"the known attitudes leave {solved.scatter_deg:.2g}° over"
+        f"the known attitudes leave {solved.scatter_deg:.2g}° over; that is their scatter alone: an error that all "
+        "known attitudes share, such as a wrong zero of the reference, is in the angles and in no uncertainty"
     )
 
 

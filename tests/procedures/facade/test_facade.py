@@ -70,6 +70,8 @@ def test_a_table_is_refused_as_its_file_would_be() -> None:
         calrig.fit(table, AXES)
     with pytest.raises(RequestError, match=r"fit: model: got 'round', allowed are .*; nothing was solved"):
         calrig.fit(table, AXES, model="round")
+    with pytest.raises(RequestError, match=r"calrig fit --model linear --json; nothing was solved"):
+        calrig.fit("nowhere.csv", {"x": "mx_counts"}, model="linear")
 
 
 def test_a_set_is_loaded_by_its_name_as_text_and_shows_itself() -> None:

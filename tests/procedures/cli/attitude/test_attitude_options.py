@@ -143,6 +143,7 @@ def test_an_alignment_is_solved_stored_and_used(
     out = tmp_path / "alignment.json"
     told = call(capsys, "attitude", stored, known, "--solve-alignment", out)
     assert (told.status, "alignment: " in told.err) == (0, True)
+    assert "an error that all known attitudes share" in told.err
     level = tmp_path / "level.csv"
     level.write_text("x_v,y_v,z_v\n" + ",".join(repr(output_v(a, TRUTH[a], 10.0, 0.0)) for a in "xyz") + "\n")
     (row,) = rows_of(call(capsys, "attitude", stored, level, "--alignment", out).out)
