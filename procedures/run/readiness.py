@@ -6,7 +6,7 @@ before anything moves. A simulated run needs none of it.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import date, timedelta
+from datetime import date, datetime, timedelta
 
 from procedures.errors import RequestError
 from rig.description.rig_file import LevelReading, RigDescription
@@ -61,6 +61,6 @@ def _contradictions(rig: RigDescription, today: date) -> Iterator[str]:
 
 def _day(reading: LevelReading) -> date | None:
     try:
-        return date.fromisoformat(reading.taken[:10])
-    except ValueError:
+        return datetime.fromisoformat(reading.taken).date()
+    except ValueError:  # none is given, or a stored run has other words
         return None

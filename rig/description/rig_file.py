@@ -4,10 +4,10 @@ Everything is checked here before any port is opened; nothing here opens one.
 """
 
 from collections.abc import Iterable
-from datetime import date
+from datetime import date, datetime
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, field_validator, model_validator
+from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
 from rig.description.device_settings import (
     TWIN_PORT,
@@ -217,6 +217,22 @@ class LevelReading(StrictTable):
     about_pitch_arcsec: float
     about_roll_arcsec: float
     taken: str = ""
+    """A day, or a day and a time, as ISO 8601 writes them."""
+
+    @field_validator("taken", mode="before")
+    @classmethod
+    def _is_a_day(cls, value: object, info: ValidationInfo) -> object:
+        """Take TOML's own days and times as well, as ``due`` of a standard does."""
+        if isinstance(value, date):  # a datetime is one
+            return value.isoformat()
+        if value == "" or info.mode == "json":  # a run that was stored with any words stays one
+            return value
+        try:
+            if isinstance(value, str) and datetime.fromisoformat(value):
+                return value
+        except ValueError:
+            pass
+        raise ValueError("allowed is a day, with or without a time: 2026-03-01 or 2026-03-01T08:30:00Z")
 
 
 class Level(StrictTable):

@@ -8,7 +8,7 @@ from example_files import EXAMPLE_RIG, changed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rig.description.read import read_rig
+from rig.description.read import read_rig, rig_from_json
 from rig.errors import DescriptionError
 
 MISTAKES = [
@@ -155,3 +155,39 @@ def test_every_axis_may_have_a_nominal_of_its_own(tmp_path: Path) -> None:
     bare = rig.model_copy(update={"twin": None}).all_on_twins()
     assert bare.twin is not None
     assert [bare.twin.truth["SN1047"][axis].sensitivity_v_per_g for axis in ("x", "y", "z")] == [2.5, 0.5, -0.5]
+
+
+def _with_level(folder: Path, taken: str) -> Path:
+    level = f"[level]\nbefore = {{ about_pitch_arcsec = 0.4, about_roll_arcsec = 0.0, taken = {taken} }}\n\n"
+    return changed(EXAMPLE_RIG, "[standards.table]", level + "[standards.table]", folder / "rig.toml")
+
+
+@pytest.mark.parametrize(
+    ("taken", "stands"),
+    [
+        ("2026-03-01", "2026-03-01"),
+        ("2026-03-01T08:30:00Z", "2026-03-01T08:30:00+00:00"),
+        ('"2026-03-01"', "2026-03-01"),
+        ('"2026-03-01T08:30:00Z"', "2026-03-01T08:30:00Z"),
+    ],
+)
+def test_the_day_of_a_level_reading_is_a_date_of_toml_or_its_text(tmp_path: Path, taken: str, stands: str) -> None:
+    rig = read_rig(_with_level(tmp_path, taken))
+    assert rig.level.before is not None
+    assert rig.level.before.taken == stands
+    assert rig_from_json(rig.model_dump_json()) == rig
+
+
+@pytest.mark.parametrize("taken", ['"today"', '"24.11.2026"', "08:30:00", "20260301"])
+def test_what_is_no_day_is_refused(tmp_path: Path, taken: str) -> None:
+    path = _with_level(tmp_path, taken)
+    with pytest.raises(DescriptionError, match=r"rig.toml:\d+: level.before.taken: got .*2026-03-01T08:30:00Z"):
+        read_rig(path)
+
+
+def test_a_run_that_was_stored_with_any_words_for_that_day_is_still_read(tmp_path: Path) -> None:
+    path = _with_level(tmp_path, "2026-03-01")
+    stored = read_rig(path).model_dump_json().replace('"2026-03-01"', '"this morning"')
+    before = rig_from_json(stored).level.before
+    assert before is not None
+    assert before.taken == "this morning"
