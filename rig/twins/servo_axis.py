@@ -61,7 +61,9 @@ class ServoAxis:
         self._follow(path)
 
     def home(self, now_s: float) -> None:
-        """Run to the home; homed when it is reached."""
+        """Run to the home; homed when it is reached. One that has a zero counts from it until then, as a drive does."""
+        if self.is_homed(now_s):
+            self._lost_deg = 0.0
         self._homed_from_s = math.inf
         self._ramp(0.0, now_s)
         self._rest_from_s = max(self._rest_from_s, now_s + SEARCH_S)

@@ -44,6 +44,19 @@ def test_a_stage_goes_where_it_is_sent() -> None:
     assert _said(twin, b"/1 1 get pos\n", 120.0) == b"@01 1 OK IDLE -- 0\r\n"
 
 
+def test_a_search_of_a_stage_that_has_a_zero_counts_from_it_whatever_was_lost_before() -> None:
+    """A power cycle at 10 degrees long ago made the next searches leap by 10 degrees: a zero that moved, by nobody."""
+    twin = _plain()
+    _said(twin, b"/1 1 move abs 42667\n", 100.0)
+    twin.stages[1].power_cycle(110.0)
+    _said(twin, b"/1 1 home\n", 120.0)
+    _said(twin, b"/1 1 move abs 85334\n", 140.0)
+    before = int(_said(twin, b"/1 1 get pos\n", 160.0).split()[-1])
+    _said(twin, b"/1 1 home\n", 160.0)
+    assert before == 85334
+    assert int(_said(twin, b"/1 1 get pos\n", 160.0).split()[-1]) == before
+
+
 def test_a_stage_turns_at_its_rate_and_is_stopped() -> None:
     twin = _plain()
     # 10 deg/s: 42666.67 microsteps/s, times 1.6384.
