@@ -196,9 +196,9 @@ Not among the cells, and outside (13 × 12 points, six replications, there-and-b
 - A roll or pitch axis of the table that slips in the middle of a run of one package is never told as a step: from 3″
   on it is told as the sensor's (K₂, K_ip, a drift that is "contained"), and the attitude before the slip is held in 0.8
   to 0.9.
-- A transient at the start of every replication, alike in each (a warm-up of one standard deviation of a dwell, gone after
-  a sixth of the dwells): the offset is held in 0.02, and four of fifteen campaigns tell nothing. Orders drawn anew for
-  every replication make it scatter.
+- A transient at the start of every replication, alike in each (a warm-up of one standard deviation of a dwell, over
+  after a sixth of the dwells): the offset is held in 0.02, and four of fifteen campaigns tell nothing. Orders drawn
+  anew for every replication make it scatter.
 
 {outside_lines}"""
 OLDER = """
