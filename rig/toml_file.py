@@ -62,6 +62,17 @@ class TomlFile:
         if found:
             raise DescriptionError("\n".join(found))
 
+    def require_kind(self, head: str, mine: str, other_head: str, other: str) -> None:
+        """Refuse a file of another kind by the table at its head, before every key of it is called unknown.
+
+        Raises: DescriptionError.
+        """
+        if head not in self.values and other_head in self.values:
+            raise DescriptionError(
+                f"{self.where((other_head,))}: {other_head}: this is a {other} file, and a {mine} file is wanted here "
+                "(calrig COMMAND PROCEDURE --rig RIG)"
+            )
+
     def where(self, key: Sequence[object]) -> str:
         """Return ``file:line`` of a key, or of the nearest table around it."""
         parts = tuple(str(part) for part in key)

@@ -106,7 +106,9 @@ def check_history(population: Population, sensor: str) -> CheckHistory:
     """Return the chart of a check sensor. Raises: ArchiveUnknown where it is not among the population."""
     rows = population.rows_of(sensor)
     if rows.start == rows.stop:
-        raise ArchiveUnknown(f"history: check sensor {sensor!r}: has no calibration here; name one that has")
+        raise ArchiveUnknown(
+            f"history: check sensor {sensor!r}: has no calibration here that counts; name one that has"
+        )
     labels = tuple(population.labels[rows])
     components = _components(population, rows)
     known = _known_scatter(population, sensor, rows, components)

@@ -139,7 +139,7 @@ def history_of(population: Population, sensor: str) -> History:
     """
     rows = population.rows_of(sensor)
     if rows.start == rows.stop:
-        raise ArchiveUnknown(f"history: sensor {sensor!r}: has no calibration here; name one that has")
+        raise ArchiveUnknown(f"history: sensor {sensor!r}: has no calibration here that counts; name one that has")
     labels = tuple(population.labels[rows])
     coordinates, years = population.coordinates[rows], population.years[rows]
     watch = _Watch(coordinates, population.scatter_rad[rows], years, pooled_scatter(population, leave_out=sensor))

@@ -8,6 +8,7 @@ from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, model_for
 from procedures.check.procedure_text import Written, procedure_text
 from procedures.check.shares import explained, shares_in_words
 from procedures.description.procedure_file import Order
+from rig.description.rig_file import RigDescription
 
 _OF_HOURS = ("noise and drift", "lack of fit")
 _FEW = 0.2
@@ -79,6 +80,7 @@ def _why(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
                 f"{other.order}, {other.hours:.2f} h, U95 {other.half_width_deg * ARCSEC_PER_DEG:.3g} arc seconds."
             )
     yield from cannot_see(chosen)
+    yield from left_open(comparison.asked.rig)
 
 
 def _other_readings(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
@@ -118,6 +120,15 @@ def what_holds_it(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
         yield (
             f"more hours make only {' and '.join(_OF_HOURS)} smaller; what would help is a certificate that lists the "
             f"errors of {' and '.join(unlisted)} at angles (index_table)"
+        )
+
+
+def left_open(rig: RigDescription) -> Iterator[str]:
+    """Yield what nobody asked the choice for, and a laboratory with such a rig may want."""
+    for name in rig.environment:
+        yield (
+            f"Nothing here sets the temperature of {name}, which is recorded only: a table [environment] with "
+            "plateaus_degc, band_degc and soak_s does, and takes the hours of its soaks."
         )
 
 

@@ -3,12 +3,13 @@
 from typing import Any
 
 from rich.console import Group
+from rich.markup import escape
 from rich.table import Table
 
 from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.check.candidate import Candidate, Comparison
-from procedures.check.candidate_file import cannot_see, hours_source, target_in_words, what_holds_it
+from procedures.check.candidate_file import cannot_see, hours_source, left_open, target_in_words, what_holds_it
 from procedures.plan.drift_bias import TIME_CONFOUNDED
 
 SHOWN = ("offset_v", "sensitivity_v_per_g")
@@ -57,6 +58,7 @@ def render_comparison(comparison: Comparison) -> Group:
         "time: correlation of time with a term of the model; an order above "
         f"{TIME_CONFOUNDED:g} lets a drift pass for a parameter, the report says so, and none is chosen",
         *cannot_see(chosen),
+        *map(escape, left_open(comparison.asked.rig)),
         *what_holds_it(comparison, chosen),
     )
 

@@ -83,6 +83,16 @@ def archive_of(runs: Path, archive: str | None, *, is_simulated: bool) -> str:
     return (archive or f"sqlite:///{runs / 'archive.sqlite'}") if is_simulated else archive_url(archive)
 
 
+def archive_to_show(runs: Path, archive: str | None = None) -> str:
+    """Return the archive of which a person is told who looks at a folder of runs.
+
+    It is the one that was named, else the user's own; where nobody has any yet, that of the simulated runs beside them.
+    """
+    beside = runs / "archive.sqlite"
+    nobody_has_any = shared_archive_url(archive) is None and not (user_state_path("calrig") / "archive.sqlite").exists()
+    return archive_of(runs, archive, is_simulated=nobody_has_any and beside.exists())
+
+
 def archive_url(archive: str | None = None) -> str:
     """Return the archive that was named, else ``archive.sqlite`` in the user's state folder, which is made."""
     return (

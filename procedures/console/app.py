@@ -117,13 +117,13 @@ class _Pages:
 
     async def archive(self, request: Request) -> Response:
         words = request.query_params.get("q", "")
-        url, absent = self._console.archive_url, ""
+        url, absent = self._console.archive_url, False
         try:
             found = await run_sync(search_runs, url, words.split())
             sets = await run_sync(list_sets, url)
             due = await run_sync(due_list, url)
-        except ArchiveAbsent as error:  # as on every new bench: the first finished run makes it
-            found, sets, due, absent = (), (), (), str(error)
+        except ArchiveAbsent:  # as on every new bench: the first finished run makes it
+            found, sets, due, absent = (), (), (), True
         sensors = {one.sensor: one for one in sets}
         return self._shown(
             request, "archive.html.j2", here="archive", absent=absent, words=words, found=found[:100],

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import date, datetime, timedelta, tzinfo
 
 from ams.archive.desk import Due, due_list
-from ams.errors import ArchiveError
+from ams.errors import ArchiveAbsent, ArchiveError
 from procedures.console.watched_run import RunPage
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
@@ -71,6 +71,8 @@ def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime) -> N
 def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
     try:
         found = due_list(archive_url)
+    except ArchiveAbsent:
+        return (), "Nothing is archived yet: what is due will stand here."
     except ArchiveError as error:
         return (), str(error)
     soon = [one for one in found if (left := one.days_left(today)) is not None and left <= DUE_WITHIN_DAYS]

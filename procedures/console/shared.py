@@ -31,7 +31,8 @@ class Console:
     """Of one process."""
 
     runs: RunList
-    archive_url: str
+    archive_of_now: Callable[[], str]
+    """Tells the URL of the archive that the pages show: the first run that finishes may make it."""
     clock: Clock
     sessions: Sessions
     site: Site
@@ -49,6 +50,10 @@ class Console:
     _answers: OrderedDict[tuple[str, str], asyncio.Future[Answer]] = field(default_factory=OrderedDict)
     _watched: dict[str, WatchedRun] = field(default_factory=dict)
     _lock: Lock = field(default_factory=Lock)
+
+    @property
+    def archive_url(self) -> str:
+        return self.archive_of_now()
 
     def visitor(self, connection: HTTPConnection) -> Visitor:
         """Return who asks; the gate has let nobody else in. Raises: HTTPException where the session ended since."""

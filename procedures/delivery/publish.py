@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ams.archive.histories import history
 from ams.archive.runs import MeasuredSensor, Override, PublishedRun, RunEntry, publish_run
-from ams.errors import ArchiveError
+from ams.errors import ArchiveError, ArchiveUnknown
 from ams.sets.coefficients import CoefficientSet
 from procedures.delivery.lessons import teach
 from procedures.solution.record import RunRecord
@@ -75,6 +75,8 @@ def history_findings(archive_url: str, published: PublishedRun) -> Iterator[str]
     for publication in published.publications:
         try:
             found = history(archive_url, publication.sensor).history.findings if publication.is_new else ()
+        except ArchiveUnknown:  # its only set is in quarantine, which counts for no history and is told with the run
+            continue
         except ArchiveError as error:  # what was published stands; only the look at the years before is missing
             yield str(error)
             continue

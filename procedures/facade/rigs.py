@@ -10,7 +10,7 @@ from tempfile import TemporaryFile
 
 from procedures.data.run_data import RunData, read_run
 from procedures.errors import RequestError, RunFailed
-from procedures.facade.planning import PlannedRun
+from procedures.facade.planning import PlannedRun, Tables, plan
 from rig.assembly.simulate import serve_rig
 from rig.clock import ScaledClock, SystemClock
 from rig.description.read import read_rig
@@ -19,7 +19,7 @@ _COMMAND = (sys.executable, "-m", "procedures.cli.main", "run")
 
 
 def run(
-    procedure: str | Path | PlannedRun,
+    procedure: str | Path | Tables | PlannedRun,
     rig: str | Path | None = None,
     *,
     out: str | Path = "runs",
@@ -29,7 +29,7 @@ def run(
 ) -> RunData:
     """Run a procedure to its end as ``calrig run`` does, and read it; what the run says stands on standard error.
 
-    ``procedure``: a file, or what :func:`calrig.plan` returned, which knows its rig.
+    ``procedure``: a file, its tables as mappings, or what :func:`calrig.plan` returned, which knows its rig.
 
     The run has a process of its own: a notebook that dies ends nothing, ``calrig status`` and ``calrig stop`` steer it,
     and an interrupt of the notebook stops it after the dwell in progress.
@@ -42,7 +42,9 @@ def run(
         with procedure.procedure_file() as file:
             return run(file, procedure.rig, out=out, operator=operator, rehearse=rehearse, archive=archive)
     if rig is None:
-        raise RequestError("run: a procedure file needs a rig file; nothing was begun; give its path")
+        raise RequestError("run: a procedure needs a rig file; nothing was begun; give its path")
+    if not isinstance(procedure, str | Path):
+        return run(plan(procedure, rig), out=out, operator=operator, rehearse=rehearse, archive=archive)
     options = {"--operator": operator, "--archive": archive}
     given = [word for name, value in options.items() if value is not None for word in (name, value)]
     command = [*_COMMAND, str(procedure), "--rig", str(rig), "--out", str(out), "--json", *given]

@@ -28,6 +28,7 @@ def read_procedure(path: Path) -> ProcedureDescription:
 def procedure_of(file: TomlFile) -> ProcedureDescription:
     """Check what was read of a procedure file. Raises: rig.errors.DescriptionError naming every mistake."""
     file.require_seen()
+    file.require_kind("procedure", "procedure", "rig", "rig")
     description = file.validate(procedure_form())
     complaints = [file.complaint(key, text) for key, text in disagreements(description)]
     if complaints:

@@ -36,6 +36,7 @@ def read_rig(path: Path) -> RigDescription:
 def rig_of(file: TomlFile) -> RigDescription:
     """Check what was read of a rig file. Raises: DescriptionError as :func:`read_rig`."""
     file.require_seen()
+    file.require_kind("rig", "rig", "procedure", "procedure")
     description = file.validate(rig_form(file.values))
     tables, complaints = _index_tables(file, description.axes)
     complaints += complaints_about_references(file, description)

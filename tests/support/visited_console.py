@@ -35,7 +35,13 @@ class Visited:
         archive = f"sqlite:///{folder / 'none.sqlite'}"
         site = Site(frozenset([HOST]))
         self.console = Console(
-            RunList(folder / "runs"), archive, self.clock, self.sessions, site, folder / "queues", folder / "files"
+            RunList(folder / "runs"),
+            lambda: archive,
+            self.clock,
+            self.sessions,
+            site,
+            folder / "queues",
+            folder / "files",
         )
         self.browser = self.new_browser()
 

@@ -1,6 +1,7 @@
 """``calrig console``: the pages for a browser, and the accounts of the people who may use them and sign."""
 
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ from cyclopts import App, Parameter
 from procedures.accounts.people import Role
 from procedures.cli.options import RUNS, Archive, Json, RunsFolder, require_folder
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import archive_url, login_name, people_of_here, queues_of_here
+from procedures.cli.places import archive_to_show, login_name, people_of_here, queues_of_here
 from procedures.console.serve import DEFAULT_LISTEN, bound, serve
 from procedures.console.sessions import Sessions
 from procedures.console.shared import Console
@@ -72,7 +73,7 @@ def console(
     sessions = Sessions(clock, accounts, login_name())
     shown = Console(
         RunList(out, clock),
-        archive_url(archive),
+        partial(archive_to_show, out, archive),
         clock,
         sessions,
         listening.site,

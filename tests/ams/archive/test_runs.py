@@ -199,6 +199,13 @@ def test_a_package_under_another_ones_name_is_noticed_when_it_is_published(archi
     assert "SN1: what was calibrated as it at 2026-09-18 has the characteristics of SN2" in told[0]
 
 
+def test_of_a_set_in_quarantine_no_history_is_missed(archive: Any) -> None:
+    from procedures.delivery.publish import history_findings
+
+    alone = publish_run(archive.url, a_run(0), [turned(a_sensor(0, "SN9"))], NOW)
+    assert list(history_findings(archive.url, alone)) == []
+
+
 def test_a_set_whose_table_turned_is_kept_in_quarantine_and_is_nobodys_previous(archive: Any) -> None:
     publish_run(archive.url, a_run(0), [a_sensor(0)], NOW)
     publish_run(archive.url, a_run(10), [turned(a_sensor(10, gain=1.01))], NOW)

@@ -8,10 +8,12 @@ import pytest
 from command import call
 from example_files import EXAMPLE_RIG
 from planning_files import rig_file
+from rich.console import Console
 
 from procedures.check.candidate import Asked, Comparison, Space, Target
 from procedures.check.candidate_file import chosen_procedure, what_holds_it
 from procedures.check.candidates import IN_HAND, compare
+from procedures.check.candidates_text import render_comparison
 from procedures.check.check_report import check
 from procedures.errors import PlanError
 from procedures.kinds.read import procedure_of
@@ -74,6 +76,15 @@ def test_the_file_passes_check_and_is_what_was_promised(best: Comparison) -> Non
         if (one.design, one.replications, one.samples) == (chosen.design, chosen.replications, 5) and one.nplc is None
     )
     assert f"# 5 readings would take {other.hours:.2f} h and leave U95 {3600.0 * other.half_width_deg:.3g}" in text
+
+
+def test_a_chamber_that_the_choice_sets_to_nothing_is_told_in_file_and_table(
+    best: Comparison, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The reader of the screen sees the table's name, in the brackets that mean bold to rich."""
+    assert "Nothing here sets the temperature of air" in chosen_procedure(best)
+    Console(width=200).print(render_comparison(best))
+    assert "a table [environment] with plateaus_degc" in capsys.readouterr().out
 
 
 def test_a_serpentine_is_quick_and_never_chosen_and_forward_reverse_counts_every_visit(best: Comparison) -> None:

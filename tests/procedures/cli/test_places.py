@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from procedures.cli.places import (
+    archive_to_show,
     archive_url,
     find_run,
     left_out_where_empty,
@@ -56,6 +57,23 @@ def test_the_users_own_archive_can_be_made_on_the_first_day(tmp_path: Path, monk
     assert Path(url.removeprefix("sqlite:///")).parent.is_dir()
     monkeypatch.setenv("CALRIG_ARCHIVE", "sqlite:////elsewhere.sqlite")
     assert archive_url() == "sqlite:////elsewhere.sqlite"
+
+
+def test_the_pages_show_the_archive_beside_simulated_runs_until_there_is_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("CALRIG_ARCHIVE", raising=False)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    own, beside = tmp_path / "state" / "calrig" / "archive.sqlite", tmp_path / "archive.sqlite"
+    assert archive_to_show(tmp_path) == f"sqlite:///{own}", "none is there: the user's own is the next"
+    beside.touch()
+    assert archive_to_show(tmp_path) == f"sqlite:///{beside}"
+    assert archive_to_show(tmp_path, "sqlite:////named.sqlite") == "sqlite:////named.sqlite"
+    own.touch()
+    assert archive_to_show(tmp_path) == f"sqlite:///{own}", "a laboratory's own goes before that of rehearsals"
+    own.unlink()
+    monkeypatch.setenv("CALRIG_ARCHIVE", "sqlite:////elsewhere.sqlite")
+    assert archive_to_show(tmp_path) == "sqlite:////elsewhere.sqlite"
 
 
 @pytest.mark.parametrize("out", ["file", "file/below"])

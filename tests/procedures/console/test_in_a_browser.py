@@ -67,7 +67,7 @@ def _require_steering(page: Page, run: Path, base: str) -> None:
         _require_whole(page)
         page.get_by_text("Pause after dwell").click()
         expect(page.locator("#said")).to_contain_text("pause was asked for")
-        stop = page.get_by_text("Stop axes: hold")
+        stop = page.get_by_text("Stop axes: keep pressed")
         expect(stop).to_be_in_viewport()
         stop.click()
         expect(page.locator("#said")).to_contain_text("hold it for half a second")

@@ -176,9 +176,12 @@ def test_a_plan_is_run_from_its_own_file(
     planned = calrig.plan(COMPOSED, EXAMPLE_RIG)
     assert calrig.run(planned).path == finished_job.run
     assert (tmp_path / "asked.toml").read_text(encoding="utf-8") == planned.text
+    (tmp_path / "asked.toml").unlink()
+    assert calrig.run(COMPOSED, EXAMPLE_RIG).path == finished_job.run
+    assert (tmp_path / "asked.toml").read_text(encoding="utf-8") == planned.text
     with pytest.raises(RequestError, match="a plan knows its rig"):
         calrig.run(planned, EXAMPLE_RIG)
-    with pytest.raises(RequestError, match="a procedure file needs a rig file"):
+    with pytest.raises(RequestError, match="a procedure needs a rig file"):
         calrig.run("procedure.toml")
     saved = calrig.plan(planned.save(tmp_path / "p.toml"), EXAMPLE_RIG)
     saved.file.write_text("# another", encoding="utf-8")  # type: ignore[union-attr]

@@ -4,10 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
-from example_files import EXAMPLE_RIG, changed
+from example_files import EXAMPLE_PROCEDURE, EXAMPLE_RIG, changed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from procedures.kinds.read import read_procedure
 from rig.description.read import read_rig, rig_from_json
 from rig.errors import DescriptionError
 
@@ -155,6 +156,13 @@ def test_every_axis_may_have_a_nominal_of_its_own(tmp_path: Path) -> None:
     bare = rig.model_copy(update={"twin": None}).all_on_twins()
     assert bare.twin is not None
     assert [bare.twin.truth["SN1047"][axis].sensitivity_v_per_g for axis in ("x", "y", "z")] == [2.5, 0.5, -0.5]
+
+
+def test_a_procedure_in_place_of_a_rig_is_told_as_that_and_not_key_by_key() -> None:
+    with pytest.raises(DescriptionError, match=r"^\S+procedure.toml:1: procedure: this is a procedure file, and a rig"):
+        read_rig(EXAMPLE_PROCEDURE)
+    with pytest.raises(DescriptionError, match=r"^\S+rig.toml:\d+: rig: this is a rig file, and a procedure"):
+        read_procedure(EXAMPLE_RIG)
 
 
 def _with_level(folder: Path, taken: str) -> Path:
