@@ -2,12 +2,20 @@
 
 import doctest
 import os
+import re
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
+from archived_runs import a_run, a_sensor, turned
+from sqlalchemy import create_engine, inspect, text
+from sqlalchemy.pool import NullPool
 
-from ams.archive.signatures import Role
+from ams.archive.runs import publish_run, standards_used
+from ams.archive.sets import list_sets, show
+from ams.archive.signatures import Role, sign
+from ams.archive.tables import METADATA, REVISIONS
 from ams.surveillance.adjustment import RULES, Verdict
 
 ROOT = Path(__file__).parents[3]
@@ -28,3 +36,46 @@ def test_the_page_names_every_command_role_rule_and_verdict() -> None:
     assert len(commands) >= 9
     wanted = [*commands, "calrig resolve", *get_args(Role), *(f"`{rule}`" for rule in RULES), *get_args(Verdict)]
     assert [name for name in wanted if name not in page] == []
+
+
+def test_the_views_of_the_page_tell_what_calrig_tells(archive: Any) -> None:
+    day = datetime(2026, 6, 1, tzinfo=UTC)
+    publish_run(archive.url, a_run(0), [a_sensor(0)], day)
+    publish_run(archive.url, a_run(180), [a_sensor(180, gain=1.001)], day)
+    sign(archive.url, "SN1", "withdrawn", "A. Ray", day, "dropped")
+    publish_run(archive.url, a_run(270), [turned(a_sensor(270))], day)
+    page = PAGE.read_text("utf-8")
+    (block,) = re.findall(r"```sql\n(.*?)```", page, flags=re.DOTALL)
+    (question,) = re.findall(r"^`(SELECT .*)`\.$", page, flags=re.MULTILINE)
+    engine = create_engine(archive.url, poolclass=NullPool)
+    with engine.connect() as connection:
+        for statement in filter(str.strip, block.split(";")):
+            connection.execute(text(statement))
+        rows = connection.execute(text("SELECT * FROM calibration_view ORDER BY created_utc")).mappings().all()
+        values = connection.execute(
+            text("SELECT axis, name, value FROM coefficient_view WHERE sha256 = :sha256"), {"sha256": rows[1]["sha256"]}
+        )
+        listed = list_sets(archive.url)
+        assert [(row["sha256"], row["as_found"], row["as_left"]) for row in rows] == [
+            (one.sha256, one.as_found, one.as_left) for one in listed
+        ]
+        assert [(row["run_id"], row["operator"], row["rig"]) for row in rows] == [
+            (f"run-{number}", "J. Doe", "bench") for number in (0, 180, 270)
+        ]
+        assert [bool(row["in_quarantine"]) for row in rows] == [False, False, True]
+        assert [bool(row["withdrawn"]) for row in rows] == [False, True, False]
+        axes = show(archive.url, rows[1]["sha256"]).axes
+        assert {(axis, name): value for axis, name, value in values} == {
+            (label, name): value for label, axis in axes.items() for name, value in axis.parameters.items()
+        }
+        behind = connection.execute(text("SELECT name, certificate FROM standard_view WHERE run_id = 'run-180'"))
+        assert [tuple(one) for one in behind] == [
+            (use.name, use.certificate) for use, _ in standards_used(archive.url, a_run(180).journal_sha256)
+        ]
+        assert connection.execute(text(question)).all() == []  # the only failure is withdrawn
+        asked = question.removesuffix(" AND NOT withdrawn")
+        assert [one.sensor for one in connection.execute(text(asked))] == ["SN1"]
+        assert connection.scalar(text("SELECT version_num FROM alembic_version")) == REVISIONS[-1]
+        assert set(METADATA.tables) <= set(inspect(connection).get_table_names())
+    engine.dispose()
+    assert f"(`{REVISIONS[-1]}`)" in page
