@@ -5,9 +5,14 @@ import math
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any
+from shutil import get_terminal_size
+from textwrap import fill
+from typing import Any, TextIO
 
 from rig.plain_text import shown
+
+_NARROWEST = 20
+"""Columns; a terminal that tells fewer does not know them."""
 
 
 def print_json(document: Mapping[str, Any]) -> None:
@@ -20,10 +25,30 @@ def say(text: str = "") -> None:
     print(shown(text))  # noqa: T201
 
 
+def say_paragraph(text: str) -> None:
+    """Print sentences for a person on standard output, broken between words where a terminal would break inside one.
+
+    What is no terminal gets them as one line.
+    """
+    say(_between_words(shown(text), sys.stdout))
+
+
+def _between_words(text: str, stream: TextIO) -> str:
+    if not stream.isatty():
+        return text
+    width = max(get_terminal_size().columns, _NARROWEST)
+    return fill(text, width, break_long_words=False, break_on_hyphens=False, replace_whitespace=False)
+
+
 def note(text: str) -> None:
     """Print a line for a person that is no result on standard error."""
     with suppress(OSError):  # a closed terminal must not end what is being done
         print(shown(text), file=sys.stderr, flush=True)  # noqa: T201
+
+
+def note_paragraph(text: str) -> None:
+    """Print sentences as :func:`note`, broken as :func:`say_paragraph` does."""
+    note(_between_words(shown(text), sys.stderr))
 
 
 def finite(value: float | None) -> float | None:

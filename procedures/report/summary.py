@@ -32,7 +32,9 @@ def print_summary(view: RunView, console: Console) -> None:
         for table in sensor.section.tables[:1] if sensor.section is not None else ():
             console.print(text_table(sensor.name, table), width=max(console.width, NARROWEST), crop=False)
     for ground in view.verdict.grounds:
-        console.print(Text(f"  • {ground}"), highlight=False)
+        bullet = Table.grid(padding=(0, 1))
+        bullet.add_row("  •", Text(ground))
+        console.print(bullet, highlight=False)
 
 
 def print_verdict(view: RunView, console: Console) -> None:

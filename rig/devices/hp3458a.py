@@ -85,7 +85,8 @@ class Hp3458aSettings(ReadoutSettings):
         used = [channel.scanner_channel for channel in self.channels.values()]
         twice = sorted({number for number in used if used.count(number) > 1})
         if twice:
-            raise ValueError(f"scanner channel {twice[0]} is used by more than one name; each needs its own")
+            names = [name for name, channel in self.channels.items() if channel.scanner_channel == twice[0]]
+            raise ValueError(f"channels: scanner channel {twice[0]} is used by {', '.join(names)}; each needs its own")
         self.checks.refuse_conflicts(used, self.ranges_v())
         for number in [*used, *(place for place in self.checks.places().values() if place is not None)]:
             if not any(scanner_wire.has_channel(card, number) for card in scanner_wire.SWITCHED_BY):

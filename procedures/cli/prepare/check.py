@@ -10,7 +10,7 @@ from procedures.check.check_report import check as check_plan
 from procedures.check.check_report import to_document
 from procedures.check.check_text import render
 from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder
-from procedures.cli.output import print_json, say
+from procedures.cli.output import print_json, say, say_paragraph
 from procedures.cli.places import archive_of, shared_archive_url
 from procedures.cli.prepare.pilot import pilot_named
 from procedures.delivery.lessons import learned
@@ -66,7 +66,7 @@ def check(
     Console().print(render(report))
     for name, remarks in _remarks(described).items():
         for remark in remarks:
-            say(f"axis {name}: {remark}")
+            say_paragraph(f"axis {name}: {remark}")
     return _tell(before, json)
 
 
@@ -121,13 +121,13 @@ def _tell(before: Preflight, json: bool) -> int:
     """Tell what a run would meet now and return the status that the command ends with: a refused run's own."""
     if not json:
         for sentence in before.engineering:
-            say(f"engineering result: {sentence}")
+            say_paragraph(f"engineering result: {sentence}")
         for sentence in (*before.unguarded, *before.guarded):
-            say(sentence)
+            say_paragraph(sentence)
         for sentence in before.undelivered:
-            say(f"will not be delivered: {sentence}")
+            say_paragraph(f"will not be delivered: {sentence}")
         if before.certificate:
-            say(f"no certificate could be issued: {'; '.join(before.certificate)}")
+            say_paragraph(f"no certificate could be issued: {'; '.join(before.certificate)}")
         for sentence in before.refusals:
-            say(f"a run would be refused now: {sentence}")
+            say_paragraph(f"a run would be refused now: {sentence}")
     return ExitStatus.WRONG_REQUEST if before.refusals else ExitStatus.DONE

@@ -1,5 +1,6 @@
 """``calrig new``: the first rig file and procedure of a laboratory, from a few answers. Opens no port."""
 
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
@@ -13,6 +14,7 @@ from procedures.cli.output import say
 from procedures.errors import RequestError
 from procedures.kinds.read import procedure_of
 from rig.description.read import rig_of
+from rig.errors import DescriptionError
 from rig.toml_file import TomlFile
 
 QUESTIONS = {
@@ -95,7 +97,10 @@ def new(
     _require_room(folder, [path for file, path in paths.items() if file.endswith(".toml")])
     answers = _complete(Answers(**{key: value for key, value in given.items() if value is not None}), given)
     texts = {"rig.toml": rig_text(answers), **schemas()}
-    rig = rig_of(TomlFile(paths["rig.toml"], texts["rig.toml"]))
+    try:
+        rig = rig_of(TomlFile(paths["rig.toml"], texts["rig.toml"]))
+    except DescriptionError as error:
+        raise RequestError(_by_option(str(error))) from error
     texts["procedure.toml"] = first_procedure(answers, rig)
     report = check(rig, procedure_of(TomlFile(paths["procedure.toml"], texts["procedure.toml"])))
     folder.mkdir(exist_ok=True)
@@ -133,6 +138,17 @@ def _complete(answers: Answers, given: Mapping[str, Any]) -> Answers:
     if not answers.sensor.replace("-", "").replace("_", "").isalnum():
         raise RequestError(f"new: --sensor: got {answers.sensor!r}, allowed are letters, digits, - and _")
     return answers
+
+
+def _by_option(complaints: str) -> str:
+    """Return what a rig file that nobody has yet was refused for, by the options that it was made of."""
+    options = "|".join(item.name for item in fields(Answers))
+    named = re.sub(rf"^.*?:\d+: (?:\S+\.)?({options}): ", r"\1: ", complaints, flags=re.MULTILINE)
+    lines = [
+        f"--{key.replace('_', '-')}: {rest}" if rest else key
+        for key, _, rest in (line.partition(": ") for line in named.splitlines())
+    ]
+    return f"new: {'; '.join(dict.fromkeys(lines))}; nothing was written"
 
 
 def _answer_to(name: str, default: Any) -> Any:

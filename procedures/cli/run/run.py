@@ -23,7 +23,7 @@ from procedures.cli.options import (
     Rig,
     RunsFolder,
 )
-from procedures.cli.output import note, print_json, say
+from procedures.cli.output import note, note_paragraph, print_json, say
 from procedures.cli.places import (
     archive_of,
     left_out_where_empty,
@@ -205,7 +205,7 @@ def title_and_time(folder: Path) -> tuple[str, bool]:
 def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: Attendance, *, json: bool) -> int:
     """Deliver what there is to deliver, tell it, and return the exit status of the run."""
     if outcome.reason:
-        note(f"run {folder.name}: {outcome.state}: {outcome.reason}")
+        note_paragraph(f"run {folder.name}: {outcome.state}: {outcome.reason}")
     try:
         with working() as progress_line:
             solved = solve_run(folder, progress_line)
@@ -220,7 +220,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
         note(failure)
     if delivery.archived is not None and delivery.archive_url is not None:
         for finding in history_findings(delivery.archive_url, delivery.archived):
-            note(f"look at this: {finding}")
+            note_paragraph(f"look at this: {finding}")
     if json:
         print_json(run_document(delivery))
     else:

@@ -37,7 +37,12 @@ MISTAKES = [
     ("limits reversed", "[-180.0, 180.0]", "[180.0, -180.0]", "limits_deg must be [low, high] with low < high"),
     ("unknown channel", '"dmm.x"', '"dmm.w"', "sensors.SN1047.channels.x: no channel 'dmm.w'"),
     ("channel used twice", 'y = "dmm.y"', 'y = "dmm.x"', "channel 'dmm.x' already belongs to SN1047.x"),
-    ("scanner channel used twice", "scanner = 2", "scanner = 1", "scanner channel 101 is used by more than one name"),
+    (
+        "scanner channel used twice",
+        "scanner = 2",
+        "scanner = 1",
+        "dmm.channels: scanner channel 101 is used by x, y;",
+    ),
     ("unknown standard", 'standard = "table"', 'standard = "tabel"', "axes.pitch.standard: no standard 'tabel'"),
     (
         "two-axis package of three",

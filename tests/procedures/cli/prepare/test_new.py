@@ -41,6 +41,15 @@ def test_the_schemas_refuse_an_unknown_key_and_know_every_driver() -> None:
     assert [error.validator for error in validator.iter_errors(wrong)] == ["additionalProperties"]
 
 
+def test_an_answer_that_cannot_be_is_told_by_its_option_and_not_by_a_file_that_nobody_has(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = call(capsys, "new", tmp_path, "--increment-deg", "0")
+    assert told.status == 2
+    assert "new: --increment-deg: got 0.0: input should be greater than 0; nothing was written" in told.err
+    assert "rig.toml" not in told.err
+
+
 def test_nothing_is_written_over_what_is_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "rig.toml").write_text("mine", encoding="utf-8")
     told = call(capsys, "new", tmp_path)
@@ -64,7 +73,7 @@ def test_a_folder_is_made_and_none_above_it(tmp_path: Path, capsys: pytest.Captu
         ("--axes", "xx", "allowed are x, y, z"),
         ("--usage-deg", "120", "allowed above 0 to 90"),
         ("--sensor", "a b", "allowed are letters"),
-        ("--speed-dps", "-1", "speed_dps"),
+        ("--speed-dps", "-1", "--speed-dps: got -1.0"),
     ],
 )
 def test_bad_answers_are_sentences(tmp_path: Path, capsys, option: str, value: str, sentence: str) -> None:
