@@ -32,7 +32,9 @@ Tables = Mapping[str, Mapping[str, object]]
 Attitudes = pd.DataFrame | Sequence[tuple[float, float]]
 """Columns pitch_deg and roll_deg (a gimbal: and yaw_deg), or pairs of pitch and roll."""
 
-COMPOSED = Path("procedure.toml")
+COMPOSED = Path("composed procedure")
+"""What a mistake in composed tables is told of; the line is that of :attr:`PlannedRun.text`."""
+_FILE_NAME = "procedure.toml"
 _WIDTH = 110
 
 
@@ -95,7 +97,7 @@ class PlannedRun:
         """
         if self.file is None:
             with TemporaryDirectory() as folder:
-                yield self.save(Path(folder) / COMPOSED.name)
+                yield self.save(Path(folder) / _FILE_NAME)
         elif not self.file.exists() or self.file.read_text(encoding="utf-8-sig") != self.text:
             raise RequestError(f"{self.file}: is not what was planned; nothing was begun; plan it again")
         else:
@@ -151,7 +153,7 @@ def plan(procedure: str | Path | Tables, rig: str | Path, *, points: Attitudes |
     tables["design"] = {"order": "as-listed", **tables.get("design", {}), "kind": "file"}
     text = _text(tables)
     with TemporaryDirectory() as folder:
-        there = _points_beside(Path(folder) / COMPOSED.name)
+        there = _points_beside(Path(folder) / _FILE_NAME)
         there.write_text(_csv(attitudes), encoding="utf-8")
         asked = procedure_of(TomlFile(COMPOSED, _with_points(text, str(there))))
         return PlannedRun(Path(rig), None, text, attitudes, check_plan(described, asked))

@@ -157,9 +157,9 @@ def test_points_are_visited_as_they_are_listed(tmp_path: Path) -> None:
 
 def test_what_a_file_is_refused_for_a_composed_plan_is_refused_for() -> None:
     wrong = {**COMPOSED, "procedure": {**COMPOSED["procedure"], "replication": 3}}
-    with pytest.raises(Exception, match=r"procedure\.toml:5: procedure\.replication: .*replications"):
+    with pytest.raises(Exception, match=r"^composed procedure:5: procedure\.replication: .*replications"):
         calrig.plan(wrong, EXAMPLE_RIG)
-    with pytest.raises(Exception, match=r"procedure\.toml:\d+: design.*pitch"):
+    with pytest.raises(Exception, match=r"composed procedure:\d+: design.*pitch"):
         calrig.plan({**COMPOSED, "design": {"kind": "D", "pitch_deg": [-500.0, 0.0]}}, EXAMPLE_RIG)
     with pytest.raises(RequestError, match=r"plan: dwell\.samples: got <object object .*allowed are texts, numbers"):
         calrig.plan({**COMPOSED, "dwell": {"samples": object()}}, EXAMPLE_RIG)
