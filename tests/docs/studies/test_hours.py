@@ -12,15 +12,23 @@ STUDIES = Path(__file__).parents[3] / "docs" / "studies"
 @pytest.mark.thorough
 def test_a_small_run_of_the_laboratory_is_solved_and_its_intervals_hold(monkeypatch, tmp_path: Path) -> None:
     monkeypatch.syspath_prepend(STUDIES)
-    hours, laboratory = import_module("hours"), import_module("hours_laboratory")
+    hours, laboratory, campaigns = map(import_module, ("hours", "hours_laboratory", "hours_coverage"))
     small = hours.BASELINE.replace("replications = 6", "replications = 4")
     small = small.replace("step = 5.0", "step = 30.0").replace("step = 30.0 }\nusage", "step = 45.0 }\nusage")
-    run = laboratory.measured("small", 1, small, tmp_path / "small")
-    assert run.verdict == "usable"
-    assert run.calibration_arcsec < run.u95_arcsec < run.single_arcsec
-    held = laboratory.coverage(run, 200, np.random.default_rng(1))
-    assert min(held.shares) > 0.93
-    written = "".join(hours.page([run], 20)).splitlines()
+    runs = [
+        laboratory.measured("small", 1, small, tmp_path / str(listed), is_listed=listed) for listed in (False, True)
+    ]
+    for run in runs:
+        assert run.verdict == "usable"
+        assert run.u95_arcsec < run.once_arcsec
+        for one in run.dwell.values():
+            assert one.calibration_rad < one.u95_rad
+            squares = sum(share * abs(share) for share in one.shares_rad.values())
+            assert squares == pytest.approx(one.u95_rad**2)
+        held = campaigns.coverage(run, 200, np.random.default_rng(1))
+        assert min(held.shares) > 0.93
+    assert runs[1].dwell["pitch"].calibration_rad < 0.5 * runs[0].dwell["pitch"].calibration_rad
+    written = "".join(hours.page(runs, 20)).splitlines()
     stored = (STUDIES / "hours.md").read_text(encoding="utf-8").splitlines()
     headings = [line for line in written if line.startswith("#")]
     assert headings == [line for line in stored if line.startswith("#")]
