@@ -18,6 +18,8 @@ LARGEST_CONDITION = 300.0
 """Of the Jacobian with columns of length one; six positions have some tens, an undetermined direction infinite."""
 _STEPS, _OWN = 30, 5
 """Own: parameters of one axis: o, M (3), β."""
+_WEIGHED = 4
+"""Steps until the weights are taken from the residuals: each squares what a leaning axis leaves of the field across."""
 _CONVERGED = 1e-11
 
 
@@ -53,8 +55,9 @@ def field_across(
     y = np.stack([readings[label] for label in labels])
     if not np.isfinite(y).all() or y.shape[1] <= _OWN + 2:
         return None
-    theta = _start(to_package, coil, basis, applied, readings)
-    weight = np.ones(len(labels))
+    theta, slopes = _start(to_package, coil, applied, readings)
+    # Every axis in units of the field, so that a gain makes none of them count for more.
+    weight = 1.0 / slopes
     for step in range(_STEPS):
         fitted, jacobian = _linear(to_package, coil, basis, applied, labels, theta)
         residual = y - fitted
@@ -62,8 +65,8 @@ def field_across(
             scatter = np.sqrt((residual**2).sum(axis=1) / (y.shape[1] - _OWN - 2.0 / len(labels)))
         else:
             scatter = np.array([believed[label] for label in labels])
-        # Once, from the first linear step: every later step then lowers one and the same sum of squares.
-        if step == 1:
+        # Once, as soon as what is left is noise: every later step then lowers one and the same sum of squares.
+        if step == _WEIGHED:
             if not (scatter > 0.0).all():
                 return None
             weight = 1.0 / scatter
@@ -77,7 +80,7 @@ def field_across(
         inverse = np.linalg.pinv(scaled)
         change = inverse @ (residual * weight[:, None]).ravel()
         theta = theta + change / lengths
-        if step > 1 and np.linalg.norm(change) <= _CONVERGED * np.linalg.norm(theta * lengths):
+        if step > _WEIGHED and np.linalg.norm(change) <= _CONVERGED * np.linalg.norm(theta * lengths):
             break
     else:
         return None
@@ -95,20 +98,23 @@ def field_across(
 
 
 def _start(
-    to_package: FloatArray, coil: FloatArray, basis: FloatArray, applied: FloatArray, readings: Mapping[str, FloatArray]
-) -> FloatArray:
-    """Take every axis as lying along its nominal direction."""
-    found, shares = [], []
+    to_package: FloatArray, coil: FloatArray, applied: FloatArray, readings: Mapping[str, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Take every axis as lying along its nominal direction and nothing as standing across; return the slopes beside it.
+
+    One axis by itself tells of the field across no more than its own attitudes show, and in a direction that it is
+    never laid along nothing but the servos' last tenth of a degree: only all axes together start from there.
+    """
+    found, slopes = [], []
     for label, reading in readings.items():
         own = AXES.index(label)
-        turned = to_package[:, own]
-        along = turned @ coil
-        columns = np.column_stack([np.ones_like(applied), along * applied, along, turned @ basis])
-        zero, slope, beside, *across = np.linalg.lstsq(columns, reading, rcond=None)[0]
+        along = to_package[:, own] @ coil
+        columns = np.column_stack([np.ones_like(applied), along * applied, along])
+        zero, slope, beside = np.linalg.lstsq(columns, reading, rcond=None)[0]
         slope = slope or 1.0
         found.append([zero, *(slope * np.eye(3)[own]), beside / slope])
-        shares.append(np.array(across) / slope)
-    return np.concatenate([*found, np.mean(shares, axis=0)])
+        slopes.append(abs(slope))
+    return np.concatenate([*found, np.zeros(2)]), np.array(slopes)
 
 
 def _linear(

@@ -29,6 +29,7 @@ from procedures.solution.type_b import table_uncertainty
 EARTH_UT = np.array([22.0, -9.0, 40.0])
 NOISE_UT, OFFSET_UT, GAIN = 0.03, -1.69, 1.003
 COIL_UT, APPLIED_UT = 0.05, 40.0
+SERVO_DEG = (1e-4, 0.1)
 REPLICATIONS = 4
 NOMINAL = "lying along its nominal direction"
 
@@ -55,23 +56,27 @@ def _record() -> RunRecord:
 def _campaign(
     seed: int, *, known: bool, coning_deg: float | None = None, times: float = 1.0, points: int = 12
 ) -> Campaign:
-    """Draw what the rig declares: attitudes by index, the coil's scale, noise; coning 0.05° to 1° to any side.
+    """Draw what the rig declares: attitudes by index, the coil's scale, noise; coning 0.1° to 5° to any side.
 
-    ``times`` of all errors but the coning; ``points`` of the design, in its order.
+    ``times`` of all errors but the coning; ``points`` of the design, in its order. Every dwell stands
+    beside its target by what servos leave that a reference sensor corrects, and says so.
     """
     rng, record = np.random.default_rng(seed), _record()
     once = [row for row in design_dwells(record.dwells) if row.replication == 1]
     attitudes = list(dict.fromkeys(tuple(row.targets_deg.items()) for row in once))[: points // 2]
     once = [row for row in once if tuple(row.targets_deg.items()) in attitudes]
     dwells = tuple(replace(row, replication=turn) for turn in range(1, REPLICATIONS + 1) for row in once)
-    coning = rng.uniform(0.05, 1.0) if coning_deg is None else coning_deg
+    coning = rng.uniform(0.1, 5.0) if coning_deg is None else coning_deg
     lies = _leaning(coning, rng)
     matrix = lies / (GAIN * np.cos(np.deg2rad(coning)))
     assert record.plan.levels is not None
     levels = record.plan.levels.model_copy(update={"surroundings_ut": tuple(EARTH_UT.tolist()) if known else None})
     plan = replace(record.plan, levels=levels)
     item = SensorRows("MicroMag3", plan.sensors["MicroMag3"], dwells, record.rig, plan, "drawn")
-    angles = {name: _angles(dwells, name) for name in ("pitch", "yaw", "roll")}
+    stood = np.deg2rad(10.0 ** rng.uniform(*np.log10(SERVO_DEG))) * rng.standard_normal((3, len(dwells)))
+    angles = {
+        name: _angles(dwells, name) + beside for name, beside in zip(("pitch", "yaw", "roll"), stood, strict=True)
+    }
     off = _off(item, angles, rng)
     turned = from_level_axes(*(angles[name] + times * off[name] for name in ("pitch", "yaw", "roll")))
     scale = 1.0 + times * COIL_UT / APPLIED_UT * rng.standard_normal()
@@ -155,6 +160,20 @@ def test_a_triad_that_leans_by_a_degree_is_found_to_the_field_s_own_rounding(kno
     for label, found in _axes(campaign).items():
         for name, truth in _truths(campaign, label, known=known).items():
             assert found[name].value == pytest.approx(truth, abs=2e-6), (label, name)
+
+
+def test_how_each_axis_lies_is_found_however_still_the_servos_stand() -> None:
+    """Of the field in a direction that an axis is never laid along its own rows tell nothing but the servos' rest."""
+    for seed in range(40):
+        campaign = _campaign(seed, known=False)
+        rows = campaign.observations
+        assert rows.yaw_rad is not None
+        turned = from_level_axes(rows.pitch_rad, rows.yaw_rad, rows.roll_rad)
+        found = field_across(turned, np.array([0.0, 0.0, 1.0]), _applied(campaign.item.dwells), rows.outputs)
+        assert found is not None, seed
+        for place, label in enumerate("xyz"):
+            lies = np.rad2deg(np.arctan(found.matrix[label] / found.matrix[label][place]))
+            np.testing.assert_allclose(lies, campaign.towards_deg[place], atol=0.5)
 
 
 @pytest.mark.parametrize("known", [True, pytest.param(False, marks=pytest.mark.thorough)])
