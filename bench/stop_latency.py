@@ -96,10 +96,12 @@ def _bare_s() -> float:
 
 def _see_first() -> None:
     """Run the threads that note the bytes before all else, where the system permits it: they are no part of it."""
-    for thread in os.listdir("/proc/self/task"):
-        if int(thread) != os.getpid():
-            with suppress(PermissionError, ProcessLookupError):
-                os.sched_setscheduler(int(thread), os.SCHED_RR, os.sched_param(os.sched_get_priority_min(os.SCHED_RR)))
+    if sys.platform.startswith("linux"):
+        first = os.sched_param(os.sched_get_priority_min(os.SCHED_RR))
+        for thread in os.listdir("/proc/self/task"):
+            if int(thread) != os.getpid():
+                with suppress(PermissionError, ProcessLookupError):
+                    os.sched_setscheduler(int(thread), os.SCHED_RR, first)
 
 
 def _latency_s(command: str, load: Load) -> float:

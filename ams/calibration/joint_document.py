@@ -23,7 +23,7 @@ from ams.calibration_result import (
 from ams.errors import DesignError
 from ams.findings import Finding, significant_texts
 from ams.frames import AXES
-from ams.inputs.csv_table import parse_csv, refuse_cell, refuse_missing_columns
+from ams.inputs.csv_table import PLAIN, CsvForm, parse_csv, refuse_cell, refuse_missing_columns
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import select_rows
 from ams.models.accelerometer import PitchRoll
@@ -40,15 +40,17 @@ _LINEAR: Final = (
 MOUNTS: Final = {"upright": UPRIGHT, "reversed": REVERSED}
 
 
-def read_mountings(path: str | Path, axes: Mapping[str, str], mount_column: str | None) -> list[Mounting]:
+def read_mountings(
+    path: str | Path, axes: Mapping[str, str], mount_column: str | None, form: CsvForm = PLAIN
+) -> list[Mounting]:
     """Return one mounting, or one for each word of the mount column, in the order of their first rows.
 
     Raises: ObservationsError as :func:`ams.inputs.observations_csv.read_csv`, and for a mount that is none.
     """
-    observations = read_csv(path, axes)
+    observations = read_csv(path, axes, form=form)
     if mount_column is None:
         return [Mounting(observations)]
-    table = parse_csv(Path(path))
+    table = parse_csv(Path(path), form)
     refuse_missing_columns(table, (mount_column,))
     words = table.column(mount_column)
     for line, word in zip(table.lines, words, strict=True):

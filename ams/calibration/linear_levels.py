@@ -16,7 +16,7 @@ from ams.calibration.document import Document, to_document
 from ams.calibration.findings_document import findings_document
 from ams.calibration_result import Calibration
 from ams.errors import DesignError, ObservationsError
-from ams.inputs.csv_table import CsvTable, labels, numbers, parse_csv, refuse_missing_columns
+from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, labels, numbers, parse_csv, refuse_missing_columns
 from ams.inputs.request import CalibrationRequest
 from ams.models.linear import fit_line
 from ams.models.straight_line import StraightLine
@@ -34,13 +34,13 @@ class Levels:
     model: StraightLine
 
 
-def read_levels(path: str | Path, axes: Mapping[str, str]) -> dict[str, Levels]:
+def read_levels(path: str | Path, axes: Mapping[str, str], form: CsvForm = PLAIN) -> dict[str, Levels]:
     """Read the levels of every axis; ``axes`` maps an axis to the column of its readings.
 
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
     """
-    table = parse_csv(Path(path))
+    table = parse_csv(Path(path), form)
     refuse_missing_columns(table, ("replication", "point", *axes.values()))
     return {axis: _levels(table, axis, column) for axis, column in axes.items()}
 
@@ -87,6 +87,7 @@ def _levels(table: CsvTable, axis: str, column: str) -> Levels:
         table.columns,
         tuple(table.lines[place] for place in used),
         tuple(table.rows[place] for place in used),
+        table.form,
     )
     if not used:
         raise ObservationsError(f"{table.file}: column {reference}: no level is given; nothing was solved; fill it in")

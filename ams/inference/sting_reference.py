@@ -15,6 +15,7 @@ import numpy as np
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import OutsideValidity
 from ams.inference.inference import STING, Package
+from ams.inputs.csv_table import PLAIN, CsvForm
 from ams.inputs.observations_csv import read_csv
 from ams.observations import Observations
 
@@ -24,7 +25,7 @@ WARNING = (
 )
 
 
-def read_with_sting(path: str | Path, axes: Mapping[str, str], sting: Package) -> Observations:
+def read_with_sting(path: str | Path, axes: Mapping[str, str], sting: Package, form: CsvForm = PLAIN) -> Observations:
     """Read observations whose pitch and yaw come from the sting's columns; the file states roll.
 
     Raises: ObservationsError as :func:`ams.inputs.observations_csv.read_csv`; OutsideValidity where the set is no
@@ -36,7 +37,7 @@ def read_with_sting(path: str | Path, axes: Mapping[str, str], sting: Package) -
             f"{STING} with three; nothing was solved; give the set of the sting package"
         )
     named = {f"sting {axis}": column for axis, column in sting.columns.items()}
-    rows = read_csv(path, {**axes, **named}, ("roll",))
+    rows = read_csv(path, {**axes, **named}, ("roll",), form=form)
     readings = {column: rows.outputs[f"sting {axis}"] for axis, column in sting.columns.items()}
     if rows.temperature_degc is not None:
         readings["temperature_degc"] = rows.temperature_degc

@@ -1,6 +1,7 @@
 """A CSV file as columns of text, and its cells as numbers and labels; every refusal names file, line and column.
 
-The header is line 1. Commas separate, decimals have a point; nothing is converted, clipped or skipped.
+The header is line 1. Commas separate and decimals have a point, unless a :class:`CsvForm` says otherwise; nothing is
+converted, clipped or skipped.
 """
 
 import csv
@@ -21,6 +22,31 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _MISSING = re.compile(r"|nan|[+-]?inf(inity)?", re.IGNORECASE)
 _PIECE_ROWS: Final = 16384
 _WHOLE = re.compile(r"\d{1,15}(\.0*)?", re.ASCII)
+
+
+@dataclass(frozen=True)
+class CsvForm:
+    """What separates the cells of a file, and the whole part of a number from its decimals."""
+
+    separator: str = ","
+    decimal: str = "."
+
+    @property
+    def number(self) -> str:
+        """What a number looks like, in words."""
+        return f"a finite number with a decimal {'point' if self.decimal == '.' else 'comma'}"
+
+    def swapped(self, cell: str) -> str:
+        """Return a cell with point and comma in each other's place where the decimals have a comma.
+
+        A number becomes one with a decimal point, and 1.234 becomes none: whether that were thousands, nobody knows.
+        """
+        return cell if self.decimal == "." else cell.translate(_SWAPPED)
+
+
+_SEPARATORS: Final = {";": "semicolons", "\t": "tabs", ",": "commas"}
+_SWAPPED: Final = str.maketrans(".,", ",.")
+PLAIN: Final = CsvForm()
 
 
 class NamedColumns(Protocol):
@@ -50,36 +76,40 @@ class CsvTable:
     lines: tuple[int, ...]
     """Line of the file at which each row ends."""
     rows: tuple[tuple[str, ...], ...]
+    form: CsvForm = PLAIN
 
     def column(self, name: str) -> list[str]:
         place = self.columns.index(name)
         return [row[place].strip() for row in self.rows]
 
 
-def parse_csv(path: Path) -> CsvTable:
+def parse_csv(path: Path, form: CsvForm = PLAIN) -> CsvTable:
     """Read header and rows of a file. Raises: ObservationsError: it cannot be read or is no CSV file."""
-    tables = list(careful_tables(path))
+    tables = list(careful_tables(path, form=form))
     lines = tuple(line for table in tables for line in table.lines)
-    return CsvTable(str(path), tables[0].columns, lines, tuple(row for table in tables for row in table.rows))
+    return CsvTable(str(path), tables[0].columns, lines, tuple(row for table in tables for row in table.rows), form)
 
 
 def header_of(path: Path) -> Header:
     """Read the names of a file's columns. Raises: ObservationsError: it cannot be read or has none."""
-    _, cells = next(_rows(path, 0, 1), (0, ()))
-    return _header(path, cells)
+    _, cells = next(_rows(path, 0, 1, PLAIN), (0, ()))
+    return _header(path, cells, PLAIN)
 
 
-def careful_tables(path: Path, header: Header | None = None, start: int = 0, line: int = 1) -> Iterator[CsvTable]:
+def careful_tables(
+    path: Path, header: Header | None = None, start: int = 0, line: int = 1, form: CsvForm = PLAIN
+) -> Iterator[CsvTable]:
     """Read a file piece by piece; with ``header`` from a byte on, where ``line`` begins.
 
     Raises: ObservationsError: it cannot be read, or from there on it is no CSV file.
     """
-    rows = _rows(path, start, line)
+    rows = _rows(path, start, line, form)
     is_whole = header is None
     if header is None:
-        header = _header(path, next(rows, (0, ()))[1])
+        header = _header(path, next(rows, (0, ()))[1], form)
     while piece := list(islice(rows, _PIECE_ROWS)):
-        table = CsvTable(header.file, header.columns, tuple(n for n, _ in piece), tuple(cells for _, cells in piece))
+        lines, cells = zip(*piece, strict=True)
+        table = CsvTable(header.file, header.columns, lines, cells, form)
         _refuse_shape(table)
         is_whole = False
         yield table
@@ -89,13 +119,13 @@ def careful_tables(path: Path, header: Header | None = None, start: int = 0, lin
         )
 
 
-def _rows(path: Path, start: int, line: int) -> Iterator[tuple[int, tuple[str, ...]]]:
+def _rows(path: Path, start: int, line: int, form: CsvForm) -> Iterator[tuple[int, tuple[str, ...]]]:
     """Yield the rows that are not blank, each with the line at which it ends."""
     try:
         with path.open("rb") as binary:
             binary.seek(start)
             text = TextIOWrapper(binary, encoding="utf-8" if start else "utf-8-sig", newline="")
-            reader = csv.reader(_without_nul(path, text, line), strict=True)
+            reader = csv.reader(_without_nul(path, text, line), strict=True, delimiter=form.separator)
             try:
                 for cells in reader:
                     if any(cell.strip() for cell in cells):
@@ -136,17 +166,18 @@ def _not_utf8(path: Path, failure: UnicodeDecodeError) -> ObservationsError:
     )
 
 
-def _header(path: Path, cells: Sequence[str]) -> Header:
+def _header(path: Path, cells: Sequence[str], form: CsvForm) -> Header:
     if not cells:
         raise ObservationsError(
             f"{path}: empty: no header and no rows; nothing was solved; export the observations again"
         )
     header = Header(str(path), tuple(cell.strip() for cell in cells))
-    if len(header.columns) == 1 and re.search(r"[;\t]", header.columns[0]):
-        character = "semicolons" if ";" in header.columns[0] else "tabs"
+    others = [name for character, name in _SEPARATORS.items() if character in header.columns[0]]
+    if len(header.columns) == 1 and others and form.separator not in header.columns[0]:
         raise ObservationsError(
-            f"{header.file}: line 1: columns are separated by {character}; allowed: commas, with decimal points; "
-            "nothing was solved; export with comma and point, not with the local separators"
+            f"{header.file}: line 1: columns are separated by {others[0]}; allowed: {_SEPARATORS[form.separator]}, "
+            f"with decimal {'points' if form.decimal == '.' else 'commas'}; nothing was solved; export with comma and "
+            "point, not with the local separators (calrig fit takes them: --separator semicolon --decimal comma)"
         )
     for name in header.columns:
         if header.columns.count(name) > 1:
@@ -212,10 +243,10 @@ def is_number(cell: str) -> bool:
 
 def numbers(table: CsvTable, name: str) -> FloatArray:
     """Return the column as (N,) finite numbers. Raises: ObservationsError."""
-    cells = table.column(name)
+    cells = [table.form.swapped(cell) for cell in table.column(name)]
     for line, cell in zip(table.lines, cells, strict=True):
         if not is_number(cell):
-            refuse_cell(table, name, line, cell, "a finite number with a decimal point")
+            refuse_cell(table, name, line, table.form.swapped(cell), table.form.number)
     return np.array([float(cell) for cell in cells])
 
 
@@ -233,8 +264,8 @@ def numbers_or_nan(table: CsvTable, name: str) -> FloatArray:
 
 def labels(table: CsvTable, name: str) -> IntArray:
     """Return the column as (N,) whole numbers from 0. Raises: ObservationsError."""
-    cells = table.column(name)
+    cells = [table.form.swapped(cell) for cell in table.column(name)]
     for line, cell in zip(table.lines, cells, strict=True):
         if _WHOLE.fullmatch(cell) is None:
-            refuse_cell(table, name, line, cell, "a whole number, 0 or more")
+            refuse_cell(table, name, line, table.form.swapped(cell), "a whole number, 0 or more")
     return np.array([int(cell.partition(".")[0]) for cell in cells], dtype=np.int64)

@@ -14,7 +14,7 @@ import numpy as np
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.frames import body_rates_rad_s
-from ams.inputs.csv_table import CsvTable, refuse_cell
+from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, parse_csv, refuse_cell
 from ams.inputs.number_blocks import NumberTable, numbers_in, read_numbers
 from ams.observations import Observations
 
@@ -37,15 +37,18 @@ def read_csv(
     angles: Sequence[str] = ("pitch", "roll"),
     *,
     rates: bool = False,
+    form: CsvForm = PLAIN,
 ) -> Observations:
     """Read observations; ``axes`` maps a sensor axis label to its column, such as ``{"x": "sx_v"}``.
 
     ``angles`` are the angles that the file must state; one that is neither asked for nor there is 0° (yaw: None).
-    ``rates``: the file must state the three rates of the angles as well.
+    ``rates``: the file must state the three rates of the angles as well. ``form``: its separator and decimal sign.
 
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
     """
+    if form != PLAIN:
+        return observations_of_table(parse_csv(Path(path), form), axes, angles, rates=rates)
     wanted = _wanted(str(path), axes, angles, rates=rates)
     return _observations(read_numbers(Path(path), wanted, _WHERE_THERE), axes, rates=rates)
 

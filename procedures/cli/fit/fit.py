@@ -12,6 +12,7 @@ from ams.calibration.linear_levels import calibrated_levels, linear_document, re
 from ams.errors import DesignError
 from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
+from ams.inputs.csv_table import CsvForm
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
@@ -44,6 +45,8 @@ def fit(
     model: Annotated[str, Parameter(help=f"One of {', '.join(names_by_option())}.")] = "pitch-roll",
     package: Literal["sting", "model"] | None = None,
     axis: Named = None,
+    separator: Literal["comma", "semicolon", "tab"] = "comma",
+    decimal: Literal["point", "comma"] = "point",
     sting: Path | None = None,
     sting_axis: Named = None,
     temperature: Literal["none", "apply", "estimate"] = "none",
@@ -78,6 +81,10 @@ def fit(
         For pitch-yaw-roll: sting (roll does not reach it) or model.
     axis
         AXIS=COLUMN for each sensor axis, such as --axis x=sx_v --axis y=sy_v.
+    separator
+        What stands between the columns of the file.
+    decimal
+        What stands before the decimals of its numbers; with comma, a number with a point is refused.
     sting
         For the model package: the sting package's set, whose outputs then stand for pitch and yaw (CR's second step).
     sting_axis
@@ -125,6 +132,7 @@ def fit(
         raise RequestError(
             f"--temperature-order: belongs to --temperature estimate, not to --temperature {temperature}"
         )
+    form = _form(separator, decimal)
     columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
     _refuse_shared(columns)
     name = _model_name(model, package)
@@ -154,12 +162,12 @@ def fit(
     try:
         if joint:
             stated = check_joint(request, description)
-            document = fit_jointly(file, columns, stated, parse_priors(prior), mount, wish)
+            document = fit_jointly(file, form, columns, stated, parse_priors(prior), mount, wish)
         elif name == "linear":
             _refuse_curvature(hessian)
-            document = _linear(file, columns, request, wish)
+            document = _linear(file, form, columns, request, wish)
         else:
-            document = _solved(file, columns, request, wish, reference, description, monte_carlo)
+            document = _solved(file, form, columns, request, wish, reference, description, monte_carlo)
     except DesignError as error:
         sentence = str(error)
         raise DesignError(sentence if sentence.startswith(str(file)) else f"{file}: {sentence}") from None
@@ -176,6 +184,7 @@ def fit(
 
 def _solved(
     file: Path,
+    form: CsvForm,
     columns: Mapping[str, str],
     request: CalibrationRequest,
     wish: WishedSet | None,
@@ -185,15 +194,24 @@ def _solved(
 ) -> dict[str, Any]:
     if sting is None:
         wanted = MODELS[request.model]
-        observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates)
+        observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates, form=form)
     else:
-        observations = read_with_sting(file, columns, sting)
+        observations = read_with_sting(file, columns, sting, form)
     doubts = (WARNING,) if sting else ()
     solved = fitted("", observations, columns, request, rig, doubts=doubts, trials=trials)
     assert solved.calibration is not None
     if wish is not None:
         write_set(wish, observations, solved.calibration)
     return full_document(solved.calibration, observations, solved.budgets)
+
+
+def _form(separator: str, decimal: str) -> CsvForm:
+    """Return what stands between columns and before decimals. Raises: RequestError where both are commas."""
+    if separator == decimal == "comma":
+        raise RequestError(
+            "--decimal comma: columns are separated by commas too; nothing was solved; add --separator semicolon or tab"
+        )
+    return CsvForm({"comma": ",", "semicolon": ";", "tab": "\t"}[separator], {"point": ".", "comma": ","}[decimal])
 
 
 def _of_rates(uncertainty_ppm: float | None, model: str) -> Mapping[str, tuple[SharedError, ...]]:
@@ -226,9 +244,9 @@ def _refuse_curvature(hessian: bool) -> None:
 
 
 def _linear(
-    file: Path, columns: Mapping[str, str], request: CalibrationRequest, wish: WishedSet | None
+    file: Path, form: CsvForm, columns: Mapping[str, str], request: CalibrationRequest, wish: WishedSet | None
 ) -> dict[str, Any]:
-    levels = read_levels(file, columns)
+    levels = read_levels(file, columns, form)
     if wish is not None:
         first = next(iter(levels.values())).observations
         write_set(wish, first, calibrated_levels(levels, request))

@@ -6,6 +6,7 @@ from typing import Any
 
 from ams.calibration.joint_diagnosis import diagnose_joint
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
+from ams.inputs.csv_table import CsvForm
 from ams.inputs.request import CalibrationRequest
 from ams.solve.joint import joint_fit
 from ams.solve.table_errors import TablePriors
@@ -28,6 +29,7 @@ PRIORS = {
 
 def joint(
     file: Path,
+    form: CsvForm,
     columns: Mapping[str, str],
     rig: RigDescription,
     priors: Mapping[str, float],
@@ -35,7 +37,7 @@ def joint(
     wish: WishedSet | None = None,
 ) -> dict[str, Any]:
     """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
-    mountings = read_mountings(file, columns, mount)
+    mountings = read_mountings(file, columns, mount, form)
     stated = TablePriors(
         table=table_uncertainty(rig),
         **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},

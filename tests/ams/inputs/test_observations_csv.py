@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ams.errors import ObservationsError
+from ams.inputs.csv_table import CsvForm
 from ams.inputs.observations_csv import read_csv, unit_warnings
 
 HEADER = "replication,point,pitch_deg,roll_deg,temperature_degc,sx_v,sy_v"
@@ -67,6 +68,40 @@ def test_numbers_survive_to_the_last_bit(written) -> None:
     values = np.random.default_rng(1).standard_normal(50) * 10.0 ** np.random.default_rng(2).integers(-9, 3, 50)
     rows = [f"1,{i + 1},0,0,20,{value!r},0" for i, value in enumerate(map(float, values))]
     np.testing.assert_array_equal(read_csv(written(text_of(*rows)), AXES).outputs["x"], values)
+
+
+LOCAL = CsvForm(";", ",")
+
+
+def local(text: str) -> str:
+    return text.replace(",", ";").replace(".", ",")
+
+
+def test_decimal_commas_survive_to_the_last_bit(written) -> None:
+    values = np.random.default_rng(1).standard_normal(50) * 10.0 ** np.random.default_rng(2).integers(-9, 3, 50)
+    text = text_of(*(f"1,{i + 1},0.5,0,20.25,{value!r},0" for i, value in enumerate(map(float, values))))
+    found, plain = read_csv(written(local(text)), AXES, form=LOCAL), read_csv(written(text), AXES)
+    np.testing.assert_array_equal(found.outputs["x"], values)
+    np.testing.assert_array_equal(found.pitch_rad, plain.pitch_rad)
+    np.testing.assert_array_equal(found.temperature_degc, plain.temperature_degc)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        (local(with_row(1, "1,2,30,90,20.6,0.3,0.2")).replace("0,3", "1.234"), r"column sx_v: got '1\.234', allowed a"),
+        (local(with_row(1, "1,2,30,90,20.6,0.3,0.2")).replace("0,3", "1.234,5"), r"got '1\.234,5', allowed a finite n"),
+        (
+            local(with_row(1, "1,2,30,90,20.6,0.3,0.2")).replace("1;2;", "1;2,5;"),
+            r"column point: got '2,5', allowed a w",
+        ),
+        (text_of(*ROWS), r"line 1: columns are separated by commas; allowed: semicolons, with decimal commas"),
+    ],
+)
+def test_a_point_among_decimal_commas_is_refused(written, text: str, match: str) -> None:
+    """Whether 1.234 were one or a thousand, nobody knows."""
+    with pytest.raises(ObservationsError, match=match):
+        read_csv(written(text), AXES, form=LOCAL)
 
 
 def named(column: str, otherwise: str) -> str:
