@@ -40,7 +40,11 @@ def read_levels(path: str | Path, axes: Mapping[str, str], form: CsvForm = PLAIN
     Raises:
         ObservationsError: the file cannot be read or says something impossible; nothing was solved.
     """
-    table = parse_csv(Path(path), form)
+    return levels_of_table(parse_csv(Path(path), form), axes)
+
+
+def levels_of_table(table: CsvTable, axes: Mapping[str, str]) -> dict[str, Levels]:
+    """Read the levels of every axis from a table. Raises: ObservationsError, as for a file."""
     refuse_missing_columns(table, ("replication", "point", *axes.values()))
     return {axis: _levels(table, axis, column) for axis, column in axes.items()}
 
@@ -50,9 +54,15 @@ def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -
 
     ``{"axes": {…}}``, the shape of a fit with the units of these columns.
     """
+    request = replace(request, tested_axes=len(levels))
     axes = {axis: _axis_document(axis, found, request) for axis, found in levels.items()}
     is_reserved = any(document["warnings"] for document in axes.values())
-    return {"axes": axes, "verdict": "usable" if is_reserved else "sound"}
+    return {
+        "axes": axes,
+        "verdict": "usable" if is_reserved else "sound",
+        "model": "linear",
+        "convention": "SR",
+    }
 
 
 def calibrated_levels(levels: Mapping[str, Levels], request: CalibrationRequest) -> Calibration:

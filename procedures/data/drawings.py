@@ -42,8 +42,21 @@ def attitudes_by_step(steps: pd.DataFrame) -> Drawing:
     )
 
 
-def residuals_against_pitch(sensors: Mapping[str, SolvedSensor]) -> Drawing:
-    """Draw observed less fitted output of every row of the solution that is a dwell, a panel an axis."""
+def residuals_of(sensors: Mapping[str, SolvedSensor]) -> Drawing:
+    """Draw observed less fitted output of every row of the solution that is a dwell, a panel an axis.
+
+    Straight lines have levels in place of attitudes, each axis its own: theirs stand in the order of the rows.
+    """
+    solved = [(name, one.calibration) for name, one in sensors.items() if one.calibration is not None]
+    if solved and all(calibration.model == "linear" for _, calibration in solved):
+        return _panels(
+            (
+                (f"{name} {label} ({sensors[name].observations.unit_of(label)})", np.arange(1.0, rows.size + 1.0), rows)
+                for name, calibration in solved
+                for label, rows in ((label, axis.residuals_v) for label, axis in calibration.axes.items())
+            ),
+            across="row",
+        )
     return _panels(
         (f"{name} {axis} (µV)", np.rad2deg(one.observations.pitch_rad), solved.residuals_v * _MICROVOLTS)
         for name, one in sensors.items()

@@ -38,10 +38,10 @@ class Solved:
         return sentences
 
     def plot(self) -> Any:
-        """Draw the residuals of every axis against pitch, as a matplotlib Figure."""
-        from procedures.data.drawings import residuals_against_pitch
+        """Draw the residuals of every axis against pitch, those of straight lines by row, as a matplotlib Figure."""
+        from procedures.data.drawings import residuals_of
 
-        return residuals_against_pitch(self.sensors)
+        return residuals_of(self.sensors)
 
     def _repr_html_(self) -> str:
         lines = "".join(f"<li>{escape(warning)}</li>" for warning in self.warnings)

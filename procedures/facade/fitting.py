@@ -1,12 +1,15 @@
 """``calrig.fit``: observations of a file or a table to coefficients, as the command of that name does."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import pandas as pd
 
 from ams.calibration.findings_document import full_document
+from ams.calibration.linear_levels import Levels, calibrated_levels, levels_of_table, linear_document
+from ams.errors import DesignError
 from ams.inputs.csv_table import parse_csv, table_of
 from ams.inputs.observations_csv import observations_of_table
 from ams.inputs.request import CalibrationRequest
@@ -15,6 +18,7 @@ from ams.models.thermal import TemperatureCoefficients
 from procedures.data.solved import Solved
 from procedures.errors import RequestError
 from procedures.solution.fitted import fitted, sensor_of
+from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.description.read import read_rig
 
@@ -36,18 +40,16 @@ def fit(
     """Solve observations of a CSV file, or of a table with the same columns; equals ``calrig fit`` to the last bit.
 
     ``axes`` maps a sensor axis to its column, such as ``{"x": "sx_v"}``. ``rig``: a rig file whose certificates are
-    carried into the result. A straight line is left to the command, whose document has no parameters of an attitude.
+    carried into the result. ``linear``: known levels in reference_<unit>, no attitudes and no rig; two levels once have
+    gain and offset in the document alone, since nothing tells an uncertainty.
 
     Raises: ams.errors.AmsError for observations that say something impossible or determine nothing; RequestError for
     another model; rig.errors.DescriptionError for a wrong rig file.
     """
     if model not in MODELS:
         raise RequestError(f"fit: model: got {model!r}, allowed are {', '.join(MODELS)}; nothing was solved")
-    if model == "linear":
-        raise RequestError(
-            "fit: model: 'linear' is a straight line between levels, whose document has no attitudes: solve it by "
-            "calrig fit --model linear --json; nothing was solved"
-        )
+    if model == "linear" and rig is not None:
+        raise RequestError("fit: rig: carries the indices of a table at rest: not allowed with model 'linear'")
     described = None if rig is None else read_rig(Path(rig))
     request = CalibrationRequest(
         model=model,
@@ -65,7 +67,20 @@ def fit(
         table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")
     else:
         table = parse_csv(Path(observations))
+    if model == "linear":
+        return _lines(levels_of_table(table, axes), request, sensor)
     rows = observations_of_table(table, axes, MODELS[model].columns, rates=MODELS[model].needs_rates)
     solved = fitted(sensor, rows, axes, request, described)
     assert solved.calibration is not None
     return Solved({sensor: solved}, full_document(solved.calibration, rows, solved.budgets))
+
+
+def _lines(levels: Mapping[str, Levels], request: CalibrationRequest, sensor: str) -> Solved:
+    document = linear_document(levels, request)
+    units = {axis: one.model.measured_unit for axis, one in levels.items()}
+    rows = replace(next(iter(levels.values())).observations, units=units)
+    try:
+        solved = SolvedSensor(sensor, rows, calibrated_levels(levels, request), None)
+    except DesignError as error:
+        solved = SolvedSensor(sensor, rows, None, str(error))
+    return Solved({sensor: solved}, document)

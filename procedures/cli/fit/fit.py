@@ -250,7 +250,7 @@ def _linear(
     if wish is not None:
         first = next(iter(levels.values())).observations
         write_set(wish, first, calibrated_levels(levels, request))
-    return {**linear_document(levels, request), "model": "linear", "convention": "SR"}
+    return linear_document(levels, request)
 
 
 def _refuse_shared(columns: Mapping[str, str]) -> None:

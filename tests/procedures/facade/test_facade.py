@@ -70,8 +70,38 @@ def test_a_table_is_refused_as_its_file_would_be() -> None:
         calrig.fit(table, AXES)
     with pytest.raises(RequestError, match=r"fit: model: got 'round', allowed are .*; nothing was solved"):
         calrig.fit(table, AXES, model="round")
-    with pytest.raises(RequestError, match=r"calrig fit --model linear --json; nothing was solved"):
-        calrig.fit("nowhere.csv", {"x": "mx_counts"}, model="linear")
+    with pytest.raises(RequestError, match=r"fit: rig: .* not allowed with model 'linear'"):
+        calrig.fit(table, {"x": "mx_counts"}, model="linear", rig=EXAMPLE_RIG)
+
+
+def _levels(replications: int, levels: tuple[float, ...]) -> pd.DataFrame:
+    """31.24 counts a microtesla about 12 counts, and a fixed scatter of a count."""
+    rows = [(turn, point, level) for turn in range(1, replications + 1) for point, level in enumerate(levels, 1)]
+    table = pd.DataFrame(rows, columns=["replication", "point", "reference_ut"])
+    scatter = [((7 * place) % 11 - 5) / 5.0 for place in range(len(table))]
+    table["mx_counts"] = 12.0 + 31.24 * table["reference_ut"] + scatter
+    return table.assign(my_counts=-table["mx_counts"])
+
+
+@pytest.mark.parametrize(("replications", "levels"), [(4, (-50.0, -25.0, 0.0, 25.0, 50.0)), (1, (-50.0, 50.0))])
+def test_a_table_of_levels_is_solved_as_the_command_does(
+    replications: int, levels: tuple[float, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = _levels(replications, levels)
+    table.to_csv(tmp_path / "levels.csv", index=False)
+    named = ["--axis", "x=mx_counts", "--axis", "y=my_counts", "--model", "linear"]
+    told = call(capsys, "fit", tmp_path / "levels.csv", *named, "--json")
+    found = calrig.fit(table, {"x": "mx_counts", "y": "my_counts"}, model="linear")
+    assert json.loads(json.dumps(found.document)) == told.document
+    assert found.document["axes"]["x"]["parameters"]["gain_ut_per_counts"]["value"] == pytest.approx(1 / 31.24, 1e-3)
+    if replications > 1:
+        assert found.parameters["parameter"].tolist() == 2 * ["gain_ut_per_counts", "offset_ut"]
+        drawn = found.plot()
+        assert [panel.get_xlabel() for panel in drawn.axes][-1] == "row"
+        assert len(drawn.axes) == 2
+    else:
+        assert found.parameters.empty
+        assert any("two levels once" in sentence for sentence in found.warnings)
 
 
 def test_a_set_is_loaded_by_its_name_as_text_and_shows_itself() -> None:
