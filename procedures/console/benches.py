@@ -14,6 +14,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from procedures.errors import ExitStatus
+
 COMMAND = (sys.executable, "-m", "procedures.cli.main", "jog", "--served", "--rig")
 LONGEST_LINE = 1 << 20
 MOST_UNSENT = 65_536
@@ -100,9 +102,19 @@ class Benches:
         finally:
             if process.stdin is not None:
                 process.stdin.close()
-            await process.wait()
+            status = await process.wait()
             del self._open[rig]
-            _tell(bench, {"closed": await sentences or "the bench is closed, and every axis stands still"})
+            _tell(bench, {"closed": await sentences or _closed(status)})
+
+
+def _closed(status: int) -> str:
+    """Return what is known of the axes of a bench that ended without a word. A signal is a negative status."""
+    if status == ExitStatus.DONE:
+        return "the bench is closed, and every axis stands still"
+    return (
+        f"the bench ended by itself ({f'signal {-status}' if status < 0 else f'status {status}'}): its axes were told"
+        " to stop, but nobody has seen them stand; look at the machine, then take the bench again"
+    )
 
 
 def _tell(bench: Bench, document: dict[str, Any]) -> None:

@@ -185,4 +185,7 @@ def _whole(value: object) -> int:
 
 def _number(value: object) -> float:
     """Return a number; what is none becomes one that every axis refuses."""
-    return float(value) if isinstance(value, int | float) else math.nan
+    try:
+        return float(value) if isinstance(value, int | float) else math.nan
+    except OverflowError:  # JSON bounds no whole number
+        return math.nan

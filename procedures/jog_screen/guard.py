@@ -40,6 +40,8 @@ class Guard:
         self._clock = clock
         self._tell = tell
         self._begin = begin
+        self.why_unseen: Callable[[], str] = lambda: ""
+        """Asked at every look: which axis turns where its owner, who may be waiting for a device, does not see it."""
         self._leases: dict[tuple[str, str], _Granted] = {}
         """By axis and client."""
         self._why_stop = ""
@@ -150,7 +152,9 @@ class Guard:
 
     def look(self) -> None:
         """Stop what has to be stopped by now."""
+        unseen = "" if self.is_stopping else self.why_unseen()
         with self._lock:
+            self._why_stop = self._why_stop or unseen
             due = self._due()
         for names, why in due:
             self._tell(f"{' and '.join(names)}: stop: {why}")

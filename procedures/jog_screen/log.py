@@ -5,7 +5,7 @@ import getpass
 import io
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from procedures.errors import RequestError
@@ -14,13 +14,19 @@ from rig.clock import Clock
 
 
 class ActionLog:
-    """JSON lines, appended; each line is on disk before the next thing happens."""
+    """JSON lines, appended; each line is on disk before the next thing happens.
+
+    What keeps a line from it is told to ``lose``, once, and raises nothing: who writes may be about to stop an axis.
+    """
 
     def __init__(self, path: Path, clock: Clock) -> None:
         self.path = path
+        self.lose: Callable[[str], None] = lambda _why: None
         self._clock = clock
+        self._is_lost = False
         try:
-            self._file = path.open("a", encoding="utf-8")
+            # A page may send half a surrogate pair, which is no text in UTF-8: it is written as JSON escapes it.
+            self._file = path.open("ab", buffering=0)
         except OSError as error:
             raise RequestError(
                 f"{path}: cannot be written: {error.strerror}; nothing was opened; name another with --log"
@@ -30,8 +36,15 @@ class ActionLog:
     def write(self, kind: str, **fields: object) -> None:
         stamp = self._clock.now_utc().isoformat(timespec="milliseconds")
         line = {"utc": stamp, "kind": kind, **self._who, **fields}
-        self._file.write(json.dumps(line, ensure_ascii=False, allow_nan=False) + "\n")
-        self._file.flush()
+        data = json.dumps(line, ensure_ascii=False, allow_nan=False).encode("utf-8", errors="backslashreplace") + b"\n"
+        if self._is_lost:
+            return
+        try:
+            while data:
+                data = data[self._file.write(data) :]
+        except OSError as error:
+            self._is_lost = True
+            self.lose(f"{self.path}: cannot be written: {error.strerror}; nothing moves without a record of it")
 
     def close(self) -> None:
         self._file.close()

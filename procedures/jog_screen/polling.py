@@ -4,7 +4,7 @@ A device that does not answer is shown with its sentence and looked at again; it
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import cycle
 
 from procedures.jog_screen.guard import Guard
@@ -20,9 +20,21 @@ from rig.motion import jog
 from rig.motion.jog_steps import steps_deg
 
 _AXES_S, _CHAMBERS_S, _AGAIN_S = 0.2, 2.0, 5.0
+_UNSEEN_S = 3.0
+"""Machine seconds: so long an axis may turn without a look at it, where no limit is near."""
 _BURST_S = 0.4
 _RATE_OVER_S = 1.0
 _MOST_SAMPLES = 10
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """A turning axis at its last look."""
+
+    angle_deg: float
+    rate_dps: float
+    rig_taken_s: float
+    taken_s: float
 
 
 class Polling:
@@ -48,6 +60,8 @@ class Polling:
             for channel in readout.channels
         }
         self._turn_looks: dict[str, list[TurnLook]] = {}
+        self._seen: dict[str, _Seen] = {}
+        """What turns, as it was last seen."""
         self.start_anew()
 
     def start_anew(self) -> None:
@@ -125,12 +139,36 @@ class Polling:
 
     def require_room(self, axis: str, rate_dps: float) -> None:
         """Refuse to turn further towards a limit from where the limit is near. Raises: RequestRefused."""
-        jog.require_room_to_turn(self._rig, axis, self.position_deg(axis), rate_dps)
+        here_deg = self.position_deg(axis)
+        jog.require_room_to_turn(self._rig, axis, here_deg, rate_dps)
+        self._see(axis, here_deg, rate_dps)
+
+    def _see(self, axis: str, angle_deg: float, rate_dps: float) -> None:
+        self._seen[axis] = _Seen(angle_deg, rate_dps, self._rig.clock.monotonic_s(), self._clock.monotonic_s())
+
+    def why_unseen(self) -> str:
+        """Return which axis may have come near its limit, or turned too long, since the last look; empty where none.
+
+        The guard asks while this thread may be waiting for a meter: nothing is looked at here.
+        """
+        for axis, seen in list(self._seen.items()):
+            if not self._axes[axis].set_rate_dps:
+                continue
+            unseen_s = self._clock.monotonic_s() - seen.taken_s
+            turned_deg = seen.rate_dps * (self._rig.clock.monotonic_s() - seen.rig_taken_s)
+            try:
+                jog.require_room_to_turn(self._rig, axis, seen.angle_deg + turned_deg, seen.rate_dps)
+            except RequestRefused:
+                return f"{axis}: it may be near its limit, and was not looked at for {unseen_s:.1f} s"
+            if unseen_s > _UNSEEN_S:
+                return f"{axis}: it turns, and was not looked at for {unseen_s:.1f} s"
+        return ""
 
     def all_stand(self) -> None:
         for name, view in self._axes.items():
             self._axes[name] = replace(view, set_rate_dps=None, measured=None, target_deg=None)
         self._turn_looks.clear()
+        self._seen.clear()
         self._axes_due_s = 0.0
 
     def clear_statistics(self) -> None:
@@ -165,6 +203,7 @@ class Polling:
             return
         looks = self._turn_looks.setdefault(name, [])
         looks.append(jog.rate_axis(self._rig, name).turn_look(self._rig.clock))
+        self._see(name, looks[-1].angle_deg, rate_dps)
         while len(looks) > 2 and looks[-1].taken_s - looks[1].taken_s > _RATE_OVER_S:
             looks.pop(0)
         if len(looks) > 1:

@@ -6,7 +6,7 @@ turning: leases are kept here, and when the orders end, every axis is stopped.
 
 import json
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Event, Thread
 from types import FrameType
@@ -38,10 +38,11 @@ def jog_for_pages(
     inferred: InferredAttitude | None,
     orders: IO[bytes],
     told: IO[bytes],
+    note: Callable[[str], None],
 ) -> ExitStatus:
     """Serve until the bench is given back or the orders end; every axis is stopped then, and seen to stand.
 
-    ``orders`` is not buffered: a thread waits in it to the last.
+    ``orders`` is not buffered: a thread waits in it to the last. ``note`` hears why it ended where nobody gave it back.
     """
     clock = SystemClock()
     actions = ActionLog(log, clock)
@@ -62,7 +63,10 @@ def jog_for_pages(
         bench.close()
         actions.close()
         ended.set()
-    return ExitStatus.ABORTED if bench.guard.lost else ExitStatus.DONE
+    if bench.guard.lost:
+        note(f"{bench.guard.lost}; every axis was told to stop")
+        return ExitStatus.ABORTED
+    return ExitStatus.DONE
 
 
 def _hear(orders: IO[bytes], control: Control, bench: Bench) -> None:

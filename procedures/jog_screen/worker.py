@@ -34,6 +34,7 @@ from procedures.jog_screen.values import (
 from procedures.jog_screen.watchdogs import TurningWatchdogs
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
+from rig.defects import defect_text
 from rig.errors import DeviceFault, LinkLost, RequestRefused, RigError, WaitEnded
 from rig.motion import jog
 from rig.motion.move import stop_all
@@ -41,6 +42,8 @@ from rig.motion.move import stop_all
 SHOWN_LINES = 200
 _IDLE_S = 0.05
 _RECONNECT_S = 2.0
+_BEGIN_S = 3.0
+"""A motion of a page that could not begin for so long is refused: who asked may have a hand in the rig by then."""
 
 
 class Bench:
@@ -58,7 +61,8 @@ class Bench:
         self._log = log
         self._snapshots = snapshots
         self._clock = clock
-        self._queue: SimpleQueue[tuple[Request, Asker]] = SimpleQueue()
+        self._queue: SimpleQueue[tuple[Request, Asker, float]] = SimpleQueue()
+        """With when each was asked for."""
         self._unwritten: SimpleQueue[str] = SimpleQueue()
         """What the guard did: it waits for no disk."""
         self._waiting_motion = ""
@@ -70,7 +74,9 @@ class Bench:
         self._lost_line = ""
         self._tried_s = clock.monotonic_s()
         self.guard = Guard(lambda: rig.axes, clock, self._hear_guard)
+        log.lose = self.guard.lose
         self._polling = Polling(rig, self.guard, clock, inferred, lambda text: self._tell("failed", text))
+        self.guard.why_unseen = self._polling.why_unseen
         self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
         self.guard.start()
         self._thread = Thread(target=self._run, name="jog-bench", daemon=True)
@@ -105,7 +111,7 @@ class Bench:
             self._waiting_motion = str(request)
             if asker.is_page:
                 self.guard.grant(request.axis, asker, is_move=not isinstance(request, Turn), seen_s=seen_s)
-        self._queue.put((request, asker))
+        self._queue.put((request, asker, self._clock.boottime_s()))
 
     def stop(self, why: str, asker: Asker = AT_TERMINAL) -> None:
         """Stop every axis now, and forget what was asked for."""
@@ -133,6 +139,8 @@ class Bench:
             return "a stop is under way"
         if not isinstance(request, MOTIONS):
             return ""
+        if request.axis not in self._rig.axes:
+            return f"no axis {request.axis!r} (allowed: {', '.join(self._rig.axes)}); nothing moved"
         if self._strangers:
             return self._strangers
         busy = self._doing or self._waiting_motion or self._polling.turning()
@@ -146,10 +154,13 @@ class Bench:
     # The thread that owns the devices.
 
     def _run(self) -> None:
-        with suppress(WaitEnded):
-            self._watchdogs.arm(self._silent_wait)
-        while not self._is_closing:
-            self._round()
+        try:
+            with suppress(WaitEnded):
+                self._watchdogs.arm(self._silent_wait)
+            while not self._is_closing:
+                self._round()
+        except Exception as error:  # noqa: BLE001  the rim of a thread: without it nobody looks where an axis turns to
+            self.guard.lose(defect_text(error))
         self._stop_everything("the session ended")
         self._watchdogs.disarm()
 
@@ -181,19 +192,21 @@ class Bench:
             while True:
                 self._log.write("guard", told=self._unwritten.get_nowait())
 
-    def _next(self) -> tuple[Request, Asker] | None:
+    def _next(self) -> tuple[Request, Asker, float] | None:
         try:
             return self._queue.get_nowait()
         except Empty:
             return None
 
-    def _do(self, request: Request, asker: Asker) -> None:
+    def _do(self, request: Request, asker: Asker, asked_s: float) -> None:
         is_motion = isinstance(request, MOTIONS)
         self._doing, self._waiting_motion = (str(request) if is_motion else ""), ""
         self._log.write("asked", what=type(request).__name__, asked=str(request), **asker.to_log())
         self._publish()
         is_turning = False
         try:
+            if is_motion and asker.is_page:
+                self._require_in_time(request, asked_s)
             outcome = self._done(request, asker)
             is_turning = isinstance(request, Turn)
             self._log.write("done", asked=str(request), outcome=outcome)
@@ -268,6 +281,14 @@ class Bench:
             raise WaitEnded("its lease had ended when the axis began to turn")
         how = "while the key is held" if is_held else "while this terminal answers"
         return f"{axis}: turns at {rate_dps:+g}°/s {'while the button is held' if asker.is_page else how}"
+
+    def _require_in_time(self, request: Request, asked_s: float) -> None:
+        """Refuse a motion that waited for a device that was being read. Raises: RequestRefused."""
+        if (late_s := self._clock.boottime_s() - asked_s) > _BEGIN_S:
+            raise RequestRefused(
+                f"{request}: a device kept it waiting for {late_s:.1f} s, allowed are {_BEGIN_S:g} s; nothing moved;"
+                " ask again"
+            )
 
     def _require_lease(self, axis: str, asker: Asker) -> None:
         """Refuse what nobody keeps alive any more. Raises: RequestRefused."""

@@ -168,7 +168,7 @@ def _screen(
     ):
         if served:
             with open(sys.stdin.fileno(), "rb", buffering=0, closefd=False) as orders:
-                return jog_for_pages(opened, actions, snapshots, inferred, orders, sys.stdout.buffer)
+                return jog_for_pages(opened, actions, snapshots, inferred, orders, sys.stdout.buffer, note)
         from procedures.jog_screen.session import jog_on_screen  # textual: not for a single motion
 
         status = jog_on_screen(opened, rig, actions, snapshots, inferred)

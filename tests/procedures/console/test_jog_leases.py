@@ -155,3 +155,17 @@ def test_a_network_of_two_seconds_begins_nothing(tmp_path: Path) -> None:
         page.hold(5.0)
         other.until("allowed are 0.25 s; nothing moved")
         assert bench.rate_dps() == 0.0
+
+
+@pytest.mark.thorough
+def test_what_is_no_number_is_refused_and_a_bench_that_died_is_not_said_to_stand(tmp_path: Path) -> None:
+    with jog_bench(tmp_path) as bench, word_page(bench) as page:
+        page.take()
+        page.home()
+        page.say(say="do", act="goto", axis="roll", degrees=10**400, tick=page.seen["tick"])
+        page.until("roll: move to nan: not a number of degrees; nothing moved")
+        owner = owner_of(str(bench.files / RIG))
+        assert owner is not None
+        os.kill(owner.pid, signal.SIGKILL)
+        page.until("the bench ended by itself (signal 9)")
+        page.until("nobody has seen them stand")

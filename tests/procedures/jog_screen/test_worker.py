@@ -1,0 +1,145 @@
+"""What turns by hand stops where nobody can look at it or write down what it does, though its screen answers."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Event
+
+import pytest
+from turning_rig import QUICK_METER, STAGE_FOR_ROLL, served
+
+from procedures.jog_screen.log import ActionLog, Snapshots
+from procedures.jog_screen.values import Asker, GoTo, Home, Turn
+from procedures.jog_screen.worker import Bench
+from rig.assembly.open_rig import Rig, open_rig
+from rig.assembly.simulate import SimulatedRig
+from rig.clock import SystemClock
+from rig.description.read import read_rig
+from rig.errors import DeviceSilent
+
+CLOCK = SystemClock()
+WITHIN_S = 30.0
+NARROW = (STAGE_FOR_ROLL[0], STAGE_FOR_ROLL[1].replace("[-180.0, 180.0]", "[-30.0, 30.0]"))
+
+
+@dataclass
+class Turning:
+    """A bench whose roll turns at 10°/s by a terminal that goes on answering."""
+
+    bench: Bench
+    rig: Rig
+    simulated: SimulatedRig
+    log: ActionLog
+
+    def answer(self) -> None:
+        self.bench.guard.answer()
+        CLOCK.sleep(0.02)
+
+    def until(self, words: str) -> None:
+        until_s = CLOCK.monotonic_s() + WITHIN_S
+        while words not in (told := f"{[line.text for line in self.bench.view.messages]} {self.bench.guard.lost}"):
+            assert CLOCK.monotonic_s() < until_s, told
+            self.answer()
+
+    def at_rest_deg(self) -> float:
+        until_s = CLOCK.monotonic_s() + WITHIN_S
+        while self.simulated.world.axes["roll"].rate_dps(CLOCK.monotonic_s()) != 0.0:
+            assert CLOCK.monotonic_s() < until_s, "it turns on"
+            self.answer()
+        return self.simulated.world.attitude_deg("roll", CLOCK.monotonic_s())
+
+
+@contextmanager
+def _turning(folder: Path) -> Iterator[Turning]:
+    with served(folder, CLOCK, QUICK_METER, NARROW) as (simulated, file), open_rig(read_rig(file)) as rig:
+        log = ActionLog(folder / "actions.jsonl", CLOCK)
+        bench = Bench(rig, log, Snapshots(folder / "snapshots.csv", CLOCK), CLOCK)
+        turning = Turning(bench, rig, simulated, log)
+        try:
+            bench.start()
+            bench.ask(Home("roll"))
+            turning.until("roll: homed")
+            bench.ask(Turn("roll", 10.0, is_held=False))
+            turning.until("turns at +10°/s")
+            yield turning
+        finally:
+            bench.close()
+            log.close()
+
+
+def _block(turning: Turning, answered: Event, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have every meter wait for an answer that does not come, as a line does whose other end is gone."""
+
+    def read(*_: object) -> None:
+        answered.wait(WITHIN_S)
+        raise DeviceSilent("dmm: no complete reply")
+
+    for readout in turning.rig.readouts.values():
+        monkeypatch.setattr(readout, "read", read)
+
+
+def test_a_meter_that_blocks_lets_no_axis_turn_beyond_its_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answered = Event()
+    with _turning(tmp_path) as turning:
+        _block(turning, answered, monkeypatch)
+        try:
+            assert 0.0 < turning.at_rest_deg() < 30.0
+            turning.until("roll: it may be near its limit, and was not looked at for")
+        finally:
+            answered.set()
+
+
+def test_a_motion_that_a_meter_kept_waiting_for_long_is_not_begun(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answered, page = Event(), Asker("tab", "Anna", "192.0.2.7")
+    with _turning(tmp_path) as turning:
+        turning.bench.stop("enough")
+        turning.until("every axis stands still")
+        before_deg = turning.at_rest_deg()
+        _block(turning, answered, monkeypatch)
+        CLOCK.sleep(0.5)
+        turning.bench.ask(GoTo("roll", 1.0, is_step=True), page, CLOCK.boottime_s())
+        since_s = CLOCK.monotonic_s()
+        while CLOCK.monotonic_s() < since_s + 3.1:
+            turning.bench.guard.answer(page.client)
+            CLOCK.sleep(0.02)
+        answered.set()
+        turning.until("roll by +1°: a device kept it waiting for 3.")
+        assert turning.at_rest_deg() == before_deg
+        assert not turning.bench.guard.has_lease("roll")
+
+
+def test_a_log_that_cannot_be_written_stops_what_turns(tmp_path: Path) -> None:
+    with _turning(tmp_path) as turning:
+        with open("/dev/full", "ab", buffering=0) as full:
+            whole, turning.log._file = turning.log._file, full
+            turning.log.write("note")
+            assert turning.at_rest_deg() < 30.0
+            assert "actions.jsonl: cannot be written: No space left" in turning.bench.guard.lost
+        turning.log._file = whole
+
+
+def test_a_defect_in_the_thread_that_owns_the_devices_stops_what_turns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def defect(_wait: object) -> None:
+        raise ZeroDivisionError("of a driver")
+
+    with _turning(tmp_path) as turning:
+        monkeypatch.setattr(turning.bench._polling, "round", defect)
+        assert turning.at_rest_deg() < 30.0
+        turning.until("a defect of calrig: ZeroDivisionError: of a driver")
+
+
+def test_a_name_of_no_axis_is_refused_and_written_down_whatever_its_letters(tmp_path: Path) -> None:
+    with _turning(tmp_path) as turning:
+        turning.bench.ask(GoTo("\ud800", 1.0), Asker("tab", "Anna", "192.0.2.7"))
+        turning.until(r"no axis '\\ud800' (allowed: pitch, roll); nothing moved")
+        assert not turning.bench.guard.has_lease("\ud800")
+    lines = (tmp_path / "actions.jsonl").read_text(encoding="utf-8").splitlines()
+    assert any(line["kind"] == "refused" and "\\ud800" in line["why"] for line in map(json.loads, lines))
