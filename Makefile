@@ -8,7 +8,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # As many workers as processors need no threads of the linear algebra beside them.
 test test-elsewhere thorough soak: export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house site links soak clean lock setup
+.PHONY: demo test test-elsewhere types-elsewhere thorough lint check bench house site links release soak clean lock setup
 
 demo: $(STAMP)          ## the whole job on the twin, into ./demo-out
 	$(BIN)/calrig demo
@@ -46,6 +46,11 @@ site: $(STAMP)          ## the documentation as pages with search, into ./site; 
 
 links: $(STAMP)         ## whether every link of the pages leads somewhere; needs the network
 	$(BIN)/python -m sphinx -b linkcheck -q docs site/links
+
+release: site           ## what a release is made of, into ./dist: source, wheel, and the pages to read without a network
+	rm -rf dist
+	$(BIN)/python -m uv build --quiet --sdist --wheel --out-dir dist
+	cd site && ../$(BIN)/python -m zipfile -c ../dist/calrig-pages.zip *
 
 soak: $(STAMP)          ## the long proofs
 	$(BIN)/python -m pytest -q -m soak -n 2 --timeout 7200
