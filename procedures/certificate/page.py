@@ -8,6 +8,7 @@ from ams.sets.canonical import Document, listed, number, table
 from ams.sets.vectors import LEVEL
 from ams.surveillance.level_errors import is_of_lines
 from ams.units import printed
+from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
 from procedures.numbers import angle, to_place
@@ -32,6 +33,10 @@ def certificate_page(grounds: Grounds) -> str:
         document=grounds.coefficients.document,
         coefficients=list(coefficients_of(grounds.coefficients, capability_deg)),
         undetermined=list(undetermined(grounds.coefficients)),
+        method=method_of(grounds.coefficients),
+        forms=list(forms_of(grounds.coefficients)),
+        meanings=meanings_of(grounds.coefficients),
+        nearest=nearest(grounds.coefficients),
         angles=list(angle_rows(errors, capability_deg)),
         lines=is_of_lines(grounds.coefficients),
         capability=None if capability_deg is None else f"{capability_deg:g}",

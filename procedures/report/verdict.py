@@ -16,6 +16,7 @@ from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.report.overview import Statement, told_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
+from procedures.solution.type_b import NO_LEVEL
 
 
 def judge(
@@ -49,8 +50,10 @@ def judge(
         *_rejected(counts),
         *told_once((remark for sensor in sensors for remark in _remarks(sensor)), [one.name for one in sensors]),
     ]
+    is_level_read = not any(told.startswith(NO_LEVEL) for told in _told(sensors))
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
+    result += "" if is_level_read else ", without the level of the base, which is not declared"
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
     if turned:
@@ -116,6 +119,10 @@ def _sensor_doubts(sensor: SensorView, said: Sequence[str]) -> Iterable[Statemen
         if text not in (sensor.failure or "") and text not in said
     )
     yield from ((sensor.name, "", warning) for warning in sensor.warnings if warning not in said)
+
+
+def _told(sensors: Sequence[SensorView]) -> Iterable[str]:
+    return (text for sensor in sensors for _, _, text in _remarks(sensor))
 
 
 def _remarks(sensor: SensorView) -> Iterable[Statement]:

@@ -22,6 +22,8 @@ from rig.description.index_table import IndexTable
 from rig.description.rig_file import RigDescription, Sensor, Standard
 
 Kind = Literal["limit", "standard", "expanded"]
+NO_LEVEL = "the level of the base is not declared"
+"""How the remark on an unread level begins: what a verdict states is then without it."""
 
 
 def divisor(standard: Standard | None) -> float:
@@ -126,7 +128,7 @@ def level_remarks(rig: RigDescription) -> tuple[str, ...]:
     if rig.level.before is not None or rig.level.after is not None or is_referred:
         return ()
     return (
-        "the level of the base is not declared ([level] of the rig file): a tilted base, or an axis that was set to "
+        f"{NO_LEVEL} ([level] of the rig file): a tilted base, or an axis that was set to "
         "zero wrongly, passes for a turned package and is not in these uncertainties; read it before and after",
     )
 

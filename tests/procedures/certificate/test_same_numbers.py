@@ -12,19 +12,27 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from finished_job import FinishedJob
 from programs import require_program
+from solved import provenance
 
 from ams.archive.connection import reading
 from ams.archive.sets import find_set, stored_set
-from ams.archive.signatures import sign_off
+from ams.archive.signatures import SignOff, sign_off
+from ams.calibration.calibrate import calibrate
 from ams.exports.formats import load_set
+from ams.inputs.observations_csv import read_csv
+from ams.inputs.request import CalibrationRequest
 from ams.parameter_words import words_of
+from ams.sets.apply import apply
+from ams.sets.coefficients import CoefficientSet, build_set
 from procedures.certificate.grounds import Grounds
 from procedures.certificate.page import certificate_page
 
 SENSOR = "SN1047"
+ROOT = Path(__file__).parents[3]
 
 
 def _cells(page: str) -> dict[tuple[str, str], list[str]]:
@@ -56,6 +64,8 @@ def forms(finished_job: FinishedJob) -> dict[str, Any]:
         archived = stored_set(connection, find_set(connection, SENSOR))
     grounds = Grounds("1", date(2026, 3, 3), archived, None, sign_off(url, archived.sha256))
     return {
+        "stored": archived,
+        "certificate page": certificate_page(grounds),
         "json": told["sensors"][SENSOR]["axes"],
         "set": load_set(run / "coefficients" / f"{SENSOR}.json").document["axes"],
         "archive": archived.document["axes"],
@@ -106,3 +116,68 @@ def test_the_paper_has_every_number_of_the_page(forms: dict[str, Any]) -> None:
     for (axis, label), cells in forms["html"].items():
         for cell in (cells[3], cells[4], cells[7]) if len(cells) > 7 else ():
             assert re.sub(r"\s", "", cell) in text, f"{axis} {label}: {cell}"
+
+
+def _formula(page: str, axis: str) -> str:
+    """The equation of an axis as it is printed, made Python."""
+    (text,) = re.findall(rf"<p>Axis {axis}: (v = .*?);", unescape(page))
+    for printed, code in {"−": "-", "·": "*", "²": "**2", "³": "**3", "α": "alpha", "₃": "3"}.items():
+        text = text.replace(printed, code)
+    spaced = re.sub(r"(cos|sin) (alpha|Ω|[RA]\b|\([^()]*\))", r"\1(\2)", text.partition(" = ")[2])
+    return re.sub(r"\)\s+(?=cos|sin|\()", ")*", spaced)
+
+
+def hold_told_outputs(page: str, one: CoefficientSet) -> None:
+    """Hold the outputs by the printed equation with the printed values, what is taken off included, to the set's."""
+    rng = np.random.default_rng(5)
+    pitch, roll = rng.uniform(-0.7, 0.7, 40), rng.uniform(-2.3, 2.3, 40)
+    f = (np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll))
+    expected = apply(one, pitch, roll)
+    taken_off: dict[str, dict[str, list[float]]] = {}
+    axis = ""
+    for row in re.findall(r"<tr[^>]*>(.*?)</tr>", page.partition("Taken off")[2], flags=re.DOTALL):
+        cells = [unescape(cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", row)]
+        if len(cells) == 6 and re.match("q_|K₃", cells[1]):
+            axis = cells[0] or axis
+            taken_off.setdefault(axis, {})[cells[1]] = [_number(cell) for cell in cells[2:]]
+    for label in one.axes:
+        values: dict[str, float] = {}
+        slack = 0.0
+        for (of, words), cells in _cells(page).items():
+            if of == label and words not in taken_off.get(label, {}):
+                scale = np.pi / 180.0 if cells[2] == "°" else 1.0
+                number = re.sub(r"\s", "", cells[3])
+                values[words.split()[-1].replace("₃", "3")] = scale * _number(number)
+                slack += 2.0 * scale * _place(number)
+        names = {
+            **values,
+            "alpha": pitch,
+            "R": roll,
+            "f_x": f[0],
+            "f_y": f[1],
+            "f_z": f[2],
+            "cos": np.cos,
+            "sin": np.sin,
+        }
+        told = eval(_formula(page, label), {}, names)
+        for symbol, (c_0, c_x, c_y, c_z) in taken_off.get(label, {}).items():
+            told = told - values[symbol.replace("₃", "3")] * (c_0 + c_x * f[0] + c_y * f[1] + c_z * f[2])
+        np.testing.assert_allclose(told, expected[label], rtol=0.0, atol=slack)
+        assert slack < 1e-3
+
+
+def test_whoever_has_the_certificate_alone_gets_the_outputs_of_the_set(forms: dict[str, Any]) -> None:
+    hold_told_outputs(forms["certificate page"], forms["stored"])
+
+
+def test_that_holds_for_terms_of_second_and_third_order() -> None:
+    columns = {axis: f"s{axis}_v" for axis in "xyz"}
+    rows = read_csv(ROOT / "examples" / "observations.csv", columns, ("pitch", "roll"))
+    request = CalibrationRequest(model="pitch-roll", nominal_axes={axis: axis for axis in "xyz"}, extended="yes")
+    one = build_set(calibrate(rows, request), provenance())
+    assert all(numbers.centred_terms for numbers in one.axes.values())
+    grounds = Grounds("1", date(2026, 3, 3), one, None, SignOff(one.sha256, (), ()), is_specimen=True)
+    page = certificate_page(grounds)
+    hold_told_outputs(page, one)
+    assert "model “pitch-roll-extended” (TP" in page
+    assert "IEEE Std 1293" in page

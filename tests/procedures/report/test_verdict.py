@@ -1,9 +1,15 @@
 from dataclasses import replace
+from pathlib import Path
 
 from report_scene import Scene, run_view
 
 from procedures.report.verdict import judge
 from procedures.report.view import RunView
+from procedures.solution.type_b import level_remarks
+from rig.description.read import read_rig
+from rig.description.rig_file import Level
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 def _judged(view: RunView, table_arcsec: float | None = None, steps: tuple[str, ...] = ()) -> tuple[str, str]:
@@ -39,6 +45,18 @@ def test_a_remark_is_said_and_is_no_reservation_where_a_warning_is_one() -> None
     assert f"SN1047: {text}" in said
     warned = replace(axis, calibration=replace(axis.calibration, warnings=(text,)))
     assert _judged(replace(view, sensors=(replace(sensor, axes=(warned,)),)))[0] == "reserved"
+
+
+def test_a_band_without_the_level_says_so_in_the_verdict() -> None:
+    view = run_view(Scene())
+    (remark,) = level_remarks(read_rig(EXAMPLES / "inclinometer" / "rig.toml").model_copy(update={"level": Level()}))
+    told = replace(view, sensors=(replace(view.sensors[0], remarks=(remark,)), *view.sensors[1:]))
+    assert (
+        _judged(told)[1]
+        .splitlines()[0]
+        .endswith("or better (95 %), without the level of the base, which is not declared.")
+    )
+    assert "without the level" not in _judged(view)[1]
 
 
 def test_drift_one_replication_and_an_unfinished_run_are_reservations() -> None:

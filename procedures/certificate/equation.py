@@ -1,0 +1,114 @@
+"""The equation of a certificate: that of the set itself, in the symbols of the table above it, each with its meaning.
+
+A number that no equation stands on is of no use to the reader. Source: ISO/IEC 17025:2017, 7.8.1.2.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from ams.parameter_words import words_of
+from ams.sets.canonical import Document, listed, number, table
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.equations import AxisNumbers
+
+_TYPE = {"*": "·", "^2": "²", "^3": "³", "alpha": "α", "pitch_deg": "pitch", "yaw_deg": "yaw", "roll_deg": "roll"}
+_NEAREST = (
+    "Each q and K₃ multiplies what stands behind it (factors of 2 included) less the best linear approximation of "
+    "that, c₀ + c_x·f_x + c_y·f_y + c_z·f_z, so that b, S, Ω and A are those of the linear sensor that comes closest "
+    "over the attitudes calibrated."
+)
+_BENT = ", with terms of second and third order fᵀQf, tr Q = 0, and K₃ as IEEE Std 1293 has them"
+_MEANINGS: Mapping[str, str] = {
+    "b₀": "the constant where nothing is taken off the terms of second and third order: b less the sum of each "
+    "coefficient times its c₀; it stands in no equation here",
+    "q_zz": "−q_xx − q_yy; it is in the equation by these two",
+    "Ω": "between the sensitive and the nominal axis",
+    "angle towards x": "of the sensitive axis: the field along x times its tangent adds to that along the nominal axis",
+    "angle towards y": "of the sensitive axis: the field along y times its tangent adds to that along the nominal axis",
+    "angle towards z": "of the sensitive axis: the field along z times its tangent adds to that along the nominal axis",
+}
+
+
+@dataclass(frozen=True)
+class PrintedForm:
+    """The equation of one axis."""
+
+    axis: str
+    text: str
+    taken_off: tuple[tuple[str, tuple[str, ...]], ...]
+    """Symbol of each coefficient and c₀, c_x, c_y, c_z of what it multiplies; empty where nothing is taken off."""
+
+
+def method_of(one: CoefficientSet) -> str:
+    """Name the models of all axes with where each stands."""
+    found: dict[str, dict[str, None]] = {}
+    bent: set[str] = set()
+    for axis, section in table(one.document["axes"]).items():
+        equation = table(table(section)["equation"])
+        own = found.setdefault(str(equation["name"]), {})
+        own[str(equation["source"])] = None
+        if _is_bent(one.axes[axis]):
+            bent.add(str(equation["name"]))
+    return "; ".join(
+        f"“{name}” ({', '.join(sources)}{_BENT if name in bent else ''})" for name, sources in found.items()
+    )
+
+
+def forms_of(one: CoefficientSet) -> Iterator[PrintedForm]:
+    """Yield the equation of every axis."""
+    for axis, section in table(one.document["axes"]).items():
+        equation = table(table(section)["equation"])
+        centring = listed(equation["centring"]) if "centring" in equation else []
+        rows = [tuple(f"{number(c):z.7f}".replace("-", "−") for c in listed(row)) for row in centring]
+        symbols = [_symbol(name) for name in one.axes[axis].centred_terms]
+        yield PrintedForm(axis, _text(equation, one.axes[axis]), tuple(zip(symbols, rows, strict=True)))
+
+
+def meanings_of(one: CoefficientSet) -> list[str]:
+    """Return what every symbol of the table means, once."""
+    found: dict[str, None] = {}
+    for section in table(one.document["axes"]).values():
+        for name in table(table(section)["parameters"]):
+            words = words_of(name)
+            more = _MEANINGS.get(words.symbol) or _MEANINGS.get(words.label)
+            told = [word for word in (words.label if words.symbol else "", more) if word]
+            if told:
+                found[f"{words.symbol or words.label} = {', '.join(told)}"] = None
+    return list(found)
+
+
+def nearest(one: CoefficientSet) -> str:
+    """Say what the terms of second and third order multiply; empty where none is taken off anything."""
+    return _NEAREST if any(numbers.centred_terms for numbers in one.axes.values()) else ""
+
+
+def _is_bent(numbers: AxisNumbers) -> bool:
+    return any(name.startswith(("q_", "k3_")) for name in numbers.primary)
+
+
+def _symbol(name: str) -> str:
+    return words_of(name).symbol or name
+
+
+def _text(equation: Document, numbers: AxisNumbers) -> str:
+    """Return the form in the parameters of the table, and what temperature does to it."""
+    formula, _, rest = str(equation["derived"]).partition("; ")
+    primary = str(equation["primary"])
+    at = primary.find("; with temperature T")
+    known = []
+    for pair in rest.split(", ") if rest else ():
+        letter, _, name = pair.partition(" = ")
+        name = name.partition(" = ")[0]
+        symbol = words_of(name).symbol if name in numbers.parameters else ""
+        if symbol:
+            formula = re.sub(rf"\b{letter}\b", symbol, formula)
+        else:
+            known.append(pair)
+    text = "; ".join(part for part in (formula, ", ".join(known)) if part) + (primary[at:] if at >= 0 else "")
+    for name in sorted({*numbers.primary, *numbers.parameters}, key=len, reverse=True):
+        text = text.replace(name, _symbol(name))
+    for plain, printed in _TYPE.items():
+        text = text.replace(plain, printed)
+    text = re.sub(r"level_([xyz])_\w+", r"level \1", text)
+    return text.replace(" - ", " − ").replace("(-", "(−")
