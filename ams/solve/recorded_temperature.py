@@ -5,7 +5,9 @@ the two columns tells both slopes; what it takes of them goes into the estimate 
 answer to a column. d s² dᵀ stands in the covariance, slopes as they were found: nothing where the temperature hardly
 changed or did not go with the attitudes, about what the swing does where it did (13 × 12 points, 25 µg/°C, 0.02 to
 0.2 °C in step with the replications: 0.93 to 0.99 of the intervals hold, 0.41 to 0.92 without it). A difference of
-temperature that is constant is in no residual: the declared range of use has to hold it.
+temperature that is constant is in no residual: the declared range of use has to hold it. Nor do residuals tell the
+slope of a column that the model takes up nearly whole: noise divided by nearly nothing would stand for it. It is left
+out, and where temperature and attitude go together, a finding says so.
 """
 
 from typing import Final
@@ -20,8 +22,8 @@ from ams.solve.linear_form import LinearForm
 
 NAME: Final = "recorded temperature"
 _SMALLEST_CHANGE_DEGC: Final = 1e-6
-_LEFT: Final = 1e-9
-"""Of a column's square: with less the attitudes tell all of it, which is a finding of its own."""
+_LEFT: Final = 0.01
+"""Of a column's square: of what leaves less in the residuals no slope is told."""
 
 
 def is_unmodelled(model: Model, temperature_degc: FloatArray | None) -> bool:
@@ -44,7 +46,7 @@ def recorded_temperature(
     covariance, columns = np.empty((size, ordinary.shape[0], ordinary.shape[0])), np.empty((rows, 2))
     for place in range(size):
         columns[:, 0] = warmth[place]
-        columns[:, 1] = warmth[place] * (fitted[:, place] - fitted[:, place].mean())
+        columns[:, 1] = warmth[place] * (fitted[:, place] - _where_warm(warmth[place], fitted[:, place]))
         taken_up = form.estimator @ columns
         slopes = _slopes(columns - form.basis @ taken_up, left[:, place], columns)
         answer = taken_up if estimator is form.estimator else _of(estimator, place) @ columns
@@ -57,12 +59,24 @@ def _of(estimator: FloatArray, place: int) -> FloatArray:
     return np.asarray(estimator if estimator.ndim == 2 else estimator[place])
 
 
+def _where_warm(warmth_degc: FloatArray, fitted: FloatArray) -> float:
+    """Return the output at which the temperature departs, so that the two columns are at right angles.
+
+    With the plain mean one reading that stands apart would make two columns of one.
+    """
+    weight = warmth_degc**2
+    return float(weight @ fitted / weight.sum()) if weight.any() else 0.0
+
+
 def _slopes(apart: FloatArray, left: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return the two slopes that (N, 2) columns, less what the model takes up of them, have in what is left."""
+    """Return the (2,) slopes that (N, 2) columns, less what the model takes up of them, have in what is left.
+
+    Where they are one in the residuals that of the one that explains more; 0 for what leaves too little to tell.
+    """
     gram, along = apart.T @ apart, apart.T @ left
     told = np.diag(gram) > _LEFT * np.einsum("nc,nc->c", columns, columns)
     if told.all() and gram[0, 1] ** 2 < (1.0 - _LEFT) * gram[0, 0] * gram[1, 1]:
         return np.asarray(np.linalg.solve(gram, along))
     alone = np.where(told, np.diag(gram), np.inf)
     most = along**2 / alone == np.max(along**2 / alone)
-    return np.where(most, along / alone, 0.0)
+    return np.where(most & told, along / alone, 0.0)

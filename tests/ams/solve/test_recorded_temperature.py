@@ -45,6 +45,22 @@ def test_a_temperature_that_the_attitudes_tell_whole_blows_nothing_up() -> None:
     assert np.sqrt(covariance[0, 0]) < 1e-6
 
 
+@pytest.mark.parametrize("nth", [0, 1, 2])
+def test_one_reading_that_stands_apart_by_its_last_digit_widens_nothing(nth: int) -> None:
+    """The attitude of that reading is that of the mean output: what it does to what is sensed lies in the model."""
+    rng = np.random.default_rng(3)
+    pitch_rad, roll_rad = rng.uniform(-1.5, 1.5, 60), rng.uniform(-3.1, 3.1, 60)
+    fitted = MODEL.basis(Attitude(pitch_rad, roll_rad)) @ TRUTH
+    place = int(np.argsort(np.abs(fitted - fitted.mean()))[nth])
+    rows = Attitude(pitch_rad, roll_rad)
+    temperature = np.full(60, 21.0)
+    temperature[place] += 0.05
+    form = factor(MODEL.basis(rows), MODEL.primary_names, rows)
+    outputs = (form.basis @ TRUTH + 1e-5 * rng.standard_normal(60))[:, None]
+    part = recorded_temperature(form, form.estimator, outputs, form.solve(outputs), temperature)
+    assert np.all(np.diag(part.covariance[0]) < 0.3 * 1e-10 * np.diag(form.unscaled_covariance))
+
+
 @pytest.mark.parametrize("temperature_degc", [None, np.full(5, 20.0)])
 def test_what_was_not_recorded_or_never_changed_counts_for_nothing(temperature_degc: FloatArray | None) -> None:
     assert not is_unmodelled(MODEL, temperature_degc)
