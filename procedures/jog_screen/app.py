@@ -29,6 +29,7 @@ from rig.system_parts import present
 
 DRAW_S = 0.1
 STOPS = ("space", "ctrl+c")
+_PARTS = ("head", "axes", "channels", "around", "messages", "prompt", "keys")
 ASK_TERMINAL = "\x1b[6n"
 """Device status report: where is the cursor? Every terminal answers it."""
 _LOST = present("SIGHUP", "SIGTERM", "SIGINT", "SIGBREAK")
@@ -246,7 +247,8 @@ class JogApp(App[None]):
     def _draw(self) -> None:
         view = self.bench.view
         now = (view, self.selected, self.step_deg, self.size, self._prompt, self._typed, self._watched, self._page)
-        if now == self._drawn or not self.query("#keys"):  # nothing is there any more when the screen closes
+        # When the screen closes its parts leave one after the other, while the timer may still ask for a picture.
+        if now == self._drawn or not all(self.query(f"#{place}") for place in _PARTS):
             return
         self._drawn = now
         field = self.query_one("#prompt", Static)
