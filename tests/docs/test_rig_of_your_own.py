@@ -16,7 +16,7 @@ EXAMPLE = ROOT / "examples" / "eight-packages"
 
 
 def test_every_piece_of_the_page_stands_in_its_files() -> None:
-    files = [(EXAMPLE / name).read_text(encoding="utf-8") for name in ("rig.toml", "alerts.toml")]
+    files = [(EXAMPLE / name).read_text(encoding="utf-8") for name in ("rig.toml", "procedure.toml", "alerts.toml")]
     pieces = re.findall(r"^```toml\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
     assert len(pieces) > 5
     assert [piece for piece in pieces if not any(piece in file for file in files)] == []
