@@ -61,8 +61,8 @@ class Attendance:
 def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) -> Iterator[Attendance]:
     """Observer and care of a run, which is told by its folder once nothing refuses it.
 
-    In virtual time nobody is told and nothing is kept awake. What refuses a run before it moves is told to people as
-    well where no terminal shows it: a unit, a queue and a script read no screen.
+    In virtual time nobody is told, which is said where alerts are asked for, and nothing is kept awake. What refuses a
+    run before it moves is told to people as well where no terminal shows it: a unit, a queue, a script read no screen.
 
     Raises: DescriptionError where the file of alerts is wrong.
     """
@@ -72,6 +72,8 @@ def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) ->
 
     with ExitStack() as opened:
         if is_virtual:
+            if alerts is not None:
+                note(f"{alerts}: read, but in virtual time nobody is told")
             screen = _screen(run, opened)
             yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
