@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from chromium import chromium
 from consoles import served_console
 from job_files import job, simulated
-from playwright.sync_api import Page, expect, sync_playwright
-from programs import require_program
+from playwright.sync_api import Page, expect
 
 LONGEST_S = 400
 """No run of the night lasts longer on a busy machine."""
@@ -100,9 +100,8 @@ def test_a_night_by_the_console_alone(files: Path, tmp_path: Path, monkeypatch: 
         simulated(str(bench / "rig.toml"), files / "rig.toml", *options),
         served_console(tmp_path / "runs", archive, files) as console,
         _runner(tmp_path),
-        sync_playwright() as tools,
+        chromium() as browser,
     ):
-        browser = tools.chromium.launch(executable_path=require_program("chromium"), args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 900, "height": 700})
         page.goto(console.link())
         page.wait_for_url("**/")
@@ -128,4 +127,3 @@ def test_a_night_by_the_console_alone(files: Path, tmp_path: Path, monkeypatch: 
         page.get_by_text("SN1047 as found", exact=True).click()
         expect(page.locator("main")).to_contain_text("no progress")
         _picture(page, "jam", tmp_path)
-        browser.close()

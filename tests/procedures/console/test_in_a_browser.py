@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 from axe import serious_findings
+from chromium import chromium
 from consoles import served_console
 from journals import a_clock
 from pages import CUT, OVER, SMALL
-from playwright.sync_api import Page, expect, sync_playwright
-from programs import require_program
+from playwright.sync_api import Page, expect
 from run_folders import make_run
 
 from procedures.journal.journal import Journal
@@ -40,8 +40,7 @@ def page(runs: Path, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator
     """A page that has entered, what its browser complained of, and what it asked for."""
     (width, height), scheme = request.param
     complaints, asked = list[str](), list[str]()
-    with served_console(runs, tmp_path / "none.sqlite") as console, sync_playwright() as tools:
-        browser = tools.chromium.launch(executable_path=require_program("chromium"), args=["--no-sandbox"])
+    with served_console(runs, tmp_path / "none.sqlite") as console, chromium() as browser:
         shown = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme).new_page()
         shown.on("console", lambda told: complaints.append(told.text) if told.type == "error" else None)
         shown.on("pageerror", lambda error: complaints.append(str(error)))
@@ -49,7 +48,6 @@ def page(runs: Path, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator
         shown.goto(console.link())
         shown.wait_for_url("**/")
         yield shown, complaints, asked
-        browser.close()
 
 
 def _require_whole(page: Page) -> None:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 from axe import serious_findings
+from chromium import chromium
 from jog_bench import CLOCK, RIG, JogBench, jog_bench
 from many_packages import rig_text
 from pages import CUT, OVER, SMALL
-from playwright.sync_api import Browser, Page, expect, sync_playwright
-from programs import require_program
+from playwright.sync_api import Browser, Page, expect
 
 from rig.assembly.simulate import serve_rig, write_rig
 from rig.description.read import read_rig
@@ -24,10 +24,8 @@ HANG = "() => { const from = performance.now(); while (performance.now() - from 
 
 @contextmanager
 def _browser() -> Iterator[Browser]:
-    with sync_playwright() as tools:
-        browser = tools.chromium.launch(executable_path=require_program("chromium"), args=["--no-sandbox"])
+    with chromium() as browser:
         yield browser
-        browser.close()
 
 
 def _entered(

@@ -21,10 +21,10 @@ from urllib.request import Request, urlopen
 import numpy as np
 import psutil
 import pytest
+from chromium import chromium
 from consoles import ServedConsole, served_console
 from job_files import job, simulated
-from playwright.sync_api import expect, sync_playwright
-from programs import require_program
+from playwright.sync_api import expect
 from run_folders import make_run, stored_run
 from small_run import PROCEDURE, RIG
 from websockets.exceptions import ConnectionClosed
@@ -91,8 +91,7 @@ def _going_run(folder: Path) -> Iterator[Path]:
 def test_a_commit_is_seen_on_ten_screens_in_half_a_second(tmp_path: Path, record_property: Note) -> None:
     """p95 of 100 commits on ten pages of one browser: the second frame after the line stands there."""
     with _going_run(tmp_path) as run, served_console(run.parent, tmp_path / "none.sqlite") as console:
-        with sync_playwright() as tools:
-            browser = tools.chromium.launch(executable_path=require_program("chromium"), args=["--no-sandbox"])
+        with chromium() as browser:
             pages = []
             for _ in range(10):
                 page = browser.new_context().new_page()

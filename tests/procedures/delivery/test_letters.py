@@ -15,12 +15,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from chromium import chromium
 from command import call
 from finished_job import FinishedJob
 from job_files import job
 from letters import acts, all_letters, of_every_block, that_act
 from lxml import etree
-from playwright.sync_api import sync_playwright
 from programs import require_program
 from reports_left_out import reports_left_out
 
@@ -91,8 +91,7 @@ def lettered(tmp_path_factory: pytest.TempPathFactory) -> Lettered:
 
 
 def _opened(page_file: Path) -> Iterator[str]:
-    with sync_playwright() as tools:
-        browser = tools.chromium.launch(executable_path=require_program("chromium"), args=["--no-sandbox"])
+    with chromium() as browser:
         page, complaints = browser.new_page(), []
         page.on("console", lambda message: complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
@@ -100,7 +99,6 @@ def _opened(page_file: Path) -> Iterator[str]:
         page.goto(page_file.as_uri())
         yield str(page.evaluate("document.body.textContent"))
         assert complaints == []
-        browser.close()
 
 
 def _missing(text: str, shown: str) -> list[str]:
