@@ -23,7 +23,7 @@ from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linear_form import orthogonal
-from ams.solve.replicated import TOLD_APART, about_their_mean, left_in_means, loose_root
+from ams.solve.replicated import TOLD_APART, about_their_mean, left_in_means, loose_root, own_columns
 from ams.statistics.intervals import f_test
 
 _TERMS: Final = 9
@@ -182,12 +182,9 @@ def without_drift(
     replication that lacks points is not bent by their lack of fit. Third: (K, q) what is not known of them, in the
     means of the points, for readings of unit variance.
     """
-    n, size = layout.replications, basis.shape[1]
-    if n == 1:
+    if layout.replications == 1:
         return output, 0.0, np.zeros((layout.points, 0))
-    blocks = np.zeros((layout.rows, n, size))
-    blocks[np.arange(layout.rows), layout.replication] = basis
-    flat = _about_points(blocks.reshape(layout.rows, n * size), layout, readings)
+    flat = _about_points(own_columns(basis, layout).reshape(layout.rows, -1), layout, readings)
     values, vectors = _spectrum(flat)
     kept = values > TOLD_APART * values[-1]
     about = _about_points(output, layout, readings)

@@ -136,8 +136,7 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
     pooled = form.solve(outputs)
     residuals = outputs - form.basis @ pooled
     bias = _point_means(layout, residuals, weights)
-    by_replication = np.zeros((rows, n, size))
-    by_replication[np.arange(rows), layout.replication] = form.basis
+    by_replication = own_columns(form.basis, layout)
     contrasts, covariance, rank, loose = _contrasts(by_replication, layout, residuals, weights)
     moved = residuals - by_replication.reshape(rows, -1) @ contrasts
     ss_precision = np.sum((root * (moved - _point_means(layout, moved, weights))) ** 2, axis=0)
@@ -192,6 +191,13 @@ def _contrasts(
     return contrasts, turn @ inverse @ turn.T, int(kept.sum()), turn @ loose_root(values, vectors)
 
 
+def own_columns(basis: FloatArray, layout: Layout) -> FloatArray:
+    """Return (N, n, P) the (N, P) columns once for every replication, zero in the rows of the others."""
+    own = np.zeros((layout.rows, layout.replications, basis.shape[1]))
+    own[np.arange(layout.rows), layout.replication] = basis
+    return own
+
+
 def about_their_mean(basis: FloatArray, layout: Layout, weights: FloatArray) -> FloatArray:
     """Return (N, n P): each replication's own (N, P) columns, less their share in what all replications have in common.
 
@@ -199,8 +205,7 @@ def about_their_mean(basis: FloatArray, layout: Layout, weights: FloatArray) -> 
     so that one that stopped part way bends it little. One weight for all its parameters: an offset stays an offset.
     """
     n, size = layout.replications, basis.shape[1]
-    own = np.zeros((layout.rows, n, size))
-    own[np.arange(layout.rows), layout.replication] = basis
+    own = own_columns(basis, layout)
     weighted = weights[:, None] * basis
     gram = (weighted.T @ own.reshape(layout.rows, -1)).reshape(size, n, size).swapaxes(0, 1)
     told = np.maximum(np.linalg.eigvals(np.linalg.solve(gram.sum(axis=0), gram)).real.min(axis=1), TOLD_APART)
