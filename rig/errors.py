@@ -42,6 +42,13 @@ class DeviceRefused(RigError):
     """The device understood and said no: its own error text is in the message."""
 
 
+class FileContradicted(DeviceRefused):
+    """A device is set up otherwise than the rig file says; the message names table and key in brackets.
+
+    Whoever wrote the file acts, or whoever owns the device: trying again helps neither.
+    """
+
+
 class DeviceFault(RigError):
     """The device reports a fault of its own, or did not do what it acknowledged (not seated, not arrived)."""
 

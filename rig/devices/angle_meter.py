@@ -17,7 +17,7 @@ from pydantic import Field
 from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
 from rig.devices.abilities import Burst, Wait
-from rig.errors import DescriptionError, DeviceFault, DeviceRefused, RequestRefused
+from rig.errors import DescriptionError, DeviceFault, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.toml_file import StrictTable
@@ -197,7 +197,7 @@ class AngleMeter:
     def _require_stated(self, found: AngleUnit | None) -> None:
         stated = self._settings.values
         if found is not None and stated not in (None, found):
-            raise DeviceRefused(
+            raise FileContradicted(
                 f"{self.name}: its unit is {found}, need {stated} (readouts.{self.name}: values); nothing is measured;"
                 " set it at the device, or correct the file"
             )

@@ -18,7 +18,7 @@ from rig.devices.abilities import AxisState, StopStep
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.devices.targets import check_target
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire import esp301 as wire
@@ -313,7 +313,7 @@ class Esp301Axis:
             return
         read_deg = self._controller.ask_number("SU", number)
         if abs(read_deg - need_deg) > _RESOLUTION_TOLERANCE * need_deg:
-            raise DeviceRefused(
+            raise FileContradicted(
                 f"{self.name}: the controller reckons with (SU) {read_deg:g} deg a count, the rig file says"
                 f" {need_deg:g} (axes.{self.name}: resolution_deg); nothing moved; another stage is"
                 " connected, or its scale was changed: correct one of them"

@@ -4,7 +4,7 @@ Whatever the meter was told is read back, a burst counts only when the scanner s
 after it, the meter reports no error and no loss of power, and no byte is left over on the line.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Annotated, Literal
@@ -78,6 +78,8 @@ class Hp3458aSettings(ReadoutSettings):
     line_frequency_hz: Literal[50, 60] = 50
     relay_settle_s: NotNegative = 0.02
     channels: dict[str, ScannedChannel] = Field(min_length=1)
+    cards: dict[Literal["1", "2", "3", "4", "5"], Literal["44470", "44471", "44472"]] = Field(default_factory=dict)
+    """The scanner's cards by slot, as it names them; what is not told is asked of the scanner when the run begins."""
     checks: Hp3458aChecks = Hp3458aChecks()
 
     @model_validator(mode="after")
@@ -88,13 +90,32 @@ class Hp3458aSettings(ReadoutSettings):
             names = [name for name, channel in self.channels.items() if channel.scanner_channel == twice[0]]
             raise ValueError(f"channels: scanner channel {twice[0]} is used by {', '.join(names)}; each needs its own")
         self.checks.refuse_conflicts(used, self.ranges_v())
-        for number in [*used, *(place for place in self.checks.places().values() if place is not None)]:
-            if not any(scanner_wire.has_channel(card, number) for card in scanner_wire.SWITCHED_BY):
+        for slot, numbers in scanner_wire.by_slot(_scanner_channels(self)).items():
+            self._refuse_what_no_card_has(slot, numbers)
+        return self
+
+    def _refuse_what_no_card_has(self, slot: int, numbers: Sequence[int]) -> None:
+        for number in numbers:
+            if not scanner_wire.cards_for([number]):
                 raise ValueError(
                     f"scanner channel {number}: no card of a 3488A has it (allowed: slot 1 to 5, with the channels of"
                     f" {', '.join(scanner_wire.SWITCHED_BY)}, such as 100 to 109)"
                 )
-        return self
+        fitting, card = scanner_wire.cards_for(numbers), self.card_of_slot().get(slot)
+        if card is not None and card not in fitting:
+            lacking = next(number for number in numbers if not scanner_wire.has_channel(card, number))
+            allowed = ", ".join(f"{100 * slot + place}" for place in sorted(scanner_wire.SWITCHED_BY[card]))
+            raise ValueError(
+                f"scanner channel {lacking}: the {card} in slot {slot} (cards) has no such channel (allowed: {allowed})"
+            )
+        if not fitting:
+            raise ValueError(
+                f"scanner channels {', '.join(map(str, numbers))}: no card of a 3488A has all of them, and they are of"
+                f" one slot, {slot}; a 44472 has 00 to 03 and 10 to 13, the others 00 to 09"
+            )
+
+    def card_of_slot(self) -> dict[int, str]:
+        return {int(slot): card for slot, card in self.cards.items()}
 
     def ranges_v(self) -> list[float]:
         """Return every range that a channel uses, as often as it does."""
@@ -148,6 +169,7 @@ class Hp3458aReadout:
             _scanner_channels(settings),
             settings.relay_settle_s,
             clock,
+            settings.card_of_slot(),
         )
 
     def identify(self) -> str:

@@ -4,12 +4,13 @@ Two inputs must never meet through the scanner, so the old channel is seen open 
 scanner has no query for all channels: a device clear opens them all, and :meth:`prepare` looks at each that is used.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from rig.clock import Clock
 from rig.devices.abilities import Wait
 from rig.devices.waiting import wait_until
-from rig.errors import DeviceFault, DeviceRefused
+from rig.errors import DeviceFault, DeviceRefused, FileContradicted
 from rig.link.gpib import GpibBus
 from rig.wire import hp3488a as wire
 from rig.wire.hp3488a import Status
@@ -21,15 +22,26 @@ END = b"\r\n"
 
 
 class Hp3488aScanner:
-    """The scanner at ``address``, with the channels (slot and two digits) that the rig uses."""
+    """The scanner at ``address``, with the channels (slot and two digits) that the rig uses.
+
+    ``declared``: the cards of slots by the rig file, none where it names none.
+    """
 
     def __init__(
-        self, name: str, bus: GpibBus, address: int, channels: Sequence[int], settle_s: float, clock: Clock
+        self,
+        name: str,
+        bus: GpibBus,
+        address: int,
+        channels: Sequence[int],
+        settle_s: float,
+        clock: Clock,
+        declared: Mapping[int, str] = MappingProxyType({}),
     ) -> None:
         self.name = name
         self._bus = bus
         self._address = address
         self._channels = tuple(channels)
+        self._declared = declared
         self._settle_s = settle_s
         self._clock = clock
         self._closed: int | None = None
@@ -127,12 +139,19 @@ class Hp3488aScanner:
     def _require_cards(self) -> None:
         """Refuse a channel that no card has: it answers nothing at all, so say which before it is waited for."""
         cards = self._cards()
+        for slot, card in self._declared.items():
+            if cards.get(slot, card) != card:
+                raise FileContradicted(
+                    f"{self.name}: slot {slot} of the scanner has a {cards[slot]}, the rig file says {card}"
+                    f" (readouts.{self.name}: cards); all relays are open; put that card in or correct the rig file"
+                )
         for channel in self._channels:
             slot = wire.slot_of(channel)
             if not wire.has_channel(cards[slot], channel):
-                raise DeviceRefused(
+                raise FileContradicted(
                     f"{self.name}: scanner channel {channel}: card {cards[slot]} in slot {slot} has no such channel"
-                    f" (allowed: channels of {', '.join(wire.SWITCHED_BY)}); all relays are open; correct the rig file"
+                    f" (readouts.{self.name}: channels; allowed: channels of {', '.join(wire.SWITCHED_BY)}); all relays"
+                    " are open; correct the rig file"
                 )
 
     def _cards(self) -> dict[int, str]:

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from rig.description.device_settings import Positive
 from rig.devices import rates
-from rig.errors import DeviceNonsense, DeviceRefused
+from rig.errors import DeviceNonsense, FileContradicted
 from rig.toml_file import as_tuple
 from rig.wire import oriental_az as wire
 
@@ -76,21 +76,21 @@ def _without_parameters(name: str, settings: OrientalAzSettings) -> str:
 def _judged(name: str, settings: OrientalAzSettings, found: wire.Parameters) -> str:
     if found.wraps is not bool(settings.wrap):
         says = "without wrap = true" if settings.wrap is None else f"with wrap = {settings.wrap}".lower()
-        raise DeviceRefused(
+        raise FileContradicted(
             f"{name}: the driver's wrap function is {'on' if found.wraps else 'off'}, the rig file is {says}"
             f" (axes.{name}: wrap); nothing moved; with it positions jump at half its range: switch it off"
             " with MEXE02, or correct the file"
         )
     gear, wanted = found.gear, settings.electronic_gear
     if wanted not in (None, gear):
-        raise DeviceRefused(
+        raise FileContradicted(
             f"{name}: the electronic gear is {gear[0]}/{gear[1]}, the rig file says {wanted[0]}/{wanted[1]}"
             f" (axes.{name}: electronic_gear, with which step_deg was reckoned); nothing moved; correct one"
         )
     if found.limits is not None:
         ends = sorted(settings.attitude_deg(steps * settings.step_deg) for steps in found.limits)
         if ends[0] > settings.limits_deg[0] or ends[1] < settings.limits_deg[1]:
-            raise DeviceRefused(
+            raise FileContradicted(
                 f"{name}: the driver's software limits allow {ends[0]:g} to {ends[1]:g} deg only"
                 f" (axes.{name}: limits_deg); nothing moved; narrow the file's or widen the driver's"
             )

@@ -18,7 +18,7 @@ from rig.devices.abilities import AxisState, StopStep
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target
-from rig.errors import DeviceFault, DeviceRefused, RequestRefused
+from rig.errors import DeviceFault, DeviceRefused, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire import pi_gcs as wire
@@ -134,7 +134,7 @@ class PiGcsAxis:
         question = wire.command("SPA?", self._axis, f"0x{wire.UNIT:X}")
         unit = self._ask(question, lambda line: wire.parse_unit(line, self._axis))
         if unit not in DEGREES:
-            raise DeviceRefused(
+            raise FileContradicted(
                 f"{self.name}: the stage counts in {unit}, need degrees (axes.{self.name}: axis, axis_id); nothing"
                 " moved; another stage is connected, or its configuration is not that of a rotary stage"
             )

@@ -16,11 +16,18 @@ from numpy.typing import NDArray
 from rig.clock import Clock
 from rig.devices.abilities import Burst, Wait
 from rig.devices.meter_checks import proofs
-from rig.devices.scpi_daq_settings import MODELS, MOST_SAMPLES, POWER_LINE_CYCLES, DaqChannel, ScpiDaqSettings
+from rig.devices.scpi_daq_settings import (
+    CARD_CHANNELS,
+    MODELS,
+    MOST_SAMPLES,
+    POWER_LINE_CYCLES,
+    DaqChannel,
+    ScpiDaqSettings,
+)
 from rig.devices.scpi_talk import as_sent, listed, quiet_unless_done, require, require_no_error, take_errors
 from rig.devices.self_checking import MeterLook
 from rig.devices.waiting import wait_until
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, FileContradicted, RequestRefused
 from rig.link.messages import TALK_TIMEOUT_S, MessageLine
 from rig.wire import scpi
 
@@ -31,11 +38,6 @@ BYTES_PER_READING, SLOWEST_BYTES_PER_S = 21, 900.0
 """With its channel and commas; by serial line at 9600 baud."""
 DATA_LIMIT_S, LATENESS = 3.0, 0.5
 """How much later than expected the readings may be there: seconds, and a part of the burst."""
-CARD_CHANNELS: Mapping[str, int] = {
-    "34901A": 20, "34902A": 16, "34908A": 40, "34921A": 40, "34922A": 70, "34923A": 80, "34924A": 70, "34925A": 80,
-    "DAQM900A": 16, "DAQM901A": 20, "DAQM902A": 16, "DAQM908A": 40,
-}  # fmt: skip
-"""Highest channel for volts of the cards that are known; remembered, so a card that is not here is left to the unit."""
 
 
 class ScpiDaqReadout:
@@ -237,14 +239,20 @@ class ScpiDaqReadout:
         query = b"SYST:CTYP? %d" % (slot * self._model.card_place)
         _, card, _, _ = self._line.ask(query, scpi.parse_identity, idempotent=True)
         if card == "0":
-            raise DeviceRefused(
+            raise FileContradicted(
                 f"{self.name}: slot {slot} is empty, but the rig file uses its channels (readouts.{self.name}:"
                 " channels); nothing was switched; put the card in or correct the file"
+            )
+        told = self._settings.card_of_slot().get(slot, card)
+        if told != card:
+            raise FileContradicted(
+                f"{self.name}: slot {slot} has a {card}, the rig file says {told} (readouts.{self.name}: cards);"
+                " nothing was switched; put that card in or correct the file"
             )
         last = CARD_CHANNELS.get(card, self._model.most_channels)
         for number in numbers:
             if number // self._model.slot_place == slot and number % self._model.slot_place > last:
-                raise DeviceRefused(
+                raise FileContradicted(
                     f"{self.name}: the {card} in slot {slot} measures volts on channels 1 to {last}, the rig file uses"
                     f" channel {number} (readouts.{self.name}: channels); nothing was switched; correct the file"
                 )

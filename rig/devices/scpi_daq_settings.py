@@ -56,6 +56,13 @@ MODELS: Mapping[str, Model] = {
 }
 
 
+CARD_CHANNELS: Mapping[str, int] = {
+    "34901A": 20, "34902A": 16, "34908A": 40, "34921A": 40, "34922A": 70, "34923A": 80, "34924A": 70, "34925A": 80,
+    "DAQM900A": 16, "DAQM901A": 20, "DAQM902A": 16, "DAQM908A": 40,
+}  # fmt: skip
+"""Highest channel for volts of the cards that are known; remembered, so a card that is not here is left to the unit."""
+
+
 class DaqChannel(StrictTable):
     """One ``channels`` entry."""
 
@@ -106,6 +113,8 @@ class ScpiDaqSettings(ReadoutSettings):
     high_impedance: bool = True
     """More than 10 gigohm on the ranges up to 10 V; false: 10 megohm on every range, as the unit is after a reset."""
     channels: dict[str, DaqChannel] = Field(min_length=1)
+    cards: dict[Literal["1", "2", "3", "4", "5", "6", "7", "8"], str] = Field(default_factory=dict)
+    """The cards by slot, as the unit names them; what is not told is asked of the unit when the run begins."""
     checks: DaqChecks = DaqChecks()
 
     @field_validator("nplc")
@@ -118,6 +127,8 @@ class ScpiDaqSettings(ReadoutSettings):
         model = MODELS[self.model]
         used = [entry.channel for entry in self.channels.values()]
         self.checks.refuse_conflicts(used, self.ranges_v())
+        if absent := [slot for slot in self.card_of_slot() if slot > model.slots]:
+            raise ValueError(f"cards: a {self.model} has no slot {absent[0]} (allowed: 1 to {model.slots})")
         for number in [*used, *(place for place in self.checks.places().values() if place is not None)]:
             slot, place = divmod(number, model.slot_place)
             if not (1 <= slot <= model.slots and 1 <= place <= model.most_channels):
@@ -128,7 +139,17 @@ class ScpiDaqSettings(ReadoutSettings):
                 )
             if used.count(number) > 1:
                 raise ValueError(f"channel {number} is used by more than one name; each needs its own")
+            card = self.card_of_slot().get(slot, "")
+            last = CARD_CHANNELS.get(card, model.most_channels)
+            if place > last:
+                raise ValueError(
+                    f"channel {number}: the {card} in slot {slot} (cards) measures volts on channels 1 to "
+                    f"{last} (allowed: {slot * model.slot_place + 1} to {slot * model.slot_place + last})"
+                )
         return self
+
+    def card_of_slot(self) -> dict[int, str]:
+        return {int(slot): card for slot, card in self.cards.items()}
 
     def most_samples(self) -> int:
         return MOST_SAMPLES

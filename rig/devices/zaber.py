@@ -20,7 +20,7 @@ from rig.devices.abilities import AxisState, StopStep, TurnLook
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import start_once
 from rig.devices.targets import check_target, nearest_step
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.exchange import Exchange, Patience
@@ -195,10 +195,10 @@ class ZaberAxis:
             return
         turn_deg = turn * self._settings.microstep_deg
         if turn and abs(turn_deg - 360.0) > _TURN_TOLERANCE_DEG:
-            raise DeviceRefused(
+            raise FileContradicted(
                 f"{self.name}: the stage has {turn} microsteps a turn, which are {turn_deg:g} deg with microstep_deg ="
-                f" {self._settings.microstep_deg:g} (axes.{self.name}); nothing moved; another stage is connected, or"
-                " its resolution was changed: correct the file or the stage"
+                f" {self._settings.microstep_deg:g} (axes.{self.name}: microstep_deg); nothing moved; another stage is"
+                " connected, or its resolution was changed: correct the file or the stage"
             )
 
     def _is_homed(self, reply: Reply) -> bool:

@@ -32,7 +32,8 @@ def _twin(name: str, settings: Hp3458aSettings, world: World) -> tuple[Twin, str
     wiring = {entry.scanner_channel: f"{name}.{channel}" for channel, entry in settings.channels.items()}
     wiring |= wired_checks(settings.checks)
     source = known_voltages(name, settings.checks, world)
-    scanner = Hp3488aTwin(dict.fromkeys(sorted({number // 100 for number in wiring}), "44470"))
+    fitting = {slot: scanner_wire.cards_for(numbers)[0] for slot, numbers in scanner_wire.by_slot(wiring).items()}
+    scanner = Hp3488aTwin(fitting | settings.card_of_slot())
     twin = Hp3458aTwin(ScannedInput(source, scanner, wiring))
     twin.own_degc = source.own_degc
     instruments: dict[int, GpibInstrument] = {

@@ -101,6 +101,8 @@ class ScpiDaqTwin:
         self._model = MODELS[model]
         self.cards = dict.fromkeys(sorted({number // self._model.slot_place for number in wiring}), self._model.card)
         """Slot to card; what is not here is an empty slot."""
+        self.card_channels: dict[int, int] = {}
+        """Slot to the highest channel for volts, where its card is another than the model's usual one."""
         self._line_frequency_hz = line_frequency_hz
         self._queries = self._query_table()
         self._commands = self._command_table()
@@ -226,7 +228,7 @@ class ScpiDaqTwin:
 
     def _has(self, number: int) -> bool:
         slot, place = divmod(number, self._model.slot_place)
-        return slot in self.cards and 1 <= place <= self._model.card_channels
+        return slot in self.cards and 1 <= place <= self.card_channels.get(slot, self._model.card_channels)
 
     def _impedance(self, text: str) -> bytes:
         if text:

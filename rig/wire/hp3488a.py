@@ -7,7 +7,7 @@ Source: HP 3488A operating manual as used by gpib-utils' hp3488.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import IntFlag
 
 from rig.errors import DeviceNonsense
@@ -64,9 +64,21 @@ def slot_of(channel: int) -> int:
     return channel // 100
 
 
+def by_slot(channels: Iterable[int]) -> dict[int, list[int]]:
+    """Return the channels of every slot that has some, slot by slot."""
+    numbers = sorted(channels)
+    return {slot: [one for one in numbers if slot_of(one) == slot] for slot in sorted(set(map(slot_of, numbers)))}
+
+
 def has_channel(card: str, channel: int) -> bool:
     """Return whether a card of that model has the channel (slot and two digits)."""
     return channel % 100 in SWITCHED_BY.get(card, frozenset())
+
+
+def cards_for(channels: Iterable[int]) -> list[str]:
+    """Return the models of card that have all these channels of one slot."""
+    wanted = {channel % 100 for channel in channels}
+    return [card for card, has in SWITCHED_BY.items() if wanted <= has]
 
 
 def parse_identity(line: bytes) -> str:

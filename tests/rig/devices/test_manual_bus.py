@@ -1,7 +1,7 @@
 """What manuals and published firmware say of GPIB adapters and the 3458A: docs/devices/prologix.md, hp3458a.md."""
 
 import pytest
-from gpib_rig import gpib_rig, virtual_clock
+from gpib_rig import gpib_rig, meter_settings, virtual_clock
 from heard_adapter import Listener
 
 from rig.errors import DeviceNonsense, DeviceRefused
@@ -172,3 +172,34 @@ def test_a_channel_that_no_card_of_a_3488a_has_is_refused_with_the_file(number: 
     # hp3488a.md: 44470 and 44471 have 00 to 09, 44472 and 44478 also 10 to 13, 44473 to 33; five slots.
     with pytest.raises(ValueError, match="no card of a 3488A has it"):
         gpib_rig().readout(channels={"x": {"scanner": number, "range_v": 10.0}})
+
+
+@pytest.mark.parametrize(
+    ("cards", "numbers", "said"),
+    [
+        # hp3488a.md: a 44472 has 00 to 03 and 10 to 13, a 44470 and a 44471 have 00 to 09.
+        ({}, (105, 112), "no card of a 3488A has all of them"),
+        (
+            {"1": "44472"},
+            (105,),
+            r"scanner channel 105: the 44472 in slot 1 \(cards\) has no such channel \(allowed: 100",
+        ),
+        ({"1": "44470"}, (112,), r"scanner channel 112: the 44470 in slot 1 .*108, 109\)"),
+        ({"6": "44470"}, (101,), "'1', '2', '3', '4' or '5'"),
+        ({"1": "44478"}, (101,), "'44470', '44471' or '44472'"),
+    ],
+)
+def test_a_channel_that_the_card_of_its_slot_lacks_is_refused_with_the_file(
+    cards: dict[str, str], numbers: tuple[int, ...], said: str
+) -> None:
+    channels = {f"c{number}": {"scanner": number, "range_v": 10.0} for number in numbers}
+    with pytest.raises(ValueError, match=said):
+        meter_settings(channels=channels, cards=cards)
+
+
+def test_a_card_that_is_not_the_one_of_the_file_is_refused_before_anything_is_switched() -> None:
+    rig = gpib_rig()
+    readout = rig.readout(cards={"1": "44471"})
+    with pytest.raises(DeviceRefused, match=r"slot 1 of the scanner has a 44470, the rig file says 44471 .*are open"):
+        readout.prepare()
+    assert not rig.scanner.closed_channels()

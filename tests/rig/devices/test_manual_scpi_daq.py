@@ -240,3 +240,15 @@ def test_a_channel_that_the_card_in_the_slot_lacks_is_told_by_identify() -> None
     readout = rig.readout(channels={"x": {"channel": 133, "range_v": 10.0}})
     with pytest.raises(RigError, match=r"34901A in slot 1 measures volts on channels 1 to 20, .* channel 133"):
         readout.prepare()
+
+
+def test_a_channel_that_the_declared_card_lacks_is_refused_with_the_file_and_another_card_before_the_run() -> None:
+    # 34970A user's guide: the 34902A has 16 channels, the 34901A 20 for volts.
+    channels = {"x": {"channel": 117, "range_v": 10.0}}
+    with pytest.raises(ValueError, match=r"channel 117: the 34902A in slot 1 \(cards\) .* \(allowed: 101 to 116\)"):
+        daq_settings(channels=channels, cards={"1": "34902A"})
+    assert daq_settings(channels=channels, cards={"1": "34901A"})
+    rig = daq_rig()
+    readout = rig.readout(cards={"1": "34902A"})
+    with pytest.raises(RigError, match=r"slot 1 has a 34901A, the rig file says 34902A .*nothing was switched"):
+        readout.prepare()
