@@ -14,7 +14,9 @@ ADVICE: Mapping[str, str] = {
     ),
     "interlock": (
         "The value named above left its band. A hold goes on by itself when it is back; what was measured meanwhile is "
-        "taken back and measured again. A trip: remove the cause, then calrig resume RUN --operator NAME --reason TEXT."
+        "taken back and measured again. A trip: remove the cause, then calrig resume RUN --operator NAME --reason "
+        "TEXT. Where the band itself is wrong: first correct the key that is named above in the rig file; resume with "
+        "--accept-changes takes bands of [interlocks] over, everything else needs a new run."
     ),
     "disk": "Free space on the disk of the run. It goes on by itself when there is room.",
     "storage": (
@@ -42,6 +44,12 @@ ADVICE: Mapping[str, str] = {
         "A device reports a fault: limit switch, stop button, coupling, drive. Clear it at the machine, then "
         "calrig resume RUN --operator NAME --reason TEXT; releasing a button alone starts nothing."
     ),
+    "rig file": (
+        "A device is set up otherwise than the rig file says; the key stands above in brackets. A resume before that "
+        "is put right stops here again. Where the device is wrong: set it, then calrig resume RUN --operator NAME "
+        "--reason TEXT. Where the file is wrong: correct that key, let calrig check and calrig prove pass, and begin a "
+        "new run: this one keeps the file that it began with."
+    ),
     "slip": (
         "The sensors say that an axis stands elsewhere than its read-back. The run homes, measures the check set and "
         "goes on; where homing does not help, the seam test trips. Look at coupling and encoder."
@@ -53,7 +61,8 @@ ADVICE: Mapping[str, str] = {
     "meter": (
         "The meter reads its short or its reference beyond the limit of the rig file; what was measured since its last "
         "good proof is taken back. Look at meter, scanner and reference; after a trip calrig resume RUN --operator "
-        "NAME --reason TEXT, after a hold calrig continue RUN: it is read again at once."
+        "NAME --reason TEXT, after a hold calrig continue RUN: it is read again at once. Where the limit itself is "
+        "wrong: correct the key that is named above in the rig file and begin a new run."
     ),
     "process": "This process grew too far and ended the run in time: calrig resume RUN goes on; send its folder.",
     "identity": "Other devices answer than at the start: swapped cables or a replaced device. Put it right; resume.",

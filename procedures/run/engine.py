@@ -59,6 +59,7 @@ from rig.errors import (
     DeviceNonsense,
     DeviceRefused,
     DeviceSilent,
+    FileContradicted,
     GuardLost,
     LinkClosed,
     LinkLost,
@@ -204,6 +205,8 @@ class _Engine:
             ending = Ending(State.STOPPED, str(error), cause=STORAGE)
         except (MotionBreach, GuardLost) as error:
             ending = Ending(State.TRIPPED, str(error), cause="supervision")
+        except FileContradicted as error:
+            ending = Ending(State.TRIPPED, str(error), cause="rig file")
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
             ending = Ending(State.TRIPPED, str(error), cause="device")
         except (RigError, ProcedureError) as error:

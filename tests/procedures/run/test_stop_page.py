@@ -14,7 +14,7 @@ from procedures.records.states import State
 from procedures.run.sparkline import sparkline
 from procedures.run.watch.keep_awake import awake
 from rig.devices.abilities import Burst
-from rig.errors import LinkLost
+from rig.errors import FileContradicted, LinkLost
 
 ROOT = Path(__file__).parents[3]
 
@@ -59,6 +59,23 @@ def test_a_trip_says_where_every_axis_rests(small: Bench, tmp_path: Path) -> Non
     assert outcome.state is State.TRIPPED
     told = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in outcome.positions_deg.items())
     assert f"at rest, read back: {told}; nothing has been moved since" in (unattended.run_dir / "why.txt").read_text()
+
+
+def test_where_the_rig_file_is_contradicted_the_page_names_file_and_key_to_change_before_a_resume(
+    small: Bench, tmp_path: Path
+) -> None:
+    def other_card(number: int, burst: Burst) -> Burst:
+        if number > 40:
+            raise FileContradicted("dmm: slot 1 has a 34902A, the rig file says 34901A (readouts.dmm: cards)")
+        return burst
+
+    unattended = UnattendedRun(tmp_path / "run")
+    outcome = run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=other_card))
+    assert outcome.state is State.TRIPPED
+    text = (unattended.run_dir / "why.txt").read_text()
+    assert "(readouts.dmm: cards)" in text
+    assert "correct that key" in text
+    assert text.index("A resume before that is put right stops here again") < text.index("calrig resume RUN")
 
 
 def test_axes_that_do_not_answer_are_not_said_to_rest(small: Bench, tmp_path: Path) -> None:
