@@ -2,8 +2,12 @@
 
 Of every past run and part there are sums: what the files expected, what was measured. A part of a new plan takes the
 expected time by the ratio of the two. Ratios differ from run to run and from step to step; both spreads are learned,
-and that the parts of one run are slow or quick together: the covariance of their ratios. How far the p90 lies above the
-p50 follows from them, by Student's t for as few runs as there are.
+and that the parts of one run are slow or quick together: the covariance of their ratios.
+
+p50 and p90 of a plan are ranks among the past runs, each as long as the plan would have been in it. No shape is
+assumed: most runs of few dwells take the same time to the second, and a few take a window or a repeated dwell longer.
+A past run of another size is spread as much more or less as its steps are fewer or more. Where there are too few runs
+for a rank of nine in ten, the p90 is that of a normal spread, by Student's t.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,6 +16,7 @@ from math import sqrt
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from procedures.plan.step_times import AGAIN, MOVE, StepPart
 from procedures.statistics import t_limit
 
@@ -23,6 +28,8 @@ MOST_RUNS = 30
 """The latest: a rig is not what it was years ago."""
 _TWO_SIDED = 0.2
 """A p90 is the upper end of the interval that leaves out a fifth."""
+FEWEST_RANKED = 9
+"""So many runs have a rank that one new run in ten exceeds: the longest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +70,8 @@ class LearnedPart:
     """Of one run's ratio about it, the uncertainty of ``ratio`` included."""
     step_variance: float
     """Of one step, as part of the square of what is expected of it."""
+    between_variance: float = 0.0
+    """Of one run's ratio about it, the scatter of its steps left out."""
 
     @classmethod
     def of(cls, runs: Sequence[PartSums]) -> "LearnedPart":
@@ -75,7 +84,7 @@ class LearnedPart:
             return cls(ratio, of_steps, step_variance)
         seen = sum((run.ratio - ratio) ** 2 for run in runs) / (len(runs) - 1)
         between = max(seen - of_steps, 0.0)
-        return cls(ratio, between + (between + of_steps) / len(runs), step_variance)
+        return cls(ratio, between + (between + of_steps) / len(runs), step_variance, between)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,11 +100,11 @@ class PartTime:
 
 @dataclass(frozen=True)
 class LearnedTimes:
-    """Of one rig. ``parts``: by name; empty where there were too few runs. ``ratios``: of each run, by part."""
+    """Of one rig. ``parts``: by name; empty where there were too few runs. ``past``: the runs themselves."""
 
     runs: int = 0
     parts: Mapping[str, LearnedPart] = ()  # type: ignore[assignment]
-    ratios: Sequence[Mapping[str, float]] = ()
+    past: Sequence[Mapping[str, PartSums]] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parts", dict(self.parts))
@@ -119,14 +128,7 @@ class LearnedTimes:
 
         A part that no past run had takes what the files expect.
         """
-        sums: dict[str, list[float]] = {}
-        for part in parts:
-            one = sums.setdefault(part.name, [0.0, 0.0, 0.0])
-            one[0] += 1
-            one[1] += part.expected_s
-            one[2] += part.expected_s**2
-        taken_s = sum(one[1] for name, one in sums.items())
-        sums[AGAIN] = [1, REPEATED * taken_s, (REPEATED * taken_s) ** 2]
+        sums = _planned(parts)
         student = t_limit(max(self.runs - 1, 1), _TWO_SIDED)
         found: dict[str, PartTime] = {}
         p50_s = variance_s2 = 0.0
@@ -143,8 +145,39 @@ class LearnedTimes:
                 each_s,
                 each_s + student * each_deviation * expected_s / count,
             )
-        variance_s2 += self._together_s2({name: one[1] for name, one in sums.items()})
-        return p50_s, p50_s + student * sqrt(max(variance_s2, 0.0)), found
+        together_s2 = self._together_s2({name: one[1] for name, one in sums.items()})
+        late_s = p50_s + student * sqrt(max(variance_s2 + together_s2, 0.0))
+        if not self.past:
+            return p50_s, late_s, found
+        would_take_s = p50_s + self._apart_s({name: (one[1], one[2]) for name, one in sums.items()}, together_s2)
+        ranked_s = np.quantile(would_take_s, (0.5, 0.9), method="weibull")
+        is_ranked = self.runs >= FEWEST_RANKED
+        return float(ranked_s[0]), float(ranked_s[1] if is_ranked else max(late_s, ranked_s[0])), found
+
+    def _apart_s(self, plan: Mapping[str, tuple[float, float]], together_s2: float) -> FloatArray:
+        """Return how far a plan would have been from its mean in each past run, s: (runs,).
+
+        ``plan``: by part the sum of what is expected and of its squares. A part that a run did not have stands at its
+        mean there.
+        """
+        known = {name: sums for name, sums in plan.items() if name in self.parts}
+        shared_s2 = max(together_s2, 0.0)
+        plan_s2 = shared_s2 + sum(
+            self.parts[name].between_variance * expected_s**2 + self.parts[name].step_variance * expected_s2
+            for name, (expected_s, expected_s2) in known.items()
+        )
+        apart_s = np.zeros(len(self.past))
+        for place, run in enumerate(self.past):
+            run_s2 = shared_s2
+            for name, (expected_s, expected_s2) in known.items():
+                part, sums = self.parts[name], run.get(name)
+                share = expected_s2 / max(expected_s, 1e-300) ** 2
+                if sums is not None:
+                    apart_s[place] += (sums.ratio - part.ratio) * expected_s
+                    share = sums.expected_s2 / sums.expected_s**2
+                run_s2 += (part.between_variance + part.step_variance * share) * expected_s**2
+            apart_s[place] *= sqrt(plan_s2 / run_s2) if run_s2 > 0.0 else 1.0
+        return apart_s
 
     def _together_s2(self, expected_s: Mapping[str, float]) -> float:
         """Return what it adds to the variance of a plan that the parts of a run are slow or quick together, s².
@@ -157,7 +190,7 @@ class LearnedTimes:
             return 0.0
         apart_s = np.array(
             [
-                [(run[name] - self.parts[name].ratio) * part_s if name in run else 0.0 for run in self.ratios]
+                [(run[name].ratio - self.parts[name].ratio) * part_s if name in run else 0.0 for run in self.past]
                 for name, part_s in expected_s.items()
                 if name in self.parts
             ]
@@ -168,6 +201,31 @@ class LearnedTimes:
         return float(covariance_s2.sum() - np.trace(covariance_s2)) * (1.0 + 1.0 / self.runs)
 
 
+def _planned(parts: Iterable[StepPart]) -> dict[str, list[float]]:
+    """Return of every part of a plan how often it comes, what is expected of it, and the sum of the squares of that."""
+    sums: dict[str, list[float]] = {}
+    for part in parts:
+        one = sums.setdefault(part.name, [0.0, 0.0, 0.0])
+        one[0] += 1
+        one[1] += part.expected_s
+        one[2] += part.expected_s**2
+    taken_s, taken_s2 = (sum(one[place] for one in sums.values()) for place in (1, 2))
+    sums[AGAIN] = [1, REPEATED * taken_s, REPEATED**2 * taken_s2]
+    return sums
+
+
+def again_of(undisturbed: Iterable[PartSums], again_s: Sequence[float]) -> PartSums:
+    """Return the sums of ``measured again``: any step of a run may be, and few are.
+
+    ``again_s``: what each step that was took too long.
+    """
+    taken = list(undisturbed)
+    expected_s, expected_s2 = REPEATED * sum(one.expected_s for one in taken), sum(one.expected_s2 for one in taken)
+    ratio, count = sum(again_s) / expected_s, sum(one.count for one in taken)
+    rest_s2 = sum(seconds**2 for seconds in again_s) + ratio**2 * REPEATED**2 * expected_s2
+    return PartSums(count + len(again_s), expected_s, sum(again_s), REPEATED**2 * expected_s2, rest_s2)
+
+
 def learned_from(runs: Sequence[Mapping[str, PartSums]]) -> LearnedTimes:
     """Return what runs of one rig taught, the latest first."""
     latest = runs[:MOST_RUNS]
@@ -175,9 +233,9 @@ def learned_from(runs: Sequence[Mapping[str, PartSums]]) -> LearnedTimes:
         return LearnedTimes()
     names = dict.fromkeys(name for run in latest for name in run)
     found = {name: [run[name] for run in latest if name in run and run[name].expected_s > 0.0] for name in names}
-    ratios = [{name: sums.ratio for name, sums in run.items() if sums.expected_s > 0.0} for run in latest]
-    return LearnedTimes(len(latest), {name: LearnedPart.of(sums) for name, sums in found.items() if sums}, ratios)
+    past = [{name: sums for name, sums in run.items() if sums.expected_s > 0.0} for run in latest]
+    return LearnedTimes(len(latest), {name: LearnedPart.of(sums) for name, sums in found.items() if sums}, past)
 
 
-def _figures(part: LearnedPart) -> tuple[float, float, float]:
-    return part.ratio, part.ratio_variance, part.step_variance
+def _figures(part: LearnedPart) -> tuple[float, float, float, float]:
+    return part.ratio, part.ratio_variance, part.step_variance, part.between_variance

@@ -8,7 +8,7 @@ run was held, paused or interrupted lies between the steps and is never counted.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from procedures.plan.learned_times import REPEATED, PartSums, sums_of
+from procedures.plan.learned_times import PartSums, again_of, sums_of
 from procedures.plan.step_times import AGAIN, BEGIN, END, MOVE, RAMP, SETTLE, SOAK, StepPart, step_parts
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
@@ -35,7 +35,7 @@ class _Taken:
 
     expected: Mapping[int | None, list[StepPart]]
     pairs: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
-    again_s: float = 0.0
+    again_s: list[float] = field(default_factory=list)
 
     def add(self, name: str, expected_s: float, measured_s: float) -> None:
         if expected_s > 0.0:
@@ -61,14 +61,13 @@ def part_durations(record: RunRecord) -> dict[str, PartSums]:
     found = {name: sums_of(pairs) for name, pairs in taken.pairs.items() if pairs}
     if not found:
         return {}
-    undisturbed_s = sum(sums.expected_s for sums in found.values())
-    return found | {AGAIN: sums_of([(REPEATED * undisturbed_s, taken.again_s)])}
+    return found | {AGAIN: again_of(found.values(), taken.again_s)}
 
 
 def _take(taken: _Taken, parts: list[StepPart], step: _Step) -> None:
     took_s = step.ended_s - step.began_s
     if step.is_disturbed:
-        taken.again_s += max(took_s - sum(part.expected_s for part in parts), 0.0)
+        taken.again_s.append(max(took_s - sum(part.expected_s for part in parts), 0.0))
         return
     dwell = step.dwell
     if dwell is None:

@@ -1,6 +1,6 @@
 """Laws of what a journal says of durations: nothing is lost, nothing disturbed teaches, every kind is foreseen."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from shutil import rmtree
 
@@ -33,6 +33,7 @@ KINDS: dict[str, tuple[str, str, dict[str, str]]] = {
 }
 QUICK = ("tumble", "static")
 KINDS_OF_CHANCE = ("tumble", "static", "two-level")
+SAME_S = 1e-3
 EVERY = [pytest.param(kind, marks=() if kind in QUICK else pytest.mark.thorough) for kind in KINDS]
 
 
@@ -113,22 +114,28 @@ def test_motions_that_leave_nothing_to_chance_take_what_was_learned(tmp_path: Pa
 
 @pytest.mark.soak
 @pytest.mark.timeout(1800)
-def test_two_hundred_runs_of_several_kinds_exceed_p50_by_half_and_p90_by_a_tenth(tmp_path: Path) -> None:
-    """Each after ten past runs of its rig or more: those before it."""
-    found = {kind: _exceeded(tmp_path, kind, past_runs=10, runs=50) for kind in ("grid", *KINDS_OF_CHANCE)}
-    runs = sum(one.runs for one in found.values())
-    assert runs >= 195
-    assert sum(one.p50 for one in found.values()) / runs == pytest.approx(0.5, abs=0.1), found
-    assert sum(one.p90 for one in found.values()) / runs == pytest.approx(0.1, abs=0.06), found
+@pytest.mark.parametrize("kind", ["grid", *KINDS_OF_CHANCE])
+def test_two_hundred_runs_of_a_kind_exceed_p50_by_half_and_p90_by_a_tenth(kind: str, tmp_path: Path) -> None:
+    """Each after ten past runs of its rig or more: those before it.
+
+    Twins are as quick today as yesterday, so that most runs of few dwells take the same to the millisecond. A run that
+    takes just what was foreseen stands on both sides: no more than half are above the p50, and no more than half below.
+    """
+    found = _exceeded(tmp_path, kind, past_runs=10, runs=200)
+    assert found.runs >= 195
+    assert found.over[0] / found.runs <= 0.6, found
+    assert found.reached[0] / found.runs >= 0.4, found
+    assert found.over[1] / found.runs <= 0.16, found
+    assert found.reached[1] / found.runs >= 0.04, found
 
 
 @dataclass
 class Exceeded:
-    """How many runs took longer than was foreseen."""
+    """How many runs took longer than was foreseen as p50 and as p90, and how many as long or longer."""
 
     runs: int = 0
-    p50: int = 0
-    p90: int = 0
+    over: list[int] = field(default_factory=lambda: [0, 0])
+    reached: list[int] = field(default_factory=lambda: [0, 0])
     most_off: float = 0.0
     """Largest relative difference from the p50."""
 
@@ -149,8 +156,9 @@ def _exceeded(folder: Path, kind: str, past_runs: int, runs: int) -> Exceeded:
             foreseen = expected_duration(made.rig, plan.steps, plan.dwell, plan.channels, learned)
             took_s = _took_s(record)
             over.runs += 1
-            over.p50 += took_s > foreseen.p50_s
-            over.p90 += took_s > foreseen.p90_s
+            for place, foreseen_s in enumerate((foreseen.p50_s, foreseen.p90_s)):
+                over.over[place] += took_s > foreseen_s + SAME_S
+                over.reached[place] += took_s >= foreseen_s - SAME_S
             over.most_off = max(over.most_off, abs(took_s / foreseen.p50_s - 1.0))
         past.append(part_durations(record))
     return over
