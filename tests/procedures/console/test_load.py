@@ -27,7 +27,7 @@ from job_files import job, simulated
 from playwright.sync_api import expect
 from run_folders import make_run, stored_run
 from small_run import PROCEDURE, RIG
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 from websockets.typing import Origin
 
@@ -70,7 +70,7 @@ class _Listener:
 
     def _listen(self) -> None:
         with (
-            suppress(ConnectionClosed, OSError),
+            suppress(WebSocketException, OSError),
             connect(self._where, origin=Origin(self.base), additional_headers=self.headers) as line,
         ):
             for _ in line:
