@@ -16,7 +16,7 @@ from threading import Thread
 
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command, without_secrets
 from procedures.alerts.settings import AlertSettings, Escalation
-from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver, line_of
+from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver, SilentObserver, line_of
 from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 
@@ -88,6 +88,11 @@ class AlertDispatcher:
                 )
                 self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
         self._then.on_event(progress)
+
+    @property
+    def has_heard(self) -> bool:
+        """Whether it was told anything of the run."""
+        return self._last is not None
 
     def tell_end(self, word: str, text: str) -> None:
         """Tell what a run came to, once, when everything is delivered or is known not to be."""
@@ -217,3 +222,12 @@ class AlertDispatcher:
         if is_beat:
             self._last_failure = failure
         self._outcomes.append({"what": what, "failed": without_secrets(failure, self._settings.secrets)})
+
+
+def tell_people(
+    settings: AlertSettings, clock: Clock, title: str, word: str, text: str
+) -> Sequence[Mapping[str, object]]:
+    """Tell what no run can tell, since there is none; returns what became of it, at the latest after the deadline."""
+    desk = AlertDispatcher(settings, title, clock, SilentObserver())
+    desk.tell_end(word, text)
+    return desk.close()

@@ -43,14 +43,15 @@ def tell(error: BaseException) -> None:
     if isinstance(error, BrokenPipeError):
         _close_standard_output()
         return
-    sentence = _sentence(error)
+    sentence = sentence_of(error)
     log("error", sentence, "error")
     with suppress(OSError):  # nobody reads it where the terminal is gone; the status is told all the same
         for line in sentence.splitlines():
             print(f"calrig: {one_line(line)}", file=sys.stderr, flush=True)  # noqa: T201
 
 
-def _sentence(error: BaseException) -> str:
+def sentence_of(error: BaseException) -> str:
+    """Return what a person reads of an error; a defect of ours also leaves a report file."""
     if isinstance(error, RigError | ProcedureError | AmsError):
         return str(error)
     if isinstance(error, KeyboardInterrupt):

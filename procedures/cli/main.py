@@ -86,6 +86,8 @@ GROUPS = {
     ),
 }
 """Heading to its commands, in the order in which `calrig --help` lists them: name, where it is, summary."""
+OF_PROGRAMS = {"ring": "run.ring:ring"}
+"""Commands that no person gives and no help lists: name and where it is."""
 
 
 def make_app(called: str = "") -> App:
@@ -109,6 +111,8 @@ def make_app(called: str = "") -> App:
         for rank, (name, target, summary) in enumerate(commands):
             text = None if name == called else summary
             app.command(f"procedures.cli.{target}", name=name, help=text, group=group, sort_key=rank)
+    for name, target in OF_PROGRAMS.items():
+        app.command(f"procedures.cli.{target}", name=name, show=False)
     return app
 
 

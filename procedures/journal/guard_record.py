@@ -31,6 +31,7 @@ def guard_sentence(document: Mapping[str, Any]) -> str:
     """Return it as a sentence."""
     axes: Mapping[str, str] = document.get("axes", {})
     missed = [f"{name}: {outcome}" for name, outcome in sorted(axes.items()) if outcome.startswith("NOT")]
-    text = f"stop guard, {document.get('stopped_utc')}: {document.get('why')} while {' and '.join(document['moving'])}"
-    text += " could move; every axis was told to stop"
+    moving = f"{' and '.join(document['moving'])} could move" if document["moving"] else "every axis stood"
+    text = f"stop guard, {document.get('stopped_utc')}: {document.get('why')} while {moving}"
+    text += "; every axis was told to stop"
     return f"{text}, but {'; '.join(missed)}; use the stop button at the machine" if missed else text

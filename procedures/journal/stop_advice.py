@@ -27,6 +27,10 @@ ADVICE: Mapping[str, str] = {
         "The disk took no journal, so there is no run yet, and nothing moved. Make room or repair it, then begin the "
         "run again."
     ),
+    "process died": (
+        "The process of the run was killed, ran out of memory, or was frozen and then ended; its stop guard told every "
+        "axis to stop. Find out what ended it and see that the axes stand, then calrig resume RUN."
+    ),
     "link quality": "Look at cable, earth and adapter of the line named above, then calrig continue RUN.",
     "noise": "Look for vibration, a loose cable, a failing sensor or meter, then calrig continue RUN.",
     "suspect dwell": "See why the dwell was rejected, then calrig continue RUN: it is measured again.",

@@ -76,6 +76,9 @@ class Runner:
     world: World
     clock: Clock
     tell: Callable[[str], None]
+    """For whoever looks at its words."""
+    ring: Callable[[str, str, str], None] = lambda _title, _word, _text: None
+    """For people who are not there: what does not happen tonight; title, word and sentences."""
     _busy_since_s: float | None = None
     _told: set[str] = field(default_factory=set)
 
@@ -84,7 +87,8 @@ class Runner:
         queue, now_utc = self.store.read(), self.clock.now_utc()
         for item in queue.in_place(Place.WAITING):
             if item.is_late(now_utc):
-                self._add(queue, "expired", {"item": item.number})
+                if self._add(queue, "expired", {"item": item.number}) and queue.is_armed(self.world.boot(), now_utc):
+                    self._ring(item, "expired", "its window was over before it could start")
                 return queue
         at_work = queue.in_place(*AT_WORK)
         if at_work:
@@ -103,13 +107,17 @@ class Runner:
             return
         elif look.run is None:
             reason = look.said or "its process ended before a run began"
-            self._add(queue, "unbegun", {"item": item.number, "busy": look.was_busy, "reason": reason})
+            detail = {"item": item.number, "busy": look.was_busy, "reason": reason}
+            if self._add(queue, "unbegun", detail) and not look.was_busy:
+                self._ring(item, "not begun", reason)
         elif self._is_of_a_cold_start(item, look) and self._is_armed_but_for_the_start(queue):
             self._resume_itself(queue, item)
         else:
             state = look.state or State.INTERRUPTED
             ended = State.INTERRUPTED if state in ACTIVE else state
-            self._add(queue, "ended", {"item": item.number, "state": str(ended), "reason": look.reason})
+            detail = {"item": item.number, "state": str(ended), "reason": look.reason}
+            if self._add(queue, "ended", detail) and ended is State.INTERRUPTED and item.boot != self.world.boot():
+                self._ring(item, str(ended), "the machine was started anew, and nobody else could tell")
 
     def _is_of_a_cold_start(self, item: Item, look: Look) -> bool:
         """Whether the run is resumed by itself: once, where the rig file allows it and something stops every axis."""
@@ -132,7 +140,8 @@ class Runner:
             self._begin(queue, item, "resume", lambda _arming: self.world.resume(item, item.decided_by, item.reason))
             return
         if refused := list(self.world.check(item)):
-            self._add(queue, "checked", {"item": item.number, "refused": refused})
+            if self._add(queue, "checked", {"item": item.number, "refused": refused}):
+                self._ring(item, "refused", "\n".join(refused))
             return
         now_utc = self.clock.now_utc()
         if not item.is_late(now_utc) and queue.is_armed(self.world.boot(), now_utc):  # the check took its time
@@ -178,8 +187,15 @@ class Runner:
             return False
         self._busy_since_s = now_s if self._busy_since_s is None else self._busy_since_s
         if now_s - self._busy_since_s >= BUSY_TOLD_S:
-            self._tell_once(f"item {item.number} waits for the rig, which is in use by {owner}")
+            text = f"item {item.number} waits for the rig, which is in use by {owner}"
+            if text not in self._told:
+                self._ring(item, "waits", text)
+            self._tell_once(text)
         return True
+
+    def _ring(self, item: Item, word: str, text: str) -> None:
+        """Tell of an item that has no run which could tell it itself."""
+        self.ring(item.title, word, f"Item {item.number} of the queue {self.store.folder.name}: {text}")
 
     def _add(self, seen: Queue, kind: str, detail: dict[str, object]) -> bool:
         """Record what was decided in view of a queue; False where somebody has changed it since."""

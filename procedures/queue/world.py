@@ -8,13 +8,14 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import timedelta
 from pathlib import Path
 
 import psutil
 
+from procedures.alerts.reader import read_by_us
 from procedures.errors import ProcedureError, RequestError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
@@ -75,7 +76,7 @@ class RigWorld:
     def start(self, item: Item, by: str) -> None:
         """Start its run; what it says goes to the item's log."""
         words = ["run", item.procedure.path, "--rig", item.rig.path, "--out", item.out, "--operator", by]
-        self._spawn(item, item.starts + 1, words)
+        self._spawn(item, item.starts + 1, words, read_by_us())  # what refuses it is told by the runner
 
     def resume(self, item: Item, by: str, reason: str) -> None:
         self._spawn(item, item.starts + 1, ["resume", item.run, "--operator", by, "--reason", reason])
@@ -111,7 +112,7 @@ class RigWorld:
         except ProcedureError:
             return  # it has ended already: the queue's record says who attested what
 
-    def _spawn(self, item: Item, number: int, words: Sequence[str]) -> None:
+    def _spawn(self, item: Item, number: int, words: Sequence[str], variables: Mapping[str, str] | None = None) -> None:
         archive = [] if self.archive is None else ["--archive", self.archive]
         with self._lock_file(item).open("a+", encoding="utf-8") as lock, self._log(item, number).open("wb") as log:
             if not file_lock.take(lock, self.clock, _ATTEMPTS):
@@ -122,6 +123,7 @@ class RigWorld:
                     stdin=subprocess.DEVNULL,
                     stdout=log,
                     stderr=log,
+                    env=variables,
                     start_new_session=True,
                     pass_fds=[lock.fileno()],
                 )

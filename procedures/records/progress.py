@@ -21,6 +21,7 @@ class Progress:
     dwells_done: int
     """Accepted design dwells."""
     dwells_planned: int
+    """0 where nobody knows: the journal cannot be read."""
     replication: int
     replications: int
     rate_per_min: float | None
@@ -41,6 +42,13 @@ class RunObserver(Protocol):
     def on_event(self, progress: Progress) -> None: ...
 
 
+class SilentObserver:
+    """Draws nothing."""
+
+    def on_event(self, progress: Progress) -> None:  # noqa: ARG002  the signature of the ability
+        return None
+
+
 def at_both(moment_utc: datetime, zone: tzinfo | None = None) -> str:
     """``Sun 05:40 local (2026-03-01 04:40 UTC)``; once where the two are the same. ``zone``: this machine's own."""
     local = moment_utc.astimezone(zone)
@@ -53,7 +61,8 @@ def line_of(progress: Progress) -> str:
 
     ``running 120/1482 · replication 1 of 6 · 7.4 dwells/min · ends 2026-03-01 04:12 UTC · message``.
     """
-    parts = [f"{progress.state} {progress.dwells_done}/{progress.dwells_planned}"]
+    planned = progress.dwells_planned
+    parts = [f"{progress.state} {progress.dwells_done}/{planned}" if planned else str(progress.state)]
     if progress.replication:
         parts.append(f"replication {progress.replication} of {progress.replications}")
     if progress.rate_per_min is not None:

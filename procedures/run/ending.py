@@ -13,6 +13,9 @@ NO_RUN = "no run"
 PROCESS = "process"
 """The cause of an ending that the process' own growth forced."""
 
+DIED = "process died"
+"""The cause where it ended without a word, as its stop guard tells."""
+
 
 @dataclass(frozen=True, slots=True)
 class Ending:

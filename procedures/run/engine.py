@@ -34,7 +34,7 @@ from procedures.journal.location import place_of
 from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
-from procedures.records.progress import LEASE, RunObserver
+from procedures.records.progress import LEASE, RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
@@ -42,7 +42,6 @@ from procedures.run.ending import PROCESS, STORAGE, Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import RECONNECT, TrustLost
 from procedures.run.judgement.history import History, read_history
-from procedures.run.progress import SilentObserver
 from procedures.run.progress_log import ProgressLog
 from procedures.run.services import RunServices
 from procedures.run.steering import Steering, signals_steer

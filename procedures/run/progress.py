@@ -25,13 +25,6 @@ from rig.plain_text import one_line
 COLOURS = {State.HELD: "bold yellow", State.TRIPPED: "bold red", State.FAILED: "bold red", State.PAUSED: "yellow"}
 
 
-class SilentObserver:
-    """Draws nothing."""
-
-    def on_event(self, progress: Progress) -> None:  # noqa: ARG002  the signature of the ability
-        return None
-
-
 @dataclass(slots=True)
 class Pace:
     """Rate and end from the time measured in this epoch, blended with the time planned."""

@@ -80,6 +80,7 @@ def resume(
     JournalError (damaged), RigBusy and other rig errors before the first move.
     """
     authorisation = ResumeAuthorisation(operator, reason, accepts_changes)
+    services = services or RunServices()
     with _taken_over(run_dir, authorisation, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
         with open_rig(
@@ -87,9 +88,9 @@ def resume(
             rig_file=rig_file,
             purpose="calrig resume",
             write=replace_file,
-            claim=(services or RunServices()).claim,
+            claim=services.claim,
         ) as rig:
-            rig.belongs_to(run_dir)
+            rig.belongs_to(run_dir, services.ring)
             _require_nobody_else(rig)
             return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
 

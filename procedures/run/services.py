@@ -50,6 +50,8 @@ class RunServices:
     """Of devices that other computers reach as well, where this process opens the rig."""
     lease_news: Callable[[], Sequence[LeaseNews]] = _no_lease
     """What became of that claim since the last look."""
+    ring: Sequence[str] = ()
+    """The command by which the stop guard tells people where this process ends without a word."""
     enough: Enough | None = None
     """None: every replication is measured, and a plan that has the rule is refused."""
     described: RigDescription | None = None

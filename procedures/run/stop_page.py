@@ -14,6 +14,8 @@ from ams.units import ARCSEC_PER_DEG
 from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.owner import is_owned
+from procedures.journal.standing import derived_state
 from procedures.journal.stop_advice import advice
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.pages import page_environment
@@ -56,15 +58,16 @@ def explain(
     positions_deg: Mapping[str, float] | None = None,
     second_place: Path | None = None,
     cause: str = "",
+    utc: datetime | None = None,
 ) -> Path | None:
     """Write both, where the disk of the run refuses them in a folder of the run's name in ``second_place``.
 
-    Returns the page; None where no place took it: that never keeps a run from its safe state. ``reason`` and
-    ``cause``: where the journal could not take them. ``positions_deg``: read back at rest.
+    Returns the page; None where no place took it: that never keeps a run from its safe state. ``reason``, ``cause``
+    and the moment ``utc``: where the journal could not take them. ``positions_deg``: read back at rest.
     """
     positions_deg = positions_deg or {}
     try:
-        why = read_why(run_dir, reason, positions_deg, cause)
+        why = read_why(run_dir, reason, positions_deg, cause, utc)
     except ProcedureError as error:
         why = _unread(run_dir, reason or str(error), positions_deg)
     page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why)
@@ -97,23 +100,26 @@ def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> W
     )
 
 
-def read_why(run_dir: Path, reason: str, positions_deg: Mapping[str, float], cause: str = "") -> Why:
+def read_why(
+    run_dir: Path, reason: str, positions_deg: Mapping[str, float], cause: str = "", utc: datetime | None = None
+) -> Why:
     """Return why a run stopped. Raises: JournalError."""
     with JournalReader.open(run_dir) as reader:
         events, state = list(reader.events()), reader.last_event("state")
         plan = reader.header.plan
         assert state is not None
-        since = state.utc - LAST
+        when = utc or state.utc
+        since = when - LAST
         dwells = [dwell for dwell in reader.dwells() if dwell.ended_utc >= since]
         done = len(reader.accepted_steps() & {dwell.step for dwell in plan.design_dwells})
         cause = cause or str(state.detail.get("cause", ""))
         return Why(
             run=run_dir.name,
             title=reader.header.title,
-            state=str(state.detail["to"]),
+            state=derived_state(reader.state(), is_alive=is_owned(run_dir)),
             cause=cause or "unknown",
             reason=reason or str(state.detail.get("reason", "")),
-            utc=state.utc,
+            utc=when,
             progress=f"{done} of {len(plan.design_dwells)} dwells of the design",
             positions=_positions(positions_deg),
             advice=advice(cause),

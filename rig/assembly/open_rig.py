@@ -152,10 +152,10 @@ class Rig:
         if self._guard is not None:
             self._guard.begin()
 
-    def belongs_to(self, run_dir: Path) -> None:
-        """Whoever stops these axes from elsewhere tells of it in the run's folder."""
+    def belongs_to(self, run_dir: Path, ring: Sequence[str] = ()) -> None:
+        """Whoever stops these axes from elsewhere tells of it in the run's folder, and to people by ``ring``."""
         if self._guard is not None:
-            self._guard.belongs_to(run_dir)
+            self._guard.belongs_to(run_dir, ring)
 
     def identities(self) -> dict[str, str]:
         """Return who every device says it is, by table (``axes.pitch``).

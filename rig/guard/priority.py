@@ -26,6 +26,13 @@ def go_first() -> None:
                 ask_for_short_slices()
 
 
+def step_back() -> None:
+    """Be as every other process again: what is started by one that goes first goes first, too."""
+    if sys.platform.startswith("linux"):
+        with suppress(OSError):
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
 def ask_for_short_slices() -> None:
     """Since Linux 6.12 who asks for short slices is put before who runs for long; before, it changes nothing."""
     if sys.platform.startswith("linux") and (number := SCHED_SETATTR.get(os.uname().machine)) is not None:

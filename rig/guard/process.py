@@ -13,6 +13,7 @@ import os
 import select
 import signal
 import socket
+import subprocess
 import sys
 import termios
 import threading
@@ -25,7 +26,7 @@ if not __package__:  # started as a file, without the folders of this environmen
 
 from rig.clock import SystemClock
 from rig.guard.ask import FORMAT, KEYS, SUFFIX
-from rig.guard.priority import go_first
+from rig.guard.priority import go_first, step_back
 from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
 
 assert sys.platform != "win32", "Windows hands no open descriptors to another process"
@@ -38,6 +39,7 @@ TIMES, AGAIN_S = 3, 0.15
 """Stops are told again: the first may run into what the engine was just writing."""
 ANSWER_S, LINE_S = 0.3, 2.0
 GIVEN_BACK = -1
+GONE = "the engine ended without a word"
 
 
 class Line:
@@ -190,7 +192,7 @@ class Guard:
             data, descriptors = b"", []
         self.descriptors += descriptors
         if not data:
-            self.stop_for_good("the engine ended without a word")
+            self.stop_for_good(GONE)
             return False
         self.seen_s = CLOCK.monotonic_s()
         *lines, self.pending = (self.pending + data).split(b"\n")
@@ -220,7 +222,7 @@ class Guard:
 
     def why_stop(self) -> str:
         if os.getppid() != self.engine:
-            return "the engine ended without a word"
+            return GONE
         slept_s = asleep_s() - self.asleep_s
         # Also while nothing moves: a sleep of before must not stop the next motion.
         self.asleep_s += slept_s
@@ -257,14 +259,10 @@ class Guard:
         if os.getppid() == self.engine:
             with suppress(OSError):
                 os.kill(self.engine, signal.SIGKILL)
-            why = f"{why}; it was ended"
+            why = why if why == GONE else f"{why}; it was ended"
         for _ in range(TIMES - 1):
             CLOCK.sleep(AGAIN_S)
             outcomes = self.stop_axes()
-        if moving:
-            self.write_record(why, moving, outcomes, stopped_utc)
-
-    def write_record(self, why: str, moving: list[str], outcomes: dict[str, str], stopped_utc: str) -> None:
         document = {
             "format": FORMAT,
             "stopped_utc": stopped_utc,
@@ -273,6 +271,24 @@ class Guard:
             "moving": moving,
             "axes": outcomes,
         }
+        self.ring(document)
+        if moving:
+            self.write_record(document)
+
+    def ring(self, document: dict[str, Any]) -> None:
+        """Have people told, in a process that outlives this one and before a disk is asked, which may be the cause."""
+        if self.start["ring"]:
+            step_back()
+            with suppress(OSError):
+                subprocess.Popen(  # noqa: S603  the engine's own command
+                    [*self.start["ring"], json.dumps(document)],
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    start_new_session=True,
+                )
+
+    def write_record(self, document: dict[str, Any]) -> None:
         partial = f"{self.record}.partial"
         with suppress(OSError):
             os.makedirs(os.path.dirname(self.record), exist_ok=True)

@@ -65,6 +65,7 @@ class StopGuard:
         self._process: subprocess.Popen[bytes] | None = None
         self._pending = b""
         self._moving: list[str] = []
+        self._ring: tuple[str, ...] = ()
         self._beaten_s = self._heard_s = 0.0
         self._trouble: RigError | None = None
         self._turn = RLock()
@@ -74,10 +75,15 @@ class StopGuard:
         """Of the guard; None before the first motion."""
         return None if self._process is None else self._process.pid
 
-    def belongs_to(self, run_dir: Path) -> None:
-        """From the next motion on it is a run's: what it does is told in the run's folder."""
+    def belongs_to(self, run_dir: Path, ring: Sequence[str] = ()) -> None:
+        """From the next motion on it is a run's: what it does is told in the run's folder.
+
+        ``ring``: the command that tells people of an end without a goodbye; it gets what the guard knows as its last
+        word.
+        """
         self._record = run_dir.resolve() / RECORD
         self._rig["run"] = str(run_dir.resolve())
+        self._ring = tuple(ring)
 
     def hold(self, lines: Sequence[GuardedLine]) -> None:
         """Hold the lines as they are open now."""
@@ -150,7 +156,7 @@ class StopGuard:
 
     def _begin(self) -> None:
         folder = None if self._folder is None else str(self._folder)
-        start = {"record": str(self._record), "rig": self._rig, "folder": folder}
+        start = {"record": str(self._record), "rig": self._rig, "folder": folder, "ring": self._ring}
         ours, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(  # noqa: S603  our own file, by the interpreter that runs this

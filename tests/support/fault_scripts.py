@@ -19,11 +19,10 @@ from small_run import Bench
 from procedures.delivery.deliver import sensors_document, solve_run
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.spool import Spool
-from procedures.records.progress import Progress, RunObserver
+from procedures.records.progress import Progress, RunObserver, SilentObserver
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.progress import SilentObserver
 from procedures.run.resume import resume_on
 from rig.assembly.faulty_lines import drivers_of
 from rig.assembly.open_rig import Rig, open_rig

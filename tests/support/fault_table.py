@@ -105,6 +105,8 @@ degenerate design""".splitlines(),
     86: "a stop waits for a program to start",
     87: "the link is lost inside the check set",
     88: "all sensors turn at once",
+    89: "a run dies, and nobody is told",
+    90: "a run does not begin, and nobody looks",
 }
 HEAD = """# Faults: how each is met
 

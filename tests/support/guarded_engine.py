@@ -4,6 +4,7 @@ The engine turns an axis, or drives it on and on, over a proxy that notes the mo
 ended in the ways in which processes end.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from noted_line import NotedLine
 from turning_rig import served
@@ -22,6 +24,7 @@ CLOCK = SystemClock()
 BEGIN_S = 60.0
 ROOM_BYTES = 32 << 20
 """What an engine that runs out of memory may still take."""
+RINGS = "import sys; print(sys.argv[2], file=open(sys.argv[1], 'a'))"
 ENGINE = """
 import resource
 import signal
@@ -60,7 +63,7 @@ signal.signal(signal.SIGQUIT, signal.SIG_DFL)  # what began in a background is b
 signal.signal(signal.SIGUSR1, run_out_of_memory)
 path, axis, rate_dps, run = Path(sys.argv[1]), sys.argv[2], float(sys.argv[3]), Path(sys.argv[4])
 with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
-    rig.belongs_to(run)
+    rig.belongs_to(run, (sys.executable, "-c", RINGS, str(run / "rung.jsonl")))
     clock, turning = rig.clock, rig.axes[axis]
     home_and_arrive(turning, clock, clock.sleep)
     if rate_dps:
@@ -78,7 +81,9 @@ with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
             raise
         while True:
             clock.sleep(1.0)
-""".replace("ROOM", str(ROOM_BYTES))
+""".replace("ROOM", str(ROOM_BYTES)).replace(
+    "RINGS", repr("import sys; print(sys.argv[2], file=open(sys.argv[1], 'a'))")
+)
 
 
 @dataclass
@@ -94,17 +99,32 @@ class GuardedEngine:
     run: Path
 
     @property
+    def rung(self) -> list[dict[str, Any]]:
+        """What was told to people, each as the guard knows it."""
+        return rung_in(self.run / "rung.jsonl")
+
+    @property
     def rate_dps(self) -> float:
         return self.simulated.world.axes[self.axis].rate_dps(CLOCK.monotonic_s())
 
     def until(self, is_so: Callable[[], bool], limit_s: float) -> bool:
-        """Whether it came to be so within that time."""
-        ends_s = CLOCK.monotonic_s() + limit_s
-        while not is_so():
-            if CLOCK.monotonic_s() > ends_s:
-                return False
-            CLOCK.sleep(0.005)
-        return True
+        return until(is_so, limit_s)
+
+
+def until(is_so: Callable[[], bool], limit_s: float) -> bool:
+    """Whether it came to be so within that time."""
+    ends_s = CLOCK.monotonic_s() + limit_s
+    while not is_so():
+        if CLOCK.monotonic_s() > ends_s:
+            return False
+        CLOCK.sleep(0.005)
+    return True
+
+
+def rung_in(file: Path) -> list[dict[str, Any]]:
+    """What RINGS wrote, whole lines."""
+    lines = file.read_text(encoding="utf-8").splitlines(keepends=True) if file.exists() else []
+    return [json.loads(line) for line in lines if line.endswith("\n")]
 
 
 @contextmanager

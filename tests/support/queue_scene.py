@@ -135,12 +135,18 @@ class Scene:
         self.world = MadeWorld(self.clock)
         self.store = QueueStore(self.folder, self.clock)
         self.told: list[str] = []
+        self.rung: list[tuple[str, str]] = []
+        """Word and sentences of what people who are not there were told."""
         self.new_runner()
 
     def new_runner(self) -> None:
         store = FragileStore(self.folder, self.clock)
         store.world = self.world
-        self.runner = Runner(store, self.world, self.clock, self.told.append)
+        self.runner = Runner(store, self.world, self.clock, self.told.append, self._ring)
+
+    def _ring(self, title: str, word: str, text: str) -> None:
+        assert title == "a night"
+        self.rung.append((word, text))
 
     def step(self, lives: int = 1_000_000) -> bool:
         """One look of the runner; True where it was killed in it, and another is begun."""

@@ -11,19 +11,17 @@ from procedures.alerts.settings import AlertSettings, default_alerts, read_alert
 from procedures.cli.output import note
 from procedures.cli.own_log import LoggedObserver
 from procedures.cli.places import JOURNAL, login_name, second_place
-from procedures.errors import ProcedureError, StorageFailed
+from procedures.cli.run.opening import Opening
+from procedures.errors import ProcedureError
 from procedures.journal.alert_record import keep_outcomes, outcome_sentence
 from procedures.journal.corrections import acknowledge, is_acknowledged
-from procedures.journal.status import status
 from procedures.observers.audience import with_observers
 from procedures.records.progress import RunObserver
-from procedures.records.states import RESUMABLE
 from procedures.run.progress import shown_on
 from procedures.run.services import Pulse, RunServices
 from procedures.run.watch.keep_awake import awake
 from procedures.solution.sufficient import sufficient
 from rig.clock import SystemClock
-from rig.errors import RigError
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,21 +33,9 @@ class Attendance:
     dispatcher: AlertDispatcher | None = None
 
     def ring_out(self, folder: Path) -> None:
-        """Ring on with an alarm that others are to be told of, until it is acknowledged.
-
-        Called after everything is delivered.
-
-        Ctrl-C acknowledges it: somebody is there.
-        """
-        if self.dispatcher is None:
-            return
-        try:
-            _tell_last(folder, self.dispatcher.ring_out(lambda: _is_known(folder)))
-        except KeyboardInterrupt:
-            try:
-                acknowledge(folder, login_name(), "Ctrl-C")
-            except ProcedureError as error:
-                note(f"acknowledged, but not on record: {error}")
+        """Ring on with an alarm that others are to be told of; called after everything is delivered."""
+        if self.dispatcher is not None:
+            ring_out(folder, self.dispatcher)
 
     def tell_end(self, word: str, text: str) -> None:
         """Tell what the run came to, to whoever is told of its end."""
@@ -57,45 +43,55 @@ class Attendance:
             self.dispatcher.tell_end(word, text)
 
 
+def ring_out(folder: Path, dispatcher: AlertDispatcher) -> None:
+    """Ring on with the alarm of a run that has ended, until it is acknowledged or others were told.
+
+    Ctrl-C acknowledges it: somebody is there.
+    """
+    try:
+        _tell_last(folder, dispatcher.ring_out(lambda: _is_known(folder)))
+    except KeyboardInterrupt:
+        try:
+            acknowledge(folder, login_name(), "Ctrl-C")
+        except ProcedureError as error:
+            note(f"acknowledged, but not on record: {error}")
+
+
 @contextmanager
-def attended(title: str, alerts: Path | None, run: Path, *, is_virtual: bool) -> Iterator[Attendance]:
+def attended(opening: Opening, alerts: Path | None, run: Path) -> Iterator[Attendance]:
     """Observer and care of a run, which is told by its folder once nothing refuses it.
 
-    In virtual time nobody is told, which is said where alerts are asked for, and nothing is kept awake. What refuses a
-    run before it moves is told to people as well where no terminal shows it: a unit, a queue, a script read no screen.
-
+    In virtual time nobody is told, which is said where alerts are asked for, and nothing is kept awake.
     Raises: DescriptionError where the file of alerts is wrong.
     """
+    opening.run = run
 
     def begun() -> None:
+        opening.is_over = True
         note(str(run))
 
     with ExitStack() as opened:
-        if is_virtual:
+        if opening.is_virtual:
             if alerts is not None:
                 note(f"{alerts}: read, but in virtual time nobody is told")
             screen = _screen(run, opened)
             yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
         place = second_place()
-        dispatcher, pulse = _dispatcher_and_pulse(title, alerts, run, place / run.name, opened)
-        services = RunServices(pulse=pulse, begun=begun, second_place=place, enough=sufficient)
+        dispatcher, pulse = _dispatcher_and_pulse(opening.title, alerts, run, place / run.name, opened)
+        services = RunServices(
+            pulse=pulse, begun=begun, second_place=place, enough=sufficient, ring=ring_command(run, alerts)
+        )
         try:
             yield Attendance(dispatcher, services, dispatcher)
-        except (ProcedureError, RigError) as error:
-            if not isinstance(error, StorageFailed) and not sys.stderr.isatty() and _is_left_standing(run):
-                dispatcher.tell_end("not begun", f"{error}\nThe run is {run}; nobody was at a terminal to read this.")
-            raise
+        finally:
+            opening.is_over |= dispatcher.has_heard
 
 
-def _is_left_standing(run: Path) -> bool:
-    """Whether a run that was refused waits for somebody: not one that has ended or that another process runs."""
-    if not (run / JOURNAL).exists():
-        return True
-    try:
-        return status(run).state in RESUMABLE
-    except ProcedureError:
-        return True
+def ring_command(run: Path, alerts: Path | None) -> tuple[str, ...]:
+    """Return what tells people of a run whose process has ended; its last word is to be what the stop guard knows."""
+    whom = () if alerts is None else ("--alerts", str(alerts.absolute()))
+    return (sys.executable, "-m", "procedures.cli.main", "ring", str(run.absolute()), *whom, "--record")
 
 
 def _screen(run: Path, opened: ExitStack) -> RunObserver:

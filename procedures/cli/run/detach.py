@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from procedures.alerts.reader import is_read, read_by_us
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.told_folder import told_folder
@@ -50,6 +51,7 @@ def detached(
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=output,
+            env=read_by_us() if is_read() else None,
             start_new_session=True,
             creationflags=_AWAY_FROM_CONSOLE,
         )

@@ -11,6 +11,7 @@ from cyclopts import App, Parameter
 from procedures.cli.options import RUNS, Archive, Json, NeededReason, Operator, Rig, RunsFolder
 from procedures.cli.output import note, print_json, say
 from procedures.cli.places import login_name, queues_of_here
+from procedures.cli.run.opening import tell_whom_it_concerns
 from procedures.errors import ExitStatus, ProcedureError, RequestError
 from procedures.kinds.read import read_procedure
 from procedures.queue import people
@@ -150,7 +151,8 @@ def decide(
 def run(*, rig: OfRig = None, archive: Archive = None) -> int:
     """Start what is due, until Ctrl-C. It holds no device: what it has started goes on without it.
 
-    One runner a queue; `calrig service --queue RIG` writes its unit.
+    One runner a queue; `calrig service --queue RIG` writes its unit. What does not begin is told to the people of
+    alerts.toml.
     """
     if not is_possible():
         raise RequestError("queue run: this system hands no lock to another process; nothing was started")
@@ -160,7 +162,7 @@ def run(*, rig: OfRig = None, archive: Archive = None) -> int:
         if not file_lock.take(file, clock, 5):
             raise RequestError(f"{store.folder}: another runner has this queue; nothing was started")
         world = RigWorld(store.folder, clock, unguarded_sentences, archive)
-        runner = Runner(store, world, clock, note)
+        runner = Runner(store, world, clock, note, tell_whom_it_concerns)
         note(f"queue {store.folder.name}: what is due starts; Ctrl-C ends this, and no run notices")
         signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(ExitStatus.DONE))  # noqa: ARG005
         _run(runner, clock)

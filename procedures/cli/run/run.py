@@ -1,7 +1,9 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 from rich.console import Console
@@ -34,6 +36,7 @@ from procedures.cli.places import (
 from procedures.cli.run.archive_url import require_archive_url
 from procedures.cli.run.attend import Attendance, attended
 from procedures.cli.run.detach import detached
+from procedures.cli.run.opening import Opening, opening
 from procedures.cli.run.terminal import outlived
 from procedures.cli.run.working import working
 from procedures.cli.steer.choose_run import only_one
@@ -41,13 +44,14 @@ from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, s
 from procedures.delivery.lessons import learned
 from procedures.delivery.publish import history_findings
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.header import make_header
+from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
 from procedures.journal.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.lease.keeper import leased
+from procedures.plan.plan import Plan
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
 from procedures.report.summary import print_summary, print_verdict, worst_uncertainty
 from procedures.run.begin import begin
@@ -89,23 +93,47 @@ def run(
     rehearse
         Do all of it on twins of that very rig, in virtual time; no port is opened.
     """
-    described, procedure_description = read_rig(rig), read_procedure(procedure)
-    performed = described.all_on_twins() if rehearse else described
-    past = archive_of(out, archive, is_simulated=performed.is_simulated)
-    plan = make_plan(described, procedure_description, learned=learned(past, performed).times)
-    if not allow_network_folder:
-        require_local(out)
-    _require_what_the_end_needs(past if archive or not performed.is_simulated else None, alerts)
-    if detach:
-        options = {"--rig": rig, "--out": out, "--operator": operator, "--archive": archive, "--alerts": alerts}
-        flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
-        return detached("run", [str(procedure)], options, flags, out, json=json)
+    with opening(procedure.stem, alerts, is_virtual=rehearse) as begins:
+        described, procedure_description = read_rig(rig), read_procedure(procedure)
+        performed = described.all_on_twins() if rehearse else described
+        begins.is_virtual = isinstance(choose_clock(performed), VirtualClock)
+        past = archive_of(out, archive, is_simulated=performed.is_simulated)
+        plan = make_plan(described, procedure_description, learned=learned(past, performed).times)
+        begins.title = plan.title
+        if not allow_network_folder:
+            require_local(out)
+        _require_what_the_end_needs(past if archive or not performed.is_simulated else None, alerts)
+        if detach:
+            options = {"--rig": rig, "--out": out, "--operator": operator, "--archive": archive, "--alerts": alerts}
+            flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
+            return detached("run", [str(procedure)], options, flags, out, json=json)
+
+        def header_of(run_id: str, now: datetime) -> RunHeader:
+            who = operator or login_name()
+            return make_header(run_id, plan, performed, rig, procedure, who, now, is_rehearsal=rehearse)
+
+        rig_file = None if rehearse else rig
+        return _perform(begins, header_of, plan, performed, rig_file, out, archive, alerts, json=json)
+
+
+def _perform(
+    begins: Opening,
+    header_of: Callable[[str, datetime], RunHeader],
+    plan: Plan,
+    performed: RigDescription,
+    rig_file: Path | None,
+    out: Path,
+    archive: str | None,
+    alerts: Path | None,
+    *,
+    json: bool,
+) -> int:
     with outlived(), ExitStack() as at_last:
         with (
             leased(shared_archive_url(archive), f"run of {plan.title!r}", note) as lease,
             open_rig(
                 performed,
-                rig_file=None if rehearse else rig,
+                rig_file=rig_file,
                 purpose="run",
                 write=replace_file,
                 claim=lease.claim,
@@ -115,18 +143,12 @@ def run(
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
             folder = new_run_folder(out, plan.title, now)
-            opened.belongs_to(folder)
             lease.belongs_to(f"run {folder.name}")
-            header = make_header(
-                folder.name, plan, performed, rig, procedure, operator or login_name(), now, is_rehearsal=rehearse
-            )
-            is_virtual = isinstance(opened.clock, VirtualClock)
-            with (
-                left_out_where_empty(folder),
-                attended(plan.title, alerts, folder, is_virtual=is_virtual) as attendance,
-            ):
+            header = header_of(folder.name, now)
+            with left_out_where_empty(folder), attended(begins, alerts, folder) as attendance:
                 at_last.callback(attendance.ring_out, folder)
                 services = replace(attendance.services, lease_news=lease.news)
+                opened.belongs_to(folder, services.ring)
                 outcome = begin(folder, header, plan, opened, attendance.observer, services=services)
         return conclude(folder, outcome, archive, attendance, json=json)
 
@@ -155,30 +177,33 @@ def resume(
         The run keeps its own plan; of the rig file only ports and interlocks are taken over.
     """
     folder = only_one(run, out, RESUMABLE, "resumed")
-    state = status(folder).state
-    if operator is None and state in ANSWERED_FOR:
-        raise RequestError(f"{folder}: the run is {state}: a person must answer for it; give --operator and --reason")
-    if not allow_network_folder:
-        require_local(folder)
-    _require_what_the_end_needs(archive, alerts)
-    title, is_virtual = title_and_time(folder)
-    with JournalReader.open(folder) as reader:
-        tell_unguarded(rig_from_json(reader.header.rig_json))
-    with outlived(), ExitStack() as at_last:
-        with (
-            leased(shared_archive_url(archive), f"run {folder.name}", note) as lease,
-            attended(title, alerts, folder, is_virtual=is_virtual) as attendance,
-        ):
-            at_last.callback(attendance.ring_out, folder)
-            outcome = resume_run(
-                folder,
-                operator or ("" if accept_changes else login_name()),
-                reason or "",
-                attendance.observer,
-                services=replace(attendance.services, claim=lease.claim, lease_news=lease.news),
-                accepts_changes=accept_changes,
+    with opening(folder.name, alerts, folder) as begins:
+        begins.title, begins.is_virtual = title_and_time(folder)
+        state = status(folder).state
+        if operator is None and state in ANSWERED_FOR:
+            raise RequestError(
+                f"{folder}: the run is {state}: a person must answer for it; give --operator and --reason"
             )
-        return conclude(folder, outcome, archive, attendance, json=json)
+        if not allow_network_folder:
+            require_local(folder)
+        _require_what_the_end_needs(archive, alerts)
+        with JournalReader.open(folder) as reader:
+            tell_unguarded(rig_from_json(reader.header.rig_json))
+        with outlived(), ExitStack() as at_last:
+            with (
+                leased(shared_archive_url(archive), f"run {folder.name}", note) as lease,
+                attended(begins, alerts, folder) as attendance,
+            ):
+                at_last.callback(attendance.ring_out, folder)
+                outcome = resume_run(
+                    folder,
+                    operator or ("" if accept_changes else login_name()),
+                    reason or "",
+                    attendance.observer,
+                    services=replace(attendance.services, claim=lease.claim, lease_news=lease.news),
+                    accepts_changes=accept_changes,
+                )
+            return conclude(folder, outcome, archive, attendance, json=json)
 
 
 def tell_unguarded(rig: RigDescription) -> None:

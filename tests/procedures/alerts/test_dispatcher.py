@@ -18,9 +18,8 @@ from procedures.errors import ExitStatus, StorageFailed
 from procedures.journal.corrections import is_acknowledged
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.records.progress import Progress
+from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import State
-from procedures.run.progress import SilentObserver
 from procedures.run.resume import resume
 from procedures.run.services import RunServices
 from rig.clock import Clock, VirtualClock

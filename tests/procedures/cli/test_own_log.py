@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 
 from procedures.cli import own_log
 from procedures.cli.own_log import LoggedObserver, log_path, logged, tell, without_addresses
-from procedures.records.progress import Progress
+from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import State
-from procedures.run.progress import SilentObserver
 
 
 def lines(path: Path) -> list[dict[str, Any]]:

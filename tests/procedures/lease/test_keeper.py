@@ -23,11 +23,10 @@ from ams.archive.leases import CLOCKS_APART_S, held
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings
 from procedures.lease.keeper import LAPSES_S, LeaseKeeper, LeaseNews, leased
-from procedures.records.progress import LEASE, LEASE_LOST, Progress
+from procedures.records.progress import LEASE, LEASE_LOST, Progress, SilentObserver
 from procedures.records.states import State
 from procedures.run.handover import handover
 from procedures.run.preflight import preflight
-from procedures.run.progress import SilentObserver
 from procedures.run.services import RunServices
 from rig.clock import SystemClock, VirtualClock
 from rig.description.read import read_rig

@@ -167,6 +167,53 @@ def test_a_busy_rig_is_waited_for_and_told_after_ten_minutes(scene, files):
     assert place_of(scene) is Place.WAITING, "somebody was quicker"
 
 
+def test_fault_90_what_does_not_begin_in_the_night_rings_once(scene, files):
+    """An item that is refused, expires, does not begin or waits long for the rig has no run that could tell it."""
+    make_ready(scene, files, 2)
+    scene.world.refused = ("dmm: is not there",)
+    steps(scene)
+    assert [word for word, _ in scene.rung] == ["refused", "refused"]
+    assert scene.rung[0][1] == "Item 1 of the queue queue: dmm: is not there"
+    scene.world.refused = ()
+    late = add_item(scene, files, hours=1.0)
+    scene.world.busy_by = "process 7 (jog)"
+    steps(scene)
+    scene.clock.sleep(BUSY_TOLD_S)
+    steps(scene)
+    scene.clock.sleep(3600.0)
+    steps(scene)
+    assert [word for word, _ in scene.rung[2:]] == ["waits", "expired"]
+    assert place_of(scene, late.number) is Place.EXPIRED
+    scene.world.busy_by = ""
+    dies = add_item(scene, files)
+    steps(scene, 1)
+    scene.world.processes[dies.number].is_alive = False
+    steps(scene)
+    assert [word for word, _ in scene.rung[4:]] == ["not begun"]
+
+
+def test_what_nobody_armed_expires_without_ringing(scene, files):
+    add_item(scene, files, hours=1.0)
+    scene.clock.sleep(2 * 3600.0)
+    steps(scene)
+    assert (place_of(scene), scene.rung) == (Place.EXPIRED, [])
+
+
+def test_a_run_that_began_tells_its_own_end_but_for_a_restart_of_the_machine(scene, files):
+    make_ready(scene, files, 2)
+    steps(scene)
+    end_process(scene, 1, State.RUNNING)
+    steps(scene)
+    assert scene.rung == [], "its stop guard has told that it died"
+    people.decide(scene.store, 1, "drop", "table jammed", ANNA)
+    arm_queue(scene)
+    steps(scene)
+    end_process(scene, 2, State.RUNNING)
+    scene.world.boots = 2
+    steps(scene)
+    assert [word for word, _ in scene.rung] == ["interrupted"]
+
+
 @pytest.mark.parametrize("allows", [True, False])
 @pytest.mark.parametrize("is_guarded", [True, False])
 @pytest.mark.parametrize("state", [State.RUNNING, State.STOPPED])

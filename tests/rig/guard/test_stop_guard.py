@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from guarded_engine import CLOCK, GuardedEngine, guarded_engine
+from guarded_engine import CLOCK, RINGS, GuardedEngine, guarded_engine, rung_in, until
 from noted_line import Hung
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
@@ -55,6 +55,19 @@ from procedures.cli.start import main
 os.setuid({NOBODY})
 main()
 """
+STANDS = """
+import sys
+from pathlib import Path
+from rig.assembly.open_rig import open_rig
+from rig.description.read import read_rig
+path = Path(sys.argv[1])
+with open_rig(read_rig(path), rig_file=path, purpose="test") as rig:
+    rig.belongs_to(Path(sys.argv[2]), sys.argv[3:])
+    rig.prepare_to_move()
+    print("guarded", flush=True)
+    sys.stdin.read()
+"""
+"""An engine that was about to move something."""
 LONGEST_S = BUSY_LIMIT_S + max(PATIENCE_OF.values())
 REST_S = 3.0
 """The machine's own deceleration, and on the bench's processors much else to do."""
@@ -92,6 +105,7 @@ def _ends_in_stopped_axes(folder: Path, family: str, end: str, after_s: float = 
         status = engine.process.wait(30.0)
         if end in ("MEMORY", "HUNG"):
             assert status != 0
+            assert not engine.rung, "an engine that ends in order tells people itself"
             return first_s
         assert status < 0, "a frozen engine is ended: thawed, it would go on"
         assert engine.until(lambda: (engine.run / RECORD).exists(), 5.0)
@@ -100,6 +114,8 @@ def _ends_in_stopped_axes(folder: Path, family: str, end: str, after_s: float = 
         assert axis in record["moving"]
         assert set(record["axes"].values()) == {"told to stop"}
         assert "every axis was told to stop" in guard_sentence(record)
+        assert engine.until(lambda: bool(engine.rung), BUSY_LIMIT_S)
+        assert engine.rung == [record], "told once, in the guard's words"
         return first_s
 
 
@@ -168,6 +184,25 @@ def test_an_engine_whose_guard_is_killed_stops_its_axes_and_says_so(tmp_path: Pa
         os.kill(engine.guard_pid, signal.SIGKILL)
         assert engine.until(lambda: engine.rate_dps == 0.0, REST_S)
         assert engine.process.wait(10.0) == 1
+        assert not engine.rung, "a run tells people itself that it trips"
+
+
+def test_an_engine_that_dies_while_every_axis_stands_is_told_of_too(tmp_path: Path) -> None:
+    """Nobody asked for that end either; there is no record, since nothing had to be stopped."""
+    file, run = tmp_path / "rung.jsonl", tmp_path / "night"
+    with served(tmp_path, CLOCK, STAGE_FOR_ROLL) as (_, rig_file):
+        engine = [sys.executable, "-c", STANDS, str(rig_file), str(run), sys.executable, "-c", RINGS, str(file)]
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        with subprocess.Popen(engine, **pipes, start_new_session=True) as process:  # type: ignore[call-overload]
+            assert process.stdout is not None
+            assert process.stdout.readline() == b"guarded\n"
+            process.kill()
+        assert until(lambda: bool(rung_in(file)), BUSY_LIMIT_S)
+        (told,) = rung_in(file)
+    assert guard_sentence(told).endswith(
+        "the engine ended without a word while every axis stood; every axis was told to stop"
+    )
+    assert not (run / RECORD).exists()
 
 
 def test_an_engine_whose_guard_is_frozen_stops_its_axes_and_says_so(tmp_path: Path) -> None:

@@ -1,0 +1,78 @@
+"""A run from its command to its first journal line: what refuses it there is told to people where nobody reads it.
+
+From then on the engine tells. A unit, a queue and a script read no screen, and whoever started them may have left.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from procedures.alerts.dispatcher import tell_people
+from procedures.alerts.reader import is_read
+from procedures.alerts.settings import default_alerts, read_alerts
+from procedures.cli.failure import sentence_of
+from procedures.cli.output import note
+from procedures.cli.places import JOURNAL
+from procedures.errors import ProcedureError
+from procedures.journal.alert_record import outcome_sentence
+from procedures.journal.status import status
+from procedures.records.states import RESUMABLE
+from rig.clock import SystemClock
+from rig.errors import DescriptionError, WaitEnded
+
+
+@dataclass
+class Opening:
+    """What is known by and by of a run that is to begin."""
+
+    title: str
+    run: Path | None = None
+    """None before it has a folder."""
+    is_virtual: bool = False
+    """In virtual time nobody is told."""
+    is_over: bool = False
+    """The engine tells, or has told."""
+
+
+@contextmanager
+def opening(title: str, alerts: Path | None, run: Path | None = None, *, is_virtual: bool = False) -> Iterator[Opening]:
+    """Inside, a run begins; an error that nobody reads is told to people, then goes on its way."""
+    begins = Opening(title, run, is_virtual)
+    try:
+        yield begins
+    except Exception as error:  # also a defect of ours: the night does not happen either way
+        is_told = begins.is_over or isinstance(error, WaitEnded) or is_read()
+        if not (is_told or begins.is_virtual) and _is_left_standing(begins.run):
+            _tell(begins, alerts, error)
+        raise
+
+
+def _tell(begins: Opening, alerts: Path | None, error: Exception) -> None:
+    is_begun = begins.run is not None and (begins.run / JOURNAL).exists()
+    run = f"The run is {begins.run}." if is_begun else "There is no run yet."
+    text = f"{sentence_of(error)}\n{run} Nobody was at a terminal to read this."
+    tell_whom_it_concerns(begins.title, "not begun", text, alerts)
+
+
+def tell_whom_it_concerns(title: str, word: str, text: str, alerts: Path | None = None) -> None:
+    """Tell the people of a file of alerts, or of the user's own; whom it did not reach is told here."""
+    try:
+        settings = read_alerts(alerts) if alerts is not None else default_alerts()
+    except DescriptionError as wrong:
+        note(f"nobody was told: {wrong}")
+        return
+    if settings is not None:
+        for outcome in tell_people(settings, SystemClock(), title, word, text):
+            if outcome["failed"]:
+                note(outcome_sentence(outcome))
+
+
+def _is_left_standing(run: Path | None) -> bool:
+    """Whether a run that was refused waits for somebody: not one that has ended or that another process runs."""
+    if run is None or not (run / JOURNAL).exists():
+        return True
+    try:
+        return status(run).state in RESUMABLE
+    except ProcedureError:
+        return True

@@ -1,0 +1,66 @@
+"""``calrig ring``: what the stop guard of a run starts when the run's process has ended without a word."""
+
+import json
+import signal
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+from procedures.alerts.dispatcher import AlertDispatcher
+from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
+from procedures.cli.options import Alerts
+from procedures.cli.places import second_place
+from procedures.cli.run.attend import ring_out
+from procedures.errors import ProcedureError
+from procedures.journal.guard_record import guard_sentence
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.standing import progress_of
+from procedures.journal.status import status
+from procedures.records.progress import Progress, SilentObserver
+from procedures.records.states import ACTIVE, State
+from procedures.run.ending import DIED
+from procedures.run.stop_page import explain
+from rig.clock import SystemClock
+from rig.system_parts import present
+
+DEAF = present("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP")
+"""What a guard ignores, and whoever it starts is born deaf to."""
+
+
+def ring(run: Path, /, *, record: str, alerts: Alerts = None) -> None:
+    """Tell people that the process of a run has ended without a word, and ring on until somebody knows.
+
+    Parameters
+    ----------
+    record
+        What its stop guard knows, as JSON.
+    """
+    for number in DEAF:
+        signal.signal(number, signal.SIG_DFL)
+    guarded, place = json.loads(record), second_place()
+    sentence = guard_sentence(guarded)
+    title, told = _told(run, sentence)
+    settings: AlertSettings | None = None
+    try:
+        settings = read_alerts(alerts) if alerts is not None else default_alerts()
+    finally:  # the page also where the file of alerts is wrong; people first, then the disk
+        words = (title, SystemClock(), SilentObserver(), str(run), str(place / run.name))
+        desk = AlertDispatcher(settings or AlertSettings(), *words)
+        if told.state is State.FINISHED:
+            desk.tell_end("finished, and nothing delivered", f"{sentence}\ncalrig solve {run} delivers it.")
+        else:
+            desk.on_event(told)
+            explain(run, sentence, {}, place, DIED, datetime.fromisoformat(guarded["stopped_utc"]))
+    ring_out(run, desk)
+
+
+def _told(run: Path, sentence: str) -> tuple[str, Progress]:
+    """Return the run's title and where its journal has it stand: what goes on there was interrupted."""
+    try:
+        stands = status(run)
+        with JournalReader.open(run) as reader:
+            title = reader.header.title
+    except ProcedureError:
+        return run.name, Progress("state", State.INTERRUPTED, 0, 0, 0, 0, None, None, sentence)
+    state = State.INTERRUPTED if stands.state in ACTIVE else stands.state
+    return title, replace(progress_of("state", stands, sentence), state=state)

@@ -1,0 +1,139 @@
+"""A run whose process ends without a word, as real processes see it: people hear of it once, from its stop guard."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+import pytest
+from alert_sink import AlertSink, alert_sink
+from command import call
+from guarded_engine import until
+from small_run import PROCEDURE, RIG
+
+from procedures.journal.alert_record import FILE
+from procedures.journal.guard_record import read_guard_record
+from procedures.journal.status import status
+from procedures.records.states import State
+from rig.assembly.simulate import serve_rig, write_rig
+from rig.clock import ScaledClock, SystemClock
+from rig.description.read import read_rig
+from rig.guard.ask import of_run
+
+FACTOR = 5.0
+NEVER_MIN = 60.0
+LONGEST_S = 60.0
+"""For a program to begin on a busy machine."""
+
+
+@dataclass
+class Night:
+    """A run that has begun, and one of whose axes is on its way."""
+
+    process: "subprocess.Popen[bytes]"
+    run: Path
+    sink: AlertSink
+
+    @property
+    def guard_pid(self) -> int:
+        (guard,) = of_run(str(self.run), ".")
+        return int(guard["socket"].rpartition("-")[2])
+
+    def has_rung_out(self) -> bool:
+        """Whether who rang has ended: then it leaves what became of its messages."""
+        return (self.run / FILE).exists()
+
+
+@contextmanager
+def a_night(folder: Path, escalate_after_min: float) -> Iterator[Night]:
+    (folder / "twins.toml").write_text(RIG.replace("speed_dps = 180.0", "speed_dps = 45.0"), encoding="utf-8")
+    (folder / "procedure.toml").write_text(PROCEDURE, encoding="utf-8")
+    with alert_sink() as sink, serve_rig(read_rig(folder / "twins.toml"), ScaledClock(FACTOR)) as served:
+        write_rig(folder / "twins.toml", served.addresses, FACTOR, folder / "rig.toml")
+        words = ["run", "procedure.toml", "--rig", "rig.toml", "--alerts", "alerts.toml"]
+        sink.settings(folder / "alerts.toml", escalate_after_min)
+        process = subprocess.Popen(
+            [sys.executable, "-m", "procedures.cli.main", *words],
+            cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+        )  # fmt: skip
+
+        def is_moving() -> bool:
+            now_s = SystemClock().monotonic_s() * FACTOR
+            return any(axis.rate_dps(now_s) != 0.0 for axis in served.world.axes.values())
+
+        try:
+            assert until(is_moving, LONGEST_S)
+            (run,) = (folder / "runs").iterdir()
+            yield Night(process, run, sink)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+@pytest.mark.parametrize(
+    ("how", "cause"),
+    [
+        (signal.SIGSTOP, "the engine was frozen (SIGSTOP); it was ended"),
+        pytest.param(signal.SIGKILL, "the engine ended without a word", marks=pytest.mark.thorough),
+    ],
+)
+def test_fault_89_a_run_whose_process_is_killed_or_frozen_while_an_axis_moves_rings_once_and_escalates(
+    tmp_path: Path, how: signal.Signals, cause: str
+) -> None:
+    """Detected: by the stop guard, which outlives the engine.
+    Response: when the axes are told to stop it has people told, in the words of any stop that nobody asked for.
+    """
+    with a_night(tmp_path, escalate_after_min=0.01) as night:
+        night.process.send_signal(how)
+        assert until(lambda: night.process.poll() is not None, LONGEST_S)
+        assert night.process.returncode == -signal.SIGKILL
+        night.process.send_signal(signal.SIGCONT)  # somebody thaws what is no more
+        assert until(night.has_rung_out, LONGEST_S)
+        (told,), (escalated,) = night.sink.of("/desk"), night.sink.of("/others")
+        assert told.startswith("calrig: small grid: interrupted\n\ninterrupted 0/24 · stop guard, ")
+        assert f"{cause} while " in told
+        assert "every axis was told to stop" in told
+        assert f"calrig ack {night.run.resolve()} ends the repeats" in told
+        assert escalated.startswith("calrig: small grid: still interrupted, unacknowledged\n")
+        assert read_guard_record(night.run) is not None
+        page = (night.run / "why.txt").read_text(encoding="utf-8")
+        assert "small grid: interrupted\n" in page
+        assert cause in page
+        assert "its stop guard told every axis to stop" in page
+
+
+@pytest.mark.thorough
+def test_whoever_acknowledges_the_death_of_a_run_ends_its_alarm(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with a_night(tmp_path, NEVER_MIN) as night:
+        night.process.kill()
+        assert until(lambda: bool(night.sink.received), LONGEST_S)
+        assert call(capsys, "ack", night.run, "I go and look").status == 0
+        assert until(night.has_rung_out, LONGEST_S)
+        assert len(night.sink.received) == 1
+        assert "calrig: small grid: interrupted: delivered" in call(capsys, "status", night.run).out
+
+
+@pytest.mark.thorough
+def test_where_the_guard_is_killed_too_nobody_is_told_anything(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Who waits for the heartbeat learns of it; nothing that is said is false."""
+    with a_night(tmp_path, NEVER_MIN) as night:
+        guard = psutil.Process(night.guard_pid)
+        guard.suspend()
+        night.process.kill()
+        night.process.wait()
+        guard.kill()
+        assert until(lambda: not guard.is_running() or guard.status() == psutil.STATUS_ZOMBIE, LONGEST_S)
+        assert not [one for one in psutil.process_iter(["cmdline"]) if str(night.run) in (one.info["cmdline"] or ())]
+        assert (night.sink.received, read_guard_record(night.run)) == ([], None)
+        assert status(night.run).state is State.INTERRUPTED
+        assert "stop guard" not in call(capsys, "status", night.run).out
