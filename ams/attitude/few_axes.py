@@ -15,7 +15,7 @@ from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
 from ams.attitude.force_covariance import OutputErrors, monomials, output_polynomials
-from ams.attitude.spread import beside_singular
+from ams.attitude.spread import Spread, beside_singular
 from ams.attitude.three_axes import (
     CLEARANCE_SD,
     LARGEST_SD_RAD,
@@ -25,6 +25,7 @@ from ams.attitude.three_axes import (
     blocks,
     turns,
 )
+from ams.attitude.told_rows import along_distance, factor_across, factor_along, factor_of_root
 from ams.errors import DesignError
 
 
@@ -104,6 +105,14 @@ def one_axis_codes(roots: PitchRoots, sd: FloatArray, is_finite: BoolArray) -> C
     return codes
 
 
+def one_axis_factor(roots: PitchRoots, sd: FloatArray) -> FloatArray:
+    """Return what to widen the half-widths of (n,) pitches by next to the bounds of :func:`one_axis_codes`."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        from_vertical = np.abs(roots.slope_v_per_rad) / roots.amplitude_v
+        by_root = factor_of_root(0.5 * (from_vertical / sd - ROOT_CLEARANCE_SD))
+        return np.fmax(by_root, factor_along(roots.from_second_rad / sd - CLEARANCE_SD))
+
+
 @dataclass(frozen=True)
 class TwoAxes:
     """Two accelerometers v = b + k·f that stay the same from row to row."""
@@ -150,6 +159,8 @@ class Pierced:
     other_leading: FloatArray
     """(n,) the same of the other one."""
     is_finite: BoolArray
+    normal: FloatArray
+    """(3, n), or (3, 1), across both axes: the direction of the line."""
 
 
 def pierce(k_v_per_g: FloatArray, deviation_v: FloatArray, is_upright: bool, is_right_wing_down: bool) -> Pierced:
@@ -174,7 +185,8 @@ def pierce(k_v_per_g: FloatArray, deviation_v: FloatArray, is_upright: bool, is_
     side = -np.sign(own) * sense * length
     middle = np.where(by_z, nearest[2], nearest[1])
     leading, other = sense * (middle + side * own), sense * (middle - side * own)
-    return Pierced(nearest + side * normal, length, leading, other, np.asarray(np.isfinite(deviation_v).all(axis=0)))
+    is_finite = np.asarray(np.isfinite(deviation_v).all(axis=0))
+    return Pierced(nearest + side * normal, length, leading, other, is_finite, normal)
 
 
 def two_axis_gains(k_v_per_g: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
@@ -215,6 +227,33 @@ def two_axis_codes(
     codes[np.isnan(pierced.length)] = flag_codes.BEYOND_ONE_G
     codes[~pierced.is_finite] = flag_codes.NOT_FINITE
     return codes
+
+
+def two_axis_factors(pierced: Pierced, spread: Spread, across: FloatArray) -> FloatArray:
+    """Return what to widen the (n, 2) half-widths of pitch and roll by next to the bounds of :func:`two_axis_codes`.
+
+    Towards where the two attitudes meet the distance is half of the way to the other one; towards the vertical it is
+    pitch itself, and roll the angle about it.
+    """
+    meridian, parallel, _ = turns(pierced.force)
+    by_length = np.stack([np.einsum("in,in->n", turn, pierced.normal) for turn in (meridian, parallel)], axis=-1)
+    largest = spread.sd.max(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        sd, share = along_distance(spread.covariance, by_length)
+        root = 0.5 * (pierced.length - ROOT_CLEARANCE_SD * largest) / sd
+        second = (pierced.other_leading - CLEARANCE_SD * largest) / sd
+        factors = np.fmax(factor_of_root(root[:, None], share), factor_along(second[:, None], share))
+        return np.fmax(factors, beside_vertical_factors(spread, across))
+
+
+def beside_vertical_factors(spread: Spread, across: FloatArray) -> FloatArray:
+    """Return what to widen the (n, 2) half-widths of pitch and roll by where roll is only just told."""
+    sd, share = along_distance(spread.covariance, np.eye(1, 2).repeat(len(across), axis=0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        beyond = (across - spread.sd[:, 1] / LARGEST_SD_RAD) / sd
+        factors = factor_along(beyond[:, None], share)
+        factors[:, 1] = np.fmax(factors[:, 1], factor_across(across / sd, beyond))
+    return factors
 
 
 def beside_vertical(pierced: Pierced, along_sd: FloatArray, across: FloatArray) -> BoolArray:

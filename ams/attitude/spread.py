@@ -44,6 +44,8 @@ class Spread:
     """(N, s)"""
     half_95: FloatArray
     """(N, s)"""
+    covariance: FloatArray
+    """(N, s, s), of which ``sd`` are the roots of the diagonal."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +59,16 @@ class OutputErrors:
 
     def of_angles(self, gain: FloatArray) -> Spread:
         """Return the spread of angles from (N, s, S) angles per output."""
-        calibration = [np.einsum("nsi,nij,nsj->ns", gain, covariance, gain) for covariance, _ in self.calibration]
+        turned = np.swapaxes(gain, -1, -2)
+        parts = [gain @ covariance @ turned for covariance, _ in self.calibration]
+        calibration = [np.einsum("nss->ns", part) for part in parts]
         dof = [
             np.broadcast_to(np.asarray(d, dtype=float)[..., None], calibration[0].shape) for _, d in self.calibration
         ]
         reading = np.einsum("nsi,ni->ns", gain**2, self.reading)
-        return Spread(np.sqrt(sum(calibration, reading)), reading_halfwidth(calibration, dof, reading))
+        half_95 = reading_halfwidth(calibration, dof, reading)
+        whole = sum(parts, (gain * self.reading[:, None, :]) @ turned)
+        return Spread(np.sqrt(sum(calibration, reading)), half_95, np.asarray(whole))
 
 
 def output_errors(

@@ -20,7 +20,17 @@ from numpy.typing import NDArray
 
 from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
-from ams.attitude.few_axes import beside_vertical, one_axis_codes, pierce, pitch_roots, two_axis_codes, two_axis_gains
+from ams.attitude.few_axes import (
+    beside_vertical,
+    beside_vertical_factors,
+    one_axis_codes,
+    one_axis_factor,
+    pierce,
+    pitch_roots,
+    two_axis_codes,
+    two_axis_factors,
+    two_axis_gains,
+)
 from ams.attitude.force_covariance import PACKED, PackedWeighing
 from ams.attitude.spread import (
     OutputErrors,
@@ -121,7 +131,7 @@ def pitch_with_known_roll(
     slope = np.abs(roots.slope_v_per_rad)
     with np.errstate(divide="ignore", invalid="ignore"):
         sd = np.sqrt(sensor.output_variance_v2(force) + by_roll_v2) / slope
-        half_95 = _known_roll_halfwidth(sensor, force, by_roll_v2) / slope
+        half_95 = one_axis_factor(roots, sd) * _known_roll_halfwidth(sensor, force, by_roll_v2) / slope
     codes = one_axis_codes(roots, sd, np.isfinite(output) & np.isfinite(roll))
     lost = (codes & (flag_codes.LOST | flag_codes.PITCH_SINGULAR)) != 0
     roll_sd = np.full(roll.shape, float(roll_sd_rad))
@@ -167,7 +177,9 @@ def pitch_roll_from_two(
         gain = np.where(rank_lost, np.nan, np.stack([pitch_gain, roll_gain]))
         spread = output_errors(sensors, force.T, package).of_angles(np.moveaxis(gain, -1, 0))
     codes = two_axis_codes(pierced, spread.sd[:, 0], spread.sd[:, 1], across, rank_lost)
-    return _angles(pierced.force, spread, across, codes, beside_vertical(pierced, spread.sd[:, 1], across))
+    factors = two_axis_factors(pierced, spread, across)
+    is_vertical = beside_vertical(pierced, spread.sd[:, 1], across)
+    return _angles(pierced.force, spread, across, codes, is_vertical, factors)
 
 
 def pitch_roll_from_three(
@@ -197,7 +209,7 @@ def pitch_roll_from_three(
     gain = np.stack(gains(safe, meridian, parallel, weighing.times(safe)))
     spread = output_errors(sensors, safe.T, package).of_angles(np.moveaxis(gain, -1, 0) @ errors.inverse)
     roll_lost = (found.codes & (flag_codes.LOST | flag_codes.ROLL_SINGULAR)) != 0
-    return _angles(force, spread, across, found.codes, roll_lost)
+    return _angles(force, spread, across, found.codes, roll_lost, beside_vertical_factors(spread, across))
 
 
 def redundancy_limit(variances: FloatArray, dof: FloatArray) -> FloatArray:
@@ -294,9 +306,17 @@ def tangents(force: FloatArray) -> FloatArray:
 
 
 def _angles(
-    force: FloatArray, spread: Spread, across: FloatArray, codes: flag_codes.Codes, is_vertical: BoolArray
+    force: FloatArray,
+    spread: Spread,
+    across: FloatArray,
+    codes: flag_codes.Codes,
+    is_vertical: BoolArray,
+    factors: FloatArray,
 ) -> Angles:
-    """Return the angles of (3, N) unit forces; the spread of roll is that along the parallel, cos α·roll."""
+    """Return the angles of (3, N) unit forces; the spread of roll is that along the parallel, cos α·roll.
+
+    ``factors`` (N, 2) widen the half-widths of pitch and roll next to the bounds beyond which they are told.
+    """
     pitch, roll = np.arctan2(force[0], np.hypot(force[1], force[2])), np.arctan2(-force[1], -force[2])
     pitch_lost, roll_lost = (
         (codes & (flag_codes.LOST | code)) != 0 for code in (flag_codes.PITCH_SINGULAR, flag_codes.ROLL_SINGULAR)
@@ -305,6 +325,7 @@ def _angles(
         in_angles = np.stack([np.ones_like(across), 1.0 / across], axis=-1)
         sd, half_95 = spread.sd * in_angles, spread.half_95 * in_angles
     pitch_sd, pitch_half = (beside_singular(one[:, 0], one[:, 1], is_vertical) for one in (spread.sd, spread.half_95))
+    pitch_half, roll_half = pitch_half * np.where(is_vertical, 1.0, factors[:, 0]), half_95[:, 1] * factors[:, 1]
     return Angles(
         _blank(pitch, pitch_lost),
         _blank(pitch_sd, pitch_lost),
@@ -312,7 +333,7 @@ def _angles(
         _blank(sd[:, 1], roll_lost),
         codes,
         _blank(pitch_half, pitch_lost),
-        _blank(half_95[:, 1], roll_lost),
+        _blank(roll_half, roll_lost),
     )
 
 

@@ -15,7 +15,7 @@ from ams.attitude import flag_codes
 from ams.attitude.few_axes import OneAxis, TwoAxes
 from ams.attitude.force_covariance import LINE_BASIS, OutputErrors, Polynomial
 from ams.attitude.redundancy import at_offset_or_rail, may_be_wrong, name_suspects
-from ams.attitude.static import redundancy_limit
+from ams.attitude.static import Sensor, redundancy_limit
 from ams.attitude.three_axes import AttitudeColumns, Bend, three_axes
 from ams.calibration_result import VarianceComponent
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor
@@ -66,8 +66,14 @@ def kernel_of(
     if len(sensors) == 3:
         bend = None if all(sensor.is_linear for sensor in sensors) else _bend_of(sensors)
         three = three_axes(k, offset_v, errors, redundancy_limit, bend=bend)
-        sd_v = _level_sd_v(sensors)
-        return lambda outputs_v, _: with_suspects(three.attitude(outputs_v), outputs_v, k, offset_v, sd_v)
+        sd_v = _level_sd_v(sensors, 1)
+
+        def solve(outputs_v: FloatArray, _: FloatArray) -> AttitudeColumns:
+            found = three.attitude(outputs_v)
+            name_suspects_in(found.codes, outputs_v, k, offset_v, sd_v)
+            return found
+
+        return solve
     if len(sensors) == 2:
         two = TwoAxes(k, offset_v, errors, upright, right_wing_down)
         return lambda outputs_v, _: two.attitude(outputs_v)
@@ -75,23 +81,30 @@ def kernel_of(
     return lambda outputs_v, roll_rad: one.attitude(outputs_v[0], roll_rad)
 
 
-def with_suspects(
-    found: AttitudeColumns, outputs_v: FloatArray, k_v_per_g: FloatArray, offset_v: FloatArray, sd_v: FloatArray
-) -> AttitudeColumns:
-    """Name the axis in rows of (3, N) outputs that disagree, where one can be named; ``sd_v`` is (3,) of an output."""
-    rows = np.flatnonzero(found.codes & flag_codes.REDUNDANCY)
+def name_suspects_of(sensors: Sequence[Sensor], codes: flag_codes.Codes, outputs_v: FloatArray) -> None:
+    """Name the axis in the codes of (3, N) outputs that disagree, where one can be named."""
+    if not np.any(codes & flag_codes.REDUNDANCY):
+        return
+    k, offset_v = np.stack([own.k_v_per_g for own in sensors]), np.array([own.offset_v for own in sensors])
+    name_suspects_in(codes, outputs_v, k, offset_v, _level_sd_v(sensors, codes.size))
+
+
+def name_suspects_in(
+    codes: flag_codes.Codes, outputs_v: FloatArray, k_v_per_g: FloatArray, offset_v: FloatArray, sd_v: FloatArray
+) -> None:
+    """Do the same for sensors by their numbers; ``sd_v`` is (3,) of an output."""
+    rows = np.flatnonzero(codes & flag_codes.REDUNDANCY)
     if rows.size:
         own = outputs_v[:, rows]
         at_limit = at_offset_or_rail(own, offset_v, _AT_OFFSET_SD * sd_v)
         possible = may_be_wrong(k_v_per_g, own - offset_v[:, None], sd_v)
-        found.codes[rows] = name_suspects(found.codes[rows], at_limit, possible)
-    return found
+        codes[rows] = name_suspects(codes[rows], at_limit, possible)
 
 
-def _level_sd_v(sensors: Sequence[CalibratedSensor]) -> FloatArray:
-    """Return the (A,) standard deviations of what the sensors read at level."""
-    level = np.array([[0.0, 0.0, -1.0]])
-    return np.sqrt([float(sensor.output_variance_v2(level)[0]) for sensor in sensors])
+def _level_sd_v(sensors: Sequence[Sensor], rows: int) -> FloatArray:
+    """Return the (A,) standard deviations of what the sensors read at level, over the temperatures of the rows."""
+    level = np.tile([0.0, 0.0, -1.0], (rows, 1))
+    return np.sqrt([float(np.mean(sensor.output_variance_v2(level))) for sensor in sensors])
 
 
 def output_errors_of(sensors: Sequence[CalibratedSensor], package: CalibratedPackage | None) -> OutputErrors:

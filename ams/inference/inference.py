@@ -23,7 +23,7 @@ from ams.inference.alignment import AlignedPackage, AlignedSensor, Alignment
 from ams.inference.angle_stream import Answer, nothing
 from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
-from ams.inference.fixed_sensors import Kernel, kernel_of
+from ams.inference.fixed_sensors import Kernel, kernel_of, name_suspects_of
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
@@ -241,7 +241,11 @@ class Inference:
         if self.package.model == STING:
             alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
             return replace(alone, codes=alone.codes | np.uint32(flag_codes.NO_ROLL))
-        return _unbent(self.package.in_model_axes(sensors), outputs, self._geometry(sensors, readings))
+        turned = self.package.in_model_axes(sensors)
+        found = _unbent(turned, outputs, self._geometry(sensors, readings))
+        if len(turned) == 3:
+            name_suspects_of(turned, found.codes, outputs.T)
+        return found
 
     def _geometry(
         self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]

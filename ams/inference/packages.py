@@ -26,6 +26,7 @@ from ams.attitude.spread import (
     weighing_variances,
 )
 from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
+from ams.attitude.told_rows import along_distance, factor_across, factor_along
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import DesignError
 from ams.models.cr import model_gravity_g
@@ -204,7 +205,8 @@ def _spread(columns: FloatArray, weights: FloatArray, errors: OutputErrors) -> S
     solvable = np.where(lost[..., None], np.eye(normal.shape[-1]), normal)
     spread = errors.of_angles(np.asarray(np.linalg.solve(solvable, weighted), dtype=np.float64))
     nothing = np.where(np.arange(normal.shape[-1]) == normal.shape[-1] - 1, np.inf, 0.0)
-    return Spread(np.where(lost, nothing, spread.sd), np.where(lost, nothing, spread.half_95))
+    sd, half_95 = (np.where(lost, nothing, one) for one in (spread.sd, spread.half_95))
+    return Spread(sd, half_95, spread.covariance)
 
 
 def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAngles:
@@ -227,6 +229,9 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
         codes[is_so] |= np.uint32(code)
     pitch_sd, size_half = (beside_singular(one[:, 0], one[:, 1], level) for one in (sd, half))
     pitch_half = _half_with_sign(gravity, size_half, level)
+    factors = np.where((codes != 0)[:, None], 1.0, _of_told(gravity, spread))
+    pitch_half, yaw_half = factors[:, 0] * pitch_half, factors[:, 1] * yaw_half
+    roll_half = factors[:, 2] * roll_half if has_roll else roll_half
     wrapped = np.pi - np.mod(np.pi - roll, 2.0 * np.pi)
     return SpreadAngles(
         np.where(sideways, np.nan, _pitch(gravity, found.pitch_rad)),
@@ -240,6 +245,31 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
         np.where(level | sideways, np.nan, yaw_half),
         np.where(on_end, np.nan, roll_half),
     )
+
+
+def _of_told(gravity: FloatArray, spread: Spread) -> FloatArray:
+    """Return what to widen the (N, s) half-widths by next to the bounds beyond which angles are told.
+
+    Towards Θ = 0 pitch is the distance and yaw the angle about it; towards Ψ = ±90° the distance is that of g_x from
+    zero; towards a vertical sting g_x is what is left of it, and roll the angle about it.
+    """
+    sd, covariance, count = spread.sd, spread.covariance, spread.sd.shape[-1]
+    sine, by_g_x = np.hypot(gravity[:, 0], gravity[:, 1]), np.zeros(spread.sd.shape)
+    by_g_x[:, :2] = _slopes(gravity)[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        level_sd, share = along_distance(covariance, np.eye(1, count).repeat(len(sd), axis=0))
+        from_level = (sine - sd[:, 1] / LARGEST_SD_RAD) / level_sd
+        factors = factor_along(from_level[:, None], share)
+        factors[:, 1] = np.fmax(factors[:, 1], factor_across(sine / level_sd, from_level))
+        aside_sd, share = along_distance(covariance, by_g_x)
+        from_aside = (np.abs(gravity[:, 0]) - CLEARANCE_SD * sd[:, :2].max(axis=1)) / aside_sd
+        factors = np.fmax(factors, factor_along(from_aside[:, None], share))
+        if count == 3:
+            from_end = 1.0 / sd[:, 2]
+            beyond = from_end - 1.0 / LARGEST_SD_RAD
+            factors = np.fmax(factors, factor_along(beyond[:, None], share))
+            factors[:, 2] = np.fmax(factors[:, 2], factor_across(from_end, beyond))
+    return factors
 
 
 def _half_with_sign(gravity: FloatArray, size_half: FloatArray, is_level: BoolArray) -> FloatArray:

@@ -25,11 +25,26 @@ _WHOLE = re.compile(r"\d{1,15}(\.0*)?", re.ASCII)
 
 
 @dataclass(frozen=True)
+class Remedies:
+    """What a refusal says of whoever reads: what was not done, and by which options the file can be read after all."""
+
+    not_done: str = "nothing was solved"
+    column: str = "--axis AXIS=COLUMN for an output"
+    """By which columns are named that are called otherwise."""
+    separators: str = "calrig fit takes them: --separator semicolon --decimal comma"
+    """By which local separators are read; empty: by nothing."""
+
+
+SOLVING: Final = Remedies()
+
+
+@dataclass(frozen=True)
 class CsvForm:
     """What separates the cells of a file, and the whole part of a number from its decimals."""
 
     separator: str = ","
     decimal: str = "."
+    remedies: Remedies = SOLVING
 
     @property
     def number(self) -> str:
@@ -58,6 +73,9 @@ class NamedColumns(Protocol):
     @property
     def columns(self) -> tuple[str, ...]: ...
 
+    @property
+    def form(self) -> CsvForm: ...
+
 
 @dataclass(frozen=True)
 class Header:
@@ -65,6 +83,7 @@ class Header:
 
     file: str
     columns: tuple[str, ...]
+    form: CsvForm = PLAIN
 
 
 @dataclass(frozen=True)
@@ -90,10 +109,10 @@ def parse_csv(path: Path, form: CsvForm = PLAIN) -> CsvTable:
     return CsvTable(str(path), tables[0].columns, lines, tuple(row for table in tables for row in table.rows), form)
 
 
-def header_of(path: Path) -> Header:
+def header_of(path: Path, form: CsvForm = PLAIN) -> Header:
     """Read the names of a file's columns. Raises: ObservationsError: it cannot be read or has none."""
-    _, cells = next(_rows(path, 0, 1, PLAIN), (0, ()))
-    return _header(path, cells, PLAIN)
+    _, cells = next(_rows(path, 0, 1, form), (0, ()))
+    return _header(path, cells, form)
 
 
 def careful_tables(
@@ -114,9 +133,7 @@ def careful_tables(
         is_whole = False
         yield table
     if is_whole:
-        raise ObservationsError(
-            f"{header.file}: a header and no rows; nothing was solved; export the observations again"
-        )
+        raise ObservationsError(f"{header.file}: a header and no rows; {form.remedies.not_done}; export the rows again")
 
 
 def _rows(path: Path, start: int, line: int, form: CsvForm) -> Iterator[tuple[int, tuple[str, ...]]]:
@@ -125,35 +142,35 @@ def _rows(path: Path, start: int, line: int, form: CsvForm) -> Iterator[tuple[in
         with path.open("rb") as binary:
             binary.seek(start)
             text = TextIOWrapper(binary, encoding="utf-8" if start else "utf-8-sig", newline="")
-            reader = csv.reader(_without_nul(path, text, line), strict=True, delimiter=form.separator)
+            reader = csv.reader(_without_nul(path, text, line, form), strict=True, delimiter=form.separator)
             try:
                 for cells in reader:
                     if any(cell.strip() for cell in cells):
                         yield line - 1 + reader.line_num, tuple(cells)
             except csv.Error as failure:
                 raise ObservationsError(
-                    f"{path}: line {line - 1 + reader.line_num}: not a CSV line ({failure}); nothing was solved; "
-                    "correct the line"
+                    f"{path}: line {line - 1 + reader.line_num}: not a CSV line ({failure}); "
+                    f"{form.remedies.not_done}; correct the line"
                 ) from failure
     except UnicodeDecodeError as failure:
-        raise _not_utf8(path, failure) from failure
+        raise _not_utf8(path, failure, form) from failure
     except OSError as failure:
         reason = failure.strerror or str(failure)
         raise ObservationsError(
-            f"{path}: cannot be read: {reason}; nothing was solved; name a readable file"
+            f"{path}: cannot be read: {reason}; {form.remedies.not_done}; name a readable file"
         ) from failure
 
 
-def _without_nul(path: Path, text: Iterable[str], line: int) -> Iterator[str]:
+def _without_nul(path: Path, text: Iterable[str], line: int, form: CsvForm) -> Iterator[str]:
     for number, own in enumerate(text, start=line):
         if "\x00" in own:
             raise ObservationsError(
-                f"{path}: line {number}: a NUL character: not a CSV file; nothing was solved; export it as CSV"
+                f"{path}: line {number}: a NUL character: not a CSV file; {form.remedies.not_done}; export it as CSV"
             )
         yield own
 
 
-def _not_utf8(path: Path, failure: UnicodeDecodeError) -> ObservationsError:
+def _not_utf8(path: Path, failure: UnicodeDecodeError, form: CsvForm) -> ObservationsError:
     """Return the refusal, with the line of the whole file."""
     try:
         path.read_bytes().decode("utf-8-sig")
@@ -161,7 +178,7 @@ def _not_utf8(path: Path, failure: UnicodeDecodeError) -> ObservationsError:
         failure = whole
     line = failure.object.count(b"\n", 0, failure.start) + 1
     return ObservationsError(
-        f"{path}: line {line}: not UTF-8: byte 0x{failure.object[failure.start]:02x}; nothing was solved; "
+        f"{path}: line {line}: not UTF-8: byte 0x{failure.object[failure.start]:02x}; {form.remedies.not_done}; "
         "save the file as CSV UTF-8"
     )
 
@@ -169,21 +186,22 @@ def _not_utf8(path: Path, failure: UnicodeDecodeError) -> ObservationsError:
 def _header(path: Path, cells: Sequence[str], form: CsvForm) -> Header:
     if not cells:
         raise ObservationsError(
-            f"{path}: empty: no header and no rows; nothing was solved; export the observations again"
+            f"{path}: empty: no header and no rows; {form.remedies.not_done}; export the rows again"
         )
-    header = Header(str(path), tuple(cell.strip() for cell in cells))
+    header = Header(str(path), tuple(cell.strip() for cell in cells), form)
     others = [name for character, name in _SEPARATORS.items() if character in header.columns[0]]
     if len(header.columns) == 1 and others and form.separator not in header.columns[0]:
+        options = f" ({form.remedies.separators})" if form.remedies.separators else ""
         raise ObservationsError(
             f"{header.file}: line 1: columns are separated by {others[0]}; allowed: {_SEPARATORS[form.separator]}, "
-            f"with decimal {'points' if form.decimal == '.' else 'commas'}; nothing was solved; export with comma and "
-            "point, not with the local separators (calrig fit takes them: --separator semicolon --decimal comma)"
+            f"with decimal {'points' if form.decimal == '.' else 'commas'}; {form.remedies.not_done}; export with "
+            f"comma and point, not with the local separators{options}"
         )
     for name in header.columns:
         if header.columns.count(name) > 1:
             raise ObservationsError(
                 f"{header.file}: line 1: column {name!r} stands {header.columns.count(name)} times; allowed once; "
-                "nothing was solved; rename or remove one"
+                f"{form.remedies.not_done}; rename or remove one"
             )
     return header
 
@@ -192,9 +210,9 @@ def _refuse_shape(table: CsvTable) -> None:
     for line, row in zip(table.lines, table.rows, strict=True):
         if len(row) != len(table.columns):
             raise ObservationsError(
-                f"{table.file}: line {line}: {len(row)} cells, allowed {len(table.columns)} as in the "
-                f"header; nothing was "
-                "solved; complete the line (a decimal comma splits a number in two, a cut file ends in the middle)"
+                f"{table.file}: line {line}: {len(row)} cells, allowed {len(table.columns)} as in the header; "
+                f"{table.form.remedies.not_done}; complete the line (a decimal comma splits a number in two, a cut "
+                "file ends in the middle)"
             )
 
 
@@ -222,8 +240,8 @@ def refuse_missing_columns(table: NamedColumns, wanted: Sequence[str]) -> None:
     if missing:
         raise ObservationsError(
             f"{table.file}: line 1: column {' and '.join(map(repr, missing))} missing; found: "
-            f"{', '.join(table.columns)}; "
-            "nothing was solved; add the column, or name the one that is meant (--axis AXIS=COLUMN for an output)"
+            f"{', '.join(table.columns)}; {table.form.remedies.not_done}; add the column, or name the one that is "
+            f"meant ({table.form.remedies.column})"
         )
 
 
@@ -231,8 +249,8 @@ def refuse_cell(table: NamedColumns, name: str, line: int, cell: str, allowed: s
     """Refuse a cell. Raises: ObservationsError naming file, line and column."""
     what = "the cell is empty" if cell == "" else f"got {cell!r}"
     raise ObservationsError(
-        f"{table.file}: line {line}: column {name}: {what}, allowed {allowed}; nothing was solved; "
-        f"correct or remove the row"
+        f"{table.file}: line {line}: column {name}: {what}, allowed {allowed}; "
+        f"{table.form.remedies.not_done}; correct or remove the row"
     )
 
 

@@ -20,8 +20,12 @@ import numpy as np
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.inputs.csv_table import (
+    PLAIN,
+    SOLVING,
+    CsvForm,
     CsvTable,
     Header,
+    Remedies,
     careful_tables,
     header_of,
     labels,
@@ -54,6 +58,10 @@ class NumberTable:
     rows: CsvTable | None = None
     """The cells themselves, where there is no file to look at again."""
 
+    @property
+    def form(self) -> CsvForm:
+        return PLAIN if self.rows is None else self.rows.form
+
     def labels(self, name: str) -> IntArray:
         """Return the column as (N,) whole numbers from 0. Raises: ObservationsError."""
         values = self.values[name]
@@ -79,18 +87,22 @@ def read_numbers(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()
     return NumberTable(header.file, header.columns, np.concatenate([lines for lines, _ in pieces]), values)
 
 
-def csv_blocks(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> Iterator[Block]:
+def csv_blocks(
+    path: Path, wanted: Sequence[str], optional: Sequence[str] = (), remedies: Remedies = SOLVING
+) -> Iterator[Block]:
     """Yield columns of a CSV file piece by piece; what is missing in it is NaN.
 
     Raises: ObservationsError, at the piece that is wrong.
     """
-    header, names = _named(path, wanted, optional)
+    header, names = _named(path, wanted, optional, CsvForm(remedies=remedies))
     for _, found in _csv_pieces(path, header, names, may_miss=True):
         yield found
 
 
-def _named(path: Path, wanted: Sequence[str], optional: Sequence[str]) -> tuple[Header, list[str]]:
-    header = header_of(path)
+def _named(
+    path: Path, wanted: Sequence[str], optional: Sequence[str], form: CsvForm = PLAIN
+) -> tuple[Header, list[str]]:
+    header = header_of(path, form)
     refuse_missing_columns(header, wanted)
     return header, list(dict.fromkeys((*wanted, *(name for name in optional if name in header.columns))))
 
@@ -112,7 +124,7 @@ def _csv_pieces(
                 start, line = start + len(piece), line + found[names[0]].size
             else:
                 return
-    for table in careful_tables(path, header if start else None, start, line):
+    for table in careful_tables(path, header if start else None, start, line, header.form):
         cells = numbers_or_nan if may_miss else numbers
         yield np.array(table.lines), {name: cells(table, name) for name in names}
 
@@ -193,7 +205,9 @@ def _rectangular_lines(piece: bytes, columns: int) -> int | None:
     return ends.size if is_right else None
 
 
-def parquet_blocks(path: Path, wanted: Sequence[str], optional: Sequence[str] = ()) -> Iterator[Block]:
+def parquet_blocks(
+    path: Path, wanted: Sequence[str], optional: Sequence[str] = (), remedies: Remedies = SOLVING
+) -> Iterator[Block]:
     """Yield columns of a Parquet file piece by piece; what is missing in it is NaN.
 
     Raises: ObservationsError for a file that is none, a column that is missing or holds no numbers.
@@ -204,20 +218,28 @@ def parquet_blocks(path: Path, wanted: Sequence[str], optional: Sequence[str] = 
         columns = list(file.schema_arrow.names)
     except (OSError, ValueError) as error:
         raise ObservationsError(f"{path}: cannot be read as Parquet: {str(error).splitlines()[0]}") from error
-    missing = [name for name in wanted if name not in columns]
-    if missing:
-        raise ObservationsError(f"{path}: column {', '.join(missing)} missing; found: {', '.join(columns)}")
+    refuse_missing_names(path, wanted, columns, remedies)
     names = list(dict.fromkeys((*wanted, *(name for name in optional if name in columns))))
     with file:
         for batch in file.iter_batches(batch_size=PIECE_ROWS, columns=names):
-            yield {name: _numbers_of_arrow(path, name, batch.column(name)) for name in names}
+            yield {name: _numbers_of_arrow(path, name, batch.column(name), remedies) for name in names}
 
 
-def _numbers_of_arrow(path: Path, name: str, column: Any) -> FloatArray:
+def refuse_missing_names(path: Path, wanted: Sequence[str], columns: Sequence[str], remedies: Remedies) -> None:
+    """Refuse a binary file without the wanted columns. Raises: ObservationsError."""
+    missing = [name for name in wanted if name not in columns]
+    if missing:
+        raise ObservationsError(
+            f"{path}: column {', '.join(missing)} missing; found: {', '.join(columns) or 'none'}; {remedies.not_done}; "
+            f"add the column, or name the one that is meant ({remedies.column})"
+        )
+
+
+def _numbers_of_arrow(path: Path, name: str, column: Any, remedies: Remedies) -> FloatArray:
     try:
         return np.asarray(column.cast("float64", safe=False).to_numpy(zero_copy_only=False))
     except (NotImplementedError, TypeError, ValueError):
-        raise ObservationsError(f"{path}: column {name}: holds no numbers; nothing was computed") from None
+        raise ObservationsError(f"{path}: column {name}: holds no numbers; {remedies.not_done}") from None
 
 
 def parquet() -> Any:

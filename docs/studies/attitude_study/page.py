@@ -1,13 +1,14 @@
 """The numbers of the page: what the redrawn figures say where the reports say something."""
 
 import numpy as np
+from attitude_study import singular
 from attitude_study.motions import by_hand, construction, flight
 from attitude_study.tp_figures import ROLL_DEG, by_three, by_two, furthest_from_roll_90, one_axis, rank_of_figure_12
 
 
 def facts() -> dict[str, object]:
     """Return every number that the template names."""
-    return _of_one_and_two() | _of_three() | _of_cr() | _of_sr()
+    return _of_one_and_two() | _of_three() | _of_cr() | _of_sr() | singular.facts()
 
 
 def _of_one_and_two() -> dict[str, object]:

@@ -26,7 +26,7 @@ from procedures.cli.attitude.lines import is_line, opened_source, opened_target
 from procedures.cli.attitude.plot import PlottedRows
 from procedures.cli.attitude.rig_stream import StreamWiring, opened_stream, stream_wiring
 from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
-from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
+from procedures.cli.attitude.source import REMEDIES, Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
 from procedures.cli.attitude.tally import TalliedRows
 from procedures.cli.attitude.untested import WatchedOutputs, assumed_gravity
@@ -231,7 +231,7 @@ def _solve_alignment(package: Package, reading_sd_v: float | None, data: Path, o
     require_folder_of(out, "--solve-alignment")
     found = inference(replace(package, alignment=None), None, reading_sd_v)
     told: list[FloatArray] = []
-    for readings in blocks_of(data, (*found.needed, "pitch_deg", "roll_deg"), found.optional):
+    for readings in blocks_of(data, (*found.needed, "pitch_deg", "roll_deg"), found.optional, REMEDIES):
         angles = found.answer(readings).columns
         rows = angles["pitch_deg"], angles["roll_deg"], readings["pitch_deg"], readings["roll_deg"]
         told.append(np.deg2rad(np.stack(rows)))
@@ -323,7 +323,7 @@ def _answer_file(found: AngleStream, data: Path, answers: _Answers) -> None:
     """Answer a file piece by piece; nothing is written where one of them is wrong."""
     with _output(answers.out) as target, _one_thread():
         writer = answers.writer(found.answers, target)
-        for readings in blocks_of(data, found.needed, found.optional):
+        for readings in blocks_of(data, found.needed, found.optional, REMEDIES):
             writer.write(Rows.of(found.answer(readings)))
             if _is_sent(answers.out):
                 target.flush()

@@ -17,12 +17,20 @@ from ams.inference.inference import Package
 from ams.inference.low_passed import LowPassedAngles, LowPassWish
 from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles, GyroPackage, Motion
+from ams.inputs.csv_table import Remedies
 from procedures.cli.attitude.rig_stream import StreamWiring
 from procedures.errors import RequestError
 
 OF_FIELD: Final = ("magnetometers", "magnetometer_axis", "field_ut", "field_sd_ut")
 OF_AIDING: Final = ("accelerometers", "accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s", *OF_FIELD)
 DEFAULT_AGREEMENT_DEG: Final = 0.1
+REMEDIES: Final = Remedies(
+    not_done="nothing was computed",
+    column="--axis AXIS=COLUMN; --model-axis, --gyro-axis, --accelerometer-axis, --magnetometer-axis for those of the "
+    "other sets",
+    separators="",
+)
+"""What refusals of files and streams say."""
 Named = Annotated[list[str] | None, Parameter(negative=())]
 
 

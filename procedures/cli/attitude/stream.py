@@ -17,6 +17,7 @@ from ams.inference.angle_stream import AngleStream
 from ams.inputs.csv_table import is_number
 from ams.inputs.number_blocks import numbers_of
 from procedures.cli.attitude.rows import Rows, RowWriter
+from procedures.cli.attitude.source import REMEDIES
 from procedures.errors import RequestError
 
 WriterOf = Callable[[Sequence[str]], tuple[RowWriter, IO[bytes]]]
@@ -106,7 +107,7 @@ def _header(found: AngleStream, pieces: Iterator[list[bytes | None]]) -> tuple[l
     if missing:
         raise RequestError(
             f"standard input: line 1: column {', '.join(missing)} missing; found: {', '.join(header) or 'nothing'}; "
-            "send a header first, and name columns that are called otherwise with --axis AXIS=COLUMN"
+            f"send a header first, and name columns that are called otherwise ({REMEDIES.column})"
         )
     return header, lines[1:]
 
