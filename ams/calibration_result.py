@@ -10,7 +10,7 @@ from typing import Final, Literal
 import numpy as np
 
 from ams.arrays import Centring, FloatArray
-from ams.findings import Finding
+from ams.findings import Finding, turned_the_table
 
 METHOD_VERSION: Final = 2
 """Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
@@ -179,9 +179,15 @@ class Calibration:
         }
 
     @property
+    def turns(self) -> tuple[Finding, ...]:
+        """The findings that the table turned while it was measured, each once: what was solved mixes two mountings."""
+        every = (finding for axis in self.axes.values() for finding in axis.findings)
+        return tuple({finding.text: finding for finding in turned_the_table(every)}.values())
+
+    @property
     def verdict(self) -> SensorVerdict:
         """``sound`` where nobody needs to read anything, ``usable`` where the warnings must be read."""
-        if self.undetermined_axes or not self.axes:
+        if self.undetermined_axes or self.turns or not self.axes:
             return "not usable"
         is_reserved = self.warnings or any(axis.warnings for axis in self.axes.values())
         return "usable" if is_reserved else "sound"

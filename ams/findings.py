@@ -31,6 +31,11 @@ FindingKind = Literal[
 ]
 """``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited."""
 
+HOLDING_ARCSEC: Final = 3.0
+"""A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""
+ON_ONE_SIDE: Final = "all_dwells_on_one_side"
+"""Of a finding's details, 1 where it is so."""
+
 FINDING_KINDS: Final[tuple[str, ...]] = get_args(FindingKind)
 
 
@@ -65,3 +70,20 @@ class Finding:
 def significant_texts(findings: Iterable[Finding]) -> tuple[str, ...]:
     """Return the sentences that somebody must read before the result is used."""
     return tuple(finding.text for finding in findings if finding.is_significant)
+
+
+def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return the findings of a table, base or fixture that turned so far that nothing measured stands.
+
+    What a change of a lone sensor or of the meter would look like as well is not among them, nor what all dwells that
+    count stand on one side of.
+    """
+    return tuple(
+        one
+        for one in findings
+        if one.is_significant
+        and one.kind == "table-rotation"
+        and not one.details.get("confounded_with")
+        and not one.details.get(ON_ONE_SIDE)
+        and float(one.details.get("turned_arcsec") or 0.0) > HOLDING_ARCSEC
+    )

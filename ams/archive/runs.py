@@ -22,12 +22,11 @@ from ams.archive.quarantines import quarantine, quarantined
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
 from ams.archive.tables import ADJUSTMENTS, RUNS, SETS, STANDARDS, USES
 from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
-from ams.findings import Finding, significant_texts
+from ams.findings import Finding, significant_texts, turned_the_table
 from ams.observations import Observations
 from ams.sets.canonical import Document, canonical_bytes, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust, from_document, to_document
-from ams.surveillance.common_mode_words import turned_the_table
 
 
 @dataclass(frozen=True)

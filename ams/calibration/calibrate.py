@@ -15,10 +15,12 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from ams.analysis.diagnostics.evidence import Evidence
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
-from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication, diagnose
+from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication, diagnose, evidence_of
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
+from ams.calibration.steps import NO_STEPS, StepsOfOutput, judge_steps
 from ams.calibration.table_limit import judge_table
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.errors import ObservationsError
@@ -78,9 +80,12 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         groups.append((group, solved, outputs))
     limit = judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table)
     family = request.tested_axes or len(labels)
-    for group, solved, outputs in groups:
-        limits = [limit] * len(group)
-        found = diagnose(solved, Circumstances(rows, outputs, request.table, shared[group[0]], limits, family))
+    judged = [None if weights is not None else evidence_of(solved, rows) for _, solved, _ in groups]
+    steps = _steps(judged, groups, family)
+    for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
+        limits, changed = [limit] * len(group), [steps.get(label, NO_STEPS) for label in group]
+        told = Circumstances(rows, outputs, request.table, shared[group[0]], limits, family, steps=changed)
+        found = diagnose(solved, told, evidence)
         for row, label in enumerate(group):
             curved = request.residual_curvature
             axes[label] = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)
@@ -89,6 +94,20 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)
+
+
+def _steps(
+    judged: Sequence[Evidence | None], groups: Sequence[tuple[Sequence[str], SolvedColumns, FloatArray]], family: int
+) -> Mapping[str, StepsOfOutput]:
+    """Return what changed in mid-run by axis, of all axes together."""
+    seen = [
+        (label, one, row)
+        for one, (group, *_) in zip(judged, groups, strict=True)
+        if one is not None
+        for row, label in enumerate(group)
+    ]
+    found = judge_steps([(one, row) for _, one, row in seen], family)
+    return {label: told for (label, *_), told in zip(seen, found, strict=True)}
 
 
 def _refuse_foreign_units(labels: Sequence[str], observations: Observations, request: CalibrationRequest) -> None:

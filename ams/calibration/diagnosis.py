@@ -10,7 +10,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ams.analysis.diagnostics.axis_tests import SharedTests, axis_tests, shared_tests
-from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT, WRONG_DWELL, AxisTests
+from ams.analysis.diagnostics.beliefs import (
+    COLUMNS,
+    DRIFT_OF,
+    LACK_OF_FIT,
+    LAG,
+    SETTLING,
+    WRONG_DWELL,
+    AxisTests,
+    BeliefTest,
+)
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import (
     Moved,
@@ -20,12 +29,13 @@ from ams.analysis.diagnostics.facts import (
     undetermined_axis,
 )
 from ams.analysis.diagnostics.table_curves import TableLimit
-from ams.analysis.diagnostics.time_order import even_drift
+from ams.analysis.diagnostics.time_order import even_drift, settling
 from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
+from ams.calibration.steps import NO_STEPS, StepsOfOutput, as_told, step_columns
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.request import select_rows
@@ -35,6 +45,10 @@ from ams.observations import Observations
 from ams.solve.layout import layout_of
 from ams.solve.linearised import linearise
 from ams.units import ARCSEC_PER_DEG, label_and_unit
+
+_NOTHING = 1e-9
+_ALIKE = frozenset(column.name for column in COLUMNS)
+"""Tests of what repeats in every replication: a transient that does is one of them."""
 
 
 @dataclass(frozen=True)
@@ -67,42 +81,101 @@ class Circumstances:
     order: Sequence[Finding] = ()
     """What is said of the order of the points already."""
 
+    steps: Sequence[StepsOfOutput] = ()
+    """Of each output, what changed in mid-run; empty: not asked."""
+
     def limit_of(self, place: int) -> TableLimit | None:
         return self.limits[place] if self.limits else None
 
+    def steps_of(self, place: int) -> StepsOfOutput:
+        return self.steps[place] if self.steps else NO_STEPS
 
-def diagnose(solved: SolvedColumns, circumstances: Circumstances) -> list[Diagnosis]:
-    """Return the findings of every axis of one group."""
+
+def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evidence | None = None) -> list[Diagnosis]:
+    """Return the findings of every axis of one group; ``evidence``: where it is made already."""
     axes = range(len(solved.problem.models))
     if solved.problem.form.weights is not None:
         return [Diagnosis(tuple(_undetermined(solved, place)), solved, place, AxisTests({})) for place in axes]
-    evidence = evidence_of(solved, circumstances.rows)
+    evidence = evidence_of(solved, circumstances.rows) if evidence is None else evidence
     shared, order = shared_tests(evidence), (*time_confounded(evidence), *temperature_confounded(evidence))
     found = []
     for place in axes:
-        one = _axis(evidence, shared, place, solved, replace(circumstances, order=order))
+        told = replace(circumstances, order=order)
+        nothing = np.zeros((circumstances.rows.rows, 0))
+        whole = Believed(evidence, shared, solved, place, circumstances.outputs, circumstances.rows, nothing)
+        one = _axis(whole, place, told)
         found.append(replace(one, findings=(*one.findings, *order, *_undetermined(solved, place))))
     return found
 
 
-def _axis(
-    evidence: Evidence, shared: SharedTests, place: int, solved: SolvedColumns, circumstances: Circumstances
-) -> Diagnosis:
-    limit = circumstances.limit_of(place)
-    tests = axis_tests(evidence, shared, place, None, limit, circumstances.family)
-    wrong = _convicted(evidence, place, tests)
-    if wrong is None or not wrong.dwells:
-        return _diagnosis(evidence, solved, place, tests, None, circumstances, limit)
-    kept, convicted = _rows_of(evidence, wrong)
-    rows, model = select_rows(circumstances.rows, kept), solved.problem.models[place]
-    layout = layout_of(rows)
-    problem = linearise([model], rows, layout, circumstances.outputs[kept, place : place + 1], None)
-    believed = solve_linearised(
-        problem, layout, plots_of(model, rows, layout), circumstances.table, circumstances.shared
+@dataclass(frozen=True)
+class Believed:
+    """One output as the tests look at it, of which what is convicted is taken out."""
+
+    evidence: Evidence
+    shared: SharedTests
+    solved: SolvedColumns
+    place: int
+    """Of the output in all of these."""
+    outputs: FloatArray
+    """(N, m)"""
+    rows: Observations
+    taken: FloatArray
+    """(N, c) columns that the departures said how much to take of, which counts as known where the points are judged.
+    """
+
+    def without(self, columns: FloatArray, circumstances: Circumstances) -> "Believed":
+        """Return the output less what (N, c) columns explain of it, beside the effects of points; solved anew."""
+        left = self.evidence.by_point(columns)
+        size = np.linalg.lstsq(left, self.evidence.departures[:, self.place], rcond=_NOTHING)[0]
+        without = replace(self, taken=np.hstack([self.taken, columns]))
+        return without.of(np.ones(self.rows.rows, dtype=bool), columns @ size, circumstances)
+
+    def of(self, kept: BoolArray, less: FloatArray | float, circumstances: Circumstances) -> "Believed":
+        """Return one output at some rows, and less something, solved as the whole was."""
+        rows, output = select_rows(self.rows, kept), (self.outputs[:, self.place] - less)[kept]
+        model, layout = self.solved.problem.models[self.place], layout_of(rows)
+        problem = linearise([model], rows, layout, output[:, None], None)
+        plots = plots_of(model, rows, layout)
+        solved = solve_linearised(problem, layout, plots, circumstances.table, circumstances.shared)
+        evidence = evidence_of(solved, rows)
+        return Believed(evidence, shared_tests(evidence), solved, 0, output[:, None], rows, self.taken[kept])
+
+    def tested(self, made: Mapping[str, BeliefTest], limit: TableLimit | None, family: int) -> AxisTests:
+        """Return all tests, those of what is taken out as they were ``made``."""
+        given = self.evidence.layout.mean_by_point(self.taken)
+        return axis_tests(self.evidence, self.shared, self.place, made, limit, family, given)
+
+
+def _axis(seen: Believed, place: int, circumstances: Circumstances) -> Diagnosis:
+    """Return the diagnosis of one output, ``place`` its own among those of the group."""
+    limit, family, steps = circumstances.limit_of(place), circumstances.family, circumstances.steps_of(place)
+    if steps.since:
+        seen = seen.without(step_columns(seen.evidence, seen.place, steps.since), circumstances)
+    made = {test.name: test for test in steps.tests}
+    tests = seen.tested(made, limit, family)
+    wrong, convicted = _convicted(seen.evidence, seen.place, tests), None
+    if wrong is not None and wrong.dwells:
+        made[WRONG_DWELL] = BeliefTest(WRONG_DWELL, "wrong-dwell", wrong.p_value)
+        kept, convicted = _rows_of(seen.evidence, wrong)
+        seen = seen.of(kept, 0.0, circumstances)
+        tests = seen.tested(made, limit, family)
+    if settles(tests):
+        made[SETTLING] = tests.tests[SETTLING]
+        every = np.ones(seen.rows.rows, dtype=bool)
+        seen = seen.of(every, made[SETTLING].size * settling(seen.evidence), circumstances)
+        tests = seen.tested(made, limit, family)
+    one = _diagnosis(seen, as_told(tests, steps), convicted, circumstances, limit)
+    return replace(one, findings=(*steps.findings, *one.findings))
+
+
+def settles(tests: AxisTests) -> bool:
+    """Return whether a transient at the start of every replication is plain; what a lag explains is none."""
+    test = tests.tests.get(SETTLING)
+    plainest = min((one.p_value for one in tests.tests.values() if one.name in _ALIKE), default=1.0)
+    return (
+        test is not None and test.p_value <= min(tests.conviction_level, plainest) and not tests.is_significant.get(LAG)
     )
-    other = evidence_of(believed, select_rows(circumstances.rows, kept))
-    tests = axis_tests(other, shared_tests(other), 0, wrong.p_value, limit, circumstances.family)
-    return _diagnosis(other, believed, 0, tests, convicted, circumstances, limit)
 
 
 def _undetermined(solved: SolvedColumns, place: int) -> Iterator[Finding]:
@@ -160,14 +233,13 @@ def _rows_of(evidence: Evidence, wrong: WrongDwells) -> tuple[BoolArray, Convict
 
 
 def _diagnosis(
-    evidence: Evidence,
-    solved: SolvedColumns,
-    place: int,
+    seen: Believed,
     tests: AxisTests,
     convicted: Convicted | None,
     circumstances: Circumstances,
     limit: TableLimit | None,
 ) -> Diagnosis:
+    evidence, solved, place = seen.evidence, seen.solved, seen.place
     scale = _scale(solved, place)
     drifted = tuple(_drift_in_parameters(evidence, solved, place, tests.conviction_level))
     passes = [one for one in (*circumstances.order, *drifted) if one.kind == "time-confounded" and one.is_significant]

@@ -56,6 +56,7 @@ from ams.surveillance.loose_mount import CONSISTENT, UNTOLD, LeftOver, Told, for
 
 Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
 
+BASE_ASIDE = "tilt of the base to any side"
 LEAST_OWN = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
 FEWEST_LEFT = 4
@@ -193,7 +194,8 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     fewest, least_left, _ = min(consistent)
     close = least_left + SAME * max(least_left, 1.0)
     place = next(place for used, left, place in consistent if used == fewest and left <= close)
-    also = tuple(causes[other] for *_, other in consistent if other != place)
+    others = (causes[other] for *_, other in consistent if other != place)
+    also = tuple(one for one in others if not set(causes[place].parts) < set(one.parts))  # a wider one says no more
     return CommonMode(
         (causes[place],), p_value, also, data.estimates(causes[place].parts, scale.variance), (), tuple(among)
     )
@@ -226,6 +228,7 @@ def _causes(data: Whitened) -> Iterator[Cause]:
     yield Cause("table-rotation", ROLL, (ROLL,))
     yield Cause("table-rotation", PITCH, (PITCH,))
     yield Cause("table-rotation", BASE, (BASE,))
+    yield Cause("table-rotation", BASE_ASIDE, (PITCH, BASE))
     yield Cause("table-rotation", FIXTURE, (ROLL, FIXTURE_Y, FIXTURE_Z))
     yield from (_of_meter(name) for name in data.columns if name.startswith("gain"))
     yield from (_of_meter(name) for name in data.columns if name.startswith("offset"))

@@ -1,18 +1,16 @@
 """A common-mode judgement as findings: which sensors, how much, about what, and whose doing it is."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ams.findings import Finding
+from ams.findings import ON_ONE_SIDE, Finding
 from ams.surveillance.common_mode import Cause, CommonMode
 from ams.surveillance.common_mode_columns import BASE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
 from ams.units import ARCSEC_PER_DEG
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
-HOLDING_ARCSEC = 3.0
-"""A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""
 _ABOUT = {ROLL: "about roll", PITCH: "about pitch", FIXTURE_Y: "about its lateral axis", FIXTURE_Z: "about its normal"}
 
 
@@ -143,30 +141,9 @@ def _number(count: int) -> str:
     return NUMBERS[count] if count < len(NUMBERS) else str(count)
 
 
-ON_ONE_SIDE = "all_dwells_on_one_side"
-"""Of a finding's details, 1 where it is so."""
-
-
 def on_one_side(finding: Finding) -> Finding:
     """Return a turn of the table as what no result rests on: all dwells that count stand after it, or before it."""
     if finding.kind != "table-rotation":
         return finding
     told = f"{finding.text}; all dwells that count stand on one side of it: prove the level and the zero of the axes"
     return replace(finding, text=told, details={**finding.details, ON_ONE_SIDE: 1.0})
-
-
-def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Return the findings of a table, base or fixture that turned so far that nothing measured stands.
-
-    What a change of a lone sensor or of the meter would look like as well is not among them, nor what all dwells that
-    count stand on one side of.
-    """
-    return tuple(
-        one
-        for one in findings
-        if one.is_significant
-        and one.kind == "table-rotation"
-        and not one.details.get("confounded_with")
-        and not one.details.get(ON_ONE_SIDE)
-        and float(one.details.get("turned_arcsec") or 0.0) > HOLDING_ARCSEC
-    )

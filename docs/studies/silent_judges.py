@@ -13,9 +13,12 @@ from physics_scenes import SCENES, Campaign, FieldReadings, GimbalReadings, UseR
 from solved_campaigns import ARCSEC, Coverage, columns_of, coverage, rows_of, solved, table_of
 
 from ams.analysis.diagnostics.beliefs import SQUARENESS, TABLE_LIMIT
+from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
-from ams.calibration.diagnosis import Circumstances, diagnose
+from ams.calibration.columns import SolvedColumns
+from ams.calibration.diagnosis import Circumstances, diagnose, evidence_of
+from ams.calibration.steps import judge_steps
 from ams.calibration.table_limit import judge_table
 from ams.calibration_result import AxisCalibration
 from ams.findings import Finding
@@ -75,15 +78,10 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
     found, plain = solved(drawn, table, errors), solved(drawn, teeth, extended=False)
     kinds: list[set[str]] = [set() for _ in range(count)]
     limits = [judge_table([(one, [place]) for one in found.values()], rows_of(drawn), table) for place in range(count)]
-    for axis, columns in found.items():
-        for place, rows in _of_one_temperature(drawn):
-            part = columns if rows is None else solved(_only(drawn, place), table, errors)[axis]
-            outputs = columns_of(drawn, axis)[:, place : place + part.primary.shape[0]]
-            seen = _seen(drawn, place)
-            of_table, family = limits[place : place + outputs.shape[1]], len(found)
-            told = diagnose(part, Circumstances(seen, outputs, table, errors, of_table, family))
-            for which, one in enumerate(told, start=place):
-                kinds[which] |= _significant(one.findings)
+    for place, rows in _of_one_temperature(drawn):
+        parts = found if rows is None else solved(_only(drawn, place), table, errors)
+        for which, told in enumerate(_told(drawn, parts, place, table, errors, limits), start=place):
+            kinds[which] |= told
     state = chance.bit_generator.state
     after = coverage(drawn, found, chance)
     chance.bit_generator.state = state
@@ -95,6 +93,31 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
         float(np.mean([bool(one) for one in kinds])),
         after.prediction_half_width_arcsec,
     )
+
+
+def _told(
+    drawn: Campaign,
+    found: Mapping[str, SolvedColumns],
+    first: int,
+    table: TableUncertainty | None = None,
+    errors: Sequence[SharedError] = (),
+    limits: Sequence[TableLimit | None] = (),
+    family: int | None = None,
+) -> list[set[str]]:
+    """Return the kinds of what is told of each of the campaigns solved, the first of them ``first``."""
+    seen, axes = _seen(drawn, first), family or len(found)
+    evidence = {axis: evidence_of(columns, seen) for axis, columns in found.items()}
+    count = next(iter(found.values())).primary.shape[0]
+    steps = [judge_steps([(evidence[axis], place) for axis in found], axes) for place in range(count)]
+    kinds: list[set[str]] = [set() for _ in range(count)]
+    for which, (axis, columns) in enumerate(found.items()):
+        outputs = columns_of(drawn, axis)[:, first : first + count]
+        of_table = limits[first : first + count]
+        changed = [one[which] for one in steps]
+        circumstances = Circumstances(seen, outputs, table, errors, of_table, axes, steps=changed)
+        for place, one in enumerate(diagnose(columns, circumstances, evidence[axis])):
+            kinds[place] |= _significant(one.findings)
+    return kinds
 
 
 def _tables(scene: str, declared_arcsec: float) -> tuple[TableUncertainty | None, TableUncertainty | None]:
@@ -245,25 +268,24 @@ def _package_of(drawn: GimbalReadings, place: int, which: int) -> Package:
 
 
 def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> Told:
-    """Judge reference visits of three sensors one after the other as a run does, and every sensor's fit after it.
+    """Judge reference visits of all sensors one after the other as a run does, and every sensor's fit after it.
 
     Offset and k are those over the whole run, which is what a result holds that nobody stopped.
     """
     chance = np.random.default_rng(seed)
     drawn = campaigns(scene, size, chance, count, **design)
-    schedule, output_v = drawn.visits("reference")
-    visits = output_v.reshape(count, -1, 2, output_v.shape[2] * output_v.shape[3])
-    pitch, roll = (np.deg2rad(angle[:2]) for angle in (schedule.pitch_deg, schedule.roll_deg))
-    kinds = [_between_visits(drawn, one, pitch, roll) for one in visits]
+    kinds: list[set[str]] = [set() for _ in range(count)]
+    if drawn.setup.reference_every:
+        schedule, output_v = drawn.visits("reference")
+        visits = output_v.reshape(count, -1, 2, output_v.shape[2] * output_v.shape[3])
+        pitch, roll = (np.deg2rad(angle[:2]) for angle in (schedule.pitch_deg, schedule.roll_deg))
+        kinds = [_between_visits(drawn, one, pitch, roll) for one in visits]
     held, family = [], drawn.setup.sensors * len(drawn.setup.axes)
     for sensor in range(drawn.setup.sensors):
         alone = _of_sensor(drawn, sensor)
         found = solved(alone)
-        for axis, columns in found.items():
-            circumstances = Circumstances(_seen(alone, 0), columns_of(alone, axis), None, (), family=family)
-            told = diagnose(columns, circumstances)
-            for which, one in enumerate(told):
-                kinds[which] |= _significant(one.findings)
+        for which, told in enumerate(_told(alone, found, 0, family=family)):
+            kinds[which] |= told
         held.append([coverage(alone, one, chance) for one in (found, solved(alone, extended=False))])
     rings = float(np.mean([bool(one) for one in kinds]))
     after, before = (_mean_shares([pair[which] for pair in held]) for which in (0, 1))

@@ -13,10 +13,10 @@ from datetime import datetime
 
 import numpy as np
 
-from ams.findings import Finding
+from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
-from ams.surveillance.common_mode_words import findings_of, on_one_side, turned_the_table
+from ams.surveillance.common_mode_words import findings_of, on_one_side
 from procedures.common_mode.check_sets import check_set_pairs
 from procedures.common_mode.sensed_axes import KnownAxes, attitude_of, sensed_axes
 from procedures.plan.plan import Plan

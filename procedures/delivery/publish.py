@@ -1,11 +1,12 @@
 """A solved run into the archive: the run as a row, its sensors with their rows, and who answers for what expired."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from ams.archive.histories import history
 from ams.archive.runs import MeasuredSensor, Override, PublishedRun, RunEntry, publish_run
 from ams.errors import ArchiveError, ArchiveUnknown
+from ams.findings import Finding
 from ams.sets.coefficients import CoefficientSet
 from procedures.delivery.lessons import teach
 from procedures.solution.record import RunRecord
@@ -48,10 +49,19 @@ def measured_sensors(
     findings = run_findings(record)
     return [
         MeasuredSensor(
-            one, solved[name].observations, record.plan.sensors[name].check_sensor, of_sensor(findings, name)
+            one,
+            solved[name].observations,
+            record.plan.sensors[name].check_sensor,
+            (*of_sensor(findings, name), *_turns(solved[name], findings)),
         )
         for name, one in sets.items()
     ]
+
+
+def _turns(solved: SolvedSensor, known: Sequence[Finding]) -> Iterator[Finding]:
+    """Yield what the sensor's own dwells say of a table that turned, beside what is known of the run."""
+    turns = () if solved.calibration is None else solved.calibration.turns
+    yield from (one for one in turns if one not in known)
 
 
 def run_entry(folder: Path, record: RunRecord) -> RunEntry:

@@ -9,8 +9,7 @@ from datetime import datetime
 
 import numpy as np
 
-from ams.findings import Finding
-from ams.surveillance.common_mode_words import turned_the_table
+from ams.findings import Finding, turned_the_table
 from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
 from procedures.kinds.registry import KINDS
 from procedures.records.declared_supply import at_declared, correcting

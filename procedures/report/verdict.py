@@ -10,8 +10,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.findings import Finding, significant_texts
-from ams.surveillance.common_mode_words import turned_the_table
+from ams.findings import Finding, significant_texts, turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.report.overview import Statement, told_once, widest_arcsec
@@ -35,7 +34,8 @@ def judge(
     they stand among the warnings of each, and are said once.
     """
     failures = [f"{sensor.name}: {sensor.failure}" for sensor in sensors if sensor.failure]
-    said, turned = significant_texts(findings), turned_the_table(findings)
+    said = significant_texts(findings)
+    turned = turned_the_table((*findings, *(found for sensor in sensors for found in _findings(sensor))))
     doubts = [
         *_run_doubts(state, counts),
         *(f"{text[0].upper()}{text[1:]}." for text in said),
@@ -66,6 +66,10 @@ def judge(
         sentence = f"Usable with the stated uncertainties, with reservations. {result}."
         return Verdict("reserved", sentence, (*doubts, *facts))
     return Verdict("sound", f"The calibration is sound. {result}.", tuple(facts))
+
+
+def _findings(sensor: SensorView) -> Iterable[Finding]:
+    return (found for axis in sensor.axes for found in axis.calibration.findings)
 
 
 def _result(sensors: Sequence[SensorView]) -> str:

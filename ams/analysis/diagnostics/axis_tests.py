@@ -6,7 +6,7 @@ counts as known, and its nearly collinear neighbours are tested beside it. A dri
 temperature's.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -37,9 +37,10 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import squareness, term_columns, term_columns_at
-from ams.analysis.diagnostics.point_means import Elimination, Tested, eliminate, gram_of, independent
+from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
+from ams.analysis.diagnostics.settling import Between, slope_test
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import (
     Autocorrelation,
@@ -47,11 +48,12 @@ from ams.analysis.diagnostics.time_order import (
     autocorrelation,
     hours,
     neighbours,
+    settling,
+    settling_between,
     slope_between,
 )
 from ams.analysis.diagnostics.wrong_dwells import largest_p_values
 from ams.arrays import FloatArray
-from ams.findings import FindingKind
 from ams.frames import Attitude, specific_force
 from ams.models.accelerometer import PitchRoll
 from ams.models.added_parameters import WithAddedParameters
@@ -65,7 +67,8 @@ from ams.statistics.intervals import holm
 
 _LINEAR: Final = 4
 _NEEDED: Final = 0.05
-_MOST_TESTS: Final = 25
+MOST_TESTS: Final = 28
+"""Of one axis."""
 _PLAINER: Final = {"K1'": "K2", "K0'": "K3", SQUARENESS: "Kpo"}
 
 
@@ -82,6 +85,8 @@ class SharedTests:
     autocorrelation: Autocorrelation
     over_time: Slope | None
     by_replication: Slope | None
+    settling: Slope
+    """As far as the order of the points differs from replication to replication."""
 
 
 def shared_tests(evidence: Evidence) -> SharedTests:
@@ -94,6 +99,7 @@ def shared_tests(evidence: Evidence) -> SharedTests:
         slope_between(evidence, temperature - temperature.mean())
         if temperature is not None and by_temperature.varies(evidence)
         else None,
+        settling_between(evidence),
     )
 
 
@@ -101,14 +107,16 @@ def axis_tests(
     evidence: Evidence,
     shared: SharedTests,
     output: int,
-    convicted_p_value: float | None,
+    convicted: Mapping[str, BeliefTest],
     limit: TableLimit | None = None,
     family: int = 1,
+    given: FloatArray | None = None,
 ) -> AxisTests:
     """Return all tests of one axis, decided as one of a ``family`` of axes.
 
-    ``convicted_p_value``: of wrong dwells that are left out of the evidence; None where none are. ``limit``: what all
-    axes of the package say of the table's declared limit; where it is plainly broken, its index errors count as known.
+    ``convicted``: tests that were made already, of what is not in the evidence any more. ``limit``: what all axes of
+    the package say of the table's declared limit; where it is plainly broken, its index errors count as known.
+    ``given``: (K, c) of what is taken out already, as far as the points have it.
     """
     if not evidence.precision_variance[output] > 0.0:
         return AxisTests({})
@@ -120,10 +128,10 @@ def axis_tests(
         grid = grid.beside(evidence.on_grid(lagging))
         wrong_p_value = float(largest_p_values(grid)[0][0])
         wander = autocorrelation(grid, neighbours(evidence)).of(0)
-    if convicted_p_value is not None:
-        wrong_p_value = convicted_p_value
     known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
-    if limit is not None and limit.p_value <= limit.outputs * level / _MOST_TESTS:
+    if given is not None and given.shape[1] > 0:
+        known = np.hstack([known, given])
+    if limit is not None and limit.p_value <= limit.outputs * level / MOST_TESTS:
         known = np.hstack([known, _index_effects(evidence, output, limit, known)])
     before = previous_attitude.turned_from(evidence, output)
     found = [
@@ -135,14 +143,19 @@ def axis_tests(
         *_robust(evidence, grid),
     ]
     if shared.over_time is not None:
-        found.append(_slope(OVER_TIME, "drift", shared.over_time, output, "per h"))
+        found.append(slope_test(OVER_TIME, "drift", shared.over_time, output, "per h"))
     found += _of_temperature(evidence, shared, output, known)
     found += [] if lag is None else [lag]
     terms = low_order(evidence, output, known, before)
-    if terms is not None:
-        found += [_term(column, tested) for column, tested in zip(COLUMNS, terms.each(), strict=False)]
-    made = {test.name: test for test in found if np.isfinite(test.p_value)}
-    return replace(_explained_by_temperature(evidence, output, _decided(made, terms, level)), grid=grid)
+    between = Between(shared.settling, output, evidence.grid.dof)
+    if terms is None:
+        found.append(between.test)
+    else:
+        each = zip(COLUMNS, terms.each(), strict=False)
+        found += [between.with_means(_term(column, tested), terms.dof) for column, tested in each]
+    made = {test.name: test for test in found if np.isfinite(test.p_value)} | dict(convicted)
+    decided = _explained_by_temperature(evidence, output, _decided(made, terms, between, convicted, level))
+    return replace(decided, grid=grid)
 
 
 def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | None, FloatArray | None]:
@@ -151,7 +164,7 @@ def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | No
         return None, None
     lag = by_temperature.lag(evidence, output)
     test = BeliefTest(LAG, "temperature-lag", lag.p_value, lag.size, lag.detail)
-    if not lag.p_value <= level / _MOST_TESTS:
+    if not lag.p_value <= level / MOST_TESTS:
         return test, None
     return test, by_temperature.lag_columns(evidence, output, lag.detail)
 
@@ -215,7 +228,7 @@ def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known:
         return []
     found = []
     if TEMPERATURE_NAMES[0] not in evidence.models[output].primary_names:
-        found = [_slope(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
+        found = [slope_test(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
         if linear_base(evidence.models[output]) is None:
             found += _by_point(evidence, output, known)
     is_bend_modelled = SECOND_ORDER_NAMES[0] in evidence.models[output].primary_names
@@ -262,10 +275,13 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
         force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
         terms = term_columns(force, base.nominal_axis)
     linear, fitted = evidence.basis[:, :_LINEAR], evidence.basis[:, _LINEAR:]
-    means = evidence.means(output, np.hstack([linear, known]), fitted @ evidence.own[_LINEAR:, output])
+    whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
+    means = evidence.means(output, whole, fitted @ evidence.own[_LINEAR:, output])
     before = layout.mean_by_point(turned)
     skew = layout.mean_by_point(squareness(rows, base.nominal_axis, evidence.primary[output]))
-    columns = np.hstack([terms, skew[:, None], before[:, None], _by_point_degc(evidence, output)])
+    is_told = layout.points >= _LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
+    settles = layout.mean_by_point(settling(evidence)) * is_told
+    columns = np.hstack([terms, skew[:, None], before[:, None], settles[:, None], _by_point_degc(evidence, output)])
     return eliminate(means, columns, _beside(evidence.basis, terms))
 
 
@@ -287,14 +303,13 @@ def _term(column: Column, tested: Tested) -> BeliefTest:
     )
 
 
-def _slope(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -> BeliefTest:
-    p_value, coefficient, uncertainty = (
-        float(column[output]) for column in (slope.p_value, slope.coefficient, slope.standard_uncertainty)
-    )
-    return BeliefTest(name, kind, p_value, coefficient, uncertainty, unit)
-
-
-def _decided(made: dict[str, BeliefTest], columns: Elimination | None, level: float) -> AxisTests:
+def _decided(
+    made: dict[str, BeliefTest],
+    columns: Elimination | None,
+    between: Between,
+    convicted: Collection[str],
+    level: float,
+) -> AxisTests:
     """Holm over all at the level of the axis.
 
     A significant column counts as known, and the other columns are tested beside it.
@@ -311,10 +326,9 @@ def _decided(made: dict[str, BeliefTest], columns: Elimination | None, level: fl
         known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))
         beside = tuple(names[name] for name in known)
         for name, place in names.items():
-            if name in made and name not in known:
-                tested = columns.test(place, beside)
-                p_value = tested.p_value if np.isfinite(tested.p_value) else 1.0
-                made[name] = replace(_term(COLUMNS[place], tested), p_value=p_value)
+            if name in made and name not in known and name not in convicted:
+                tested = between.with_means(_term(COLUMNS[place], columns.test(place, beside)), columns.dof)
+                made[name] = replace(tested, p_value=tested.p_value if np.isfinite(tested.p_value) else 1.0)
 
 
 def _next(

@@ -26,6 +26,9 @@ LAG: Final = "temperature lag"
 CURVATURE: Final = "temperature curvature"
 TABLE_LIMIT: Final = "table's declared limit"
 SQUARENESS: Final = "squareness of the table's axes"
+SLIP: Final = "slip of the table in mid-run"
+STEP: Final = "step of the output in mid-run"
+SETTLING: Final = "settling at the start of every replication"
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,7 @@ COLUMNS: Final = (
     *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
     Column(SQUARENESS, "lack-of-fit", "rad"),
     Column(TURNED_FROM_ALIKE, "autocorrelation", ""),
+    Column(SETTLING, "drift", ""),
     Column(BY_POINT, "temperature-residual", "per °C"),
     Column(BY_POINT_GAIN, "temperature-residual", "per °C"),
 )

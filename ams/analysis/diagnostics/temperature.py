@@ -72,14 +72,14 @@ def lag(evidence: Evidence, output: int) -> Joint:
         columns = lag_columns(evidence, output, time_constant_h)
         if columns is None or grid.dof < LEAST_DOF:
             return NONE
-        explained, rank = _explained(grid.projected(evidence.on_grid(columns)), grid.residuals[:, 0])
-        rest = float(grid.squares[0]) - explained
-        if rank > 0 and rest > 0.0 and explained > most:
-            p_value = float(f_tail(explained / rank / (rest / (grid.dof - rank)), rank, float(grid.dof - rank)))
+        square, rank = explained(grid.projected(evidence.on_grid(columns)), grid.residuals[:, 0])
+        rest = float(grid.squares[0]) - square
+        if rank > 0 and rest > 0.0 and square > most:
+            p_value = float(f_tail(square / rank / (rest / (grid.dof - rank)), rank, float(grid.dof - rank)))
             best = Joint(
-                min(1.0, len(LAGS_H) * p_value), float(np.sqrt(explained / evidence.layout.rows)), time_constant_h
+                min(1.0, len(LAGS_H) * p_value), float(np.sqrt(square / evidence.layout.rows)), time_constant_h
             )
-            most = explained
+            most = square
     return best
 
 
@@ -119,10 +119,10 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
     if apart is not None:
         given.append(pair(apart))
     e = evidence.departures[:, output]
-    linear, rank = _explained(np.hstack(given), e)
-    bent, bent_rank = _explained(np.hstack([*given, pair(rise**2)]), e) if curved else (linear, rank)
+    linear, rank = explained(np.hstack(given), e)
+    bent, bent_rank = explained(np.hstack([*given, pair(rise**2)]), e) if curved else (linear, rank)
     every = [pair((layout.replication == r).astype(float)) for r in range(layout.replications - 1)]
-    whole, whole_rank = _explained(np.hstack([*given, pair(rise**2), *every] if curved else [*given, *every]), e)
+    whole, whole_rank = explained(np.hstack([*given, pair(rise**2), *every] if curved else [*given, *every]), e)
     rest_rank = whole_rank - bent_rank
     rest = max(whole - bent, 0.0) / max(rest_rank, 1)
     unexplained = float(f_tail(rest / variance, rest_rank, float(dof))) if rest_rank > 0 else 1.0
@@ -143,7 +143,7 @@ def sensed(evidence: Evidence, output: int) -> FloatArray:
     return np.asarray(own / largest) if largest > 0.0 else own
 
 
-def _explained(columns: FloatArray, e: FloatArray) -> tuple[float, int]:
+def explained(columns: FloatArray, e: FloatArray) -> tuple[float, int]:
     """Return the sum of squares of e along the columns, and their rank."""
     length = np.linalg.norm(columns, axis=0)
     used = columns[:, length > 1e-9 * max(float(length.max()), 1e-300)]

@@ -17,6 +17,9 @@ from ams.remembered import remembered
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 12
+SETTLES_IN = 1.0 / 12.0
+"""Of a replication's dwells: the time constant of a transient. It has 0.87 and more in common with those from a third
+of it to three times it."""
 LARGEST_CORRELATION = 0.8
 """Of time with what the linear sensor takes from the attitude; the same as of time with temperature."""
 
@@ -46,8 +49,44 @@ class Slope:
 
 def time_order(evidence: Evidence) -> IntArray:
     """Return the rows in the order of time; without times the order of the rows stands for it."""
-    time = evidence.rows.time_s
-    return np.arange(evidence.layout.rows) if time is None else np.argsort(time, kind="stable")
+    return _time_order(evidence.rows.time_s, evidence.layout.rows)
+
+
+@remembered(16)
+def _time_order(time_s: FloatArray | None, rows: int) -> IntArray:
+    return np.arange(rows) if time_s is None else np.argsort(time_s, kind="stable")
+
+
+def parts_of_replications(evidence: Evidence, parts: int) -> IntArray:
+    """Return for each row the number of its part: every replication is so many of them, one after the other."""
+    return _parts(time_order(evidence), evidence.layout.replication, evidence.layout.replications, parts)
+
+
+@remembered(16)
+def _parts(order: IntArray, replication: IntArray, replications: int, parts: int) -> IntArray:
+    place, sizes = places_in_replication(order, replication, replications)
+    return np.asarray(replication * parts + place * parts // sizes[replication])
+
+
+def places_in_replication(order: IntArray, replication: IntArray, replications: int) -> tuple[IntArray, IntArray]:
+    """Return (N,) the place of each row in its replication, as time has it, and (n,) the rows of each replication."""
+    sizes = np.bincount(replication, minlength=replications)
+    together = order[np.argsort(replication[order], kind="stable")]
+    place = np.empty(order.size, dtype=np.int64)
+    place[together] = np.arange(order.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return place, sizes
+
+
+def settling(evidence: Evidence) -> FloatArray:
+    """Return the (N,) column of a transient at the start of every replication: one at its first dwell, fading."""
+    layout = evidence.layout
+    return _settling(time_order(evidence), layout.replication, layout.replications)
+
+
+@remembered(16)
+def _settling(order: IntArray, replication: IntArray, replications: int) -> FloatArray:
+    place, sizes = places_in_replication(order, replication, replications)
+    return np.asarray(np.exp(-place / (SETTLES_IN * sizes[replication])))
 
 
 def neighbours(evidence: Evidence) -> tuple[IntArray, IntArray, IntArray]:
@@ -104,6 +143,22 @@ def _in_common(a: IntArray, b: IntArray) -> float:
     if a.size == b.size and np.array_equal(a, b):
         return float(a.size)
     return float(np.intersect1d(a, b, assume_unique=True).size)
+
+
+def settling_between(evidence: Evidence) -> Slope:
+    """Return how the outputs settle at the start of every replication, beside the effects of points and replications.
+
+    Not known where the order of the points never differs.
+    """
+    grid, size, column = evidence.grid, evidence.left.shape[1], settling(evidence)
+    left = grid.projected(evidence.on_grid(column[:, None]))[:, 0]
+    square = float(left @ left)
+    if evidence.sums is None or grid.dof < LEAST_DOF or not square > _LITTLE * float(column @ column):
+        return Slope(*(np.full(size, np.nan) for _ in range(3)))
+    coefficient = left @ grid.residuals / square
+    uncertainty = np.sqrt(evidence.precision_variance / square)
+    p_value = f_tail((coefficient / uncertainty) ** 2, 1.0, float(grid.dof))
+    return Slope(np.asarray(coefficient), uncertainty, p_value)
 
 
 def slope_between(evidence: Evidence, column: FloatArray) -> Slope:
@@ -188,6 +243,7 @@ def even_drift(basis: FloatArray, left: FloatArray, fitted: FloatArray, time_s: 
 
 _NOTHING = 1e-18
 _NOTHING_LEFT = 1e-9
+_LITTLE = 1e-3
 _ROUNDING = 1e-13
 """Of the largest output."""
 _NO_CHANGE = 1e-6

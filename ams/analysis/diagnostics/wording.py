@@ -18,7 +18,10 @@ from ams.analysis.diagnostics.beliefs import (
     LAG,
     OVER_TIME,
     ROBUST,
+    SETTLING,
+    SLIP,
     SQUARENESS,
+    STEP,
     TABLE_LIMIT,
     TURNED_FROM,
     TURNED_FROM_ALIKE,
@@ -84,6 +87,8 @@ def findings_of(
         if name == TABLE_LIMIT and limit is not None:
             found.append(_of_table_limit(test, limit, is_significant=is_significant))
             continue
+        if name in (SLIP, STEP) and is_significant:
+            continue  # told in the words of the diagnosis
         if name == WRONG_DWELL and convicted is not None:
             found.append(_wrong(test, scale, observations, convicted, details))
             continue
@@ -118,7 +123,9 @@ def _robust_words(test: BeliefTest, scale: Scale) -> str:
 
 
 def _not_significant(test: BeliefTest) -> str:
-    return "explained by temperature" if test.is_explained else "not significant"
+    if not test.is_explained:
+        return "not significant"
+    return "explained by a drift" if test.name in (SLIP, STEP) else "explained by temperature"
 
 
 def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, has_table: bool, drift_is: str) -> str:
@@ -162,6 +169,12 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         ),
         TURNED_FROM: lambda: _turned_text(test, scale, ""),
         TURNED_FROM_ALIKE: lambda: _turned_text(test, scale, ", alike in every replication"),
+        SETTLING: lambda: (
+            f"the output settles at the start of every replication: {scale.words(abs(size))} at its first dwell, over "
+            "after about a quarter of its dwells; alike in each, it is in offset and sensitivities and not in the "
+            "stated uncertainties: warm up and settle longer before the first dwell, leave the first dwells out, or "
+            'draw the order of the points anew for every replication (order = "random")'
+        ),
         BY_POINT: lambda: _temperature_text(test, scale, "in step with the points, alike in every replication"),
         BY_POINT_GAIN: lambda: _temperature_text(test, scale, "with its sensitivity, alike in every replication"),
         BY_REPLICATION: lambda: _temperature_text(test, scale, "from replication to replication"),
@@ -225,7 +238,7 @@ def _wrong(
 ) -> Finding:
     rows, found = convicted.rows, convicted.found
     places = [
-        f"{_dwell(observations, row)} is off by {scale.words(size)}"
+        f"{dwell_words(observations, row)} is off by {scale.words(size)}"
         f" ({_two(abs(deviations))} standard deviations of a dwell)"
         for row, size, deviations in zip(rows, found.sizes, found.deviations, strict=True)
     ]
@@ -251,7 +264,8 @@ def _wrong(
     return Finding("wrong-dwell", text, True, test.p_value, steps, numbers)
 
 
-def _dwell(observations: Observations, row: int) -> str:
+def dwell_words(observations: Observations, row: int) -> str:
+    """Return which dwell a row is."""
     step = "" if observations.step is None else f"step {observations.step[row]}, "
     pitch, roll = (float(np.rad2deg(angle[row])) for angle in (observations.pitch_rad, observations.roll_rad))
     return (

@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ams.findings import Finding
+from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits, WatchedAxes
-from ams.surveillance.common_mode_words import findings_of, turned_the_table
+from ams.surveillance.common_mode_words import findings_of
 
 Floats = NDArray[np.float64]
 Own = Callable[[Floats], Floats]

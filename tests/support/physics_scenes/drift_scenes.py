@@ -76,6 +76,15 @@ def warm_up(world: World, size: float, chance: np.random.Generator) -> World:
     return _added(world, size * _signs(world, chance) * _own(settled))
 
 
+def settling(world: World, size: float, chance: np.random.Generator) -> World:
+    """The offset settles from the size, in standard deviations of a dwell, at the start of every replication.
+
+    After a sixth of the dwells a twentieth is left. The truth is what it settles to.
+    """
+    fading = np.where(world.schedule.replication >= 0, np.exp(-18.0 * world.schedule.replication_phase()), 0.0)
+    return _added(world, size * world.setup.noise_arcsec * _signs(world, chance) * _own(fading[None]))
+
+
 def _added(world: World, offset_arcsec: FloatArray) -> World:
     return replace(world, added_g=world.added_g + offset_arcsec * ARCSEC)
 
@@ -93,10 +102,13 @@ DRIFT_SCENES = (
     Scene("drift-linear", linear, "arcsec", SIZES_ARCSEC, "drift", also=("autocorrelation",)),
     Scene("drift-replications", per_replication, "arcsec", SIZES_ARCSEC, "drift"),
     Scene("drift-sensitivity", per_replication_gain, "ppm", (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 50.0), "drift"),
-    Scene("drift-step", step, "arcsec", SIZES_ARCSEC, "drift", also=("autocorrelation", "sensor-change")),
+    Scene(
+        "drift-step", step, "arcsec", SIZES_ARCSEC, "drift", also=("autocorrelation", "sensor-change", "meter-offset")
+    ),
     Scene("drift-walk", random_walk, "arcsec", SIZES_ARCSEC, "autocorrelation", also=("drift",)),
     Scene("drift-correlated", correlated_noise, "arcsec", SIZES_ARCSEC, "autocorrelation", also=("drift",)),
     Scene("drift-warm-up", warm_up, "arcsec", SIZES_ARCSEC, "drift", also=("autocorrelation",)),
+    Scene("drift-settling", settling, "σ", (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0), "drift"),
     Scene(
         "drift-in-pitch-order",
         in_pitch_order,

@@ -1,0 +1,352 @@
+"""Whether something changed in the middle of a run and stayed, and whose doing it is.
+
+All outputs of a package that were seen at the same rows are looked at together: the likeliest slip of the table over
+all of them, and the likeliest step of each by itself. What is plain enough to be convicted is named by the diagnosis
+that the engine makes of two visits (:mod:`ams.surveillance.common_mode`), every attitude that was measured before and
+after the change being visited twice; it is then taken out, and the search goes on.
+
+A drift has a likeliest step, too. A change is told as one only where nothing else that the same pattern does, from
+one part of a replication to the next, is of any size beside it, and where neither the recorded temperature nor, of two
+or three replications, a level of each explains it as well.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS, linear_base
+from ams.analysis.diagnostics.beliefs import LEVEL, SLIP, STEP, AxisTests, BeliefTest
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.step_scan import (
+    Change,
+    Course,
+    Watched,
+    changes_of_output,
+    changes_of_table,
+    force_along,
+    slip_pattern,
+)
+from ams.analysis.diagnostics.temperature import explained, sensed, varies
+from ams.analysis.diagnostics.time_order import parts_of_replications, time_order
+from ams.analysis.diagnostics.wording import dwell_words
+from ams.arrays import BoolArray, FloatArray
+from ams.findings import Finding, FindingKind
+from ams.solve.extension import angles_of_points
+from ams.statistics.distributions import f_tail
+from ams.surveillance.common_mode import judge_visits
+from ams.surveillance.common_mode_columns import Visits, WatchedAxes
+from ams.surveillance.common_mode_words import findings_of
+from ams.surveillance.loose_mount import force_changes
+
+_MOST: Final = 4
+"""Changes looked for."""
+_PARTS: Final = 4
+"""Of a replication, each with a level of its own in what a change is held against."""
+_FREE_OF_STEP: Final = 2
+"""Numbers: when, and how far."""
+_PER_NUMBER: Final = 4.0
+"""Of what a course explains, in variances of a dwell, for every number that it has to choose: the rest says which is
+likelier. By Akaike (1974) 2, by Schwarz (1978) 7 for a thousand dwells."""
+_FADING: Final = (0.03, 0.1, 0.25)
+"""Of the run: time constants of a sensor that settles after it was switched on."""
+_FEW_REPLICATIONS: Final = 3
+_CONTRADICTED: Final = 0.01
+_LARGEST_REST: Final = 0.1
+"""Of what a change explains: where the same pattern does more than this elsewhere, it is a drift."""
+_KEPT: Final = 0.5
+"""Of what a change explains: beside the recorded temperature, or a level of each of few replications."""
+_LINEAR: Final = 4
+_TRIED: Final = 2.0
+"""Patterns for the table, and for each output."""
+_CLIPPED: Final = 5.0
+_STRUCK: Final = 36.0
+"""In squares of a standard deviation."""
+_SD_OF_MEDIAN: Final = 1.4826
+"""Standard deviations in the median of a normal variable's size."""
+_NOTHING: Final = 1e-9
+_PACKAGE: Final = "the package"
+_METER: Final = "the meter"
+
+
+@dataclass(frozen=True)
+class StepsOfOutput:
+    """What concerns one output."""
+
+    tests: tuple[BeliefTest, ...] = ()
+    told: frozenset[str] = frozenset()
+    """Names of the tests that are told; a change that is plain and no single step is not."""
+    findings: tuple[Finding, ...] = ()
+    """Significant, of what is told."""
+    since: tuple[BoolArray, ...] = ()
+    """(N,) rows after each change that is told of any output of the package."""
+
+
+NO_STEPS: Final = StepsOfOutput()
+
+
+def judge_steps(seen: Sequence[tuple[Evidence, int]], family: int) -> list[StepsOfOutput]:
+    """Return what changed for good between two dwells, by the outputs of a package seen at the same rows.
+
+    ``family``: axes of the run.
+    """
+    scattering = [place for place, (one, at) in enumerate(seen) if one.precision_variance[at] > 0.0]
+    found = [NO_STEPS] * len(seen)
+    if not scattering:
+        return found
+    search = _Search(tuple(seen[place] for place in scattering))
+    if not search.course.is_judged:
+        return found
+    for place, one in zip(scattering, _found(search, LEVEL / family / MOST_TESTS), strict=True):
+        found[place] = one
+    return found
+
+
+def _found(search: "_Search", level: float) -> list[StepsOfOutput]:
+    first = search.changes
+    told: list[tuple[Finding, int | None]] = []
+    changed: list[Change] = []
+    while len(changed) < _MOST and (found := search.plainest(level)) is not None:
+        best, seen = found
+        if not seen.is_step(best):
+            break
+        told += seen.told(best)
+        changed.append(best)
+        search = search.without(best)
+    outputs = {one.output for one in changed}
+    left = [one for one in search.changes if one.output not in outputs]
+    of_told = [one for one in (*first, *changed) if one.output in outputs]
+    sharing = len(search.on_table)
+    return [
+        StepsOfOutput(
+            tuple(_tests(place, (*left, *of_told), sharing)),
+            frozenset(name for name, output in ((SLIP, None), (STEP, place)) if output in outputs),
+            tuple(finding for finding, whose in told if whose in (None, place)),
+            search.taken,
+        )
+        for place in range(len(search.seen))
+    ]
+
+
+def _tests(place: int, changes: Sequence[Change], sharing: int) -> Iterator[BeliefTest]:
+    """Yield both tests of an output: of what is told as it was found, of the others beside it."""
+    tests: tuple[tuple[str, FindingKind, int | None, int], ...] = (
+        (SLIP, "table-rotation", None, sharing),
+        (STEP, "sensor-change", place, 1),
+    )
+    for name, kind, output, axes in tests:
+        chances = [_TRIED * one.p_value for one in changes if one.output == output]
+        if chances:
+            yield BeliefTest(name, kind, min(1.0, *chances), axes=axes)
+
+
+def step_columns(evidence: Evidence, output: int, since: Sequence[BoolArray]) -> FloatArray:
+    """Return (N, c) what changes do to the rows after each: of offset and sensitivities, a turn of the package included
+    in these, and of the table's pitch axis and base, which turn the package by its roll.
+    """
+    own, base = evidence.basis[evidence.layout.point, :_LINEAR], linear_base(evidence.models[output])
+    if base is not None:
+        _, by_pitch, by_base, *_ = force_changes(evidence.rows.pitch_rad, evidence.rows.roll_rad)
+        k = evidence.primary[output][1:_LINEAR]
+        own = np.column_stack([own, by_pitch @ k, by_base @ k])
+    return np.hstack([np.where(after[:, None], own, 0.0) for after in since])
+
+
+@dataclass(frozen=True)
+class _Search:
+    seen: tuple[tuple[Evidence, int], ...]
+    taken: tuple[BoolArray, ...] = ()
+    """Rows after the changes that are told already."""
+    is_clipped: bool = False
+    """Whether single dwells that stand out are drawn in, so that no change is made of one that is wrong."""
+
+    @cached_property
+    def course(self) -> Course:
+        evidence = self.seen[0][0]
+        layout, rows = evidence.layout, evidence.rows
+        dof = layout.rows - layout.points
+        return Course(layout.point, time_order(evidence), rows.pitch_rad, rows.roll_rad, dof)
+
+    @cached_property
+    def watched(self) -> tuple[Watched, ...]:
+        return tuple(self._watched(evidence, place) for evidence, place in self.seen)
+
+    def _watched(self, evidence: Evidence, place: int) -> Watched:
+        base, rows = linear_base(evidence.models[place]), evidence.rows
+        departures = evidence.departures[:, place]
+        if self.taken:
+            columns = evidence.by_point(step_columns(evidence, place, self.taken))
+            departures = departures - columns @ np.linalg.lstsq(columns, departures, rcond=_NOTHING)[0]
+        if self.is_clipped:
+            own = _SD_OF_MEDIAN * float(np.median(np.abs(departures)))
+            departures = evidence.by_point(np.clip(departures, -_CLIPPED * own, _CLIPPED * own))
+        along = sensed(evidence, place)
+        k = None
+        if base is not None:
+            along = force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
+            k = evidence.primary[place][1:_LINEAR]
+        return Watched(departures, float(departures @ departures) / self.course.dof, k, along)
+
+    @cached_property
+    def on_table(self) -> tuple[int, ...]:
+        """Outputs that show how the table stands."""
+        return tuple(place for place, one in enumerate(self.watched) if one.k is not None)
+
+    @cached_property
+    def changes(self) -> list[Change]:
+        own = [changes_of_output(self.course, one, place) for place, one in enumerate(self.watched)]
+        return [*changes_of_table(self.course, self.watched), *(one for each in own for one in each)]
+
+    def share(self, change: Change) -> int:
+        return len(self.on_table) if change.output is None else 1
+
+    def plainest(self, level: float) -> "tuple[Change, _Search] | None":
+        """Return the change that explains most of those that are significant, and what it was found in.
+
+        It has to be significant with dwells that stand out drawn in as well; where such dwells hide it, alone.
+        """
+        plain = [one for one in self.changes if _TRIED * one.p_value <= level * self.share(one)]
+        if self.is_clipped or not (plain or self.is_struck):
+            return (max(plain, key=lambda one: one.square), self) if plain else None
+        clipped = replace(self, is_clipped=True).plainest(level)
+        if clipped is None or not plain:
+            return clipped
+        same = [one for one in plain if one.output == clipped[0].output]
+        return max(same or plain, key=lambda one: one.square), self
+
+    @property
+    def is_struck(self) -> bool:
+        """Whether a single dwell stands out."""
+        return any(float(np.abs(one.departures).max()) ** 2 > _STRUCK * one.variance for one in self.watched)
+
+    def without(self, change: Change) -> "_Search":
+        return replace(self, taken=(*self.taken, self.course.since(change.place)))
+
+    def is_step(self, change: Change) -> bool:
+        """Return whether a change is one, and not the likeliest step of a drift or of the temperature."""
+        outputs = self.on_table if change.output is None else (change.output,)
+        pattern = np.concatenate([self._pattern(change, place) for place in outputs])
+        y = np.concatenate([self.watched[place].departures / self._sd(place) for place in outputs])
+        evidence, layout = self.seen[0][0], self.seen[0][0].layout
+        step = self._left(pattern, self.course.since(change.place)[:, None])
+        parts = parts_of_replications(evidence, _PARTS)
+        levels = self._left(pattern, parts[:, None] == np.arange(parts.max() + 1))
+        together, rank = explained(np.hstack([step, levels]), y)
+        dof, by_parts = len(outputs) * self.course.dof - rank, rank - 1
+        variance = max(float(y @ y) - together, _NOTHING * float(y @ y)) / dof
+        by_step = explained(step, y)[0]
+        likelier = by_step - _PER_NUMBER * _FREE_OF_STEP * variance
+        drifts = ((self._left(pattern, columns), free) for columns, free in self._drifts())
+        if any(explained(columns, y)[0] - _PER_NUMBER * free * variance > likelier for columns, free in drifts):
+            return False
+        rest = (together - by_step) / variance
+        is_large = by_parts > 0 and rest > by_parts + _LARGEST_REST * by_step / variance
+        if is_large and float(f_tail(rest / by_parts, float(by_parts), float(dof))) < _CONTRADICTED:
+            return False
+        others = []
+        if layout.replications <= _FEW_REPLICATIONS:
+            others.append(self._left(pattern, layout.replication[:, None] == np.arange(layout.replications)))
+        if varies(evidence) and evidence.rows.temperature_degc is not None:
+            warmth = evidence.rows.temperature_degc - evidence.rows.temperature_degc.mean()
+            powers = np.stack([warmth, warmth**2], axis=1)
+            others += [self._left(pattern, powers), self._left(np.ones_like(pattern), powers)]
+        if not others:
+            return True
+        beside = np.hstack(others)
+        kept = explained(np.hstack([step, beside]), y)[0] - explained(beside, y)[0]
+        return kept >= _KEPT * by_step
+
+    def _drifts(self) -> Iterator[tuple[FloatArray | BoolArray, int]]:
+        """Yield (N, c) courses of a drift, and how many numbers each has to choose: what a step is held against."""
+        layout, order = self.seen[0][0].layout, self.course.time_order
+        passed = np.empty(order.size)
+        passed[order] = np.linspace(0.0, 1.0, order.size)
+        yield np.stack([passed], axis=1), 1
+        yield np.stack([passed, passed**2], axis=1), 2
+        yield from ((np.exp(-passed / part)[:, None], _FREE_OF_STEP) for part in _FADING)
+        yield layout.replication[:, None] == np.arange(layout.replications), layout.replications - 1
+
+    def _sd(self, place: int) -> float:
+        return float(np.sqrt(self.watched[place].variance))
+
+    def _pattern(self, change: Change, place: int) -> FloatArray:
+        """Return (N,) what one output takes of a change, over its standard deviation."""
+        one = self.watched[place]
+        if change.what == "offset":
+            return np.full(one.departures.size, 1.0 / self._sd(place))
+        if change.what == "sensitivity" or one.k is None:
+            return np.asarray(one.sensed / self._sd(place))
+        course = self.course
+        return np.asarray(slip_pattern(change.what, course.pitch_rad, course.roll_rad) @ one.k / self._sd(place))
+
+    def _left(self, pattern: FloatArray, columns: FloatArray | BoolArray) -> FloatArray:
+        """Return pattern times columns of the rows, less the mean of each point, output after output."""
+        by_output = pattern.reshape(-1, columns.shape[0])
+        return np.concatenate([self.seen[0][0].by_point(one[:, None] * columns) for one in by_output])
+
+    def told(self, change: Change) -> Iterator[tuple[Finding, int | None]]:
+        """Yield what the diagnosis of two visits makes of the rows before and after a change."""
+        evidence, where = self.seen[0][0], self.course.time_order[change.place - 1 : change.place + 1]
+        after = self.course.since(change.place)
+        before, first = (dwell_words(evidence.rows, int(row)) for row in where)
+        between = f"between {before} and {first}"
+        step = evidence.rows.step
+        steps = () if step is None else tuple(sorted(int(one) for one in step[after]))
+        again = f"measure them again (calrig void --from {min(steps)})" if steps else "measure them again"
+        doubt = (
+            f"; {int(after.sum())} of {after.size} dwells were measured since, and the result is a mixture of both: "
+            f"{again}, or solve those of one side"
+        )
+        findings = self._diagnosed(change, between, steps) if change.output in (None, *self.on_table) else ()
+        findings = findings or (self._undiagnosed(change, between, steps),)
+        for one in findings:
+            is_own = one.kind == "sensor-change" and change.output is not None and len(findings) == 1
+            details = {**one.details, "test": SLIP if change.output is None else STEP}
+            yield (
+                replace(one, text=one.text + doubt, p_value=min(1.0, _TRIED * change.p_value), details=details),
+                change.output if is_own else None,
+            )
+
+    def _diagnosed(self, change: Change, between: str, steps: tuple[int, ...]) -> tuple[Finding, ...]:
+        evidence, layout = self.seen[0][0], self.seen[0][0].layout
+        after = self.course.since(change.place)
+        variances = [self.without(change).watched[place].variance for place in self.on_table]
+        pitch, roll = angles_of_points(evidence.rows, layout)
+        axes = [self.seen[place][0].models[self.seen[place][1]].nominal_axis for place in self.on_table]
+        size = len(axes)
+        watched = WatchedAxes(
+            (_PACKAGE,) * size, tuple(axes), (_METER,) * size,
+            np.array([self.watched[place].k for place in self.on_table]),
+        )  # fmt: skip
+        left = np.stack([self.watched[place].departures for place in self.on_table], axis=1)
+        reading = np.stack([one.fitted[:, at] for one, at in (self.seen[place] for place in self.on_table)], axis=1)
+        later, earlier = (layout.sum_by_point(np.where(kept, 1.0, 0.0)) for kept in (after, ~after))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            changed = (
+                layout.sum_by_point(np.where(after[:, None], left, 0.0)) / later[:, None]
+                - layout.sum_by_point(np.where(after[:, None], 0.0, left)) / earlier[:, None]
+            )
+            variance = np.outer(1.0 / later + 1.0 / earlier, variances)
+        visits = Visits(pitch, roll, changed, layout.mean_by_point(reading), variance, float(self.course.dof))
+        found = judge_visits(watched, visits, _CONTRADICTED)
+        return findings_of(found, watched.sensors, between, evidence.models[0].measured_unit, steps)
+
+    def _undiagnosed(self, change: Change, between: str, steps: tuple[int, ...]) -> Finding:
+        if change.output is None:
+            text = f"{_PACKAGE} turned about {change.what} {between}: the table, its base or the common fixture"
+            return Finding("table-rotation", text, True, None, steps)
+        text = f"the {change.what} stepped {between}: the sensor, its channel or its supply"
+        return Finding("sensor-change", text, True, None, steps)
+
+
+def as_told(tests: AxisTests, steps: StepsOfOutput) -> AxisTests:
+    """Return the tests with those of changes as significant as they are told: a drift is told as what it is."""
+    flags = {name: name in steps.told if name in (SLIP, STEP) else flag for name, flag in tests.is_significant.items()}
+    explained = {
+        name: replace(test, is_explained=tests.is_significant[name])
+        for name, test in tests.tests.items()
+        if name in (SLIP, STEP) and name not in steps.told
+    }
+    return replace(tests, tests={**tests.tests, **explained}, is_significant=flags)

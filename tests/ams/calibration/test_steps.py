@@ -1,0 +1,168 @@
+"""What changed once in mid-run is told as that, by its cause; what drifts is not; where nothing happens nothing rings.
+
+Campaigns are those of the laboratory of ``physics_scenes``, which knows nothing of the tests: a table whose read-back
+does not tell that it slipped, seen by one package of three axes.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from physics_scenes import Campaign, campaigns
+from scipy.stats import binom  # type: ignore[import-untyped]
+
+from ams.analysis.diagnostics.beliefs import SETTLING
+from ams.analysis.diagnostics.step_scan import Course, Watched, changes_of_output, changes_of_table
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import Calibration
+from ams.findings import Finding, turned_the_table
+from ams.inputs.request import CalibrationRequest
+from ams.observations import Observations
+
+ALONE = {"sensors": 1, "reference_every": 0, "check_set": False, "replications": 4}
+COUNT = 12
+
+
+def solved(
+    scene: str, size: float, count: int = COUNT, seed: int = 3, **design: object
+) -> Iterator[tuple[Calibration, Campaign, int]]:
+    """Yield each campaign of a scene, solved, with the row of the event in the order of the rows."""
+    setup: dict[str, Any] = {**ALONE, **design}
+    drawn: Campaign = campaigns(scene, size, np.random.default_rng(seed), count, **setup)
+    for place in range(count):
+        at = -1 if drawn.event is None else int(drawn.event.dwell[place])
+        yield calibrate(observed(drawn, place), CalibrationRequest()), drawn, at
+
+
+def observed(drawn: Campaign, place: int = 0) -> Observations:
+    schedule = drawn.schedule
+    return Observations(
+        schedule.replication,
+        schedule.point,
+        np.deg2rad(schedule.pitch_deg),
+        np.deg2rad(schedule.roll_deg),
+        {axis: drawn.output_v[place, :, 0, which] for which, axis in enumerate("xyz")},
+        time_s=schedule.time_s,
+        step=np.arange(1, schedule.dwells + 1),
+    )
+
+
+def told(found: Calibration) -> set[str]:
+    return {finding.kind for axis in found.axes.values() for finding in axis.findings if finding.is_significant}
+
+
+def of_kind(found: Calibration, kind: str) -> list[Finding]:
+    every = [finding for axis in found.axes.values() for finding in axis.findings if finding.is_significant]
+    return [finding for finding in every if finding.kind == kind]
+
+
+@pytest.mark.parametrize("scene", ["slip-roll", "slip-pitch", "slip-base"])
+@pytest.mark.parametrize("size", [5.0, 72.0])
+def test_a_table_that_slips_is_named_with_the_dwell_and_the_result_is_not_usable(scene: str, size: float) -> None:
+    for found, _drawn, at in solved(scene, size):
+        slips = of_kind(found, "table-rotation")
+        assert {finding.text for finding in slips} == {slips[0].text}  # all three axes say the same
+        assert len(slips) == 3
+        assert "the table, its base or the common fixture" in slips[0].text
+        assert abs(slips[0].steps[0] - (at + 1)) <= 26  # at the ends of pitch two rows of dwells see no roll
+        assert slips[0].steps[-1] == found.axes["x"].fitted_v.size
+        assert float(slips[0].details["turned_arcsec"] or 0.0) == pytest.approx(size, rel=0.3)
+        assert (found.verdict == "not usable") == bool(turned_the_table(slips))
+        assert turned_the_table(slips)
+
+
+def test_what_the_slip_explains_is_told_by_no_other_test() -> None:
+    """Without it, K₂, K_ip and a drift are told, none of which is there."""
+    others = [told(found) - {"table-rotation"} for found, *_ in solved("slip-pitch", 72.0, count=20)]
+    assert sum(bool(one) for one in others) <= 5
+
+
+@pytest.mark.parametrize(
+    ("scene", "size", "kind"),
+    [
+        ("sensor-offset", 5.0, "sensor-change"),
+        ("sensor-gain", 50.0, "sensor-change"),
+        ("meter-gain", 50.0, "meter-gain"),
+    ],
+)
+def test_a_step_of_sensor_or_meter_is_theirs_and_not_the_tables(scene: str, size: float, kind: str) -> None:
+    for found, drawn, _ in solved(scene, size):
+        assert kind in told(found)
+        assert "table-rotation" not in told(found)
+        assert found.verdict == "usable"
+        if kind == "sensor-change":
+            assert drawn.event is not None
+            assert len(of_kind(found, kind)) == 1  # of one output, and told of no other
+
+
+@pytest.mark.parametrize(
+    ("scene", "size"), [("drift-linear", 5.0), ("drift-replications", 2.0), ("drift-walk", 5.0), ("drift-warm-up", 5.0)]
+)
+def test_the_likeliest_step_of_a_drift_is_no_step(scene: str, size: float) -> None:
+    kinds = [told(found) for found, *_ in solved(scene, size, replications=6)]
+    assert sum("drift" in one or "autocorrelation" in one for one in kinds) == COUNT
+    assert sum(bool(one & {"sensor-change", "meter-offset", "table-rotation"}) for one in kinds) <= 1
+
+
+def test_one_dwell_that_is_wrong_makes_no_step_wherever_it_is() -> None:
+    for place in (1, 20, 40, 300):
+        found, drawn, _ = next(iter(solved("clean", 0.0, count=1)))
+        rows = observed(drawn)
+        struck = rows.outputs["y"].copy()
+        struck[place] += 0.03
+        found = calibrate(replace(rows, outputs={**rows.outputs, "y": struck}), CalibrationRequest())
+        assert told(found) == {"wrong-dwell"}
+
+
+def test_a_transient_alike_in_every_replication_is_told_with_its_size() -> None:
+    for found, *_ in solved("drift-settling", 2.0, replications=6):
+        settling = [one for axis in found.axes.values() for one in axis.findings if one.details["test"] == SETTLING]
+        assert all(one.is_significant for one in settling)
+        assert "at the start of every replication" in settling[0].text
+        volts_per_radian = 2.5
+        size = np.rad2deg(abs(float(settling[0].details["size"] or 0.0)) / volts_per_radian) * 3600.0
+        assert 0.6 * 3.3 < size < 1.6 * 3.3  # twice 1.65″, by an exponential of another time constant
+
+
+def test_orders_drawn_anew_tell_a_transient_from_the_attitude() -> None:
+    kinds = [told(found) for found, *_ in solved("drift-settling", 1.0, replications=6, order="random")]
+    assert all("drift" in one for one in kinds)
+
+
+def chances(count: int, seed: int) -> NDArray[np.float64]:
+    """p-values over white noise, of the table and of an output alone: few dwells, missing at random, in any order."""
+    chance = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        point = np.tile(np.arange(14), 5)[chance.random(70) > 0.1]
+        pitch, roll = (angle[point] for angle in chance.uniform(-1.5, 1.5, (2, 14)))
+        order = chance.permutation(point.size)
+        readings = np.bincount(point, minlength=14)
+        outputs = []
+        for axis in np.eye(3):
+            noise = chance.standard_normal(point.size)
+            departures = noise - (np.bincount(point, noise, 14) / np.maximum(readings, 1))[point]
+            dof = int(point.size - np.count_nonzero(readings))
+            outputs.append(Watched(departures, float(departures @ departures) / dof, axis, np.sin(pitch)))
+        course = Course(point, order, pitch, roll, dof)
+        table, own = changes_of_table(course, outputs), changes_of_output(course, outputs[0], 0)
+        found.append([2.0 * min(one.p_value for one in group) for group in (table, own)])
+    return np.array(found)
+
+
+def test_the_bound_keeps_its_level_over_all_places() -> None:
+    p_values = chances(400, 11)
+    for level in (0.05, 0.01):
+        for rings in (p_values <= level).sum(axis=0):
+            assert binom.sf(int(rings) - 1, 400, level) > 1e-3
+    assert (p_values <= 0.3).sum() > 40  # and is no bound that never rings
+
+
+@pytest.mark.soak
+def test_the_bound_keeps_its_level_over_all_places_of_many() -> None:
+    for level in (0.05, 0.01, 0.002):
+        for rings in (chances(20_000, 12) <= level).sum(axis=0):
+            assert binom.sf(int(rings) - 1, 20_000, level) > 1e-3
