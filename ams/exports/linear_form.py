@@ -107,13 +107,13 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
     across = np.abs(np.delete(k, along)) * _largest_across(coefficients, form, along)
     # Both levels may be at their ends at once; the components of a force of 1 may not.
     cross = float(across.sum()) if form.senses_level else math.hypot(*across)
-    quadratic = _largest_term_v(numbers)
-    warming_v = _temperature_error_v(coefficients, numbers, float(np.linalg.norm(k)) + quadratic)
+    quadratic = largest_term_v(numbers)
+    warming_v = temperature_error_v(coefficients, numbers, float(np.linalg.norm(k)) + quadratic)
     error_g = (cross + quadratic + warming_v) / abs(k_along)
     return LinearAxis(1.0 / k_along, -offset_v / k_along, covariance, error_g)
 
 
-def _largest_term_v(numbers: AxisNumbers) -> float:
+def largest_term_v(numbers: AxisNumbers) -> float:
     """Bound of the terms of second and third order for any |f| = 1."""
     off = numbers.taken_off
     largest_bent = float(np.abs(np.linalg.eigvalsh(numbers.quadratic_v_per_g2)).max()) + abs(numbers.cubic_v_per_g3)
@@ -142,7 +142,7 @@ def _largest_across(coefficients: CoefficientSet, form: SetForm, along: int) -> 
     return np.delete(np.array(reached), along)
 
 
-def _temperature_error_v(coefficients: CoefficientSet, numbers: AxisNumbers, largest_sensed_v: float) -> float:
+def temperature_error_v(coefficients: CoefficientSet, numbers: AxisNumbers, largest_sensed_v: float) -> float:
     limits = coefficients.validity.temperature_degc
     if not numbers.needs_temperature or limits is None:
         return 0.0

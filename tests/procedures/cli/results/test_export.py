@@ -16,7 +16,7 @@ from ams.sets.coefficients import CoefficientSet, build_set
 from procedures.description.procedure_file import Export
 
 SCHEMAS = os.environ.get("CALRIG_DCC_SCHEMAS")
-LOSSY = {"c-fixed", "epics", "linear"}
+LOSSY = {"c-fixed", "epics", "imucal", "linear"}
 
 
 def written(folder: Path, coefficients: CoefficientSet | None = None) -> Path:
@@ -55,7 +55,10 @@ def test_a_lossy_format_says_what_it_loses(name: str, tmp_path: Path, capsys: py
 def test_an_unknown_format_is_refused_with_those_there_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     outcome = call(capsys, "export", written(tmp_path), "--to", "fortran")
     assert outcome.status == 2
-    assert "unknown format: got 'fortran', allowed are c, c-fixed, csv, dcc, epics, hdf5, json, linear" in outcome.err
+    assert (
+        "unknown format: got 'fortran', allowed are c, c-fixed, csv, dcc, epics, hdf5, imucal, json, linear"
+        in outcome.err
+    )
     assert [path.name for path in tmp_path.iterdir()] == ["SN1047.json"]
 
 
