@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError, Group
 from procedures.cli.failure import status_of, tell
 from procedures.cli.own_log import logged
 from procedures.cli.own_log import tell as log
+from procedures.cli.stop_at_once import stop_at_once
 from procedures.errors import ExitStatus, ProcedureError, RequestError
 from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
 
@@ -117,8 +118,14 @@ def make_app(called: str = "") -> App:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point: run one command and leave with the exit status of the table in ``procedures.errors``."""
-    sys.exit(run_command(sys.argv[1:] if arguments is None else arguments))
+    """Run one command and leave with the exit status of the table in ``procedures.errors``.
+
+    Without ``arguments`` it was called as a module, past the entry point: what stops axes goes the same way.
+    """
+    if arguments is not None:
+        sys.exit(run_command(arguments))
+    status = stop_at_once(sys.argv[1:])
+    sys.exit(run_command(sys.argv[1:]) if status is None else status)
 
 
 def run_command(arguments: Sequence[str]) -> int:

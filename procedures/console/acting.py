@@ -47,8 +47,12 @@ class Acting:
         rig: Callable[[], RigDescription | None],
         do: Callable[[Asked], Answer],
         back: str,
+        at_once: Callable[[Asked], object] = id,
     ) -> Response:
-        """Do an act for whoever may; the same key again is answered as before. Raises: HTTPException."""
+        """Do an act for whoever may; the same key again is answered as before. Raises: HTTPException.
+
+        ``at_once`` is done before it, in this thread, also for a key that came before.
+        """
         console, visitor = self._console, self._console.visitor(request)
         fields = await read_fields(request)
         require_token(request, fields, visitor)
@@ -64,6 +68,7 @@ class Acting:
                 return self._told(request, Answer(FORBIDDEN, forbidden), back)
             if act not in STOPS and not console.sessions.counts_act(visitor):
                 return self._told(request, Answer(TOO_MANY, "too many acts within a minute; nothing was done"), back)
+        at_once(asked)
         return self._told(request, await console.once(visitor, asked.key, partial(do, asked)), back)
 
     def _told(self, request: Request, answer: Answer, back: str) -> Response:

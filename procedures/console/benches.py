@@ -66,6 +66,10 @@ class Benches:
     def find(self, rig: Path) -> Bench | None:
         return self._open.get(rig)
 
+    def has(self, client: str) -> bool:
+        """Return whether a page has one of them."""
+        return any(bench.has(client) for bench in self._open.values())
+
     def listen(self, rig: Path, hear: Hear) -> None:
         """Have every line of the bench of a rig, whenever it is open."""
         self._listeners.setdefault(rig, set()).add(hear)

@@ -7,6 +7,7 @@ has the devices (:mod:`procedures.console.benches`) with the name of who says it
 import asyncio
 import json
 import secrets
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,7 @@ from anyio.to_thread import run_sync
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from procedures.console.acting import Acting, new_key
 from procedures.console.acts import ACCEPTED, REFUSED, Answer, Asked
@@ -38,7 +39,12 @@ FIRST_WORDS_S = 5.0
 MOST_WORDS_A_SECOND = 60
 """Of one page; it beats twenty times."""
 MOST_PAGES = 16
-"""Of all rigs, open at once."""
+"""Of all rigs, open at once: the one that was silent for longest makes room, unless it has a bench."""
+SESSION_S = 1.0
+"""So often a page that only looks is looked at: whose session has ended sees the bench no more."""
+ENDED = (
+    "the session has ended, or its account is another one now; what moved by this page was stopped; load the page again"
+)
 FIELDS = ("say", "tick", "press", "held", "away", "act", "axis", "degrees")
 """All that a page says to a bench."""
 POLICY, TOO_MANY = 1008, 1013
@@ -48,14 +54,21 @@ POLICY, TOO_MANY = 1008, 1013
 class _Page:
     """One tab: what it is told next is always the newest; a slow one misses what was in between."""
 
-    visitor: Visitor
-    client: str
-    place: str
+    socket: WebSocket
     is_elsewhere: bool
+    heard_s: float
+    """When it said something last, or came."""
+    name: str = ""
+    """Of whose page it is; empty before its first words."""
+    client: str = field(default_factory=lambda: secrets.token_hex(8))
     news: dict[str, Any] = field(default_factory=dict)
     has_news: asyncio.Event = field(default_factory=asyncio.Event)
     words: int = 0
     since_s: float = 0.0
+
+    @property
+    def place(self) -> str:
+        return self.socket.client.host if self.socket.client else ""
 
     def hear(self, document: dict[str, Any]) -> None:
         self.news |= document
@@ -63,6 +76,7 @@ class _Page:
 
     def is_too_loud(self, now_s: float) -> bool:
         """Count a word; return whether there were too many within the last second."""
+        self.heard_s = now_s
         if now_s - self.since_s > 1.0:
             self.words, self.since_s = 0, now_s
         self.words += 1
@@ -77,7 +91,8 @@ class Jogging:
         self._pages = pages
         self._acting = acting
         self._benches = Benches()
-        self._count = 0
+        self._open: list[_Page] = []
+        self._closing: set[asyncio.Task[None]] = set()
 
     async def rigs(self, request: Request) -> Response:
         """Show which rigs there are, and who has each."""
@@ -126,11 +141,14 @@ class Jogging:
 
     async def stop(self, request: Request) -> Response:
         rig = await run_sync(self._file, request.path_params["rig"])
-        visitor = self._console.visitor(request)
-        if not refusal("halt", visitor, None, is_elsewhere=False) and (bench := self._benches.find(rig)) is not None:
-            bench.send("form", visitor.name, request.client.host if request.client else "", {"say": "stop"})
+
+        def tell_bench(asked: Asked) -> None:
+            if (bench := self._benches.find(rig)) is not None:
+                bench.send("form", asked.by, asked.place, {"say": "stop"})
+
+        back = f"/jog/{request.path_params['rig']}"
         return await self._acting.answer(
-            request, "halt", lambda: None, partial(self._halt, rig), f"/jog/{request.path_params['rig']}"
+            request, "halt", lambda: None, partial(self._halt, rig), back, at_once=tell_bench
         )
 
     def _halt(self, rig: Path, asked: Asked) -> Answer:
@@ -145,21 +163,18 @@ class Jogging:
     # The socket.
 
     async def socket(self, socket: WebSocket) -> None:
-        """Hear one page until it leaves, says what no page says, or its session ends."""
-        if self._count >= MOST_PAGES:
+        """Hear one page until it leaves, says what no page says, its session ends, or it makes room for another."""
+        page = _Page(socket, self._console.site.is_elsewhere(socket.scope), self._console.clock.monotonic_s())
+        if not self._has_room_for(page):
             await socket.close(TOO_MANY)
             return
-        self._count += 1
         try:
             rig = await run_sync(self._file, socket.path_params["rig"])
             await socket.accept()
-            visitor = await self._visitor_of(socket)
-            place = socket.client.host if socket.client else ""
-            is_elsewhere = self._console.site.is_elsewhere(socket.scope)
-            page = _Page(visitor, secrets.token_hex(8), place, is_elsewhere)
-            await self._serve(socket, rig, page)
-        except HTTPException:
-            await socket.close(POLICY)
+            page.name = (await self._visitor_of(socket)).name
+            await self._serve(rig, page)
+        except HTTPException as error:
+            await _end(page, error.detail)
         except (
             WebSocketDisconnect,
             RuntimeError,
@@ -167,7 +182,22 @@ class Jogging:
         ):  # bytes are no words; or the browser went away, also in the middle of a sending
             pass
         finally:
-            self._count -= 1
+            if page in self._open:
+                self._open.remove(page)
+
+    def _has_room_for(self, page: _Page) -> bool:
+        """Take a place for a page; False where every one is that of a page that has a bench."""
+        if len(self._open) >= MOST_PAGES:
+            idle = [one for one in self._open if not self._benches.has(one.client)]
+            if not idle:
+                return False
+            silent = min(idle, key=lambda one: one.heard_s)
+            self._open.remove(silent)
+            closing = asyncio.create_task(_put_aside(silent))  # one that takes nothing keeps nobody waiting
+            self._closing.add(closing)
+            closing.add_done_callback(self._closing.discard)
+        self._open.append(page)
+        return True
 
     async def _visitor_of(self, socket: WebSocket) -> Visitor:
         """Return whose page it is: its first words are the token that no page of another site knows."""
@@ -182,59 +212,77 @@ class Jogging:
             or not isinstance(given, str)
             or not secrets.compare_digest(given.encode("utf-8", errors="surrogateescape"), visitor.csrf.encode())
         ):
-            raise HTTPException(403)
+            raise HTTPException(403, ENDED)
         return visitor
 
-    async def _serve(self, socket: WebSocket, rig: Path, page: _Page) -> None:
+    async def _serve(self, rig: Path, page: _Page) -> None:
         page.hear({"you": page.client, "owner": await run_sync(self._owner, rig)})
         if (bench := self._benches.find(rig)) is not None:
             page.hear(bench.latest)
         self._benches.listen(rig, page.hear)
-        telling = asyncio.create_task(_tell(socket, page))
+        telling = asyncio.create_task(self._tell(page))
         try:
             while not telling.done():
-                order = _order(await socket.receive_text())
-                self._require_session(socket, page)
-                await self._hear(rig, page, order)
+                order = _order(await page.socket.receive_text())
+                visitor = self._session_of(page)
+                if page.is_too_loud(self._console.clock.monotonic_s()):
+                    raise HTTPException(403, "the page said too much; what moved by it was stopped; load it again")
+                await self._hear(rig, page, visitor, order)
         finally:
             telling.cancel()
             self._benches.leave(rig, page.hear)
             self._say(rig, page, {"say": "gone"})
 
-    def _require_session(self, socket: WebSocket, page: _Page) -> None:
-        """See that the session still stands, and that the page does not flood. Raises: HTTPException."""
-        found = self._console.sessions.visitor(token_of(socket.headers, self._console.site))
-        if found is None or page.is_too_loud(self._console.clock.monotonic_s()):
-            raise HTTPException(403)
-        page.visitor = found
+    def _session_of(self, page: _Page) -> Visitor:
+        """Return who the page is. Raises: HTTPException where its session stands no more."""
+        found = self._console.sessions.visitor(token_of(page.socket.headers, self._console.site))
+        if found is None:
+            raise HTTPException(403, ENDED)
+        return found
 
-    async def _hear(self, rig: Path, page: _Page, order: dict[str, Any]) -> None:
+    async def _tell(self, page: _Page) -> None:
+        """Send the newest of everything, as fast as the page takes it, while its session stands."""
+        seen_s = self._console.clock.monotonic_s()
+        while True:
+            await page.has_news.wait()
+            page.has_news.clear()
+            if (now_s := self._console.clock.monotonic_s()) - seen_s > SESSION_S:
+                seen_s = now_s
+                try:
+                    self._session_of(page)
+                except HTTPException as error:
+                    await _end(page, error.detail)
+                    return
+            news, page.news = page.news, {}
+            await page.socket.send_text(json.dumps(news))
+
+    async def _hear(self, rig: Path, page: _Page, visitor: Visitor, order: dict[str, Any]) -> None:
         say = order.get("say")
         if say == "stop":
-            if told := refusal("halt", page.visitor, None, is_elsewhere=False):
+            if told := refusal("halt", visitor, None, is_elsewhere=False):
                 page.hear({"told": told})
             else:
                 self._say(rig, page, {"say": "stop"})
         elif say == "take":
-            await self._take(rig, page)
+            await self._take(rig, page, visitor)
         elif say in ("beat", "do", "give"):
             bench = self._benches.find(rig)
             if bench is not None and bench.has(page.client):
                 self._say(rig, page, {name: order[name] for name in FIELDS if name in order})
             elif say == "do":
-                page.hear({"told": f"{page.visitor.name} does not have the bench; nothing moved"})
+                page.hear({"told": f"{page.name} does not have the bench; nothing moved"})
 
     def _say(self, rig: Path, page: _Page, order: dict[str, Any]) -> None:
         if (bench := self._benches.find(rig)) is not None:
-            bench.send(page.client, page.visitor.name, page.place, order)
+            bench.send(page.client, page.name, page.place, order)
 
-    async def _take(self, rig: Path, page: _Page) -> None:
+    async def _take(self, rig: Path, page: _Page, visitor: Visitor) -> None:
         """Give the bench to a page that may have it; it is opened where it is not."""
         description = await run_sync(_described, rig) if page.is_elsewhere else None
-        if told := refusal("jog", page.visitor, description, is_elsewhere=page.is_elsewhere):
+        if told := refusal("jog", visitor, description, is_elsewhere=page.is_elsewhere):
             page.hear({"told": told})
             return
-        if not self._console.sessions.counts_act(page.visitor):
+        if not self._console.sessions.counts_act(visitor):
             page.hear({"told": "too many acts within a minute; nothing was done"})
             return
         try:
@@ -244,7 +292,7 @@ class Jogging:
             return
         if bench.holder and not bench.has(page.client):
             page.hear({"told": f"{bench.holder} has the bench; nothing was done"})
-        bench.send(page.client, page.visitor.name, page.place, {"say": "take"})
+        bench.send(page.client, page.name, page.place, {"say": "take"})
 
 
 def _described(rig: Path) -> RigDescription | None:
@@ -266,10 +314,14 @@ def _order(text: str) -> dict[str, Any]:
     return found
 
 
-async def _tell(socket: WebSocket, page: _Page) -> None:
-    """Send the newest of everything, as fast as the page takes it."""
-    while True:
-        await page.has_news.wait()
-        page.has_news.clear()
-        news, page.news = page.news, {}
-        await socket.send_text(json.dumps(news))
+async def _end(page: _Page, told: str) -> None:
+    """Say why the page is heard no more, and end it."""
+    with suppress(RuntimeError, WebSocketDisconnect):
+        if page.socket.application_state is WebSocketState.CONNECTED:
+            await page.socket.send_text(json.dumps({"told": told}))
+        await page.socket.close(POLICY)
+
+
+async def _put_aside(page: _Page) -> None:
+    with suppress(RuntimeError, WebSocketDisconnect):
+        await page.socket.close(TOO_MANY)

@@ -40,8 +40,11 @@ class Guard:
         self._clock = clock
         self._tell = tell
         self._begin = begin
-        self.why_unseen: Callable[[], str] = lambda: ""
-        """Asked at every look: which axis turns where its owner, who may be waiting for a device, does not see it."""
+        self.why_stop: Callable[[], str] = lambda: ""
+        """Asked at every look, while the owner of the devices may be waiting for one: why every axis is to be stopped.
+
+        One turns where nobody sees it, somebody asked for it past this process, or nobody would stop them any more.
+        """
         self._leases: dict[tuple[str, str], _Granted] = {}
         """By axis and client."""
         self._why_stop = ""
@@ -152,9 +155,9 @@ class Guard:
 
     def look(self) -> None:
         """Stop what has to be stopped by now."""
-        unseen = "" if self.is_stopping else self.why_unseen()
+        found = "" if self.is_stopping else self.why_stop()
         with self._lock:
-            self._why_stop = self._why_stop or unseen
+            self._why_stop = self._why_stop or found
             due = self._due()
         for names, why in due:
             self._tell(f"{' and '.join(names)}: stop: {why}")

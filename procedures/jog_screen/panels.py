@@ -67,7 +67,10 @@ def sweep_told(channels: Sequence[ChannelView]) -> str:
 
 def head(heading: Heading, view: BenchView) -> Group:
     title = Text.assemble(("calrig jog", f"bold {ACCENT}"), "   ", (heading.rig, "bold white"))
-    return Group(_apart(title, _activity(view)), _apart(Text(heading.time, QUIET), Text(heading.owner, QUIET)))
+    below = (Text(heading.time, QUIET), Text(heading.owner, QUIET))
+    if view.waits_for:
+        below = (Text(view.waits_for, WARM), Text(""))
+    return Group(_apart(title, _activity(view)), _apart(*below))
 
 
 def _apart(left: Text, right: Text) -> Table:

@@ -15,7 +15,7 @@ from rig.assembly.open_rig import Rig
 from rig.clock import Clock
 from rig.devices.abilities import Readout, TurnLook, Wait
 from rig.devices.rates import measured_rate
-from rig.errors import LinkLost, MotionBreach, RequestRefused, RigError
+from rig.errors import GuardLost, LinkLost, MotionBreach, RequestRefused, RigError, WaitEnded
 from rig.motion import jog
 from rig.motion.jog_steps import steps_deg
 
@@ -62,6 +62,8 @@ class Polling:
         self._turn_looks: dict[str, list[TurnLook]] = {}
         self._seen: dict[str, _Seen] = {}
         """What turns, as it was last seen."""
+        self.asked = "the first look"
+        """Whose answer is waited for now, or was last."""
         self.start_anew()
 
     def start_anew(self) -> None:
@@ -105,8 +107,8 @@ class Polling:
     def _missed(self, name: str, error: RigError) -> None:
         """Show an axis that does not answer as silent, and stop it: what nobody sees does not turn."""
         view = self._axes[name]
-        if isinstance(error, MotionBreach):
-            self._guard.stop(str(error))
+        if isinstance(error, MotionBreach | WaitEnded | GuardLost):
+            self._guard.stop(str(error))  # not of this axis alone, which is not silent
             return
         self._silent_until_s[name] = self._clock.monotonic_s() + _AGAIN_S
         if view.set_rate_dps:
@@ -185,6 +187,7 @@ class Polling:
         return tuple(self._axes.values()), channels, tuple(self._chambers.values()), self._attitude
 
     def _look_at_axis(self, name: str) -> None:
+        self.asked = f"axis {name}"
         state = self._rig.axes[name].state()
         view = self._axes[name]
         self._axes[name] = replace(
@@ -220,6 +223,7 @@ class Polling:
         self._chambers_due_s = now_s + _CHAMBERS_S
         for name, chamber in self._rig.environments.items():
             view = self._chambers[name]
+            self.asked = f"chamber {name}"
             try:
                 temperature_degc, setpoint_degc = chamber.temperature_degc(), chamber.setpoint_degc()
                 view = replace(view, temperature_degc=temperature_degc, setpoint_degc=setpoint_degc, silence="")
@@ -238,6 +242,7 @@ class Polling:
             wait(_AXES_S / 4.0)
             return
         readout = self._rig.readouts[name]
+        self.asked = f"{name}, channel {channel}"
         try:
             if name not in self._prepared:
                 readout.prepare()

@@ -112,6 +112,7 @@ def view_document(view: BenchView, holder: Asker | None) -> dict[str, Any]:
         "holder": None if holder is None else {"name": holder.name, "client": holder.client},
         "doing": view.doing,
         "stopping": view.is_stopping,
+        "waits": view.waits_for,
         "axes": [_axis(one) for one in view.axes],
         "channels": [_channel(one) for one in view.channels],
         "chambers": [

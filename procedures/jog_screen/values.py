@@ -175,4 +175,6 @@ class BenchView:
     doing: str = ""
     """The motion under way; empty when nothing moves by command."""
     is_stopping: bool = False
+    waits_for: str = ""
+    """The device that keeps everything else waiting, and what to do; empty where nothing here is old."""
     messages: tuple[ShownMessage, ...] = ()

@@ -42,6 +42,8 @@ from rig.motion.move import stop_all
 SHOWN_LINES = 200
 _IDLE_S = 0.05
 _RECONNECT_S = 2.0
+_LATE_S, _SILENT_S = 0.7, 3.0
+"""A device that keeps the bench waiting is named after so long, and called silent after so long."""
 _BEGIN_S = 3.0
 """A motion of a page that could not begin for so long is refused: who asked may have a hand in the rig by then."""
 
@@ -76,13 +78,19 @@ class Bench:
         self.guard = Guard(lambda: rig.axes, clock, self._hear_guard)
         log.lose = self.guard.lose
         self._polling = Polling(rig, self.guard, clock, inferred, lambda text: self._tell("failed", text))
-        self.guard.why_unseen = self._polling.why_unseen
+        self.guard.why_stop = lambda: self._polling.why_unseen() or rig.why_stop()
         self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
-        self.guard.start()
         self._thread = Thread(target=self._run, name="jog-bench", daemon=True)
-        self.view = BenchView((), (), ())
-        """What was last seen; replaced whole."""
+        self._seen = BenchView((), (), ())
+        """Replaced whole."""
+        self._seen_s = clock.monotonic_s()
         self._publish()
+        self.guard.start()
+
+    @property
+    def view(self) -> BenchView:
+        """What was last seen; a stop, and that a device is waited for, also while the thread that looks waits."""
+        return replace(self._seen, is_stopping=self.guard.is_stopping, waits_for=self._waits_for())
 
     def start(self) -> None:
         self._rig.prepare_to_move()
@@ -151,10 +159,19 @@ class Bench:
         self._tell("stopped", text)
         self._unwritten.put(text)
 
+    def _waits_for(self) -> str:
+        late_s = self._clock.monotonic_s() - self._seen_s
+        if late_s < _LATE_S or not self._thread.is_alive():
+            return ""
+        if late_s < _SILENT_S:
+            return f"waiting for {self._polling.asked}, {late_s:.1f} s: values are older, stop works"
+        return f"no answer from {self._polling.asked} for {late_s:.0f} s: see its power and cable; stop works"
+
     # The thread that owns the devices.
 
     def _run(self) -> None:
         try:
+            self._polling.asked = "the watchdogs to be proven"
             with suppress(WaitEnded):
                 self._watchdogs.arm(self._silent_wait)
             while not self._is_closing:
@@ -178,8 +195,9 @@ class Bench:
                 self._reconnect()
             else:
                 self._polling.round(self._wait)
-        except WaitEnded:
-            pass
+        except WaitEnded as ended:
+            if not self._is_closing:
+                self.guard.stop(str(ended))  # by somebody past this process; a stop of its own is told already
         except LinkLost as error:
             self._lost_line = str(error)
             self._tell("failed", str(error))
@@ -202,6 +220,7 @@ class Bench:
         is_motion = isinstance(request, MOTIONS)
         self._doing, self._waiting_motion = (str(request) if is_motion else ""), ""
         self._log.write("asked", what=type(request).__name__, asked=str(request), **asker.to_log())
+        self._polling.asked = str(request)
         self._publish()
         is_turning = False
         try:
@@ -321,6 +340,7 @@ class Bench:
         while self._next() is not None:
             pass
         self._waiting_motion = ""
+        self._polling.asked = "every axis to be seen at rest"
         self._publish()
         try:
             stop_all(self._rig.axes, self._rig.clock)
@@ -328,6 +348,7 @@ class Bench:
         except DeviceFault as error:
             outcome, tone = str(error), "failed"
         self._polling.all_stand()
+        self._rig.heed_stop()
         self.guard.stood_still()
         self._log.write("stopped", outcome=outcome, why=why)
         self._tell("stopped" if tone == "stopped" else "failed", outcome)
@@ -338,6 +359,7 @@ class Bench:
         if self._clock.monotonic_s() - self._tried_s < _RECONNECT_S:
             return
         self._tried_s = self._clock.monotonic_s()
+        self._polling.asked = "the lines to be open again"
         try:
             self._rig.reconnect()
             identities = self._rig.identities()
@@ -353,17 +375,17 @@ class Bench:
     def _tell(self, tone: Tone, text: str) -> None:
         clock = self._clock.now_utc().strftime("%H:%M:%S")
         self._messages = (*self._messages, ShownMessage(clock, tone, text))[-SHOWN_LINES:]
-        self.view = replace(self.view, messages=self._messages)
+        self._seen = replace(self._seen, messages=self._messages)
 
     def _publish(self) -> None:
         axes, channels, chambers, attitude = self._polling.views()
-        self.view = BenchView(
+        self._seen_s = self._clock.monotonic_s()
+        self._seen = BenchView(
             axes=axes,
             channels=channels,
             chambers=chambers,
             attitude=attitude,
             doing=self._doing or self._polling.turning(),
-            is_stopping=self.guard.is_stopping,
             messages=self._messages,
         )
 

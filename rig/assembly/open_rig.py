@@ -152,6 +152,18 @@ class Rig:
         if self._guard is not None:
             self._guard.begin()
 
+    def why_stop(self) -> str:
+        """Return why nothing may move on: somebody had the axes stopped from elsewhere, or the stop guard is gone.
+
+        For a thread beside the one that has the devices; empty while nothing is known. See :meth:`heed_stop`.
+        """
+        return "" if self._guard is None else self._guard.why_stop()
+
+    def heed_stop(self) -> None:
+        """Take that stop as obeyed: every axis was seen at rest since."""
+        if self._guard is not None:
+            self._guard.take_trouble()
+
     def belongs_to(self, run_dir: Path, ring: Sequence[str] = ()) -> None:
         """Whoever stops these axes from elsewhere tells of it in the run's folder, and to people by ``ring``."""
         if self._guard is not None:

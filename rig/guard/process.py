@@ -27,6 +27,7 @@ if not __package__:  # started as a file, without the folders of this environmen
 from rig.clock import SystemClock
 from rig.guard.ask import FORMAT, KEYS, SUFFIX
 from rig.guard.priority import go_first, step_back
+from rig.guard.process_state import state_of
 from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
 
 assert sys.platform != "win32", "Windows hands no open descriptors to another process"
@@ -338,15 +339,6 @@ class Guard:
         if self.registered:
             with suppress(OSError):
                 os.unlink(self.registered)
-
-
-def state_of(pid: int) -> str:
-    """Return the letter of a process' state where the system tells it; T is stopped."""
-    try:
-        with open(f"/proc/{pid}/stat", "rb") as file:
-            return file.read().rpartition(b")")[2].split()[0].decode()
-    except (OSError, IndexError):
-        return "?"
 
 
 def asleep_s() -> float:

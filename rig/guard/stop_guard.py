@@ -17,6 +17,7 @@ from typing import Any
 from rig.clock import Clock
 from rig.devices.abilities import StopStep
 from rig.errors import GuardLost, RigError, WaitEnded
+from rig.guard.process_state import state_of
 from rig.system_parts import module_here
 
 IS_POSSIBLE = hasattr(socket, "send_fds") and module_here("termios") is not None
@@ -27,8 +28,12 @@ PROCESS = Path(__file__).with_name("process.py")
 READY_S = 20.0
 RELEASE_S = 2.0
 BEAT_S = 0.1
+FROZEN_S = 0.5
+"""A guard that has not answered a beat for so long is looked at: one that was stopped (SIGSTOP) is as good as gone."""
 DEAF_S = 6.0
-"""A guard that has not answered a beat for so long is frozen, and as good as gone."""
+"""So is one that does not answer for so long, whatever keeps it. No sooner: a line that takes no bytes keeps it for
+four seconds at a stop, and to end it then would be to end the stop of the others.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +144,19 @@ class StopGuard:
             trouble, self._trouble = self._trouble, None
             return trouble
 
+    def why_stop(self) -> str:
+        """Return why nothing may move on, as far as is known now; empty where nothing is. It waits for nobody.
+
+        For a thread beside the one that moves the axes, which may wait for a device; the trouble stays to be taken.
+        """
+        if self._turn.acquire(blocking=False):
+            try:
+                self._hear()
+            finally:
+                self._turn.release()
+        trouble = self._trouble
+        return "" if trouble is None else str(trouble)
+
     def close(self) -> None:
         """Say goodbye; where something is not known to stand, the guard stops it on its way out."""
         with self._turn:
@@ -210,7 +228,12 @@ class StopGuard:
                     self._trouble = WaitEnded(
                         "the stop guard stopped the axes at once", by or "somebody without a name"
                     )
-        if self._channel is not None and now_s - self._heard_s > DEAF_S and now_s - self._beaten_s < DEAF_S / 2.0:
+        silent_s = now_s - self._heard_s
+        if self._channel is None or silent_s <= FROZEN_S or now_s - self._beaten_s >= DEAF_S / 2.0:
+            return
+        if self._process is not None and state_of(self._process.pid) == "T":
+            self._lose("was frozen (SIGSTOP)")
+        elif silent_s > DEAF_S:
             self._lose(f"has not answered for {DEAF_S:g} s")
 
     def _lose(self, what: str) -> None:

@@ -20,13 +20,13 @@ LATER = {
     "procedures.cli.support": {"procedures/cli/main.py"},
     # the stop goes before anything else is imported
     "procedures.cli": {"procedures/cli/main.py", "procedures/cli/start.py"},
-    "procedures.journal.spool": {"procedures/cli/start.py"},
-    "procedures.errors": {"procedures/cli/start.py"},
-    "rig.clock": {"procedures/cli/start.py"},
-    "rig.plain_text": {"procedures/cli/start.py"},
-    "pathlib": {"procedures/cli/start.py"},
-    "pwd": {"procedures/cli/start.py"},
-    "json": {"procedures/cli/start.py"},
+    "procedures.journal.spool": {"procedures/cli/stop_at_once.py"},
+    "procedures.errors": {"procedures/cli/stop_at_once.py"},
+    "rig.clock": {"procedures/cli/stop_at_once.py"},
+    "rig.plain_text": {"procedures/cli/stop_at_once.py"},
+    "pathlib": {"procedures/cli/stop_at_once.py"},
+    "pwd": {"procedures/cli/stop_at_once.py"},
+    "json": {"procedures/cli/stop_at_once.py"},
     # heavy: half a second and more, and most commands do without
     "matplotlib": {"procedures/report/canvas.py", "procedures/report/paper/letters.py"},
     "procedures.data.drawings": {  # matplotlib

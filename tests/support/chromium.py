@@ -15,11 +15,12 @@ SHORT_FOLDER = "/tmp"
 
 
 @contextmanager
-def chromium() -> Iterator[Browser]:
+def chromium(proxy: str | None = None) -> Iterator[Browser]:
     """A browser without a window; its profile is gone with it."""
     program = require_program("chromium")
     with _short_folder(), sync_playwright() as tools:
-        browser = tools.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        way = None if proxy is None else {"server": proxy}
+        browser = tools.chromium.launch(executable_path=program, args=["--no-sandbox"], proxy=way)  # type: ignore[arg-type]
         try:
             yield browser
         finally:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
+from urllib.parse import urlsplit
 
 _LINK = re.compile(r"http://\S+")
 
@@ -20,9 +21,19 @@ class ServedConsole:
 
     process: subprocess.Popen[str]
     told: IO[str]
+    _unused: str = ""
+
+    @property
+    def address(self) -> str:
+        """Where it is; the link that says so is kept for whoever enters by it."""
+        self._unused = self.link()
+        return "http://" + urlsplit(self._unused).netloc
 
     def link(self) -> str:
         """Return the next link; each opens one browser."""
+        if self._unused:
+            link, self._unused = self._unused, ""
+            return link
         for line in self.told:
             if found := _LINK.search(line):
                 return found[0]

@@ -8,8 +8,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from http.cookies import SimpleCookie
 from pathlib import Path
-from urllib.parse import urlsplit
-from urllib.request import Request, urlopen
+from urllib.error import HTTPError
+from urllib.parse import urlencode
+from urllib.request import HTTPRedirectHandler, Request, build_opener, urlopen
 
 from consoles import ServedConsole, served_console
 from turning_rig import QUICK_METER, STAGE_FOR_ROLL, served
@@ -72,6 +73,9 @@ class WordPage:
 
     line: ClientConnection
     wire: socket.socket
+    base: str
+    cookie: str
+    csrf: str
     seen: dict[str, object] = field(default_factory=dict)
     told: list[str] = field(default_factory=list)
     press: int = 0
@@ -127,13 +131,40 @@ class WordPage:
         self.until("roll: homed")
 
 
+class _Staying(HTTPRedirectHandler):
+    def redirect_request(self, *_: object) -> None:  # type: ignore[override]
+        return None
+
+
+def _entered(console: ServedConsole, account: tuple[str, str] | None) -> str:
+    """Return the cookie of a new session: by the link, or by name and secret."""
+    if account is None:
+        with urlopen(console.link()) as answer:
+            return _cookie(answer.headers["set-cookie"])
+    base = console.address
+    told = urlencode({"name": account[0], "secret": account[1]}).encode()
+    try:
+        build_opener(_Staying).open(Request(f"{base}/login", told, {"origin": base}))
+    except HTTPError as moved:  # to the first page
+        return _cookie(moved.headers["set-cookie"])
+    raise AssertionError("the secret was not taken")
+
+
+def _cookie(told: str) -> str:
+    return f"calrig={SimpleCookie(told)['calrig'].value}"
+
+
 @contextmanager
-def word_page(bench: JogBench, via: tuple[str, int] | None = None) -> Iterator[WordPage]:
+def word_page(
+    bench: JogBench,
+    via: tuple[str, int] | None = None,
+    *,
+    console: ServedConsole | None = None,
+    account: tuple[str, str] | None = None,
+) -> Iterator[WordPage]:
     """A session of its own; ``via`` is another address by which the console is reached."""
-    link = bench.console.link()
-    base = "http://" + urlsplit(link).netloc
-    with urlopen(link) as answer:
-        cookie = f"calrig={SimpleCookie(answer.headers['set-cookie'])['calrig'].value}"
+    console = console or bench.console
+    base, cookie = console.address, _entered(console, account)
     with urlopen(Request(f"{base}/jog/{RIG}", headers={"cookie": cookie})) as answer:
         csrf = answer.read().decode().partition('name="csrf" value="')[2].partition('"')[0]
     host, _, port = base[7:].partition(":")
@@ -143,7 +174,7 @@ def word_page(bench: JogBench, via: tuple[str, int] | None = None) -> Iterator[W
         line = stack.enter_context(
             connect(where, sock=wire, origin=Origin(base), additional_headers=headers, ping_interval=None)
         )
-        page = WordPage(line, wire)
+        page = WordPage(line, wire, base, cookie, csrf)
         page.say(csrf=csrf)
         thread = threading.Thread(target=page.listen, daemon=True)
         thread.start()

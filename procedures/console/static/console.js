@@ -61,28 +61,9 @@
 
   let number = 0;
   const act = async (form) => {
-    const fields = new URLSearchParams(new FormData(form)), name = form.dataset.act;
     number += 1;
-    fields.set("key", `${fields.get("key")}-${number}`);  // one act, however often it must be sent
     isBusy = true;
-    say(`${name}: asked, waiting for an answer`, false);
-    for (let tries = 1; ; tries += 1) {
-      const patience = setTimeout(() => say(`${name}: no answer yet; still waiting, and trying again`, true), 900);
-      try {
-        const answer = await fetch(form.action, {
-          method: "POST", body: fields, headers: { accept: "application/json" }, signal: AbortSignal.timeout(4000),
-        });
-        const news = await answer.json();
-        say(news.told, !news.done);
-        if (news.done) form.reset();
-        break;
-      } catch {
-        say(`${name}: NOT answered after ${tries} ${tries === 1 ? "try" : "tries"}; trying again; use the button at the machine`, true);
-        await new Promise((go) => setTimeout(go, 500));
-      } finally {
-        clearTimeout(patience);
-      }
-    }
+    if (await postAct(form, form.dataset.act, `${form.elements.key.value}-${number}`, say)) form.reset();
     isBusy = false;
     if (offered !== null) offer(offered);
   };

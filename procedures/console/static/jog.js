@@ -4,7 +4,7 @@
   const one = (id) => document.getElementById(id);
   const bench = one("bench"), said = one("said"), take = one("take"), give = one("give"), stop = one("stop"), fresh = one("fresh");
   const sensors = JSON.parse(bench.dataset.sensors), rig = encodeURIComponent(bench.dataset.rig);
-  let socket = null, me = "", isMine = false, tick = 0, press = 0, held = null, heard = performance.now(), pause = 500, view = null, number = 0;
+  let socket = null, me = "", isMine = false, tick = 0, press = 0, held = null, heard = performance.now(), pause = 500, view = null, number = 0, isTrying = true;
 
   const say = (told, isRefused = false) => {
     said.textContent = told;
@@ -21,24 +21,11 @@
   };
 
   // Stop: by the socket and, for when that is not heard, by a request of its own. Both mean the same and count as often as they come.
-  const halt = async () => {
+  const halt = () => {
     let_go();
     send({ say: "stop" });
-    if (!stop) return;
-    say("stop: asked");
-    const fields = new URLSearchParams(new FormData(stop));
     number += 1;
-    fields.set("key", `${fields.get("key")}-${number}`);
-    const patience = setTimeout(() => say("stop: no answer yet; use the button at the machine", true), 900);
-    try {
-      const answer = await fetch(stop.action, { method: "POST", body: fields, headers: { accept: "application/json" }, signal: AbortSignal.timeout(4000) });
-      const news = await answer.json();
-      say(news.told, !news.done);
-    } catch {
-      say("stop: NOT answered; use the button at the machine", true);
-    } finally {
-      clearTimeout(patience);
-    }
+    if (stop) postAct(stop, "stop", `${stop.elements.key.value}-${number}`, say);
   };
   if (stop) {
     stop.addEventListener("pointerdown", (event) => { event.preventDefault(); halt(); });
@@ -194,7 +181,7 @@
     if (was && !isMine) let_go();
     if (!was && isMine) say("");
     put(one("who"), isMine ? "YOURS" : holder ? "TAKEN" : "FREE");
-    put(one("doing"), `${isMine ? "you have the bench" : holder ? `${holder.name} has the bench` : "nobody has the bench"}${!view ? "" : view.stopping ? " · stopping" : view.doing ? ` · ${view.doing}` : ""}`);
+    put(one("doing"), `${isMine ? "you have the bench" : holder ? `${holder.name} has the bench` : "nobody has the bench"}${!view ? "" : view.stopping ? " · STOPPING: every axis was told to stop" : view.doing ? ` · ${view.doing}` : ""}${view && view.waits ? ` · ${view.waits}` : ""}`);
     one("state").className = `banner ${isMine ? "running" : holder ? "held" : ""}`;
     if (take) take.hidden = isMine;
     if (give) give.hidden = !isMine;
@@ -228,22 +215,30 @@
     const isOpen = socket && socket.readyState === WebSocket.OPEN, age = (performance.now() - heard) / 1000;
     const isLate = !isOpen || (view !== null && age > 1);
     fresh.classList.toggle("stale", isLate);
-    put(fresh, isLate ? `NOT HEARD for ${age.toFixed(0)} s, trying again` : "● live");
+    put(fresh, isLate ? `NOT HEARD for ${age.toFixed(0)} s${isTrying ? ", trying again" : ""}` : "● live");
   };
   if (take) take.addEventListener("click", () => { say("taking the bench: its devices are opened"); send({ say: "take" }); });
   if (give) give.addEventListener("click", () => send({ say: "give" }));
 
   const listen = () => {
+    isTrying = true;
     socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/jog/${rig}`);
     socket.onopen = () => { pause = 500; send({ csrf: bench.dataset.csrf }); look(); };
     socket.onmessage = (event) => hear(JSON.parse(event.data));
-    socket.onclose = () => {
+    socket.onclose = (event) => {
       let_go();
       view = null;
       standing(null);
       [one("who").textContent, one("doing").textContent] = ["NOT HEARD", "whether anything moves is not known here"];
-      setTimeout(listen, pause);
-      pause = Math.min(2 * pause, 10000);
+      isTrying = event.code !== 1008 && event.code !== 1013;
+      if (event.code === 1013) {
+        say("put aside: too many pages of benches are open, and this one was silent for longest; touch it, and it listens again", true);
+        window.addEventListener("pointerdown", listen, { once: true });
+      }
+      if (isTrying) {  // who has no session any more was told so, and enters anew
+        setTimeout(listen, pause);
+        pause = Math.min(2 * pause, 10000);
+      }
       look();
     };
   };

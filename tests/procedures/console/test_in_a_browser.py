@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from journals import a_clock
 from pages import CUT, OVER, SMALL
 from playwright.sync_api import Page, expect
 from run_folders import make_run
+from slow_wires import Wire
 
 from procedures.journal.journal import Journal
 from procedures.journal.owner import owning
@@ -130,3 +131,42 @@ def test_every_page_in_every_state_is_whole(page: tuple[Page, list[str], list[st
     ):  # what cannot be shown; the browser complains of its status
         shown.goto(f"{base}{path}")
         _require_whole(shown)
+
+
+SAID_WHEN = """() => {
+  const acts = document.getElementById("acts"), note = window.told = [];
+  const look = () => note.push([performance.now(), document.getElementById("said").textContent]);
+  new MutationObserver(look).observe(acts, { childList: true, subtree: true });
+}"""
+
+
+@pytest.mark.thorough
+def test_on_a_network_of_two_seconds_the_page_says_within_a_second_that_it_waits_and_tries_again(
+    tmp_path: Path,
+) -> None:
+    """An answer takes two seconds each way, which is longer than the first try: it is the second that hears it."""
+    run = tmp_path / "runs" / "running"
+    make_run(run, State.RUNNING, started_utc=datetime.now(UTC), dwells=9)
+    with served_console(run.parent, tmp_path / "none.sqlite") as console:
+        host, _, port = console.address.removeprefix("http://").partition(":")
+        wire = Wire((host, int(port)), is_proxy=True)
+        with closing(wire.listener), owning(run), chromium(f"socks5://127.0.0.1:{wire.address[1]}") as browser:
+            page = browser.new_page(viewport={"width": 390, "height": 844})
+            posted = list[str]()
+            page.on("request", lambda one: posted.append(one.url) if one.method == "POST" else None)
+            page.goto(console.link())
+            page.wait_for_url("**/")
+            page.evaluate(SAID_WHEN)
+            wire.delay_s = 2.0
+            page.get_by_text("Stop axes: keep pressed").hover()
+            page.mouse.down()
+            expect(page.locator("#said")).to_contain_text("still waiting, and trying again", timeout=10_000)
+            page.mouse.up()
+            expect(page.locator("#said")).to_contain_text("abort was asked for", timeout=60_000)
+            told = [(when_ms, words) for when_ms, words in page.evaluate("window.told")]
+            (asked_ms, _), (waits_ms, _) = [one for one in told if "waiting" in one[1]][:2]
+            assert waits_ms - asked_ms < 1000.0
+            assert any("NOT answered after 1 try; trying again" in words for _, words in told)
+            assert len(posted) == 2
+    (asked,) = map(json.loads, (one.read_text() for one in (run / "requests").glob("*.json")))
+    assert asked["kind"] == "abort"

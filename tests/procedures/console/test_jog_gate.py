@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -175,8 +176,30 @@ def test_a_stop_is_a_form_that_needs_its_token_and_the_role(visited: Visited) ->
     assert (refused.status_code, "halt needs the role operate" in refused.json()["told"]) == (403, True)
 
 
-def test_pages_are_bounded(visited: Visited, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_pages_make_room_the_longest_silent_first(visited: Visited, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jogging, "MOST_PAGES", 3)
+    browser = visited.enter()
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(browser.websocket_connect(SOCKET, headers=OWN)) for _ in range(3)]
+        for socket in (sockets[1], sockets[2], sockets[0]):  # the first is the latest that was heard
+            visited.clock.sleep(1.0)
+            _hello(visited, browser, socket)
+            socket.send_json({"say": "beat"})
+            socket.send_json({"say": "do"})
+            socket.receive_json()
+        for put_aside in (sockets[1], sockets[2]):
+            visited.clock.sleep(1.0)
+            _hello(visited, browser, stack.enter_context(browser.websocket_connect(SOCKET, headers=OWN)))
+            with pytest.raises(WebSocketDisconnect) as ended:
+                put_aside.receive_json()
+            assert ended.value.code == jogging.TOO_MANY
+        sockets[0].send_json({"say": "do"})
+        assert "does not have the bench" in sockets[0].receive_json()["told"]
+
+
+def test_pages_that_have_a_bench_make_no_room(visited: Visited, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jogging, "MOST_PAGES", 1)
+    monkeypatch.setattr(Benches, "has", lambda self, client: True)
     browser = visited.enter()
     with browser.websocket_connect(SOCKET, headers=OWN) as socket:
         _hello(visited, browser, socket)

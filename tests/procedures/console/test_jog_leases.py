@@ -4,12 +4,12 @@ import os
 import signal
 import socket
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from pathlib import Path
-from threading import Event, Thread
 
 import pytest
 from jog_bench import CLOCK, RIG, JogBench, WordPage, jog_bench, word_page
+from slow_wires import Wire
 
 from rig.lines.lock import acquire, owner_of
 
@@ -87,36 +87,11 @@ def test_a_rig_that_somebody_has_is_not_taken_and_a_bench_that_is_open_keeps_oth
         assert owner.purpose == "jog"
 
 
-class _Wire:
-    """A network between a page and the console that can be cut, and that can be slow."""
-
-    def __init__(self, target: tuple[str, int]) -> None:
-        self._target = target
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        self.address: tuple[str, int] = self.listener.getsockname()
-        self.is_cut = Event()
-        self.delay_s = 0.0
-        Thread(target=self._serve, daemon=True).start()
-
-    def _serve(self) -> None:
-        one, _ = self.listener.accept()
-        other = socket.create_connection(self._target)
-        for source, sink in ((one, other), (other, one)):
-            Thread(target=self._pass, args=(source, sink), daemon=True).start()
-
-    def _pass(self, source: socket.socket, sink: socket.socket) -> None:
-        with source, sink, suppress(OSError):
-            while data := source.recv(65536):
-                if not self.is_cut.is_set():
-                    CLOCK.sleep(self.delay_s)
-                    sink.sendall(data)
-
-
 @contextmanager
-def _over_a_wire(bench: JogBench) -> Iterator[tuple[_Wire, WordPage]]:
+def _over_a_wire(bench: JogBench) -> Iterator[tuple[Wire, WordPage]]:
     with word_page(bench) as probe:
         address = probe.wire.getpeername()
-    wire = _Wire(address)
+    wire = Wire(address)
     with closing(wire.listener), word_page(bench, wire.address) as page:
         yield wire, page
 

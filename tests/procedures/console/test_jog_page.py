@@ -97,7 +97,7 @@ def test_a_hand_on_the_page_moves_the_machine_and_lets_it_go(tmp_path: Path) -> 
         assert asked[0] == ("take", "console")
         assert {("stop", "console"), ("give", "console")} <= set(asked)
         static = [page.request.get(f"{page.url.partition('/jog')[0]}/static/{name}") for name in
-                  ("console.css", "console.js", "jog.css", "jog.js")]  # fmt: skip
+                  ("console.css", "console.js", "jog.css", "jog.js", "post.js")]  # fmt: skip
         assert sum(len(one.body()) for one in static) < MOST_STATIC_BYTES
         assert complaints == []
 

@@ -1,6 +1,7 @@
 """What turns by hand stops where nobody can look at it or write down what it does, though its screen answers."""
 
 import json
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,9 +19,11 @@ from rig.assembly.simulate import SimulatedRig
 from rig.clock import SystemClock
 from rig.description.read import read_rig
 from rig.errors import DeviceSilent
+from rig.guard.ask import of_rig, stop
 
 CLOCK = SystemClock()
 WITHIN_S = 30.0
+TOLD_S = 1.0
 NARROW = (STAGE_FOR_ROLL[0], STAGE_FOR_ROLL[1].replace("[-180.0, 180.0]", "[-30.0, 30.0]"))
 
 
@@ -32,6 +35,7 @@ class Turning:
     rig: Rig
     simulated: SimulatedRig
     log: ActionLog
+    file: Path
 
     def answer(self) -> None:
         self.bench.guard.answer()
@@ -53,10 +57,13 @@ class Turning:
 
 @contextmanager
 def _turning(folder: Path) -> Iterator[Turning]:
-    with served(folder, CLOCK, QUICK_METER, NARROW) as (simulated, file), open_rig(read_rig(file)) as rig:
+    with (
+        served(folder, CLOCK, QUICK_METER, NARROW) as (simulated, file),
+        open_rig(read_rig(file), rig_file=file) as rig,
+    ):
         log = ActionLog(folder / "actions.jsonl", CLOCK)
         bench = Bench(rig, log, Snapshots(folder / "snapshots.csv", CLOCK), CLOCK)
-        turning = Turning(bench, rig, simulated, log)
+        turning = Turning(bench, rig, simulated, log, file)
         try:
             bench.start()
             bench.ask(Home("roll"))
@@ -91,6 +98,37 @@ def test_a_meter_that_blocks_lets_no_axis_turn_beyond_its_limit(
             turning.until("roll: it may be near its limit, and was not looked at for")
         finally:
             answered.set()
+
+
+@pytest.mark.parametrize("whose", ["its own", pytest.param("the shell's", marks=pytest.mark.thorough)])
+def test_a_stop_is_told_within_a_second_also_while_a_meter_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, whose: str
+) -> None:
+    answered = Event()
+    with _turning(tmp_path) as turning:
+        _block(turning, answered, monkeypatch)
+        try:
+            while not (waits := turning.bench.view.waits_for):
+                turning.answer()
+            assert re.fullmatch(r"waiting for dmm, channel \S+, 0\.[78] s: values are older, stop works", waits)
+            asked_s = CLOCK.monotonic_s()
+            if whose == "its own":
+                turning.bench.stop("Anna pressed stop")
+            else:
+                (guard,) = of_rig(str(turning.file))
+                assert stop(guard, None, "Anna") is not None
+            turning.until("stop: Anna pressed stop" if whose == "its own" else "asked for by Anna")
+            assert CLOCK.monotonic_s() - asked_s < TOLD_S
+            assert turning.bench.view.is_stopping
+            assert "dmm, channel" in turning.bench.view.waits_for
+        finally:
+            answered.set()
+        turning.until("every axis stands still")
+        turning.bench.ask(Turn("roll", 10.0, is_held=False))  # what was obeyed keeps nothing from moving
+        turning.until("turns at +10°/s while this terminal answers")
+        while turning.simulated.world.axes["roll"].rate_dps(CLOCK.monotonic_s()) == 0.0:
+            assert CLOCK.monotonic_s() - asked_s < WITHIN_S
+            turning.answer()
 
 
 def test_a_motion_that_a_meter_kept_waiting_for_long_is_not_begun(
