@@ -3,8 +3,9 @@
 A Chebyshev filter of type I: equal ripple in the pass band, then steeper than any other filter of its order without
 zeros. CR filters each vector of samples so (V-B, figure 17), static tunnel use wants 0.3 to 0.6 Hz (TP 1). Forwards and
 backwards it has no delay and twice the attenuation; the mean of a settled signal passes unchanged in both. Forwards
-only, for a stream, slow changes come late by the group delay, which is known and taken off the time; what the filter
-says before it has forgotten its start is marked.
+only, for a stream, slow changes come late by the group delay, which is known and taken off the time; an all-pass behind
+the filter makes it whole samples, since half a sample of a package that turns is an angle. What the filter says before
+it has forgotten its start is marked.
 """
 
 from dataclasses import dataclass
@@ -136,11 +137,8 @@ class LowPassStream:
 
 
 def delay_s(settings: LowPass) -> float:
-    """Return by how much a forward filter is late for slow changes: its group delay at zero frequency."""
-    delay = 0.0
-    for b_0, b_1, b_2, _, a_1, a_2 in _sections(settings).tolist():
-        delay += (b_1 + 2.0 * b_2) / (b_0 + b_1 + b_2) - (a_1 + 2.0 * a_2) / (1.0 + a_1 + a_2)
-    return float(delay / settings.sample_rate_hz)
+    """Return by how much a forward filter is late for slow changes: whole samples, by the all-pass behind it."""
+    return _delay_samples(_sections(settings)) / settings.sample_rate_hz
 
 
 def settling_samples(settings: LowPass, left: float = 1e-3) -> int:
@@ -237,7 +235,24 @@ def _sections(settings: LowPass) -> Any:
     )
     at_rest = np.prod(sections[:, :3].sum(axis=1) / sections[:, 3:].sum(axis=1))
     sections[0, :3] /= at_rest
-    return sections
+    if settings.is_two_way:
+        return sections
+    return np.vstack([sections, _all_pass(_delay_samples(sections))])
+
+
+def _all_pass(delay_samples: float) -> FloatArray:
+    """Return a section of Thiran's all-pass that makes a delay whole: it adds half a sample to one and a half."""
+    added = np.ceil(delay_samples + 0.5) - delay_samples
+    pole = (1.0 - added) / (1.0 + added)
+    return np.array([pole, 1.0, 0.0, 1.0, pole, 0.0])
+
+
+def _delay_samples(sections: FloatArray) -> float:
+    """Return the group delay at zero frequency."""
+    delay = 0.0
+    for b_0, b_1, b_2, _, a_1, a_2 in sections.tolist():
+        delay += (b_1 + 2.0 * b_2) / (b_0 + b_1 + b_2) - (a_1 + 2.0 * a_2) / (1.0 + a_1 + a_2)
+    return float(delay)
 
 
 def _settled_state(sections: Any, first: FloatArray) -> Any:
