@@ -1,6 +1,6 @@
 """The procedure of a chosen calibration, with the reasons for the choice as comments."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from ams.units import ARCSEC_PER_DEG
 from procedures.check.candidate import Candidate, Comparison, Target
@@ -120,7 +120,15 @@ def what_holds_it(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
         yield (
             f"more hours make only {' and '.join(_OF_HOURS)} smaller; what would help is a certificate that lists the "
             f"errors of {' and '.join(unlisted)} at angles (index_table)"
+            f"{_zero_of_pitch(rig, unlisted)}"
         )
+
+
+def _zero_of_pitch(rig: RigDescription, unlisted: Sequence[str]) -> str:
+    """Return what beside a list would help: levelled once at a known angle, a table's curve is known there."""
+    if "pitch" not in unlisted or rig.axes["pitch"].index_zero_deg is not None:
+        return ""
+    return "; less, and at once, a zero of pitch that is set by a level and declared (index_zero_deg)"
 
 
 def left_open(rig: RigDescription) -> Iterator[str]:
