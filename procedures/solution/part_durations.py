@@ -80,9 +80,10 @@ def _take(taken: _Taken, parts: list[StepPart], step: _Step) -> None:
     settles = [part for part in parts if part.name == SETTLE]
     others = [part for part in parts if part not in ways and part not in settles]
     settled_s = dwell.settle_s if settles else 0.0
-    taken.spread(ways, dwell.started_s - step.began_s)
+    moved_s = dwell.started_s - step.began_s if ways else 0.0
+    taken.spread(ways, moved_s)
     taken.spread(settles, settled_s)
-    taken.spread(others, step.ended_s - dwell.started_s - settled_s)
+    taken.spread(others, took_s - moved_s - settled_s)
 
 
 def _steps(record: RunRecord) -> Iterator[tuple[int, _Step]]:
