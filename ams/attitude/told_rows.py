@@ -4,8 +4,9 @@ Beside a singular attitude an angle is told where it was read beyond a bound, an
 is the error of the angle itself that carried them: of the rows told, 1.96 standard deviations hold 84 % where the
 attitude lies one standard deviation before the bound, and none where it lies two before it. The half-width just beyond
 is therefore that of a normal distribution cut off at the bound: of the rows told it holds 95 % wherever the attitude
-lies. Where between 70 and 99.9 % of the rows are told it holds up to 97.5 %, since readings that fall short are
-withheld. Distances are in standard deviations of what was read; a row before the bound (less than 0) keeps its own.
+lies. From the bound to 4.5 standard deviations beyond it holds up to 97.5 %: readings that fall short are withheld, and
+a half-width that reaches inwards reaches as far outwards. Distances are in standard deviations of what was
+read; a row before the bound (less than 0) keeps its own.
 
 Source: Lee, Sun, Sun, Taylor, Exact post-selection inference, Annals of Statistics 44 (2016), the truncated pivot.
 """

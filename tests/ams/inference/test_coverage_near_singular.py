@@ -1,4 +1,4 @@
-"""95 % intervals hold by distance from a singular attitude: 95 ± 1 % outside of the flagged band, never less inside.
+"""95 % intervals hold by distance from a singular attitude: 95 ± 1 % where no row is flagged, never less beside it.
 
 Every draw has a calibration of its own, whose errors belong to all readings taken with it, and a reading of its own.
 """
@@ -8,7 +8,7 @@ import pytest
 
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
-from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two
+from ams.attitude.static import LARGEST_SD_RAD, pitch_roll_from_three, pitch_roll_from_two
 from ams.frames import specific_force
 from ams.inference.lines import SensorLine
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
@@ -50,11 +50,11 @@ def share(truth: FloatArray, found: FloatArray, half: FloatArray) -> float:
     return float(np.mean(np.abs(off) <= half))
 
 
-def check(share_held: float, flagged: np.ndarray, where: str) -> None:
+def check(share_held: float, flagged: np.ndarray, where: str, most: float = 0.95) -> None:
     """Where no row is flagged the intervals are neither short nor wide; where one is they are not short."""
     assert share_held > 0.95 - CHANCE, where
     if not flagged.any():
-        assert share_held < 0.95 + CHANCE, where
+        assert share_held < most + CHANCE, where
 
 
 @pytest.mark.parametrize("set_v", SETS_V)
@@ -126,12 +126,14 @@ def test_pitch_yaw_and_roll_hold_near_pitch_zero(set_v: float, is_pair: bool, ya
         singular = (found.codes & flags) != 0
         there = np.isfinite(found.pitch_rad)
         where = f"{in_sd} sd, yaw {yaw_deg}°"
+        # Yaw, by the sting alone, has its bound at √2 · 11.5 of these, and rows up to 4.5 beyond it are widened.
+        most = 0.975 if is_pair and in_sd < np.sqrt(2.0) / LARGEST_SD_RAD + 4.5 else 0.95
         if there.mean() > 0.99:
             held = share(pitch[there], found.pitch_rad[there], found.pitch_half_95_rad[there])
-            check(held, singular, f"pitch at {where}")
+            check(held, singular, f"pitch at {where}", most)
         if not singular.any():
             check(share(yaw, found.yaw_rad, found.yaw_half_95_rad), singular, f"yaw at {where}")
         if is_pair:
-            check(share(roll, found.roll_rad, found.roll_half_95_rad), np.zeros(1, bool), f"roll at {where}")
+            check(share(roll, found.roll_rad, found.roll_half_95_rad), np.zeros(1, bool), f"roll at {where}", most)
         if in_sd <= 8.0:
             assert singular.mean() > 0.99, where
