@@ -109,3 +109,5 @@ class Static(StrictTable):
     """What its angle may be wrong by at the end of that time. Source: CR II-B."""
     shortest_s: NotNegative = 0.0
     """Averaging times below are left out of the Allan deviation."""
+    parts: dict[str, str] = {}
+    """Sensor to the part of the reports' tables that it is, such as ADXL105."""

@@ -13,6 +13,7 @@ from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Forecast, Key, PlanRequest
 from procedures.kinds.points import PointKind
 from procedures.kinds.section import Curve, Plot, Section, TextTable, recorded_tables, section_of
+from procedures.kinds.sensor_parts import COVERAGE, PARTS, SensorPart, checked, forecast_of
 from procedures.numbers import two_digits, with_uncertainty
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point
@@ -24,8 +25,6 @@ from procedures.solution.request import SensorRows, SolvedSensor, StaticAxis
 from procedures.solution.type_b import shared_errors
 from rig.description.rig_file import RigDescription, Sensor
 from rig.toml_file import StrictTable
-
-COVERAGE = 2.0
 
 
 class LongRest(PointKind):
@@ -52,6 +51,7 @@ class LongRest(PointKind):
                 f"{static.shortest_s:g} s leaves no averaging time of {static.duration_s:g} s at rest; allowed are up "
                 f"to {static.duration_s / 4.0:g} s; lower it or rest for longer",
             )
+        _check_parts(request, static.parts)
         return [({name: angle for name, angle in wanted.items() if name in rig.axes}, Rest(static.duration_s), None)]
 
     def key_of_angle(self, axis: str) -> Key:
@@ -60,19 +60,21 @@ class LongRest(PointKind):
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
         static = plan.static
         assert static is not None
-        if static.duration_s >= 4.0 * static.use_s:
-            return Forecast()
-        sentence = (
-            f"a rest of {static.duration_s:g} s says little about a use of {static.use_s:g} s: the verdict rests on a "
-            "handful of neighbouring means; rest for ten times as long"
+        of_tables = (
+            forecast_of(f"{sensor} ({name})", PARTS[name], static.use_s, static.allowed_deg)
+            for sensor, name in static.parts.items()
         )
-        return Forecast(advice=(sentence,))
+        advice = [sentence for sentence in of_tables if sentence is not None]
+        if static.duration_s < 4.0 * static.use_s:
+            advice.append(
+                f"a rest of {static.duration_s:g} s says little about a use of {static.use_s:g} s: the verdict rests "
+                "on a handful of neighbouring means; rest for ten times as long"
+            )
+        return Forecast(advice=tuple(advice))
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         rows = item.at_declared()
-        return SolvedSensor(
-            item.name, observed(item), None, None, static=_static(item.sensor, rows, item.rig, item.plan)
-        )
+        return SolvedSensor(item.name, observed(item), None, None, static=_static(item, rows))
 
     def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
         if not solved.static:
@@ -82,20 +84,26 @@ class LongRest(PointKind):
         return Section(
             _static_result(solved.name, solved.static),
             beyond,
-            (_static_table(solved.static), *_terms_tables(solved.static), *recorded_tables(record.dwells)),
+            (
+                _static_table(solved.static),
+                *_terms_tables(solved.static),
+                *_part_tables(solved.static),
+                *recorded_tables(record.dwells),
+            ),
             tuple(_allan_plot(solved.name, solved.static)),
         )
 
 
-def _static(sensor: Sensor, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> dict[str, StaticAxis]:
-    return {str(axis): _static_axis(sensor, channel, rows, rig, plan) for axis, channel in sensor.channels.items()}
+def _static(item: SensorRows, rows: list[DwellRecord]) -> dict[str, StaticAxis]:
+    return {str(axis): _static_axis(item, channel, rows) for axis, channel in item.sensor.channels.items()}
 
 
-def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: RigDescription, plan: Plan) -> StaticAxis:
+def _static_axis(item: SensorRows, channel: str, rows: list[DwellRecord]) -> StaticAxis:
     """Return what the longest look says of an axis.
 
     The Allan deviation at the time of use says how far two neighbouring means lie apart.
     """
+    sensor, rig, plan = item.sensor, item.rig, item.plan
     assert plan.static is not None
     reading = rows[0].readings[channel]
     allan = allan_deviation(reading.samples, reading.interval_s).from_tau(plan.static.shortest_s)
@@ -104,7 +112,10 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
     factor = min(max(round(plan.static.use_s / reading.interval_s), 1), count // 2)
     at_use = float(allan_deviation(reading.samples, reading.interval_s, [factor]).deviation[0])
     axis = next(str(axis) for axis, name in sensor.channels.items() if name == channel)
-    drift_deg = _drift_deg(sensor, axis, reading.unit, at_use, plan.static.use_s)
+    part_name = plan.static.parts.get(item.name, "")
+    part = PARTS.get(part_name)
+    per_unit = _per_unit(sensor, axis, reading.unit, part)
+    drift_deg = _drift_deg(sensor, at_use, plan.static.use_s, per_unit)
     means = [row.readings[channel].mean for row in rows]
     mean = float(np.mean(means))
     scatter = float(np.std(means, ddof=1) / sqrt(len(means))) if len(means) > 1 else float(allan.deviation[-1])
@@ -122,6 +133,10 @@ def _static_axis(sensor: Sensor, channel: str, rows: list[DwellRecord], rig: Rig
         drift_deg=drift_deg,
         verdict=_verdict(drift_deg, plan.static.use_s, plan.static.allowed_deg),
         noise_terms=_terms(allan, count, reading.interval_s),
+        part="" if part is None else f"{part_name} ({part.source})",
+        beside_table=()
+        if part is None or per_unit is None
+        else checked(part, coefficients.random_walk_per_sqrt_s, at_use, per_unit),
     )
 
 
@@ -130,6 +145,21 @@ def _terms(allan: AllanDeviation, count: int, interval_s: float) -> tuple[NoiseT
     if allan.tau_s.size <= len(TERMS) or not allan.deviation.all():
         return ()
     return noise_terms(allan, count, interval_s)
+
+
+def _check_parts(request: PlanRequest, parts: Mapping[str, str]) -> None:
+    """Refuse a part that no table has, of a sensor that is not there or measures something else. Raises: PlanError."""
+    for name, part in parts.items():
+        sensor, known = request.sensors.get(name), PARTS.get(part)
+        where = ("static", "parts")
+        if sensor is None:
+            raise request.procedure.error(where, f"no sensor {name}; allowed are {', '.join(request.sensors)}")
+        if known is None:
+            raise request.procedure.error(where, f"{name}: got part {part!r}; allowed are {', '.join(PARTS)}")
+        if known.measures != sensor.measures:
+            raise request.procedure.error(
+                where, f"{name}: {part} measures {known.measures}, the sensor {sensor.measures}; name another part"
+            )
 
 
 def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float) -> Iterator[float]:
@@ -142,14 +172,20 @@ def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float
             yield error.standard_uncertainty * mean
 
 
-def _drift_deg(sensor: Sensor, axis: str, unit: str, deviation: float, use_s: float) -> float | None:
+def _per_unit(sensor: Sensor, axis: str, unit: str, part: SensorPart | None) -> float | None:
+    """Return the reading per g or per °/s; None where nothing says it."""
+    if unit == {"rate": "dps", "acceleration": "g"}.get(sensor.measures):
+        return 1.0
+    declared = abs(sensor.nominal_v_per_g(axis)) if sensor.measures == "acceleration" and unit == "v" else 0.0
+    return declared or (None if part is None else part.scale.get(unit))
+
+
+def _drift_deg(sensor: Sensor, deviation: float, use_s: float, per_unit: float | None) -> float | None:
     """Zeroed by the mean over as long as it is used: √2 of the deviation at that time, integrated for a rate."""
-    if sensor.measures == "rate" and unit == "dps":
-        return COVERAGE * sqrt(2.0) * deviation * use_s
-    per_g = 1.0 if unit == "g" else abs(sensor.nominal_v_per_g(axis))
-    if sensor.measures == "acceleration" and per_g:
-        return float(np.rad2deg(COVERAGE * sqrt(2.0) * deviation / per_g))
-    return None
+    if per_unit is None:
+        return None
+    error = COVERAGE * sqrt(2.0) * deviation / per_unit
+    return error * use_s if sensor.measures == "rate" else float(np.rad2deg(error))
 
 
 def _verdict(drift_deg: float | None, use_s: float, allowed_deg: float) -> str:
@@ -203,6 +239,15 @@ def _terms_tables(static: Mapping[str, StaticAxis]) -> Iterator[TextTable]:
         "tell from zero has a limit alone."
     )
     yield TextTable("Terms of the noise", headings, rows, note)
+
+
+def _part_tables(static: Mapping[str, StaticAxis]) -> Iterator[TextTable]:
+    """Yield what a table of the reports says of the part beside what it showed."""
+    rows = tuple((axis, *one.beside_table) for axis, one in static.items() if one.beside_table)
+    if rows:
+        headings = ("axis", "what", "stated", "shown", "")
+        note = "White noise is a one-sided density, √2 of the random walk; a drift is expanded with k = 2."
+        yield TextTable(f"Beside {next(iter(static.values())).part}", headings, rows, note)
 
 
 def _term_in_words(term: NoiseTerm) -> str:

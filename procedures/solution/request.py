@@ -97,6 +97,10 @@ class StaticAxis:
     verdict: str
     noise_terms: tuple[NoiseTerm, ...] = ()
     """The five terms of the Allan variance; none where the rest was too short for them."""
+    part: str = ""
+    """The part that the sensor is said to be, with the table that has it."""
+    beside_table: tuple[str, ...] = ()
+    """What that table states, what the axis showed, and how they lie; none where it states nothing of it."""
 
     @property
     def holds(self) -> bool | None:

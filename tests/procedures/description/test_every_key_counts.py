@@ -115,6 +115,7 @@ TRIALS = {
     "levels.coil": Trial("nothing"),
     "levels.surroundings_ut": Trial([22.0, -3.0, 40.0]),
     "static.shortest_s": Trial(5.0),
+    "static.parts": Trial({"ITG3200": "MG-L106C"}),
 }
 KEYS = keys_of(procedure_form())
 
