@@ -1,5 +1,6 @@
 """A comparison of calibrations for a person, as a table and as a document."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Group
@@ -50,7 +51,8 @@ def render_comparison(comparison: Comparison) -> Group:
         table,
         f"{len(comparison.candidates)} calibrations compared; shown are some that no other beats. →: "
         f"{target_in_words(comparison.asked.target)}: {chosen.hours:.2f} h{each}",
-        f"hours: the p50, by {hours_source(comparison)}",
+        f"hours: half of such runs take longer (p50), by {hours_source(comparison)}; NPLC: own is the readout's; "
+        f"{_halves_in_words(names)}",
         f"U95: rms of the 95 % half-width of one future angle over pitch {low:g}° to {high:g}° and every roll, at "
         f"{comparison.asked.usage.noise_arcsec:.2g}″ a reading; the worst angle of the worst sensor",
         "",
@@ -61,6 +63,11 @@ def render_comparison(comparison: Comparison) -> Group:
         *map(escape, left_open(comparison.asked.rig)),
         *what_holds_it(comparison, chosen),
     )
+
+
+def _halves_in_words(names: Sequence[str]) -> str:
+    told = (f"{words_of(name).symbol} the {words_of(name).label}" for name in names)
+    return f"±: 95 % half-width ({', '.join(told)})"
 
 
 def _otherwise(comparison: Comparison, chosen: Candidate) -> Table:

@@ -1,6 +1,6 @@
 """A check report for a person, drawn by rich."""
 
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -13,28 +13,33 @@ from procedures.check.check_report import CheckReport, steps_in_words
 from procedures.check.shares import explained, shares_in_words
 from procedures.kinds.kind import DesignFigures
 
+_NOTHING = 1e-9
+"""Of a share: what rounding leaves."""
+_WHOLE_S = 100.0
 
-def render(report: CheckReport) -> "Group":
-    """Return everything of the report, to be printed on a rich console."""
+
+def render(report: CheckReport, now: datetime | None = None) -> "Group":
+    """Return everything of the report, to be printed on a rich console; with ``now``, when such a run would end."""
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
     advice += [Text(f"reservation: {line}", style="yellow") for line in report.forecast.reservations]
     expected = _expected(report)
     expected += _recommendations(report)
     steps: list[RenderableType] = [] if report.forecast.design else [_steps(report), ""]
-    return Group(_facts(report), "", _axes(report), "", _durations(report), "", *steps, *expected, *advice)
+    return Group(_facts(report, now), "", _axes(report), "", _durations(report), "", *steps, *expected, *advice)
 
 
 def _recommendations(report: CheckReport) -> list[RenderableType]:
-    """Return which of TP's recommendations are followed and which are about other plans; advice tells of the rest."""
-    followed = [str(one.number) for one in report.forecast.recommendations if one.is_followed]
-    other = [str(one.number) for one in report.forecast.recommendations if one.is_followed is None]
-    if not followed:
+    """Return TP's ten recommendations: whether each is followed, and why it matters."""
+    if not report.forecast.recommendations:
         return []
-    beside = f"; of other plans: {', '.join(other)}" if other else ""
-    return [f"TP's recommendations followed: {', '.join(followed)} of 10{beside}"]
+    table = Table("TP", "followed", "recommendation, and why", box=None)
+    for one in report.forecast.recommendations:
+        followed = "not asked here" if one.is_followed is None else "yes" if one.is_followed else "no"
+        table.add_row(str(one.number), followed, Text(f"{one.text}: {one.reason}"))
+    return ["", table, ""]
 
 
-def _facts(report: CheckReport) -> "Table":
+def _facts(report: CheckReport, now: datetime | None) -> "Table":
     plan = report.plan
     table = _bare_table()
     table.add_row("rig", report.rig)
@@ -61,7 +66,14 @@ def _facts(report: CheckReport) -> "Table":
         table.add_row("at the same time", "; ".join(at_once))
     expected = plan.expected
     source = f"{expected.learned_from} past runs of this rig" if expected.learned_from else "the files alone"
-    table.add_row("duration", f"{_time(expected.p50_s)} (p50), {_time(expected.p90_s)} (p90), by {source}")
+    table.add_row(
+        "duration",
+        f"{_time(expected.p50_s)} (p50: half of such runs take longer), {_time(expected.p90_s)} (p90: one in ten "
+        f"does), by {source}",
+    )
+    if now is not None:
+        middle, late = (now + timedelta(seconds=seconds) for seconds in (expected.p50_s, expected.p90_s))
+        table.add_row("begun now", f"it ends {_local(middle)} (p50), {_local(late)} (p90)")
     if report.forecast.design is not None:
         _add_figures(table, report, report.forecast.design)
     table.add_row("journal", f"about {report.journal_bytes / 1e6:.1f} MB")
@@ -78,8 +90,8 @@ def _add_figures(table: "Table", report: CheckReport, figures: DesignFigures) ->
     table.add_row("figure of merit", merit if usage is None else f"{merit}, over the usage range {usage:.3f}")
     table.add_row("time and model", f"correlated by {figures.time_correlation:.2f} within a replication")
     largest = {order: max(map(abs, bias.values()), default=0.0) for order, bias in figures.drift_bias.items()}
-    shares = ", ".join(f"{order} {share:.2g}" for order, share in largest.items())
-    table.add_row("of a drift", f"over a replication a parameter takes at most: {shares}")
+    shares = ", ".join(f"{order} {share:.2g}" if share > _NOTHING else f"{order} 0" for order, share in largest.items())
+    table.add_row("bias by drift", f"share of a linear drift over a replication that one parameter takes: {shares}")
 
 
 def _steps(report: CheckReport) -> "Table":
@@ -103,10 +115,8 @@ def _durations(report: CheckReport) -> "Table":
     table = Table("what", "times", "p50", "p90", "each", "p90", box=None)
     for name, part in sorted(expected.parts.items(), key=lambda item: -item[1].p50_s):
         if part.p50_s > 0.001 * expected.p50_s:
-            late, late_each = (
-                (f"{_time(part.p90_s)}", f"{part.each_p90_s:.3g} s") if expected.learned_from else ("", "")
-            )
-            table.add_row(name, str(part.count), _time(part.p50_s), late, f"{part.each_p50_s:.3g} s", late_each)
+            late, late_each = (f"{_time(part.p90_s)}", _seconds(part.each_p90_s)) if expected.learned_from else ("", "")
+            table.add_row(name, str(part.count), _time(part.p50_s), late, _seconds(part.each_p50_s), late_each)
     return table
 
 
@@ -179,6 +189,14 @@ def _bare_table() -> "Table":
 
 def _time(duration_s: float) -> str:
     return str(timedelta(seconds=round(duration_s)))
+
+
+def _local(moment: datetime) -> str:
+    return f"{moment.astimezone():%a %d %b %H:%M} ({moment.astimezone(UTC):%H:%M} UTC)"
+
+
+def _seconds(duration_s: float) -> str:
+    return f"{duration_s:.0f} s" if duration_s >= _WHOLE_S else f"{duration_s:.3g} s"
 
 
 def _small(name: str) -> tuple[str, float]:

@@ -63,7 +63,7 @@ def check(
         print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))
         return _tell(before, json)
 
-    Console().print(render(report))
+    Console().print(render(report, datetime.now(UTC)))
     for name, remarks in _remarks(described).items():
         for remark in remarks:
             say_paragraph(f"axis {name}: {remark}")
@@ -127,7 +127,9 @@ def _tell(before: Preflight, json: bool) -> int:
         for sentence in before.undelivered:
             say_paragraph(f"will not be delivered: {sentence}")
         if before.certificate:
-            say_paragraph(f"no certificate could be issued: {'; '.join(before.certificate)}")
+            say_paragraph("no certificate could be issued, since")
+            for gap in before.certificate:
+                say_paragraph(f"- {gap}")
         for sentence in before.refusals:
             say_paragraph(f"a run would be refused now: {sentence}")
     return ExitStatus.WRONG_REQUEST if before.refusals else ExitStatus.DONE

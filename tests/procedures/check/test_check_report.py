@@ -1,6 +1,7 @@
 """``calrig check``: what it tells about a plan, against numbers worked out by hand and by simulation."""
 
 import json
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from procedures.check.check_report import check, to_document
 from procedures.check.check_text import render
 from rig.errors import DescriptionError
 
+NOW = datetime(2026, 3, 1, 16, 30, tzinfo=UTC)
 BIG = [
     ("from = -30.0, to = 30.0, step = 10.0", "from = -90.0, to = 90.0, step = 10.0"),
     ("step = 90.0", "step = 30.0"),
@@ -126,12 +128,19 @@ def test_every_part_is_printed(tmp_path: Path):
     more = "[environment]\nplateaus_degc = [20.0]\n"
     report = check(rig_file(tmp_path, more=AIR), procedure_file(tmp_path, more=more))
     console = Console(width=140, record=True, file=(tmp_path / "out").open("w", encoding="utf-8"))
-    console.print(render(report))
+    console.print(render(report, NOW))
     console.file.close()
     text = console.export_text()
+    for seconds in (report.plan.expected.p50_s, report.plan.expected.p90_s):
+        moment = NOW + timedelta(seconds=seconds)
+        assert f"{moment.astimezone():%a %d %b %H:%M} ({moment:%H:%M} UTC)" in text
+    together = " ".join(text.split())
+    for one in report.forecast.recommendations:
+        assert one.reason in together
+    assert [one.number for one in report.forecast.recommendations] == list(range(1, 11))
     for piece in (
         "35 points (7 pitch × 5 roll)",
-        "(p50)",
+        "(p50: half of such runs take longer)",
         "20 °C by air",
         "4 of 4",
         "U95",

@@ -159,9 +159,9 @@ def _exceeded(folder: Path, kind: str, past_runs: int, runs: int) -> Exceeded:
             foreseen = expected_duration(made.rig, plan.steps, plan.dwell, plan.channels, learned)
             took_s = _took_s(record)
             over.runs += 1
-            for place, foreseen_s in enumerate((foreseen.p50_s, foreseen.p90_s)):
-                over.over[place] += took_s > foreseen_s + SAME_S
-                over.reached[place] += took_s >= foreseen_s - SAME_S
+            for which, foreseen_s in enumerate((foreseen.p50_s, foreseen.p90_s)):
+                over.over[which] += took_s > foreseen_s + SAME_S
+                over.reached[which] += took_s >= foreseen_s - SAME_S
             over.most_off = max(over.most_off, abs(took_s / foreseen.p50_s - 1.0))
         past.append(part_durations(record))
     return over
