@@ -1,4 +1,7 @@
-"""Why a run stopped, where its journal could not take it: kept beside it or elsewhere until a resume journals it."""
+"""Why a run stopped, where its journal does not say it: kept beside it or elsewhere until a resume journals it.
+
+Either the disk refused the engine's last line, or the process died and its stop guard had people told.
+"""
 
 import json
 from collections.abc import Iterator
@@ -12,22 +15,28 @@ from ams.whole_file import write_whole
 
 FILE = "last-words.json"
 FORMAT = "calrig last words 1"
+STORAGE = "storage"
+"""The cause of an ending that the disk forced."""
 
 
 @dataclass(frozen=True, slots=True)
 class LastWords:
-    """What the engine said last."""
+    """What was said last, and people were told."""
 
     reason: str
     stopped_utc: datetime
+    cause: str = STORAGE
 
     def __str__(self) -> str:
+        if self.cause != STORAGE:
+            return self.reason
         return f"{self.reason}; at {self.stopped_utc:%Y-%m-%d %H:%M:%S} UTC, and the journal did not take it then"
 
 
 def keep_last_words(run_dir: Path, second_place: Path | None, words: LastWords) -> None:
     """Write them where a disk takes them, the run's own first; where none does, the alert has told them."""
-    document = {"format": FORMAT, "reason": words.reason, "stopped_utc": words.stopped_utc.isoformat()}
+    moment = words.stopped_utc.isoformat()
+    document = {"format": FORMAT, "reason": words.reason, "stopped_utc": moment, "cause": words.cause}
     for place in _places(run_dir, second_place):
         with suppress(WriteFailed, OSError):
             place.mkdir(parents=True, exist_ok=True)
@@ -42,7 +51,8 @@ def read_last_words(run_dir: Path, second_place: Path | None) -> LastWords | Non
             document = json.loads((place / FILE).read_text(encoding="utf-8"))
             if document["format"] != FORMAT:
                 raise ValueError("other words")
-            return LastWords(str(document["reason"]), datetime.fromisoformat(str(document["stopped_utc"])))
+            moment = datetime.fromisoformat(str(document["stopped_utc"]))
+            return LastWords(str(document["reason"]), moment, str(document.get("cause", STORAGE)))
     return None
 
 

@@ -59,7 +59,8 @@ class RunStatus:
         A run that stands still also says why and who asked for it; one that a process runs how far it is within its
         replications, and what a request to it refers to.
         """
-        still = {"reason": self.reason, "asked_by": self.asked_by} if self.state in STANDING_STILL else {}
+        is_explained = self.state in STANDING_STILL or (self.state is State.INTERRUPTED and self.reason)
+        still = {"reason": self.reason, "asked_by": self.asked_by} if is_explained else {}
         return {
             "run": self.run,
             "state": str(self.state),

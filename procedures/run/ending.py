@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from procedures.errors import ExitStatus
+from procedures.journal.last_words import STORAGE
 from procedures.records.states import EXIT_STATUS, State
 
-STORAGE = "storage"
-"""The cause of an ending that the disk forced."""
 NO_RUN = "no run"
 """The cause where it did not let one begin."""
 PROCESS = "process"

@@ -28,7 +28,7 @@ from procedures.journal.guard_record import forget_guard_record, read_guard_reco
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import LastWords, forget_last_words, keep_last_words, read_last_words
+from procedures.journal.last_words import STORAGE, LastWords, forget_last_words, keep_last_words, read_last_words
 from procedures.journal.live import LiveFile
 from procedures.journal.location import place_of
 from procedures.journal.owner import owned_since
@@ -38,7 +38,7 @@ from procedures.records.progress import LEASE, RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
-from procedures.run.ending import PROCESS, STORAGE, Ending, Outcome, RunEnds
+from procedures.run.ending import PROCESS, Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import RECONNECT, TrustLost
 from procedures.run.judgement.history import History, read_history
@@ -248,7 +248,7 @@ class _Engine:
                 self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
                 self._progress_log.enter(state, "; ".join(reasons), ending.by, cause, is_said=True)
         except StorageFailed as error:
-            in_words = "; ".join(dict.fromkeys([*reasons, str(error)]))
+            in_words = "; ".join([*reasons, *([] if any(str(error) in one for one in reasons) else [str(error)])])
             if cause != STORAGE:
                 self._announce(State.INTERRUPTED, in_words, "")
             state, cause = State.INTERRUPTED, STORAGE
@@ -314,7 +314,7 @@ class _Engine:
         words = read_last_words(folder, second_place)
         if words is not None and any(dwell.ended_utc > words.stopped_utc for dwell in self._history.dwells[-1:]):
             words = None  # of a time before somebody else took the run up
-        reason, cause = ("the process ended without a last line", "") if words is None else (str(words), STORAGE)
+        reason, cause = ("the process ended without a last line", "") if words is None else (str(words), words.cause)
         self._progress_log.enter(State.INTERRUPTED, reason, cause=cause, is_said=words is not None)
         forget_last_words(folder, second_place)
 

@@ -8,6 +8,7 @@ from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
 from procedures.journal.stop_advice import advice
 from procedures.journal.verdict_file import read_verdict
@@ -19,7 +20,7 @@ from rig.plain_text import one_line
 _MOST = 8
 
 
-def handover(run_dir: Path) -> str:
+def handover(run_dir: Path, second_place: Path | None = None) -> str:
     """Text of at most a page. Raises: JournalError."""
     stands = status(run_dir)
     with JournalReader.open(run_dir) as reader:
@@ -32,7 +33,7 @@ def handover(run_dir: Path) -> str:
     lines = [
         one_line(header.title),
         f"run        {run_dir}",
-        f"state      {stands.state} since {last.utc:%Y-%m-%d %H:%M} UTC{_reason(last)}",
+        f"state      {_standing(stands.state, last, events[-1], read_last_words(run_dir, second_place))}",
         f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design",
         *(
             [f"ends       {at_both(stands.eta_utc)}, as it goes now"]
@@ -61,6 +62,15 @@ def handover(run_dir: Path) -> str:
         *_solved(run_dir, stands.state),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _standing(state: State, entered: Event, newest: Event, words: LastWords | None) -> str:
+    """Say the state, since when and why; an interruption stands in no journal before the resume."""
+    if state is not State.INTERRUPTED or state == entered.detail["to"]:
+        return f"{state} since {entered.utc:%Y-%m-%d %H:%M} UTC{_reason(entered)}"
+    if words is None:
+        return f"{state}, last heard of {newest.utc:%Y-%m-%d %H:%M} UTC"
+    return one_line(f"{state} since {words.stopped_utc:%Y-%m-%d %H:%M} UTC: {words}")
 
 
 def _next(run_dir: Path, state: State, cause: str, held_before: str) -> str:

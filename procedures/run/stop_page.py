@@ -14,6 +14,7 @@ from ams.units import ARCSEC_PER_DEG
 from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.last_words import STORAGE
 from procedures.journal.owner import is_owned
 from procedures.journal.standing import derived_state
 from procedures.journal.stop_advice import advice
@@ -21,7 +22,7 @@ from procedures.journal.storage import JOURNAL_FILE
 from procedures.pages import page_environment
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
-from procedures.run.ending import NO_RUN, STORAGE
+from procedures.run.ending import NO_RUN
 from procedures.run.sparkline import Sparkline, sparkline
 from rig.clock import SystemClock
 from rig.plain_text import one_line
@@ -148,7 +149,7 @@ def text_of(why: Why) -> str:
 
 def _positions(positions_deg: Mapping[str, float]) -> str:
     if not positions_deg:
-        return "not known: no axis answered; go and look before anything is moved"
+        return "not known: no axis was read back; go and look before anything is moved"
     positions = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
     return f"at rest, read back: {positions}; nothing has been moved since"
 

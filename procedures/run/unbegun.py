@@ -8,13 +8,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from procedures.errors import StorageFailed
-from procedures.journal.last_words import LastWords, keep_last_words
+from procedures.journal.last_words import STORAGE, LastWords, keep_last_words
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.plan.plan import Plan
 from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import State
 from procedures.run.dwell.measure import OpenRig
-from procedures.run.ending import STORAGE
 from procedures.run.services import RunServices
 from procedures.run.stop_page import explain
 from procedures.run.watch.safe_state import resting_deg

@@ -38,6 +38,12 @@ from rig.devices.abilities import Burst
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 WRITES = "import sys, pathlib; open(sys.argv[1], 'a').write(sys.stdin.read())"
 SIZE = "6m"
+DELIVERY_SHARES = 4
+"""A soak case fails each write of a delivery whose number leaves its share as the rest; all together fail every one."""
+FEWEST_WRITES = 60
+"""Of a delivery: 68 file calls in its run's folder."""
+FEWEST_PRODUCTS = 5
+"""Set, exports, page, paper."""
 LITTLE_MB = 0.05
 """Of room that a run of 24 dwells asks for beside its own need."""
 
@@ -228,29 +234,43 @@ def test_fault_79_a_delivery_on_a_full_disk_says_what_is_missing_and_is_complete
     assert {path.name for path in (run / "exports").iterdir()} == sets.keys()
 
 
-@pytest.mark.parametrize(
-    "stuck", [pytest.param(False, id="once", marks=pytest.mark.soak), pytest.param(True, id="for good")]
-)
-@pytest.mark.parametrize("error", [errno.ENOSPC, pytest.param(errno.EIO, marks=pytest.mark.soak)])
-@pytest.mark.parametrize(
-    "number",
-    [pytest.param(12, marks=pytest.mark.thorough), *[pytest.param(n, marks=pytest.mark.soak) for n in range(1, 42, 2)]],
-)
+@pytest.mark.thorough
 def test_fault_79_a_delivery_whose_nth_write_fails_says_what_is_missing_and_is_completed(
-    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str], number: int, error: int, stuck: bool
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Set, archive, exports, page and paper: nothing half written under its own name, and a sentence for each."""
-    run = finished_job.copied_to(tmp_path)
+    assert _delivery_fails(finished_job.copied_to(tmp_path), 12, errno.ENOSPC, capsys, stuck=True)
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("share", range(DELIVERY_SHARES))
+@pytest.mark.parametrize("stuck", [False, True], ids=["once", "for good"])
+@pytest.mark.parametrize("error", [errno.ENOSPC, errno.EIO])
+def test_fault_79_every_write_of_a_delivery_fails_once(
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str], error: int, stuck: bool, share: int
+) -> None:
+    run, number = finished_job.copied_to(tmp_path), 1 + share
+    while _delivery_fails(run, number, error, capsys, stuck=stuck):
+        number += DELIVERY_SHARES
+    assert number > FEWEST_WRITES
+
+
+def _delivery_fails(run: Path, number: int, error: int, capsys: pytest.CaptureFixture[str], *, stuck: bool) -> bool:
+    """Deliver a run anew while a write fails, then again; returns whether there were so many writes."""
     names = {path.relative_to(run) for folder in ("exports", "coefficients") for path in (run / folder).iterdir()}
     made = [run / name for name in names] + [run / "report.html", run / "report.pdf"]
+    assert len(made) >= FEWEST_PRODUCTS
     for path in made:
         path.unlink()
     with failing_files(run, number, error, stuck=stuck) as files:
         told = call(capsys, "solve", run)
     assert (told.status in (0, 1), "Traceback" in told.err) == (True, False), told.err
-    if files.has_failed and told.status == 0:  # what was refused is there all the same: a folder that was not synced
+    if told.status == 0:  # what was refused is there all the same: a folder that was not synced
         assert all(path.exists() for path in made)
     for path in (run / "exports").iterdir():
         assert call(capsys, "verify", path).status == 0, path
-    assert call(capsys, "solve", run).status == 0
-    assert all(path.exists() for path in made)
+    if files.has_failed:
+        assert call(capsys, "solve", run).status == 0
+        assert all(path.exists() for path in made)
+    return files.has_failed

@@ -14,6 +14,7 @@ from procedures.cli.run.attend import ring_out
 from procedures.errors import ProcedureError
 from procedures.journal.guard_record import guard_sentence
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.last_words import LastWords, keep_last_words
 from procedures.journal.standing import progress_of
 from procedures.journal.status import status
 from procedures.records.progress import Progress, SilentObserver
@@ -38,7 +39,7 @@ def ring(run: Path, /, *, record: str, alerts: Alerts = None) -> None:
     for number in DEAF:
         signal.signal(number, signal.SIG_DFL)
     guarded, place = json.loads(record), second_place()
-    sentence = guard_sentence(guarded)
+    sentence, stopped_utc = guard_sentence(guarded), datetime.fromisoformat(guarded["stopped_utc"])
     title, told = _told(run, sentence)
     settings: AlertSettings | None = None
     try:
@@ -50,7 +51,9 @@ def ring(run: Path, /, *, record: str, alerts: Alerts = None) -> None:
             desk.tell_end("finished, and nothing delivered", f"{sentence}\ncalrig solve {run} delivers it.")
         else:
             desk.on_event(told)
-            explain(run, sentence, {}, place, DIED, datetime.fromisoformat(guarded["stopped_utc"]))
+            if told.state is State.INTERRUPTED:  # the next resume journals it, and need not tell it again
+                keep_last_words(run, place, LastWords(sentence, stopped_utc, DIED))
+            explain(run, sentence, {}, place, DIED, stopped_utc)
     ring_out(run, desk)
 
 

@@ -17,7 +17,7 @@ from procedures.cli.options import (
     RunsFolder,
 )
 from procedures.cli.output import say
-from procedures.cli.places import find_run, login_name
+from procedures.cli.places import find_run, login_name, second_place
 from procedures.cli.steer.choose_run import alive_or_latest, only_one
 from procedures.errors import RequestError
 from procedures.journal.corrections import TAKES_BACK, Authorisation, acknowledge, add_note, void_from
@@ -124,7 +124,7 @@ def redo(
 
 def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> None:
     """Print the whole state of a run on one page, for whoever takes over."""
-    say(page(alive_or_latest(run, out)).rstrip("\n"))
+    say(page(alive_or_latest(run, out), second_place()).rstrip("\n"))
 
 
 def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS) -> None:

@@ -1,6 +1,7 @@
 """``calrig status``, ``pause``, ``continue``, ``stop``, ``abort``: look at or steer a run in another process."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Literal
@@ -17,14 +18,15 @@ from procedures.journal.alert_record import outcome_sentence, read_outcomes
 from procedures.journal.audit_trail import clock_sentence
 from procedures.journal.corrections import Authorisation, close_run
 from procedures.journal.guard_record import guard_sentence, read_guard_record
+from procedures.journal.last_words import read_last_words
 from procedures.journal.live import live_document, read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.spool import ask
-from procedures.journal.standing import progress_of
+from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import rows_of
 from procedures.journal.status import status as look
-from procedures.records.states import RESUMABLE
+from procedures.records.states import RESUMABLE, State
 from procedures.run.progress import PlainLines
 from rig.clock import SystemClock
 from rig.plain_text import one_line
@@ -52,7 +54,7 @@ def status(
         say(metrics_text(_figures(out)).rstrip("\n"))
         return ExitStatus.DONE
     folder = alive_or_latest(run, out)
-    found, live = look(folder), read_live(folder)
+    found, live = _with_last_words(look(folder), folder), read_live(folder)
     told = read_outcomes(folder, second_place())
     if json:
         doing = {} if live is None else {"live": live_document(live)}
@@ -67,8 +69,8 @@ def status(
         say(f"{name}: {how}")
     if found.clock_set_by_s:
         say(f"clock: {clock_sentence(found.clock_set_by_s)}")
-    if (guarded := read_guard_record(folder)) is not None:
-        say(one_line(guard_sentence(guarded)))
+    if (guarded := read_guard_record(folder)) is not None and (sentence := guard_sentence(guarded)) != found.reason:
+        say(one_line(sentence))
     for outcome in told:
         say(f"alert: {one_line(outcome_sentence(outcome))}")
     for name, line in found.lines.items():
@@ -77,6 +79,13 @@ def status(
         return ExitStatus.DONE
     observer = PlainLines(say, parts=None)
     return shown_until_left(folder, observer, lambda: False, SystemClock())
+
+
+def _with_last_words(found: RunStatus, folder: Path) -> RunStatus:
+    """Return where an interrupted run stands with what was said last, which its journal does not hold yet."""
+    if found.state is not State.INTERRUPTED or (words := read_last_words(folder, second_place())) is None:
+        return found
+    return replace(found, reason=str(words))
 
 
 def attach(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> int:

@@ -1,15 +1,19 @@
 """What the stop guard did is told by status until the next resume, which journals it."""
 
 import json
+import os
+from datetime import timedelta
 from pathlib import Path
 
 import pytest
-from small_run import bench
+from small_run import bench, in_child
 from unattended_run import UnattendedRun, asks, events, run_unattended
 
 from procedures.journal.guard_record import EVENT, guard_sentence, read_guard_record
+from procedures.journal.last_words import LastWords, keep_last_words
 from procedures.journal.status import status
 from procedures.records.states import State, is_unasked
+from procedures.run.ending import DIED
 from procedures.run.handover import handover
 from procedures.run.resume import resume_on
 from rig.assembly.open_rig import open_rig
@@ -44,6 +48,24 @@ def test_fault_56_what_the_guard_did_is_told_and_then_journalled(tmp_path: Path)
     assert event.detail == DOCUMENT
     assert told in handover(run.run_dir)
     assert not (run.run_dir / RECORD).exists()
+
+
+@pytest.mark.parametrize("is_told", [True, False])
+def test_a_death_that_people_were_told_of_is_journalled_by_the_resume_and_not_told_again(
+    tmp_path: Path, is_told: bool
+) -> None:
+    small, run = bench(tmp_path), UnattendedRun(tmp_path / "run", after={5: lambda _: os._exit(0)})
+    os.waitpid(in_child(lambda: run_unattended(small, run)), 0)
+    sentence = guard_sentence(DOCUMENT)
+    if is_told:
+        keep_last_words(run.run_dir, None, LastWords(sentence, SystemClock().now_utc() + timedelta(days=9), DIED))
+    later = UnattendedRun(run.run_dir)
+    with open_rig(small.rig) as rig:
+        assert resume_on(run.run_dir, rig, "carla", observer=later).state is State.FINISHED
+    entered = [one for one in later.told if (one.event, one.state) == ("state", State.INTERRUPTED)]
+    assert bool(entered) is not is_told
+    (journalled,) = [one for one in events(run.run_dir, "state") if one.detail["to"] == State.INTERRUPTED]
+    assert journalled.detail["reason"] == (sentence if is_told else "the process ended without a last line")
 
 
 @pytest.mark.parametrize(("by", "named"), [("ann", "ann"), ("", "somebody without a name")])

@@ -96,7 +96,7 @@ def test_axes_that_do_not_answer_are_not_said_to_rest(small: Bench, tmp_path: Pa
     outcome = run_unattended(small, unattended, rig_of=lambda rig: Dark(rig, spoil=gone))
     assert outcome.state is State.TRIPPED
     assert outcome.positions_deg == {}
-    assert "not known: no axis answered; go and look" in (unattended.run_dir / "why.txt").read_text()
+    assert "not known: no axis was read back; go and look" in (unattended.run_dir / "why.txt").read_text()
 
 
 class _Gone:

@@ -18,6 +18,7 @@ from small_run import PROCEDURE, RIG
 
 from procedures.journal.alert_record import FILE
 from procedures.journal.guard_record import read_guard_record
+from procedures.journal.last_words import read_last_words
 from procedures.journal.status import status
 from procedures.records.states import State
 from rig.assembly.simulate import serve_rig, write_rig
@@ -102,6 +103,7 @@ def test_fault_89_a_run_whose_process_is_killed_or_frozen_while_an_axis_moves_ri
         assert f"calrig ack {night.run.resolve()} ends the repeats" in told
         assert escalated.startswith("calrig: small grid: still interrupted, unacknowledged\n")
         assert read_guard_record(night.run) is not None
+        assert read_last_words(night.run, None) is not None, "the resume will journal it and tell nobody again"
         page = (night.run / "why.txt").read_text(encoding="utf-8")
         assert "small grid: interrupted\n" in page
         assert cause in page
@@ -112,13 +114,19 @@ def test_fault_89_a_run_whose_process_is_killed_or_frozen_while_an_axis_moves_ri
 def test_whoever_acknowledges_the_death_of_a_run_ends_its_alarm(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Until a resume journals it, status and handover say what happened, once each."""
     with a_night(tmp_path, NEVER_MIN) as night:
         night.process.kill()
         assert until(lambda: bool(night.sink.received), LONGEST_S)
         assert call(capsys, "ack", night.run, "I go and look").status == 0
         assert until(night.has_rung_out, LONGEST_S)
         assert len(night.sink.received) == 1
-        assert "calrig: small grid: interrupted: delivered" in call(capsys, "status", night.run).out
+        told, page = call(capsys, "status", night.run).out, call(capsys, "handover", night.run).out
+        assert "calrig: small grid: interrupted: delivered" in told
+        assert "because: stop guard, " in told
+        assert told.count("the engine ended without a word") == 1
+        assert "state      interrupted since " in page
+        assert " UTC: stop guard, " in page
 
 
 @pytest.mark.thorough
