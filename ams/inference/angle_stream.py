@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
+
+CARRIED_CODES: Final = "codes of what was done before"
+"""A column of codes that a stream takes along where it is optional: its answers are not one for each row."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
-from ams.inference.angle_stream import AngleStream, Answer
+from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer
 from ams.inference.low_passed import joined
 from ams.inference.sample_clock import SampleClock
 
@@ -36,7 +36,7 @@ class AveragedAngles:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys((*self.inner.optional, "time_s")))
+        return tuple(dict.fromkeys((*self.inner.optional, "time_s", CARRIED_CODES)))
 
     @property
     def answers(self) -> tuple[str, ...]:
@@ -72,10 +72,14 @@ class AveragedAngles:
 
     def _means(self, windows: Mapping[str, FloatArray]) -> Answer:
         """Average (M, W) samples and answer them."""
-        means = {name: _mean(values) for name, values in windows.items()}
+        means = {name: _mean(values) for name, values in windows.items() if name != CARRIED_CODES}
         found = self.inner.answer(means)
         time_s = means.get("time_s", np.full(found.codes.size, np.nan))
-        return Answer({"time_s": time_s, **found.columns}, found.codes, found.reasons)
+        codes = found.codes
+        if CARRIED_CODES in windows:
+            # Of a window is true what is true of any sample in it.
+            codes = codes | np.bitwise_or.reduce(windows[CARRIED_CODES].astype(np.uint64), axis=1)
+        return Answer({"time_s": time_s, **found.columns}, codes, found.reasons)
 
 
 def _mean(values: FloatArray) -> FloatArray:

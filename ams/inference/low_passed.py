@@ -15,10 +15,11 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.attitude import flag_codes
 from ams.attitude.filters import LowPass, LowPassStream, delay_s, settling_samples
-from ams.inference.angle_stream import AngleStream, Answer, nothing
+from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer, nothing
 from ams.inference.sample_clock import SampleClock
 
 NOT_FILTERED: Final = ("time_s", "roll_deg")
+_HELD: Final = "codes of the filter"
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class LowPassedAngles:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys((*self.inner.optional, "time_s")))
+        return tuple(name for name in dict.fromkeys((*self.inner.optional, "time_s")) if name != CARRIED_CODES)
 
     @property
     def answers(self) -> tuple[str, ...]:
@@ -85,10 +86,14 @@ class LowPassedAngles:
         rows = next(iter(self._kept.values())).size if self._kept else 0
         if not rows:
             return self._answered(self.inner.finish())
-        lost = {name: values if name in NOT_FILTERED else np.full(rows, np.nan) for name, values in self._kept.items()}
-        self._codes = np.concatenate([self._codes, np.full(rows, flag_codes.TRANSIENT, dtype=np.uint64)])
+        lost = {
+            name: values if name in NOT_FILTERED else np.full(rows, np.nan)
+            for name, values in self._kept.items()
+            if name != _HELD
+        }
         self._kept = {}
-        return joined(self._answered(self.inner.answer(lost)), self._answered(self.inner.finish()))
+        due = self._answer_with(lost, np.full(rows, flag_codes.TRANSIENT, dtype=np.uint64))
+        return joined(due, self._answered(self.inner.finish()))
 
     def _started(self) -> LowPassStream:
         assert self._clock.interval_s is not None
@@ -110,29 +115,37 @@ class LowPassedAngles:
 
     def _handed_on(self, arrived: Mapping[str, FloatArray], codes: flag_codes.AnswerCodes) -> Answer:
         """Hand on rows whose answer of the filter is there: row n with the answer of row n + delay."""
-        held = "codes of the filter"
-        both = {**arrived, held: codes.astype(float)}
+        both = {**arrived, _HELD: codes.astype(float)}
         if self._kept:
             both = {name: np.concatenate([self._kept[name], values]) for name, values in both.items()}
-        ready = max(both[held].size - self._delay, 0)
+        ready = max(both[_HELD].size - self._delay, 0)
         late = slice(self._delay, self._delay + ready)
         rows = {
             name: values[:ready] if name in NOT_FILTERED else values[late]
             for name, values in both.items()
-            if name != held
+            if name != _HELD
         }
-        own = both[held][late].astype(np.uint64) & np.uint64(flag_codes.TRANSIENT)
-        own |= both[held][:ready].astype(np.uint64) & np.uint64(flag_codes.FILTER_BRIDGED)
+        own = both[_HELD][late].astype(np.uint64) & np.uint64(flag_codes.TRANSIENT)
+        own |= both[_HELD][:ready].astype(np.uint64) & np.uint64(flag_codes.FILTER_BRIDGED)
         self._kept = {name: values[ready:] for name, values in both.items()}
         if not ready:
             return nothing(self.answers)
-        self._codes = np.concatenate([self._codes, own])
+        return self._answer_with(rows, own)
+
+    def _answer_with(self, rows: Mapping[str, FloatArray], codes: flag_codes.AnswerCodes) -> Answer:
+        """Answer rows with the filter's codes of each; averages take these along."""
+        if CARRIED_CODES in self.inner.optional:
+            return self._answered(self.inner.answer({**rows, CARRIED_CODES: codes.astype(float)}))
+        self._codes = np.concatenate([self._codes, codes])
         return self._answered(self.inner.answer(rows))
 
     def _answered(self, found: Answer) -> Answer:
         """Put the filter's codes beside those of the rows that are answered now."""
+        reasons = {**found.reasons, **flag_codes.FILTER_WORDS}
+        if CARRIED_CODES in self.inner.optional:
+            return Answer(found.columns, found.codes, reasons)
         own, self._codes = self._codes[: found.codes.size], self._codes[found.codes.size :]
-        return Answer(found.columns, found.codes | own, {**found.reasons, **flag_codes.FILTER_WORDS})
+        return Answer(found.columns, found.codes | own, reasons)
 
 
 def joined(first: Answer, second: Answer) -> Answer:

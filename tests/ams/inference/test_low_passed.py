@@ -90,6 +90,27 @@ def test_windows_have_the_mean_of_their_readings_and_the_time_of_their_middle() 
     assert flags(found) == [""] * 5
 
 
+@pytest.mark.parametrize("piece", [1, 33, 900])
+def test_windows_of_filtered_samples_say_what_the_filter_says_of_any_of_them(piece: int) -> None:
+    """A command that filtered and averaged stopped with a defect, and its flags were those of the first samples."""
+    readings = volts(np.full(930, 3.0), np.full(930, 4.0)) | {"time_s": np.arange(930) / RATE_HZ}
+    readings["y_v"][520] = np.nan
+    alone = fed(LowPassedAngles(angles(), WISH, RATE_HZ), readings, 100)
+    found = (
+        fed(LowPassedAngles(AveragedAngles(angles(), 1.0, None), WISH, None), readings, piece)
+        if piece > 1
+        else fed(LowPassedAngles(AveragedAngles(angles(), 1.0, RATE_HZ), WISH, RATE_HZ), readings, piece)
+    )
+    samples = flags(alone)
+    for word in ("filter not settled", "bridged by the filter"):
+        by_window = [any(word in flag for flag in samples[at : at + 100]) for at in range(0, 930, 100)]
+        assert [word in flag for flag in flags(found)] == by_window
+    assert not all("not settled" in flag for flag in flags(found))
+    assert column(found, "time_s") == pytest.approx([*(0.495 + np.arange(9)), 9.145])
+    settled = [not flag for flag in flags(found)]
+    assert column(found, "pitch_deg")[settled] == pytest.approx(3.0, abs=1e-6)
+
+
 def test_averages_of_what_is_integrated_and_settings_of_no_filter_are_refused() -> None:
     with pytest.raises(OutsideValidity, match="averages: belong to accelerometers at rest"):
         AveragedAngles(LowPassedAngles(angles(), WISH, RATE_HZ), 1.0, None)
