@@ -22,7 +22,7 @@ from procedures.queue import people
 from procedures.queue.moments import moment
 from procedures.queue.state import Item, Place, Queue
 from procedures.queue.store import FILE, QueueStore
-from procedures.queue.words import armed_sentence, item_document, mounted_sentence, mounted_words
+from procedures.queue.words import armed_sentence, awaited_sentence, item_document, mounted_sentence, mounted_words
 from procedures.queue.world import boot
 from rig.clock import Clock
 from rig.description.read import read_rig
@@ -46,6 +46,8 @@ class ShownQueue:
     """What the next item needs, as it is typed: ``SN1047=A SN1052``."""
     items: tuple[Item, ...]
     trouble: str = ""
+    awaited: str = ""
+    """Which attestation the next item waits for; empty where it waits for none."""
 
 
 def shown_queues(folder: Path, clock: Clock) -> list[ShownQueue]:
@@ -69,6 +71,7 @@ def _shown(folder: Path, clock: Clock) -> ShownQueue:
         mounted_sentence(queue),
         " ".join(f"{name}={datum}" if datum else name for name, datum in needs.items()),
         tuple(one for one in queue.items if one.place not in GONE),
+        awaited=awaited_sentence(queue, waiting[0]) if waiting else "",
     )
 
 

@@ -13,12 +13,12 @@ from typing import Protocol
 
 from procedures.queue.state import AT_WORK, Arming, Attestation, Item, Place, Queue
 from procedures.queue.store import Change, QueueStore
-from procedures.queue.words import mounted_words
+from procedures.queue.words import awaited_sentence
 from procedures.records.states import ACTIVE, State
 from rig.clock import Clock
 
-BUSY_TOLD_S = 600.0
-"""The rig is in use by somebody else: told after so long."""
+WAITING_TOLD_S = 600.0
+"""What is due waits for somebody, for the rig or for what is mounted: people are told after so long."""
 SHUTDOWN = "signal SIGTERM"
 """Who asked for a stop where the machine was shut down in order."""
 
@@ -79,8 +79,10 @@ class Runner:
     """For whoever looks at its words."""
     ring: Callable[[str, str, str], None] = lambda _title, _word, _text: None
     """For people who are not there: what does not happen tonight; title, word and sentences."""
-    _busy_since_s: float | None = None
+    _waits_since: tuple[str, float] | None = None
+    """What is waited for, and since when."""
     _told: set[str] = field(default_factory=set)
+    _rung: set[str] = field(default_factory=set)
 
     def step(self) -> Queue:
         """Do what is next; returns the queue as it was found. Raises: ProcedureError."""
@@ -95,6 +97,8 @@ class Runner:
             self._follow(queue, at_work[0])
         elif queue.is_armed(self.world.boot(), now_utc) and not queue.in_place(Place.UNDECIDED):
             self._begin_next(queue, now_utc)
+        else:
+            self._waits_since = None
         return queue
 
     def _follow(self, queue: Queue, item: Item) -> None:
@@ -131,11 +135,15 @@ class Runner:
         due = queue.in_place(Place.RESUMING) or queue.in_place(Place.WAITING)
         if not due or (item := due[0]).is_early(now_utc):
             return
-        if item.place is Place.WAITING and not queue.is_mounted(item):
-            self._tell_once(f"item {item.number} waits for an attestation that {mounted_words(item.needs)} is mounted")
+        if item.place is Place.WAITING and (awaited := awaited_sentence(queue, item)):
+            self._tell_once(f"item {item.number} {awaited}")
+            self._wait(item, awaited)
             return
-        if self._is_busy(item):
+        if owner := self.world.busy(item):
+            if self._wait(item, words := f"waits for the rig, which is in use by {owner}"):
+                self._tell_once(f"item {item.number} {words}")
             return
+        self._waits_since = None
         if item.place is Place.RESUMING:
             self._begin(queue, item, "resume", lambda _arming: self.world.resume(item, item.decided_by, item.reason))
             return
@@ -180,18 +188,16 @@ class Runner:
         """Whether nobody has taken back what was armed before the machine was started anew, and it is not over."""
         return queue.arming is not None and self.clock.now_utc() <= queue.arming.until_utc
 
-    def _is_busy(self, item: Item) -> bool:
-        owner, now_s = self.world.busy(item), self.clock.monotonic_s()
-        if not owner:
-            self._busy_since_s = None
-            return False
-        self._busy_since_s = now_s if self._busy_since_s is None else self._busy_since_s
-        if now_s - self._busy_since_s >= BUSY_TOLD_S:
-            text = f"item {item.number} waits for the rig, which is in use by {owner}"
-            if text not in self._told:
-                self._ring(item, "waits", text)
-            self._tell_once(text)
-        return True
+    def _wait(self, item: Item, words: str) -> bool:
+        """Ring once where the item has waited long for the same; returns whether it has."""
+        text, now_s = f"item {item.number} {words}", self.clock.monotonic_s()
+        if self._waits_since is None or self._waits_since[0] != text:
+            self._waits_since = (text, now_s)
+        is_long = now_s - self._waits_since[1] >= WAITING_TOLD_S
+        if is_long and text not in self._rung:
+            self._rung.add(text)
+            self._ring(item, "waits", text)
+        return is_long
 
     def _ring(self, item: Item, word: str, text: str) -> None:
         """Tell of an item that has no run which could tell it itself."""

@@ -12,11 +12,14 @@ def queue_lines(queue: Queue, boot: str, now_utc: datetime) -> Iterator[str]:
     """Yield where the queue stands, then its items in order; those that are over last."""
     yield armed_sentence(queue, boot, now_utc)
     yield mounted_sentence(queue)
+    due = next(iter(queue.in_place(Place.WAITING)), None)
     for item in sorted(queue.items, key=lambda one: one.place in OVER):
         if item.place is Place.REMOVED:
             continue
         told = f": {one_line('; '.join(item.told))}" if item.told else ""
         yield f"{item.number:>4}  {item.place:<16} {one_line(item.title)}{_window(item)}{told}"
+        if item is due and (awaited := awaited_sentence(queue, item)):
+            yield f"      {awaited}"
         if item.run:
             yield f"      {item.run}"
 
@@ -35,6 +38,16 @@ def mounted_sentence(queue: Queue) -> str:
         return "mounted: nobody has said what"
     said = queue.attestation
     return f"mounted: {one_line(mounted_words(said.mounted))}, says {one_line(said.by)}"
+
+
+def awaited_sentence(queue: Queue, item: Item) -> str:
+    """Say which attestation the item waits for, and why the one that was given is none; empty where it fits."""
+    if queue.is_mounted(item):
+        return ""
+    said = queue.attestation
+    instead = "nobody has said what is" if said is None else f"{mounted_words(said.mounted)} is, says {said.by}"
+    no_face = "" if any(item.needs.values()) else " (its rig file names no datum face)"
+    return one_line(f"waits for an attestation that {mounted_words(item.needs)} is mounted{no_face}; {instead}")
 
 
 def mounted_words(mounted: Mapping[str, str]) -> str:

@@ -21,9 +21,10 @@ from queue_scene import (
 
 from procedures.errors import JournalError, RequestError
 from procedures.queue import people
-from procedures.queue.runner import BUSY_TOLD_S, SHUTDOWN
+from procedures.queue.runner import SHUTDOWN, WAITING_TOLD_S
 from procedures.queue.state import Place
 from procedures.queue.store import FILE
+from procedures.queue.words import queue_lines
 from procedures.records.states import State
 from rig.description.rig_file import RigDescription
 
@@ -156,7 +157,7 @@ def test_a_busy_rig_is_waited_for_and_told_after_ten_minutes(scene, files):
     scene.world.busy_by = "process 7 (jog)"
     steps(scene)
     assert scene.told == []
-    scene.clock.sleep(BUSY_TOLD_S)
+    scene.clock.sleep(WAITING_TOLD_S)
     steps(scene)
     assert scene.told == ["item 1 waits for the rig, which is in use by process 7 (jog)"]
     scene.world.busy_by = ""
@@ -178,7 +179,7 @@ def test_fault_90_what_does_not_begin_in_the_night_rings_once(scene, files):
     late = add_item(scene, files, hours=1.0)
     scene.world.busy_by = "process 7 (jog)"
     steps(scene)
-    scene.clock.sleep(BUSY_TOLD_S)
+    scene.clock.sleep(WAITING_TOLD_S)
     steps(scene)
     scene.clock.sleep(3600.0)
     steps(scene)
@@ -190,6 +191,28 @@ def test_fault_90_what_does_not_begin_in_the_night_rings_once(scene, files):
     scene.world.processes[dies.number].is_alive = False
     steps(scene)
     assert [word for word, _ in scene.rung[4:]] == ["not begun"]
+
+
+def test_fault_90_what_waits_for_an_attestation_that_nobody_gives_rings_and_says_what_was_given(scene, files):
+    """Another datum face than the rig file's is another mount: the night must not pass in silence for it."""
+    item = add_item(scene, files)
+    people.attest(scene.store, ANNA, {"SN1": "A"})
+    arm_queue(scene)
+    steps(scene)
+    assert scene.rung == [], "who has just armed it may still be about to say"
+    scene.clock.sleep(WAITING_TOLD_S)
+    steps(scene)
+    scene.clock.sleep(WAITING_TOLD_S)
+    steps(scene)
+    ((word, text),) = scene.rung
+    assert word == "waits"
+    assert f"item {item.number} waits for an attestation that SN1 is mounted" in text
+    assert "SN1 datum A is, says Anna" in text
+    shown = "\n".join(queue_lines(scene.store.read(), scene.world.boot(), scene.clock.now_utc()))
+    assert "waits for an attestation that SN1 is mounted (its rig file names no datum face)" in shown
+    people.attest(scene.store, ANNA, dict(item.needs))
+    steps(scene)
+    assert scene.world.started == [(item.number, "start")]
 
 
 def test_what_nobody_armed_expires_without_ringing(scene, files):
