@@ -4,7 +4,7 @@ Every channel is taken for a straight line of the specific force, b + k·f, by l
 That is no calibration: it shows at a glance what moved, and whether all sensors saw it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,10 +40,13 @@ class HeatMap:
         }
 
 
-def heat_map(dwells: Sequence[FollowedDwell], taken_back: frozenset[tuple[int, int, int]]) -> HeatMap | None:
+def heat_map(
+    dwells: Sequence[FollowedDwell], taken_back: frozenset[tuple[int, int, int]], outputs: Collection[str]
+) -> HeatMap | None:
     """Return the picture of the newest dwells; None where there are too few, or no pitch and roll.
 
-    ``taken_back``: step, attempt and epoch of accepted dwells that no longer count.
+    ``taken_back``: step, attempt and epoch of accepted dwells that no longer count. ``outputs``: the channels of
+    sensors. A supply or a temperature has no sensitivity to gravity: in arc seconds it would drown all others.
     """
     dwells = dwells[-MOST_COLUMNS:]
     known = [dwell for dwell in dwells if {"pitch", "roll"} <= dwell.record.measured_deg.keys()]
@@ -52,7 +55,7 @@ def heat_map(dwells: Sequence[FollowedDwell], taken_back: frozenset[tuple[int, i
         return None
     pitch, roll = (np.deg2rad([dwell.record.measured_deg[axis] for dwell in known]) for axis in ("pitch", "roll"))
     design = np.column_stack([np.ones(len(known)), specific_force(pitch, roll)])
-    channels = tuple(dict.fromkeys(name for dwell in known for name in dwell.mean))
+    channels = tuple(dict.fromkeys(name for dwell in known for name in dwell.mean if name in outputs))
     means = np.array([[dwell.mean.get(name, np.nan) for dwell in known] for name in channels])
     rows: list[tuple[float | None, ...]] = []
     sizes: list[float | None] = []

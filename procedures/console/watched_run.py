@@ -104,7 +104,9 @@ class WatchedRun:
         with JournalReader.open(self.folder) as reader:
             header = reader.header
         self._title, self._operator, self._is_simulated = header.title, header.operator, header.is_simulated
-        self._sensors = tuple(header.plan.sensors)
+        sensors = header.plan.sensors
+        self._sensors = tuple(sensors)
+        self._outputs = frozenset(channel for sensor in sensors.values() for channel in sensor.channels.values())
 
     def close(self) -> None:
         self._follower.close()
@@ -170,5 +172,5 @@ class WatchedRun:
 
     def _picture(self) -> HeatMap | None:
         if self._map[0] != self._seen:
-            self._map = (self._seen, heat_map(list(self._dwells), frozenset(self._taken_back)))
+            self._map = (self._seen, heat_map(list(self._dwells), frozenset(self._taken_back), self._outputs))
         return self._map[1]

@@ -110,12 +110,11 @@ def run(
 
     unwritten: deque[tuple[str, Mapping[str, object]]] = deque()
 
-    gaps = GapWatch(rig.clock)
+    gaps = GapWatch(rig.clock, lambda: {name: counts.silent for name, counts in rig.link_counts().items()})
 
     def pulse() -> float:
-        if (gap_s := gaps.look()) > 0.0:
-            alert = f"this process did not run for {gap_s:.0f} s: stopped by a signal, or starved"
-            progress_log.event("held_up", {"gap_s": round(gap_s, 1), "text": alert})
+        if (gap := gaps.look()) is not None:
+            progress_log.event("held_up", {"gap_s": round(gap.gap_s, 1), "text": gap.text})
         unwritten.extend((ALERTED, outcome) for outcome in services.pulse())
         unwritten.extend((LEASE, progress_log.tell_lease(news)) for news in services.lease_news())
         with suppress(StorageFailed):  # what became of an alert or a lease ends no run; a dwell that finds no room does

@@ -4,13 +4,14 @@ The wall clock and the boot clock go on while the machine sleeps, the monotonic 
 ever set. So boot − monotonic shows a suspension and wall − boot a step.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 
 TOLERANCE_S = 1.0
 LONGEST_GAP_S = 20.0
-"""Between two looks; a wait looks ten times a second, and no question to a device takes so long."""
+"""Between two looks; a wait looks ten times a second, and no question that is answered takes so long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,23 +30,54 @@ class ClockChange:
         return self.suspended_s > TOLERANCE_S
 
 
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A time without a look."""
+
+    gap_s: float
+    unanswered: Mapping[str, int]
+    """Line to the questions that found no answer in it."""
+
+    @property
+    def text(self) -> str:
+        if not self.unanswered:
+            return f"this process did not run for {self.gap_s:.0f} s: stopped by a signal, or starved"
+        lines = ", ".join(f"{name} ({count})" for name, count in self.unanswered.items())
+        return (
+            f"nothing was looked at for {self.gap_s:.0f} s: questions had no answer on {lines};"
+            " or this process was stopped by a signal in the middle of one"
+        )
+
+
 class GapWatch:
     """Looks how long it was since the last look: a process that is frozen (SIGSTOP, a debugger) or starved does not
-    look, and no clock shows that afterwards.
+    look, nor does one that waits for lines that do not answer, and no clock shows that afterwards.
     """
 
-    def __init__(self, clock: Clock) -> None:
-        """In virtual time a wait passes at once: nothing can be told of it."""
-        self._clock = None if isinstance(clock, VirtualClock) else SystemClock()
-        self._last_s = 0.0 if self._clock is None else self._clock.monotonic_s()
+    def __init__(self, clock: Clock, silences: Callable[[], Mapping[str, int]] = dict) -> None:
+        """In virtual time a wait passes at once: nothing can be told of it.
 
-    def look(self) -> float:
-        """Real seconds without a look, where they are more than a wait or a slow device explains; else 0."""
+        ``silences``: line to the questions without an answer since it was opened.
+        """
+        self._clock = None if isinstance(clock, VirtualClock) else SystemClock()
+        self._silences = silences
+        self._last_s = 0.0 if self._clock is None else self._clock.monotonic_s()
+        self._silent = dict(silences())
+
+    def look(self) -> Gap | None:
+        """Return the time without a look, where it is more than a wait or a slow device explains."""
         if self._clock is None:
-            return 0.0
+            return None
         before_s, self._last_s = self._last_s, self._clock.monotonic_s()
+        silent, self._silent = self._silent, dict(self._silences())
         gap_s = self._last_s - before_s
-        return gap_s if gap_s > LONGEST_GAP_S else 0.0
+        if gap_s <= LONGEST_GAP_S:
+            return None
+        # A line that was opened anew meanwhile counts from 0.
+        new = {
+            name: now - silent.get(name, 0) if now >= silent.get(name, 0) else now for name, now in self._silent.items()
+        }
+        return Gap(gap_s, {name: count for name, count in new.items() if count})
 
 
 class ClockWatch:

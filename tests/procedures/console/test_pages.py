@@ -125,13 +125,14 @@ def test_residuals_are_those_of_a_line_through_the_dwells_that_count() -> None:
         _dwell(place, attitude, float(mean))
         for place, (attitude, mean) in enumerate(zip(attitudes, means, strict=True))
     ]
-    found = heat_map(dwells, frozenset([(7, 1, 1)]))
+    found = heat_map(dwells, frozenset([(7, 1, 1)]), {"dmm.x"})
     assert found is not None
     kept = np.arange(len(attitudes)) != 7
     design = np.column_stack([np.ones(kept.sum()), force[kept]])
     solved = np.linalg.solve(design.T @ design, design.T @ means[kept])
     residual_v = means - np.column_stack([np.ones(len(means)), force]) @ solved
     expected = residual_v * ARCSEC_PER_RAD / np.linalg.norm(solved[1:])
+    assert found.channels == ("dmm.x",), "a supply of 15 V has no arc seconds: it would set the colours of all others"
     assert np.array(found.arcsec[0], dtype=float) == pytest.approx(expected, abs=0.006)
     assert (found.marks[7], set(found.marks) - {"x"}) == ("x", {"d"})
 
@@ -142,4 +143,4 @@ def _dwell(step: int, attitude: tuple[float, float], mean: float) -> FollowedDwe
         dwells[0], step=step, attempt=1, epoch=1, accepted=True, purpose="design",
         measured_deg={"pitch": attitude[0], "roll": attitude[1]},
     )  # fmt: skip
-    return FollowedDwell(record, {"dmm.x": mean}, {"dmm.x": 1e-5})
+    return FollowedDwell(record, {"dmm.x": mean, "dmm.supply": 15.0}, {"dmm.x": 1e-5, "dmm.supply": 1e-4})

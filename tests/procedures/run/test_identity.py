@@ -100,12 +100,22 @@ def _next_year(unattended: UnattendedRun) -> None:
 def test_a_process_that_was_frozen_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = a_clock()
     monkeypatch.setattr(SystemClock, "monotonic_s", lambda _: machine.monotonic_s())
-    watch = GapWatch(SystemClock())
-    assert watch.look() == 0.0
+    silences = {"axes.pitch": 3, "readouts.dmm": 2}
+    watch = GapWatch(SystemClock(), lambda: silences)
+    assert watch.look() is None
     machine.sleep(0.5 * LONGEST_GAP_S)
-    assert watch.look() == 0.0
+    assert watch.look() is None
     machine.sleep(60.0)
-    assert watch.look() == 60.0
+    frozen = watch.look()
+    assert frozen is not None
+    assert frozen.text == "this process did not run for 60 s: stopped by a signal, or starved"
+    machine.sleep(60.0)
+    silences.update({"axes.pitch": 12, "readouts.dmm": 1})  # the meter's line was opened anew meanwhile
+    waited = watch.look()
+    assert waited is not None
+    assert waited.text.startswith(
+        "nothing was looked at for 60 s: questions had no answer on axes.pitch (9), readouts.dmm (1);"
+    ), "a process that waits for a device is not one that somebody stopped"
 
 
 def test_fault_84_what_an_alert_was_sent_with_does_not_get_into_the_record() -> None:
