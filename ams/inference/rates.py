@@ -22,6 +22,7 @@ from ams.attitude.three_axes import LARGEST_SD_RAD
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
 from ams.inference.sample_clock import SampleClock
+from ams.inference.zero_at_rest import ZeroAtRest, zero_at_rest
 from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -79,7 +80,7 @@ class GyroPackage:
     def reading_covariance(self) -> FloatArray:
         """Return the (3, 3) covariance of the rate of one sample. Raises: OutsideValidity where nothing states it."""
         inverse = np.linalg.inv(self.k_v_per_rad_s)
-        return np.asarray(inverse * self._reading_sd() ** 2 @ inverse.T)
+        return np.asarray(inverse * self.reading_sd() ** 2 @ inverse.T)
 
     def calibration_covariance(self) -> FloatArray:
         """Return the (12, 12) covariance of :class:`ams.attitude.rate_errors.RateErrors`."""
@@ -117,7 +118,8 @@ class GyroPackage:
         names = (numbers.form.offset, *numbers.form.directions)
         return {name: place for place, name in enumerate(names) if name in numbers.primary}
 
-    def _reading_sd(self) -> FloatArray:
+    def reading_sd(self) -> FloatArray:
+        """Return (3,) volts. Raises: OutsideValidity where nothing states it."""
         if self.reading_sd_v is not None:
             return np.full(3, self.reading_sd_v)
         sections = table(self.coefficients.document["axes"])
@@ -195,6 +197,8 @@ class GyroAngles:
     def __init__(self, package: GyroPackage, motion: Motion) -> None:
         self.package, self.motion = package, motion
         self._clock = SampleClock(motion.rate_hz)
+        self.zero: ZeroAtRest | None = None
+        """What the rest at the beginning told; None before it is over, and without one."""
         self._offset_v = package.offset_v
         self._errors = RateErrors(
             package.calibration_covariance(), package.reading_covariance(), motion.start_covariance()
@@ -265,10 +269,12 @@ class GyroAngles:
                 f"{self.package.coefficients.sensor}: at rest: got {good.shape[1]} readings, needed two or more; "
                 "nothing was computed; let it rest longer"
             )
-        self._offset_v, self._rest = good.mean(axis=1) - self._earth_v(), []
+        self.zero = zero_at_rest(good, self.package.reading_sd())
+        self._offset_v, self._rest = self.zero.mean_v - self._earth_v(), []
+        inverse = np.linalg.inv(self.package.k_v_per_rad_s)
         calibration = self._errors.calibration.copy()
         calibration[:3, :], calibration[:, :3] = 0.0, 0.0
-        calibration[:3, :3] = self._errors.reading / good.shape[1]
+        calibration[:3, :3] = inverse @ self.zero.covariance_v2 @ inverse.T
         self._errors = replace(self._errors, calibration=calibration)
 
     def _earth_v(self) -> FloatArray:

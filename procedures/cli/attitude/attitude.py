@@ -20,6 +20,7 @@ from ams.inference import alignment as alignments
 from ams.inference.aided_rates import AidedAngles
 from ams.inference.angle_stream import AngleStream
 from ams.inference.inference import MODEL, Package, inference
+from ams.inference.rates import GyroAngles
 from ams.inputs.hdf5_blocks import blocks_of
 from ams.whole_file import whole_file
 from procedures.cli.attitude.lines import is_line, opened_source, opened_target
@@ -29,7 +30,7 @@ from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
 from procedures.cli.attitude.source import REMEDIES, Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
 from procedures.cli.attitude.tally import TalliedRows
-from procedures.cli.attitude.untested import WatchedOutputs, assumed_gravity
+from procedures.cli.attitude.untested import WatchedOutputs, assumed_gravity, assumed_of_gyros, told_by_rest
 from procedures.cli.attitude.view import ViewedRows
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
@@ -105,9 +106,9 @@ def attitude(
         Store that file: DATA has, beside the outputs of three axes, pitch_deg and roll_deg of the model as they are
         known, two attitudes or more.
     upright
-        Two axes have two answers: roll within ±90° (upright) or beyond.
+        Two axes have two answers: of x and y, roll within ±90° (upright) or beyond.
     right_wing_down
-        The same for a package of x and z.
+        Of x and z, roll from 0° to 180° (right wing down) or from −180° to 0°.
     intervals
         Also pitch_half_95_deg and so on: half-widths of 95 % intervals, by Student's factor for what the calibration
         rests on.
@@ -147,10 +148,12 @@ def attitude(
     found = before.before(watched)
     if package.model == MODEL:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
-    elif len(package.columns) == 2 and "x" in package.columns and not package.senses_rates:
+    elif len(package.columns) == 2 and not package.senses_rates:
         note(_which_of_two(package, upright=upright, right_wing_down=right_wing_down))
     if isinstance(watched, WatchedOutputs):
         note(assumed_gravity(package))
+    for assumed in assumed_of_gyros(angles) if isinstance(angles, GyroAngles) else ():
+        note(assumed)
     answers = _Answers(out, view, plot, package.coefficients.sensor)
     if wiring is not None:
         _require_channels(found, wiring)
@@ -170,6 +173,8 @@ def attitude(
         _answer_file(found, Path(data), answers)
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
+    for told in told_by_rest(angles) if isinstance(angles, GyroAngles) else ():
+        note(told)
     for doubt in watched.doubts() if isinstance(watched, WatchedOutputs) else ():
         note(doubt)
 
@@ -187,6 +192,12 @@ def _watched(
 def _which_of_two(package: Package, *, upright: bool, right_wing_down: bool) -> str:
     """Say which of the two attitudes is told that two axes cannot tell apart."""
     axes = tuple(package.columns)
+    if "x" not in axes:
+        return (
+            f"{package.coefficients.sensor}: without x the sign of pitch is not told: where a row is flagged as having "
+            "a second attitude, which is nearly everywhere, its pitch may be of the other sign and its roll be wrong "
+            "with it; measure x as well"
+        )
     if set(axes) == {"x", "z"}:
         told, option = ("0° to 180°", "--no-") if right_wing_down else ("−180° to 0°", "--")
         other = f"{option}right-wing-down"
@@ -258,6 +269,7 @@ def _angles_of(
     wiring: StreamWiring | None,
 ) -> AngleStream:
     """Return what makes angles of the sets. Raises: RequestError, OutsideValidity, SetError."""
+    _refuse_idle_geometry(package, geometry)
     if not package.senses_rates:
         alone = inference(package, second, reading_sd_v, **geometry)
         found = monitored(alone, package.model, settings, before.rate_hz, wiring)
@@ -268,9 +280,19 @@ def _angles_of(
         raise RequestError("--gyro-set: stands beside accelerometers, got a set of gyros")
     if second is not None:
         raise RequestError("--model-set: belongs to a sting package of accelerometers, got a set of gyros")
-    if geometry != {"upright": True, "right_wing_down": True, "intervals": False}:
-        raise RequestError("--intervals, --no-upright, --no-right-wing-down: belong to accelerometers, got gyros")
     return angles_of_gyros(package, reading_sd_v, settings, before.rate_hz, gravity_mps2, wiring)
+
+
+def _refuse_idle_geometry(package: Package, geometry: Mapping[str, bool]) -> None:
+    """Refuse sides that this package has no two of, and intervals of gyros. Raises: RequestError."""
+    axes = ", ".join(package.columns)
+    if package.senses_rates and geometry["intervals"]:
+        raise RequestError("--intervals: belongs to accelerometers, got gyros")
+    pair = set(package.columns) if len(package.columns) == 2 and not package.senses_rates else set()
+    if not geometry["upright"] and pair != {"x", "y"}:
+        raise RequestError(f"--no-upright: belongs to a package of x and y, got {axes}; nothing was read")
+    if not geometry["right_wing_down"] and pair != {"x", "z"}:
+        raise RequestError(f"--no-right-wing-down: belongs to a package of x and z, got {axes}; nothing was read")
 
 
 @dataclass(frozen=True)

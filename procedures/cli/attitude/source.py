@@ -178,6 +178,10 @@ def package_of(
             raise RequestError(
                 f"{option} {pair}: allowed is AXIS=COLUMN, each of {', '.join(coefficients.axes)} at most once"
             )
+        if column in columns.values():
+            raise RequestError(
+                f"{option} {pair}: {column} is read for another axis already; every axis has a column of its own"
+            )
         columns[name] = column
     if wiring is not None:
         wiring.check(columns, unit, option)

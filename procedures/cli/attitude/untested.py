@@ -1,4 +1,4 @@
-"""What one or two accelerometers cannot test of themselves, told once: the g they are used with, and dead outputs.
+"""What accelerometers and gyros cannot test of themselves, told once: what is assumed of their use, and dead outputs.
 
 Three outputs have a length that has to be g. One or two have an angle for every number that they give: a row cannot be
 flagged, so the rows together are looked at.
@@ -13,6 +13,7 @@ from ams.arrays import FloatArray
 from ams.inference.angle_stream import AngleStream, Answer
 from ams.inference.calibrated import calibration_gravity_mps2
 from ams.inference.inference import Package
+from ams.inference.rates import GyroAngles
 
 LEAST_ROWS: Final = 20
 """Fewer say nothing of an output that does not change."""
@@ -28,6 +29,48 @@ def assumed_gravity(package: Package) -> str:
     return (
         f"{package.coefficients.sensor}: {axes} ({names}): g is taken as {g_mps2:.5f} m/s², {said}; nothing in the "
         "rows tests it, nor the outputs: what three axes would flag stays unseen"
+    )
+
+
+def assumed_of_gyros(angles: GyroAngles) -> tuple[str, ...]:
+    """Say what is taken for granted of gyros alone, in no standard deviation and in no flag."""
+    motion, name = angles.motion, angles.package.coefficients.sensor
+    said = []
+    if motion.start_deg is None or motion.start_sd_deg is None:
+        pitch, yaw, roll = motion.stated_start_deg
+        sd = "exactly" if motion.start_sd_deg is None else f"within {motion.start_sd_deg:g}° (standard deviation)"
+        options = "--start-deg and --start-sd-deg state it" if motion.start_deg is None else "--start-sd-deg states it"
+        said.append(
+            f"{name}: the start is taken as pitch {pitch:g}°, yaw {yaw:g}°, roll {roll:g}°, known {sd}; {options}"
+        )
+    if motion.earth is None and not motion.rest_s:
+        said.append(
+            f"{name}: the Earth's turn, up to 15° an hour, is left in the angles and is in no standard deviation; "
+            "--latitude-deg and --heading-deg take it off"
+        )
+    if motion.interpolation != "cubic":
+        said.append(f"{name}: --interpolation {motion.interpolation}: what it makes wrong is in no standard deviation")
+    return tuple(said)
+
+
+def told_by_rest(angles: GyroAngles) -> tuple[str, ...]:
+    """Say what the rest at the beginning told of the zeros, and where it was none."""
+    zero, package = angles.zero, angles.package
+    if zero is None:
+        return ()
+    name = package.coefficients.sensor
+    inverse = np.linalg.inv(package.k_v_per_rad_s)
+    moved = np.rad2deg(inverse @ (zero.mean_v - package.offset_v))
+    by_axis = ", ".join(f"{axis} {dps:+.2g}" for axis, dps in zip(package.columns, moved, strict=True))
+    said = f"{name}: at rest the outputs lie {by_axis} °/s from the zeros of the calibration; they are taken as zeros"
+    if zero.is_still:
+        return (said,)
+    widest = np.rad2deg(np.abs(inverse) @ zero.scatter_v).max()
+    return (
+        said,
+        f"{name}: it did not rest: over the time of --rest-s the outputs moved by {widest:.2g} °/s, more than their "
+        "noise explains; the standard deviations grow by that; give --rest-s a stretch over which nothing turns, or "
+        "leave it out",
     )
 
 

@@ -16,6 +16,7 @@ from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance, level_ranges
 from procedures.errors import RequestError
+from procedures.solution.provenance import roll_range_deg
 from rig.description.rig_file import RigDescription
 
 ROUNDING_DIGITS = 9
@@ -71,7 +72,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         gravity_mps2=wish.gravity_mps2,
         gravity_source=wish.gravity_source,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
-        roll_range_deg=_range(np.rad2deg(rows.roll_rad)),
+        roll_range_deg=roll_range_deg(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(rows, calibration),
         rate_range_dps=rates,
         level_ranges=level_ranges(calibration),

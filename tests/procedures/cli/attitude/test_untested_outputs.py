@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import call
+from cr_outputs import TABLE_4, gyro_v
 from package_outputs import TRUTH, output_v
-from solved_sets import tp_set
+from solved_sets import gyro_set, tp_set
 
 from ams.exports.formats import export_set
 
@@ -64,3 +65,63 @@ def test_an_output_that_never_changes_and_one_at_its_offset_are_named(
 
 def test_three_axes_test_themselves(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "g is taken as" not in _told(tmp_path, capsys, "xyz")
+
+
+@pytest.mark.parametrize(
+    ("axes", "option"), [("xyz", "--no-upright"), ("xz", "--no-upright"), ("xy", "--no-right-wing-down")]
+)
+def test_a_side_that_a_package_has_no_two_of_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], axes: str, option: str
+) -> None:
+    said = _told(tmp_path, capsys, axes, lambda _, value: value, option)
+    assert f"{option}: belongs to a package of x and" in said
+    assert f"got {', '.join(axes)}" in said
+
+
+def test_two_axes_are_not_read_from_one_column(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A slip of the pen that no row shows: two axes have an attitude for nearly every pair of numbers."""
+    said = _told(tmp_path, capsys, "x", lambda _, value: value, "--axis", "z=x_v")
+    assert "--axis z=x_v: x_v is read for another axis already" in said
+
+
+def test_without_x_the_sign_of_pitch_is_said_to_be_open(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "without x the sign of pitch is not told" in _told(tmp_path, capsys, "yz")
+
+
+def test_gyros_alone_say_what_is_taken_for_granted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The start, the Earth's turn and how the rate runs are in no standard deviation; said is what was not stated."""
+    said = _told_of_gyros(tmp_path, capsys, 0.0)
+    assert "the start is taken as pitch 0°, yaw 0°, roll 0°, known exactly" in said
+    assert "the Earth's turn" in said
+    stated = ("--start-deg", "0", "0", "5", "--start-sd-deg", "0.1", "--latitude-deg", "37", "--heading-deg", "90")
+    said = _told_of_gyros(tmp_path, capsys, 0.0, *stated, "--interpolation", "hold")
+    assert "the start is" not in said
+    assert "the Earth's turn" not in said
+    assert "--interpolation hold: what it makes wrong is in no standard deviation" in said
+
+
+@pytest.mark.parametrize(("swing_dps", "is_still"), [(0.0, True), (20.0, False)])
+def test_a_rest_that_was_none_is_told_and_its_zero_is_no_zero(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], swing_dps: float, is_still: bool
+) -> None:
+    """Turned to and fro over the rest: the angles behind it are withheld, where they were plausible and wrong."""
+    said = _told_of_gyros(tmp_path, capsys, swing_dps, "--rest-s", "5")
+    assert "°/s from the zeros of the calibration" in said
+    assert ("it did not rest" in said) != is_still
+    last = (tmp_path / "a.csv").read_text().splitlines()[-1]
+    assert ("attitude unknown: grown uncertain" in last) != is_still
+
+
+def _told_of_gyros(tmp_path: Path, capsys: pytest.CaptureFixture[str], swing_dps: float, *options: str) -> str:
+    """Roll to and fro through a period of 7 s, 20 s at 100 Hz, as CR's gyros read it by explicit rotations."""
+    data, stored, chance = tmp_path / "gyro.csv", tmp_path / "gyro.json", np.random.default_rng(4)
+    export_set(gyro_set(), "json", stored)
+    rows = []
+    for step in range(2000):
+        phase = 2 * np.pi * step / 700.0
+        roll_deg, rate_dps = 7.0 * swing_dps / (2 * np.pi) * np.sin(phase), swing_dps * np.cos(phase)
+        read = [gyro_v(axis, TABLE_4[axis], (0.0, 0.0, roll_deg), (0.0, 0.0, rate_dps)) for axis in "xyz"]
+        rows.append(",".join(repr(float(value + 1e-6 * chance.standard_normal())) for value in read))
+    data.write_text("x_v,y_v,z_v\n" + "\n".join(rows) + "\n")
+    given = ("--rate-hz", "100", "--reading-sd-v", "1e-6", *options)
+    return call(capsys, "attitude", stored, data, *given, "--out", tmp_path / "a.csv").err

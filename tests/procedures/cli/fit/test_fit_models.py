@@ -1,5 +1,6 @@
 """Laws of ``calrig fit`` with CR's and SR's models: published parameters come back, a wrong request is a sentence."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -300,3 +301,18 @@ def test_an_uncertainty_of_rates_belongs_to_gyros(tmp_path: Path, capsys: pytest
     file = write_rows(tmp_path / "l.csv", ["reference_g", "ax_counts"], linear_rows((1.0, 0.0, -1.0), 2, 0.5))
     line = ("fit", file, "--model", "linear", "--axis", "x=ax_counts")
     assert "belongs to --model gyro" in call(capsys, *line, "--rate-uncertainty-ppm", "100").err
+
+
+def test_a_set_of_rolls_that_go_round_is_valid_all_round(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As a run's is: a grid of 30° up to 150° leaves no gap that is wider than its step."""
+    attitudes = [(float(pitch), float(roll)) for pitch in range(-60, 61, 30) for roll in range(-180, 180, 30)]
+    outputs = [[output_v(axis, TRUTH[axis], p, r) for axis in "xyz"] for p, r in attitudes]
+    rows = [
+        [replication, point, *attitude, *(value + 1e-5 * np.cos(7.0 * point * replication) for value in read)]
+        for replication in (1, 2, 3)
+        for point, (attitude, read) in enumerate(zip(attitudes, outputs, strict=True))
+    ]
+    file = write_rows(tmp_path / "round.csv", ["pitch_deg", "roll_deg", *(f"{axis}_v" for axis in "xyz")], rows)
+    where = ("--set", tmp_path / "round.json", "--sensor", "R1", "--gravity-mps2", "9.8")
+    assert call(capsys, "fit", file, "--model", "pitch-roll", *AXES, *where).status == 0
+    assert json.loads((tmp_path / "round.json").read_text())["validity"]["roll_deg"] == [-180.0, 180.0]
