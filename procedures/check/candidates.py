@@ -79,10 +79,10 @@ def _chosen(asked: Asked, candidates: Sequence[Candidate], front: Sequence[int])
     if target.hours is not None:
         within = [place for place in front if candidates[place].hours <= target.hours]
         if not within:
-            least = candidates[0]
+            least = candidates[front[0]]
             raise PlanError(
                 f"plan: --hours: got {target.hours:g}, the shortest calibration that can be solved takes "
-                f"{least.hours:.2g} h ({least.points} points, {least.replications} replications) and leaves "
+                f"{_rounded_up(least.hours)} h ({least.points} points, {least.replications} replications) and leaves "
                 f"{least.half_width_deg:.2g}° of an angle; nothing was written; give as many hours"
             )
         return within[-1]
@@ -95,13 +95,18 @@ def _chosen(asked: Asked, candidates: Sequence[Candidate], front: Sequence[int])
     what = "an angle" if target.parameter is None else target.parameter[0]
     unit = "°" if target.parameter is None else ""
     raise PlanError(
-        f"plan: a half-width of {wanted:.3g}{unit} of {what} is out of reach: the nearest possible is "
+        f"plan: a half-width of {wanted:.3g}{unit} of {what} is out of reach: with 10 % in hand the nearest is "
         f"{IN_HAND * nearest.value(target):.3g}{unit} in {nearest.hours:.3g} h ({nearest.points} points, "
         f"{nearest.replications} replications, {nearest.samples} readings), of which the calibration leaves "
         f"{nearest.calibration_deg:.2g}° of an angle; nothing was written; a better table or one whose "
         "errors are listed (index_table), more readings at use (--usage-noise-arcsec) or a smaller usage range "
         "would help"
     )
+
+
+def _rounded_up(hours: float) -> str:
+    """Return hours in words that may be asked for: what is said to be enough is."""
+    return f"{ceil(hours * 100.0) / 100.0:.2f}"
 
 
 def model_for(rig: RigDescription) -> str:

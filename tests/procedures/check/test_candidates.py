@@ -1,6 +1,7 @@
 """Laws of ``calrig plan``: what is chosen reaches the target, nothing quicker does, and its file is as promised."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -116,10 +117,14 @@ def test_sensors_on_the_table_at_once_share_the_moves_and_leave_no_more_unknown(
 
 
 def test_what_is_out_of_reach_is_a_sentence_with_the_nearest_possible(best: Comparison) -> None:
-    with pytest.raises(PlanError, match=r"out of reach: the nearest possible is 0\.000\d+° in .* h"):
+    with pytest.raises(PlanError, match=r"out of reach: with 10 % in hand the nearest is 0\.000\d+° in .* h"):
         compared(Target(half_width_deg=1e-6))
-    with pytest.raises(PlanError, match=r"the shortest calibration that can be solved takes 0\.\d+ h"):
+    with pytest.raises(PlanError, match=r"the shortest calibration that can be solved takes 0\.\d+ h") as short:
         compared(Target(hours=0.01))
+    said = re.search(r"takes (\S+) h", str(short.value))
+    assert said is not None
+    enough = compared(Target(hours=float(said[1])))  # who gives as many hours as the sentence says is not refused again
+    assert not enough.candidates[enough.chosen].is_confounded
     with pytest.raises(PlanError, match=r"--parameter: got 'b', the sensors have offset_v"):
         compared(Target(parameter=("b", 1.0)))
     with pytest.raises(PlanError, match=r"--usage-pitch: got 20 to -20"):
