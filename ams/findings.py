@@ -79,11 +79,11 @@ def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     count stand on one side of.
     """
     return tuple(
-        one
-        for one in findings
-        if one.is_significant
-        and one.kind == "table-rotation"
-        and not one.details.get("confounded_with")
-        and not one.details.get(ON_ONE_SIDE)
-        and float(one.details.get("turned_arcsec") or 0.0) > HOLDING_ARCSEC
+        finding
+        for finding in findings
+        if finding.is_significant
+        and finding.kind == "table-rotation"
+        and not finding.details.get("confounded_with")
+        and not finding.details.get(ON_ONE_SIDE)
+        and float(finding.details.get("turned_arcsec") or 0.0) > HOLDING_ARCSEC
     )

@@ -18,7 +18,7 @@ FLATTENING: Final = 1.0 / 298.257223563
 CENTRIFUGAL_RATIO: Final = 0.00344978650684
 """ω² a² b / GM."""
 
-TOLD_MPS2: Final = 0.0015
+REMARKED_MPS2: Final = 0.0015
 REFUSED_MPS2: Final = 0.005
 HEIGHTS_M: Final = (-100.0, 3000.0)
 """Between which a laboratory lies whose height is not stated."""
@@ -47,9 +47,9 @@ def disagreement(gravity_mps2: float, latitude_deg: float, height_m: float | Non
     least, most = normal_gravity_mps2(latitude_deg, high), normal_gravity_mps2(latitude_deg, low)
     nearest = min(max(gravity_mps2, least), most)
     off = gravity_mps2 - nearest
-    if abs(off) <= TOLD_MPS2:
+    if abs(off) <= REMARKED_MPS2:
         return None
-    place = (
+    location = (
         f"{latitude_deg:g}° and {height_m:g} m is {most:.5f}"
         if height_m is not None
         else f"{latitude_deg:g}° is {least:.5f} to {most:.5f} (3000 m to below sea level; height_m says it exactly)"
@@ -57,8 +57,8 @@ def disagreement(gravity_mps2: float, latitude_deg: float, height_m: float | Non
     is_refused = abs(off) > REFUSED_MPS2
     way_out = "correct one of them" if is_refused else "look whether both are right; anomalies reach 0.003 m/s²"
     text = (
-        f"gravity is stated as {gravity_mps2:.5f} m/s²; normal gravity (WGS 84) at latitude {place} m/s²: "
-        f"{abs(off):.4f} m/s² {'more' if off > 0 else 'less'}, allowed {REFUSED_MPS2 if is_refused else TOLD_MPS2:g} "
-        f"m/s²; {way_out}"
+        f"gravity is stated as {gravity_mps2:.5f} m/s²; normal gravity (WGS 84) at latitude {location} m/s²: "
+        f"{abs(off):.4f} m/s² {'more' if off > 0 else 'less'}, "
+        f"allowed {REFUSED_MPS2 if is_refused else REMARKED_MPS2:g} m/s²; {way_out}"
     )
     return Disagreement("refused" if is_refused else "told", text)

@@ -97,10 +97,10 @@ class PackageInUse:
 
     @cached_property
     def _inference(self) -> Inference:
-        own = Package(self.coefficients, {axis: axis for axis in self.coefficients.axes})
+        package = Package(self.coefficients, {axis: axis for axis in self.coefficients.axes})
         model = self.model_coefficients
         second = None if model is None else Package(model, {axis: f"model {axis}" for axis in model.axes})
-        return inference(own, second, self.reading_sd_v, upright=self.upright, right_wing_down=self.right_wing_down)
+        return inference(package, second, self.reading_sd_v, upright=self.upright, right_wing_down=self.right_wing_down)
 
 
 def outputs_by_axis(volts: Volts, axes: Sequence[str], sensor: str) -> list[FloatArray]:
@@ -154,7 +154,7 @@ def load(
 
     Raises: SetError, VectorsDisagree; OutsideValidity for a set that tells no angles.
     """
-    sets = [load_set(one) for one in (path, model) if one is not None]
+    sets = [load_set(file) for file in (path, model) if file is not None]
     for name, coefficients in zip((path, model), sets, strict=False):
         coefficients.check_vectors(str(name))
     package = PackageInUse(sets[0], sets[1] if model is not None else None, reading_sd_v, upright, right_wing_down)
@@ -208,11 +208,11 @@ def load_gyros(
 
     Raises: SetError, VectorsDisagree; OutsideValidity for sets that tell no rates or no force.
     """
-    sets = [load_set(one) for one in (path, accelerometers) if one is not None]
+    sets = [load_set(file) for file in (path, accelerometers) if file is not None]
     for name, coefficients in zip((path, accelerometers), sets, strict=False):
         coefficients.check_vectors(str(name))
-    own = sets[0]
-    gyros = GyroPackage(own, {axis: axis for axis in own.axes}, reading_sd_v)
+    rates_set = sets[0]
+    gyros = GyroPackage(rates_set, {axis: axis for axis in rates_set.axes}, reading_sd_v)
     start = motion or Motion()
     if accelerometers is None:
         return GyroStream(GyroAngles(gyros, start))

@@ -59,16 +59,16 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
 
 def _hand_out(found: object) -> None:
-    for one in found if isinstance(found, tuple) else (found,):
-        if is_dataclass(one):
-            _hand_out(tuple(getattr(one, entry.name) for entry in fields(one)))
-        elif isinstance(one, np.ndarray):
-            one.flags.writeable = False
-            _HANDED_OUT[id(one)] = (ref(one, partial(_forget, id(one))), next(_NUMBERS))
+    for part in found if isinstance(found, tuple) else (found,):
+        if is_dataclass(part):
+            _hand_out(tuple(getattr(part, entry.name) for entry in fields(part)))
+        elif isinstance(part, np.ndarray):
+            part.flags.writeable = False
+            _HANDED_OUT[id(part)] = (ref(part, partial(_forget, id(part))), next(_NUMBERS))
 
 
-def _forget(place: int, _: object) -> None:
-    _HANDED_OUT.pop(place, None)
+def _forget(key: int, _: object) -> None:
+    _HANDED_OUT.pop(key, None)
 
 
 def _key(values: tuple[object, ...]) -> tuple[Hashable, ...] | None:

@@ -30,7 +30,7 @@ UNITS: Mapping[str, str] = {
     "v_per_degc2": "V/degC^2",
     "v_per_degc": "V/degC",
     "v_per_h": "V/h",
-    **{f"{one}_per_{other}": _per(_STORED[one], _STORED[other]) for one in _STORED for other in _STORED},
+    **{f"{unit}_per_{other}": _per(_STORED[unit], _STORED[other]) for unit in _STORED for other in _STORED},
     "per_degc2": "1/degC^2",
     "per_degc": "1/degC",
     "degc": "degC",

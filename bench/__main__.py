@@ -31,13 +31,13 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(BENCHMARKS)}; without one, all")
     parser.add_argument("--tiny", action="store_true", help="run everything at its smallest: the figures say nothing")
-    asked = parser.parse_args(arguments)
-    if unknown := set(asked.names) - set(BENCHMARKS):
+    options = parser.parse_args(arguments)
+    if unknown := set(options.names) - set(BENCHMARKS):
         parser.error(f"no benchmark {', '.join(sorted(unknown))} (allowed: {', '.join(BENCHMARKS)})")
-    effort = Effort(asked.tiny)
+    effort = Effort(options.tiny)
     print(f"{'figure':<50}{'measured':>12}  {'target':>12}")
     failed = []
-    for figure in figures_of(asked.names or BENCHMARKS, effort):
+    for figure in figures_of(options.names or BENCHMARKS, effort):
         sign = "≤" if figure.at_most else "≥"
         verdict = "" if figure.is_met or effort.is_tiny else "   FAILED" if figure.is_gated else "   MISSED"
         if verdict and figure.is_gated:

@@ -51,13 +51,17 @@ def figures(effort: Effort) -> Iterator[Figure]:
     readings = _readings(frame.to_numpy())
     bent_readings = _readings(_outputs_v(force, BEND_V) + noise_v)
     doubtful = {name: values * (1.0 + 3e-5 * (np.arange(rows) % 6 == 0)) for name, values in readings.items()}
-    for what, found, own, target in (
+    for what, found, columns, target in (
         ("straight", line, readings, 5.0),
         ("straight, a sixth of rows disagree", line, doubtful, 4.0),
         ("with terms of second and third order", bent, bent_readings, 0.5),
     ):
         yield Figure(
-            f"angles in memory, set {what}", rows / best_s(_answering(found, own)) / 1e6, "M/s", target, at_most=False
+            f"angles in memory, set {what}",
+            rows / best_s(_answering(found, columns)) / 1e6,
+            "M/s",
+            target,
+            at_most=False,
         )
     with TemporaryDirectory() as folder:
         yield from _files(line, frame, Path(folder))
@@ -104,9 +108,9 @@ def _writing(found: Inference, readings: dict[str, NDArray[np.float64]]) -> Iter
     ):
         file = io.BytesIO()
         _write(writer, file, found, rows)
-        own_s = best_s(partial(_rewrite, writer, found, rows))
-        note = f"{own_s / alone_s:.1f} × pyarrow writing CSV alone, digits and all" if what == "CSV" else ""
-        yield Figure(f"{what} written", file.tell() / 1e6 / own_s, "MB/s", target, at_most=False, note=note)
+        writer_s = best_s(partial(_rewrite, writer, found, rows))
+        note = f"{writer_s / alone_s:.1f} × pyarrow writing CSV alone, digits and all" if what == "CSV" else ""
+        yield Figure(f"{what} written", file.tell() / 1e6 / writer_s, "MB/s", target, at_most=False, note=note)
 
 
 def _rewrite(writer: Writer, found: Inference, rows: Rows) -> None:
@@ -114,9 +118,9 @@ def _rewrite(writer: Writer, found: Inference, rows: Rows) -> None:
 
 
 def _write(writer: Writer, file: io.BytesIO, found: Inference, rows: Rows) -> None:
-    own = writer(file, found.answers)
-    own.write(rows)
-    own.close()
+    out = writer(file, found.answers)
+    out.write(rows)
+    out.close()
 
 
 def _streams(found: Inference, frame: pd.DataFrame, effort: Effort) -> Iterator[Figure]:

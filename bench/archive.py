@@ -26,7 +26,7 @@ from ams.surveillance.history_points import pack
 from ams.surveillance.series import PointLabel, Population
 from bench.figure import Effort, Figure
 
-ONE_SET = Path(__file__).parents[1] / "tests" / "data" / "coefficient_set_v1.json"
+SET_FILE = Path(__file__).parents[1] / "tests" / "data" / "coefficient_set_v1.json"
 CALRIG = Path(sys.executable).with_name("calrig")
 STORY, LARGE, TINY = Story(sensors=249, years=20), Story(sensors=2499, years=20), Story(sensors=8, years=4)
 
@@ -70,35 +70,40 @@ def fill(url: str, population: Population, sensor: str, document: str | None = N
 
     from ams.archive.tables import COEFFICIENTS, POINTS, SETS
 
-    first = from_json(ONE_SET.read_bytes(), str(ONE_SET))
+    first = from_json(SET_FILE.read_bytes(), str(SET_FILE))
     publish(url, [first], first.created_utc)
     with writing(url, 10.0) as connection:
-        one = dict(connection.execute(select(SETS)).mappings().one())
+        row = dict(connection.execute(select(SETS)).mappings().one())
         point = dict(connection.execute(select(POINTS)).mappings().one())
         for table in (COEFFICIENTS, POINTS, SETS):
             connection.execute(table.delete())
         kept = population.rows_of(sensor).stop - 1
-        names = [hashlib.sha256(str(place).encode()).hexdigest() for place in range(len(population.labels))]
+        names = [hashlib.sha256(str(index).encode()).hexdigest() for index in range(len(population.labels))]
         names[kept] = first.sha256
         rows = list(zip(names, population.labels, strict=True))
-        other = one if document is None else {**one, "document": document}
-        sets = [_set_row(one if name == first.sha256 else other, name, label) for name, label in rows]
+        other = row if document is None else {**row, "document": document}
+        sets = [_set_row(row if name == first.sha256 else other, name, label) for name, label in rows]
         connection.execute(insert(SETS), sets)
         connection.execute(
             insert(POINTS),
             [
-                {**point, "sha256": name, "check_sensor": label.is_check, "numbers": pack(_one(population, place))}
-                for place, (name, label) in enumerate(rows)
+                {
+                    **point,
+                    "sha256": name,
+                    "check_sensor": label.is_check,
+                    "numbers": pack(_numbers_of(population, index)),
+                }
+                for index, (name, label) in enumerate(rows)
             ],
         )
 
 
-def _set_row(one: Mapping[str, Any], sha256: str, label: PointLabel) -> dict[str, Any]:
+def _set_row(template: Mapping[str, Any], sha256: str, label: PointLabel) -> dict[str, Any]:
     when = {"created_utc": label.created_utc, "published_utc": label.created_utc + timedelta(hours=1)}
-    return {**one, "sha256": sha256, "sensor": label.sensor, "run_id": label.run_id, **when}
+    return {**template, "sha256": sha256, "sensor": label.sensor, "run_id": label.run_id, **when}
 
 
-def _one(population: Population, place: int) -> PackageNumbers:
-    numbers, rows = population.numbers, slice(place, place + 1)
+def _numbers_of(population: Population, index: int) -> PackageNumbers:
+    numbers, rows = population.numbers, slice(index, index + 1)
     columns = {name: getattr(numbers, name)[rows] for name in ("primary", "covariance", "scatter")}
     return replace(numbers, **columns)

@@ -62,9 +62,9 @@ def _angles(rows: int) -> Iterator[Figure]:
     pair = TwoAxes(K[:2], OFFSET_V[:2], OutputErrors(parts[:, :8, :8], errors.dof, READING_V[:2] ** 2))
     single = OneAxis(K[0], OFFSET_V[0], OutputErrors(parts[:, :4, :4], errors.dof, READING_V[:1] ** 2))
     two_s = best_s(lambda: pair.attitude(outputs[:2]))
-    one_s = best_s(lambda: single.attitude(outputs[0], roll, 1e-4))
+    single_s = best_s(lambda: single.attitude(outputs[0], roll, 1e-4))
     yield Figure("two axes, sd and flags", rows / two_s / 1e6, "M/s", 3.0, at_most=False)
-    yield Figure("one axis with known roll, sd and flags", rows / one_s / 1e6, "M/s", 5.0, at_most=False)
+    yield Figure("one axis with known roll, sd and flags", rows / single_s / 1e6, "M/s", 5.0, at_most=False)
 
 
 def _limit_s(outputs: FloatArray) -> float:
@@ -122,7 +122,7 @@ def _step_by_step(rates: FloatArray) -> Rotation:
 
 def _by_solve_ivp(time_s: NDArray[np.floating], rates: FloatArray, start: FloatArray) -> FloatArray:
     def slope(now_s: float, q: FloatArray) -> list[float]:
-        a, b, c = (float(np.interp(now_s, time_s, own)) / 2.0 for own in rates.T)
+        a, b, c = (float(np.interp(now_s, time_s, column)) / 2.0 for column in rates.T)
         x, y, z, w = q.tolist()
         return [w * a + y * c - z * b, w * b + z * a - x * c, w * c + x * b - y * a, -x * a - y * b - z * c]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from timeit import Timer
 
-from bench.desk import Desk
+from bench.bench_rig import BenchRig
 from bench.figure import Effort, Figure
 from procedures.journal.header import make_header
 from procedures.journal.journal import Journal
@@ -42,22 +42,22 @@ def figures(effort: Effort) -> Iterator[Figure]:
         SCRATCH.mkdir(exist_ok=True)
     with TemporaryDirectory(dir=effort.amount(SCRATCH, None)) as folder:
         dwells: list[int] = []
-        seconds = Timer(lambda: dwells.append(one_run(Path(folder), effort.amount(PROCEDURE, TINY)))).timeit(1)
+        seconds = Timer(lambda: dwells.append(finished_run(Path(folder), effort.amount(PROCEDURE, TINY)))).timeit(1)
     note = f"{dwells[0]} dwells of 3 × 20 samples"
     yield Figure(
         "engine overhead a dwell, fsync included", seconds / dwells[0] * 1e3, "ms", 5.0, at_most=True, note=note
     )
 
 
-def one_run(folder: Path, procedure: str) -> int:
+def finished_run(folder: Path, procedure: str) -> int:
     """A whole run on devices that cost nothing; returns how many dwells it took."""
     rig_path, procedure_path = EXAMPLES / "rig.toml", folder / "procedure.toml"
     procedure_path.write_text(procedure, encoding="utf-8")
     description = read_rig(rig_path)
-    plan, desk = make_plan(description, read_procedure(procedure_path)), Desk()
+    plan, bench_rig = make_plan(description, read_procedure(procedure_path)), BenchRig()
     header = make_header("bench", plan, description, rig_path, procedure_path, "bench", datetime.now(UTC))
-    journal = Journal.create(folder / "journal.sqlite", header, desk.clock)
-    outcome = run(plan, desk, journal, Spool(folder), Start("bench"))
+    journal = Journal.create(folder / "journal.sqlite", header, bench_rig.clock)
+    outcome = run(plan, bench_rig, journal, Spool(folder), Start("bench"))
     if outcome.state is not State.FINISHED:
         raise SystemExit(f"the run did not finish: {outcome}")
     return len(plan.dwells)

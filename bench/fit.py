@@ -72,7 +72,7 @@ def _many(observations: Observations, effort: Effort) -> Iterator[Figure]:
         for first in range(0, 3 * packages, 3)
     ]
     request = CalibrationRequest(nominal_axes={axis: axis for axis in "xyz"})
-    batch_s = effort.best_s(lambda: [calibrate(one, request) for one in batch], repeats=2)
+    batch_s = effort.best_s(lambda: [calibrate(campaign, request) for campaign in batch], repeats=2)
     yield Figure(f"{packages} three-axis packages, everything", batch_s, "s", 0.6, at_most=True)
     clean_v = (force @ primary[:, :1]) + np.zeros(campaigns)
 

@@ -8,7 +8,7 @@ from typing import get_args
 import numpy as np
 
 from bench.figure import Effort, Figure
-from procedures.check.candidate import Asked, Space, Target
+from procedures.check.candidate import PlanRequest, SearchRange, Target
 from procedures.check.candidates import compare
 from procedures.description.procedure_file import Order
 from procedures.plan.designs import full_grid
@@ -19,17 +19,21 @@ from procedures.solution.expected import Usage
 from rig.description.read import read_rig
 
 RIG = Path(__file__).parents[1] / "examples" / "rig.toml"
-MANY = Space(replications=(3, 4, 6, 10), orders=("there-and-back",))
+MANY = SearchRange(replications=(3, 4, 6, 10), orders=("there-and-back",))
 """One order: each calibration has an expectation of its own."""
-FEW = Space(grids=((7, 8),), fractions=(), optimal=(), replications=(3,), samples=(5,), orders=("there-and-back",))
+FEW = SearchRange(
+    grids=((7, 8),), fractions=(), optimal=(), replications=(3,), samples=(5,), orders=("there-and-back",)
+)
 GRID = full_grid(np.linspace(-90.0, 90.0, 60).tolist(), np.linspace(-180.0, 172.8, 50).tolist())
 
 
 def figures(effort: Effort) -> Iterator[Figure]:
     """Time one comparison."""
-    asked = Asked(read_rig(RIG), Target(hours=50.0), Usage((-60.0, 60.0)), space=FEW if effort.is_tiny else MANY)
-    count = len(compare(asked).candidates)
-    spent_s = effort.best_s(lambda: compare(asked), repeats=1)
+    request = PlanRequest(
+        read_rig(RIG), Target(hours=50.0), Usage((-60.0, 60.0)), space=FEW if effort.is_tiny else MANY
+    )
+    count = len(compare(request).candidates)
+    spent_s = effort.best_s(lambda: compare(request), repeats=1)
     yield Figure("200 calibrations compared", 200.0 * spent_s / count, "s", 10.0, at_most=True, note=f"of {count}")
     for order in get_args(Order):
         points = visits(GRID, order)

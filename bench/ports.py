@@ -104,8 +104,8 @@ def _rig(folder: Path, more: str, driver: str = "") -> Iterator[Rig]:
     text = EXAMPLE.read_text(encoding="utf-8")
     if driver:
         tables = [table for table in text.split("\n\n") if not table.lstrip().startswith("[axes")]
-        own = f'driver = "{driver}"\n{COMMON}{AXES[driver]}'
-        axes = [f"[axes.{name}]\naxis = {number}\n{own}" for number, name in enumerate(("pitch", "roll"), 1)]
+        axis_lines = f'driver = "{driver}"\n{COMMON}{AXES[driver]}'
+        axes = [f"[axes.{name}]\naxis = {number}\n{axis_lines}" for number, name in enumerate(("pitch", "roll"), 1)]
         text = "\n\n".join([*tables, *axes])
     path = folder / f"{driver or 'example'}.toml"
     path.write_text(f"{text}\n\n{more}", encoding="utf-8")

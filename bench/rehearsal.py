@@ -40,9 +40,9 @@ def figures(effort: Effort) -> Iterator[Figure]:
         procedure.write_text(effort.amount(PROCEDURE, TINY), encoding="utf-8")
         runs = Path(folder) / "runs"
         rehearse = ["run", str(procedure), "--rig", str(RIG), "--rehearse", "--out", str(runs), "--json"]
-        told: list[float] = []
-        seconds = Timer(lambda: told.append(peak_mb(rehearse))).timeit(1)
-        again = Timer(lambda: told.append(peak_mb(["solve", str(runs), "--json"]))).timeit(1)
+        fractions: list[float] = []
+        seconds = Timer(lambda: fractions.append(peak_mb(rehearse))).timeit(1)
+        again = Timer(lambda: fractions.append(peak_mb(["solve", str(runs), "--json"]))).timeit(1)
         paper_mb = next(runs.glob("*/report.pdf")).stat().st_size / 1e6
     yield Figure(
         "rehearsal of 481 × 6, three axes",
@@ -52,9 +52,9 @@ def figures(effort: Effort) -> Iterator[Figure]:
         at_most=True,
         note=f"{seconds / DWELLS * 1e3:.1f} ms a dwell",
     )
-    yield Figure("  peak memory", told[0], "MB", 300.0, at_most=True)
+    yield Figure("  peak memory", fractions[0], "MB", 300.0, at_most=True)
     yield Figure("the same solved again, with its report", again, "s", 10.0, at_most=True)
-    yield Figure("  peak memory", told[1], "MB", 400.0, at_most=True)
+    yield Figure("  peak memory", fractions[1], "MB", 400.0, at_most=True)
     yield Figure("  report.pdf", paper_mb, "MB", 5.0, at_most=True)
 
 

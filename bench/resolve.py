@@ -82,7 +82,7 @@ def machine_scaling(rounds: int) -> float:
 def numpy_work(rounds: int) -> float:
     """Solve small least squares, as a calibration does."""
     matrix = np.random.default_rng(1).normal(size=(60, 10))
-    return float(sum(np.linalg.lstsq(matrix, matrix[:, place % 10], rcond=None)[0].sum() for place in range(rounds)))
+    return float(sum(np.linalg.lstsq(matrix, matrix[:, index % 10], rcond=None)[0].sum() for index in range(rounds)))
 
 
 def finished(folder: Path) -> Job:
@@ -100,12 +100,14 @@ def finished(folder: Path) -> Job:
     return job
 
 
-def seconds(place: AbstractContextManager[Mapper], jobs: list[Job], size: int) -> float:
+def seconds(workers: AbstractContextManager[Mapper], jobs: list[Job], size: int) -> float:
     """Of all jobs, the start of the workers left out."""
-    with place as mapper:
-        told = [one.outcome for answers in mapper(chunks(jobs[:WORKERS], 1)) for one in answers]
-        taken = Timer(lambda: told.extend(one.outcome for part in mapper(chunks(jobs, size)) for one in part)).timeit(1)
-    assert set(told) == {"same"}, set(told)
+    with workers as mapper:
+        outcomes = [answer.outcome for answers in mapper(chunks(jobs[:WORKERS], 1)) for answer in answers]
+        taken = Timer(
+            lambda: outcomes.extend(answer.outcome for part in mapper(chunks(jobs, size)) for answer in part)
+        ).timeit(1)
+    assert set(outcomes) == {"same"}, set(outcomes)
     return taken
 
 

@@ -43,12 +43,12 @@ class House:
 
         A room and those inside it are two; what stands loose in a top package is a room of its own, on its own floor.
         """
-        places = {module: self.room(module) for module in self.files}
-        places |= {module: module for module, room in places.items() if room in PACKAGES}
-        found: dict[str, set[str]] = {place: set() for place in places.values()}
+        rooms = {module: self.room(module) for module in self.files}
+        rooms |= {module: module for module, room in rooms.items() if room in PACKAGES}
+        found: dict[str, set[str]] = {room: set() for room in rooms.values()}
         for module, imported in self.imports.items():
-            found[places[module]] |= {places[other] for other in imported} - {places[module]}
-        return {place: frozenset(others) for place, others in found.items()}
+            found[rooms[module]] |= {rooms[other] for other in imported} - {rooms[module]}
+        return {room: frozenset(others) for room, others in found.items()}
 
     def rooms(self) -> dict[str, frozenset[str]]:
         """Return room to the rooms it imports outside itself: what lies inside it is its own business."""

@@ -64,8 +64,12 @@ def _kind(annotation: Any) -> str:
     if not inner:
         return words.get(name, f"table ({name})" if isinstance(annotation, type) else repr(annotation))
     if get_origin(annotation) is Literal:
-        return ", ".join(f"`{one}`" for one in inner)
-    parts = [part for one in inner if one is not Ellipsis and not _is_constraint(one) and (part := _kind(one))]
+        return ", ".join(f"`{value}`" for value in inner)
+    parts = [
+        part
+        for argument in inner
+        if argument is not Ellipsis and not _is_constraint(argument) and (part := _kind(argument))
+    ]
     if name in ("list", "tuple"):
         return f"list of {', '.join(dict.fromkeys(parts))}"
     if name == "dict":
@@ -100,9 +104,9 @@ def _commands_page() -> Iterator[str]:
 
 
 def _help(*words: str) -> str:
-    with contextlib.redirect_stdout(io.StringIO()) as told:
+    with contextlib.redirect_stdout(io.StringIO()) as output:
         run_command([*words, "--help"])
-    return "\n".join(line.rstrip() for line in told.getvalue().strip().splitlines())
+    return "\n".join(line.rstrip() for line in output.getvalue().strip().splitlines())
 
 
 def _inner_commands(target: str) -> list[str]:
@@ -110,7 +114,7 @@ def _inner_commands(target: str) -> list[str]:
     app = getattr(import_module(f"procedures.cli.{module}"), name)
     if inspect.isfunction(app):
         return []
-    return sorted(one for one in app if not one.startswith("-"))
+    return sorted(name for name in app if not name.startswith("-"))
 
 
 if __name__ == "__main__":

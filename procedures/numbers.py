@@ -19,10 +19,10 @@ def last_place(uncertainty: float) -> int:
     return exponent + (round(uncertainty / 10.0**exponent) >= 100)
 
 
-def to_place(value: float, place: int) -> str:
+def to_place(value: float, index: int) -> str:
     """Decimal notation with the last digit at 10**place; −0 is printed as 0."""
-    place = max(place, -MOST_DECIMALS)
-    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(place), rounding=ROUND_HALF_UP)
+    index = max(index, -MOST_DECIMALS)
+    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(index), rounding=ROUND_HALF_UP)
     text = f"{rounded:f}"
     return text.removeprefix("-") if not rounded else text
 
@@ -31,9 +31,9 @@ def with_uncertainty(value: float, uncertainty: float | None) -> tuple[str, str]
     """Value and uncertainty as printed; nine digits of the value where no uncertainty is known."""
     if uncertainty is None or not math.isfinite(uncertainty) or uncertainty <= 0.0:
         return f"{value:.9g}", "—"
-    place = last_place(uncertainty)
-    printed = to_place(uncertainty, place) if place >= -MOST_DECIMALS else f"{uncertainty:.1e}"
-    return to_place(value, place), printed
+    decimal_place = last_place(uncertainty)
+    printed = to_place(uncertainty, decimal_place) if decimal_place >= -MOST_DECIMALS else f"{uncertainty:.1e}"
+    return to_place(value, decimal_place), printed
 
 
 def two_digits(value: float) -> str:

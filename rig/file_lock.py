@@ -42,10 +42,10 @@ def is_held(file: IO[str]) -> bool:
         return not _is_flocked(file, _FLOCK.LOCK_SH)
     is_free = _is_byte_taken(file)
     if is_free:
-        place = os.lseek(file.fileno(), 0, os.SEEK_CUR)
+        offset = os.lseek(file.fileno(), 0, os.SEEK_CUR)
         os.lseek(file.fileno(), _BEHIND_ALL_TEXT, os.SEEK_SET)
         _WINDOWS.locking(file.fileno(), _WINDOWS.LK_UNLCK, 1)
-        os.lseek(file.fileno(), place, os.SEEK_SET)
+        os.lseek(file.fileno(), offset, os.SEEK_SET)
     return not is_free
 
 
@@ -74,12 +74,12 @@ def _is_byte_taken(file: IO[str]) -> bool:
             f"{file.name}: this system has no way to lock a file (neither fcntl nor msvcrt), so nobody could be kept"
             " away; nothing was opened; use a Python that has one of them"
         )
-    place = os.lseek(file.fileno(), 0, os.SEEK_CUR)
+    offset = os.lseek(file.fileno(), 0, os.SEEK_CUR)
     os.lseek(file.fileno(), _BEHIND_ALL_TEXT, os.SEEK_SET)
     try:
         _WINDOWS.locking(file.fileno(), _WINDOWS.LK_NBLCK, 1)
     except OSError:
         return False
     finally:
-        os.lseek(file.fileno(), place, os.SEEK_SET)
+        os.lseek(file.fileno(), offset, os.SEEK_SET)
     return True

@@ -6,9 +6,9 @@ Next to nothing is imported here: a command that stops axes looks here before it
 import os
 from errno import ENOENT
 
-PLACES = ("/run/lock", "/tmp")  # noqa: S108  every account must come to the same place, whatever its TMPDIR
+FOLDERS = ("/run/lock", "/tmp")  # noqa: S108  every account must come to the same place, whatever its TMPDIR
 """The first that everybody may write to and nobody may delete another's files from."""
-WINDOWS_PLACE = "PROGRAMDATA"
+WINDOWS_FOLDER = "PROGRAMDATA"
 """Environment variable of the folder that all accounts of a Windows machine share."""
 OVERRIDE = "CALRIG_MACHINE_FOLDER"
 """Environment variable for another place: for tests, and for machines on which neither is shared."""
@@ -17,11 +17,11 @@ SHARED = 0o1777
 
 def machine_folder(part: str) -> str:
     """Return the folder ``part`` of it, made where it is missing. Raises: OSError."""
-    shared = [place for place in PLACES if _is_shared(place)]
-    shared += [os.environ[WINDOWS_PLACE]] if os.name == "nt" and WINDOWS_PLACE in os.environ else []
-    folder = os.environ.get(OVERRIDE) or next((f"{place}/calrig" for place in shared), None)
+    shared = [parent for parent in FOLDERS if _is_shared(parent)]
+    shared += [os.environ[WINDOWS_FOLDER]] if os.name == "nt" and WINDOWS_FOLDER in os.environ else []
+    folder = os.environ.get(OVERRIDE) or next((f"{parent}/calrig" for parent in shared), None)
     if folder is None:
-        raise OSError(ENOENT, f"no folder that all accounts share; set {OVERRIDE}", " and ".join(PLACES))
+        raise OSError(ENOENT, f"no folder that all accounts share; set {OVERRIDE}", " and ".join(FOLDERS))
     for path in (folder, f"{folder}/{part}"):
         try:
             os.mkdir(path, 0o700)
@@ -31,8 +31,8 @@ def machine_folder(part: str) -> str:
     return f"{folder}/{part}"
 
 
-def _is_shared(place: str) -> bool:
+def _is_shared(folder: str) -> bool:
     try:
-        return os.stat(place).st_mode & SHARED == SHARED
+        return os.stat(folder).st_mode & SHARED == SHARED
     except OSError:
         return False

@@ -26,7 +26,7 @@ def side_by_side(
     lanes = {name: _Lane(name, work, clock) for name, work in works.items()}
     try:
         while under_way := [lane for lane in lanes.values() if lane.is_under_way]:
-            lane = min(under_way, key=lambda one: one.due_s)
+            lane = min(under_way, key=lambda lane_under_way: lane_under_way.due_s)
             if (ahead_s := lane.due_s - clock.monotonic_s()) > 0.0:
                 wait(ahead_s)
             lane.go_on()

@@ -196,11 +196,11 @@ def _without_tags(
     key: list[str | int] = []
     tags: list[str] = []
     here: Any = values
-    for place, part in enumerate(loc):
+    for index, part in enumerate(loc):
         known = (isinstance(here, Mapping) and part in here) or (
             isinstance(here, list) and isinstance(part, int) and part < len(here)
         )
-        if not known and not (last_is_key and place == len(loc) - 1):
+        if not known and not (last_is_key and index == len(loc) - 1):
             tags.append(str(part))
             continue
         key.append(part)

@@ -11,9 +11,9 @@ from functools import partial
 import pytest
 from finished_job import FinishedJob, finish_job
 from hypothesis import settings
+from machine_folder_of_tests import enter_machine_folder, leave_machine_folder
 from made_once import made_once
 from memory_folder import keep_temporary_files_in_memory
-from own_machine import enter_own_machine, leave_own_machine
 from reports_left_out import reports_left_out
 from signals import default_signals
 
@@ -28,7 +28,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """
     os.environ["CALRIG_LOG"] = "off"
     keep_temporary_files_in_memory()
-    config.add_cleanup(partial(leave_own_machine, enter_own_machine()))
+    config.add_cleanup(partial(leave_machine_folder, enter_machine_folder()))
 
 
 def pytest_xdist_auto_num_workers() -> int:

@@ -26,7 +26,7 @@ ADDED: Final = "extension"
 ANGLES: Final = ("pitch", "roll")
 _PITCHES: Final = 9
 _ROLLS: Final = 16
-_LEAST_TOLD: Final = 0.25
+_LEAST_INFORMATION: Final = 0.25
 """Of the largest slope in the box: where an angle moves the outputs less, it is flagged at use and not counted."""
 
 _LEAST_READING: Final = 1e-3
@@ -87,7 +87,7 @@ class InferredAngles:
     """(n, t, Q) the same from errors of the primary parameters of all axes."""
     read: FloatArray
     """(n, t) variance that the readings leave."""
-    is_told: BoolArray
+    is_determined: BoolArray
     """(n, t) whether the attitude tells the angle well enough to be counted."""
 
     def half_widths_rad(self, components: Sequence[VarianceComponent]) -> FloatArray:
@@ -99,18 +99,18 @@ class InferredAngles:
 def inferred(axes: Sequence[KnownAxis], attitude: Attitude) -> InferredAngles | None:
     """Return how angles are inferred at attitudes; None where no angle moves an output."""
     slopes = np.stack([_slopes(axis, attitude) for axis in axes], axis=1)  # (n, A, 2)
-    told = [place for place in range(2) if np.abs(slopes[..., place]).max() > 0.0][: len(axes)]
-    if not told:
+    resolved = [index for index in range(2) if np.abs(slopes[..., index]).max() > 0.0][: len(axes)]
+    if not resolved:
         return None
     reading = np.array([axis.reading_v for axis in axes])
     weights = 1.0 / np.maximum(reading, _LEAST_READING * reading.max() or 1.0) ** 2
-    counted, estimator = _estimator(slopes[..., told], weights)
+    counted, estimator = _estimator(slopes[..., resolved], weights)
     columns = [axis.model.jacobian(axis.primary, attitude) for axis in axes]
     directions = np.concatenate(
-        [estimator[:, :, place, None] * column[:, None, :] for place, column in enumerate(columns)], axis=2
+        [estimator[:, :, index, None] * column[:, None, :] for index, column in enumerate(columns)], axis=2
     )
     read = np.einsum("nta,a->nt", estimator**2, reading**2)
-    return InferredAngles(tuple(ANGLES[place] for place in told), estimator, directions, read, counted)
+    return InferredAngles(tuple(ANGLES[index] for index in resolved), estimator, directions, read, counted)
 
 
 def angle_uncertainties(
@@ -126,7 +126,7 @@ def angle_uncertainties(
         return {}
     added = np.concatenate([[name in axis.added for name in axis.model.primary_names] for axis in axes])
     return {
-        name: _uncertainty(found.directions[:, row], found.read[:, row], found.is_told[:, row], added, components)
+        name: _uncertainty(found.directions[:, row], found.read[:, row], found.is_determined[:, row], added, components)
         for row, name in enumerate(found.names)
     }
 
@@ -151,7 +151,7 @@ def _estimator(slopes: FloatArray, weights: FloatArray) -> tuple[BoolArray, Floa
     scale = np.abs(moments).max()
     inverse = np.linalg.inv(moments + 1e-12 * scale * np.eye(size))
     information = 1.0 / np.diagonal(inverse, axis1=-2, axis2=-1)
-    counted = information >= _LEAST_TOLD**2 * information.max(axis=0)
+    counted = information >= _LEAST_INFORMATION**2 * information.max(axis=0)
     return counted, inverse @ weighted
 
 
@@ -172,10 +172,10 @@ def _uncertainty(
     plain = np.where(added, 0.0, directions)
     shares: dict[str, FloatArray] = {}
     for part, whole in zip(components, variances, strict=True):
-        own = _quadratic(plain, part.covariance)
-        shares[part.name] = own
+        part_variance = _quadratic(plain, part.covariance)
+        shares[part.name] = part_variance
         if added.any():
-            shares[ADDED] = shares.get(ADDED, np.zeros_like(read)) + whole - own
+            shares[ADDED] = shares.get(ADDED, np.zeros_like(read)) + whole - part_variance
     shares[READING] = read
     return AngleUncertainty(
         _rms(half),

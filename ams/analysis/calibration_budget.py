@@ -173,7 +173,7 @@ def _combined(
         labels.append(GRAVITY)
     variances = np.stack([np.diag(covariance) for covariance in covariances])
     degrees = combined_dof(variances, np.array(dof)[:, None])
-    inputs = tuple(Input(label, 0.0, 1.0, own) for label, own in zip(labels, dof, strict=True))
+    inputs = tuple(Input(label, 0.0, 1.0, part_dof) for label, part_dof in zip(labels, dof, strict=True))
     spread = np.sqrt(np.maximum(variances, 0.0)).T
     degrees = np.where(degrees >= INFINITE_DOF, np.inf, degrees)
     return Budget(inputs, values, spread, np.asarray(sum(covariances)), degrees)

@@ -92,9 +92,9 @@ def max_variance(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> 
     inverse = _inverse_moments(pitch_rad, roll_rad)
     pitch, roll = np.linspace(*box.pitch_rad, _GRID), np.linspace(*box.roll_rad, _GRID)
     values = _variance(inverse, *np.meshgrid(pitch, roll, indexing="ij"))
-    places = [np.unravel_index(i, values.shape) for i in _highest(values)]
+    cells = [np.unravel_index(i, values.shape) for i in _highest(values)]
     cell = (pitch[1] - pitch[0], roll[1] - roll[0])
-    return max(_polish(inverse, box, (float(pitch[i]), float(roll[j])), cell) for i, j in places)
+    return max(_polish(inverse, box, (float(pitch[i]), float(roll[j])), cell) for i, j in cells)
 
 
 def evaluate_design(
@@ -141,17 +141,17 @@ def _highest(values: FloatArray) -> NDArray[np.intp]:
     return peaks[np.argsort(values.ravel()[peaks])[::-1][:_PEAKS]]
 
 
-def _polish(inverse: FloatArray, box: AngleBox, place: tuple[float, float], cell: tuple[float, float]) -> float:
+def _polish(inverse: FloatArray, box: AngleBox, start: tuple[float, float], cell: tuple[float, float]) -> float:
     """Climb from a place of the grid, ever finer once the top is inside the window."""
     halves, best = np.array(cell), -np.inf
     for _ in range(_POLISHING):
         axes = [
             np.clip(np.linspace(centre - half, centre + half, 11), low, high)
-            for centre, half, (low, high) in zip(place, halves, (box.pitch_rad, box.roll_rad), strict=True)
+            for centre, half, (low, high) in zip(start, halves, (box.pitch_rad, box.roll_rad), strict=True)
         ]
         values = _variance(inverse, *np.meshgrid(*axes, indexing="ij"))
         i, j = np.unravel_index(int(np.argmax(values)), values.shape)
         if values[i, j] <= best or (0 < i < 10 and 0 < j < 10):
             halves = halves / 4.0
-        best, place = max(best, float(values[i, j])), (float(axes[0][i]), float(axes[1][j]))
+        best, start = max(best, float(values[i, j])), (float(axes[0][i]), float(axes[1][j]))
     return best

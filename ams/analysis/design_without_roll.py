@@ -64,7 +64,7 @@ def _largest(pitch_rad: FloatArray, range_rad: PitchRange) -> float:
     while True:
         stations = np.linspace(low, high, _STATIONS)
         values = variance_without_roll(pitch_rad, stations)
-        place = int(values.argmax())
-        low, high = stations[max(place - 1, 0)], stations[min(place + 1, _STATIONS - 1)]
+        index = int(values.argmax())
+        low, high = stations[max(index - 1, 0)], stations[min(index + 1, _STATIONS - 1)]
         if high - low < 1e-7:
-            return float(values[place])
+            return float(values[index])

@@ -59,12 +59,16 @@ def largest_terms(
     A term is taken where its F test passes at 5 % divided by the number of terms tried (Bonferroni).
     """
     chosen: list[str] = []
-    space = _orthonormal(model_basis)
+    model_columns = _orthonormal(model_basis)
     while len(chosen) < most:
-        left = residuals_v - space @ (space.T @ residuals_v)
-        free = {name: column - space @ (space.T @ column) for name, column in candidates.items() if name not in chosen}
+        left = residuals_v - model_columns @ (model_columns.T @ residuals_v)
+        free = {
+            name: column - model_columns @ (model_columns.T @ column)
+            for name, column in candidates.items()
+            if name not in chosen
+        }
         name, gain = _best(free, candidates, left)
-        dof = residuals_v.size - space.shape[1] - 1
+        dof = residuals_v.size - model_columns.shape[1] - 1
         rest = float(left @ left) - gain
         if not name or dof < 1 or rest <= 0.0:
             break
@@ -72,7 +76,7 @@ def largest_terms(
             break
         chosen.append(name)
         column = free[name] / np.linalg.norm(free[name])
-        space = np.column_stack([space, column - space @ (space.T @ column)])
+        model_columns = np.column_stack([model_columns, column - model_columns @ (model_columns.T @ column)])
     return _fitted(residuals_v, model_basis, {name: candidates[name] for name in chosen})
 
 
@@ -94,13 +98,13 @@ def _fitted(
 ) -> tuple[FourierTerm, ...]:
     if not columns:
         return ()
-    space = _orthonormal(model_basis)
+    model_columns = _orthonormal(model_basis)
     block = np.stack(list(columns.values()), axis=1)
-    block = block - space @ (space.T @ block)
-    left = residuals_v - space @ (space.T @ residuals_v)
+    block = block - model_columns @ (model_columns.T @ block)
+    left = residuals_v - model_columns @ (model_columns.T @ residuals_v)
     amplitudes = np.linalg.lstsq(block, left, rcond=None)[0]
     rest = left - block @ amplitudes
-    dof = residuals_v.size - space.shape[1] - len(columns)
+    dof = residuals_v.size - model_columns.shape[1] - len(columns)
     variance = float(rest @ rest) / dof * np.diag(np.linalg.inv(block.T @ block))
     halves = float(t_quantile(0.95, dof)) * np.sqrt(variance)
     terms = [

@@ -116,12 +116,12 @@ def _engine(url: URL, begin: str, busy_timeout_s: float) -> Engine:
             "install its driver (pip install 'calrig[postgres]' for PostgreSQL), or use sqlite:///PATH"
         ) from error
     if is_sqlite:
-        event.listen(engine, "connect", _own_the_transactions)
+        event.listen(engine, "connect", _begin_transactions_here)
         event.listen(engine, "begin", lambda connection: connection.exec_driver_sql(begin))
     return engine
 
 
-def _own_the_transactions(connection: object, record: object) -> None:  # noqa: ARG001 (the event's signature)
+def _begin_transactions_here(connection: object, record: object) -> None:  # noqa: ARG001 (the event's signature)
     """Keep Python's driver from beginning transactions of its own; make foreign keys and every sync count."""
     connection.isolation_level = None  # type: ignore[attr-defined]  # a DBAPI connection of sqlite3
     connection.execute("PRAGMA foreign_keys = ON")  # type: ignore[attr-defined]

@@ -89,7 +89,7 @@ def with_rig_causes(population: Population, found: History) -> History:
         for finding in check_history(population, name).findings:
             if finding.cause in ("table", "meter") and finding.at.run_id is not None:
                 sentences.setdefault(finding.at.run_id, finding.sentence)
-    findings = tuple(replace(one, rig_cause=sentences.get(one.at.run_id)) for one in found.findings)
+    findings = tuple(replace(finding, rig_cause=sentences.get(finding.at.run_id)) for finding in found.findings)
     return replace(found, findings=findings)
 
 

@@ -91,8 +91,8 @@ def claim(
                 continue
             begun.append(resource)
             connection.execute(delete(LEASES).where(LEASES.c.resource == resource))
-            own = {"token": holder.token, "host": holder.host, "account": holder.account, "place": holder.place}
-            connection.execute(insert(LEASES).values(resource=resource, since_utc=now, **own, **values))
+            identity = {"token": holder.token, "host": holder.host, "account": holder.account, "place": holder.place}
+            connection.execute(insert(LEASES).values(resource=resource, since_utc=now, **identity, **values))
     return Claim(tuple(begun), others)
 
 

@@ -60,7 +60,7 @@ def keep_lesson(archive_url: str, lesson: Lesson, busy_timeout_s: float = BUSY_T
     """Keep what a run teaches, in the place of what it taught before. Raises: ArchiveError."""
     with writing(archive_url, busy_timeout_s) as connection:
         _replace(connection, DURATIONS, lesson, [asdict(part) for part in lesson.parts])
-        _replace(connection, COMPONENTS, lesson, [asdict(one) for one in lesson.components])
+        _replace(connection, COMPONENTS, lesson, [asdict(component) for component in lesson.components])
 
 
 def _replace(connection: Connection, table: Table, lesson: Lesson, rows: Sequence[Mapping[str, object]]) -> None:
@@ -88,27 +88,27 @@ def past_lessons(
             rig,
             simulated,
             next(iter(parts.get(sha256) or components[sha256]))["ended_utc"],
-            tuple(PartDuration(**_own(row, PartDuration)) for row in parts.get(sha256, ())),
-            tuple(AxisComponents(**_own(row, AxisComponents)) for row in components.get(sha256, ())),
+            tuple(PartDuration(**_fields_of(row, PartDuration)) for row in parts.get(sha256, ())),
+            tuple(AxisComponents(**_fields_of(row, AxisComponents)) for row in components.get(sha256, ())),
         )
         for sha256 in dict.fromkeys([*parts, *components])
     ]
-    return tuple(sorted(lessons, key=lambda one: one.ended_utc, reverse=True)[:most])
+    return tuple(sorted(lessons, key=lambda lesson: lesson.ended_utc, reverse=True)[:most])
 
 
 def _latest(connection: Connection, table: Table, rig: str, simulated: bool, most: int) -> dict[str, list[RowMapping]]:
-    asked = (
+    selected = (
         select(table)
         .where(table.c.rig == rig, table.c.simulated == simulated)
         .order_by(table.c.ended_utc.desc(), table.c.journal_sha256)
     )
     found: dict[str, list[RowMapping]] = {}
-    for row in connection.execute(asked).mappings():
+    for row in connection.execute(selected).mappings():
         if row["journal_sha256"] not in found and len(found) == most:
             break
         found.setdefault(row["journal_sha256"], []).append(row)
     return found
 
 
-def _own(row: RowMapping, kind: type[PartDuration] | type[AxisComponents]) -> dict[str, Any]:
+def _fields_of(row: RowMapping, kind: type[PartDuration] | type[AxisComponents]) -> dict[str, Any]:
     return {name: row[name] for name in kind.__dataclass_fields__}

@@ -119,14 +119,14 @@ def publish_run(
     sets = [sensor.coefficients for sensor in sensors]
     require_publishable(sets, published_utc)
     standards = standards_of(sets)
-    expired = [] if run.simulated else [one for one in standards if one.is_expired(run.ended_utc.date())]
+    expired = [] if run.simulated else [standard for standard in standards if standard.is_expired(run.ended_utc.date())]
     _check_override(run, expired, override)
     _require_name(run, supersede)
     with writing(archive_url, busy_timeout_s) as connection:
         strangers = _strangers(connection, run, lineage)
         if strangers and supersede is None:
             raise _refusal_of_a_copy(run, strangers)
-        words = {one.key: override for one in expired if override}
+        words = {standard.key: override for standard in expired if override}
         _insert_run(connection, run, published_utc, standards, words, _supersession(strangers, supersede))
         checks = {sensor.coefficients.sensor: sensor.is_check for sensor in sensors}
         publications = insert_sets(connection, sets, published_utc, checks)
@@ -138,7 +138,9 @@ def publish_run(
             sensor.coefficients.sensor: _adjusted(connection, sensor, published_utc, usage_pitch_deg)
             for sensor in sensors
         }
-    return PublishedRun(publications, {name: one for name, one in found.items() if one is not None})
+    return PublishedRun(
+        publications, {name: publication for name, publication in found.items() if publication is not None}
+    )
 
 
 def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Adjustment | None:
@@ -215,7 +217,9 @@ def standards_of(sets: Sequence[CoefficientSet]) -> tuple[StandardUse, ...]:
 
 def _check_override(run: RunEntry, expired: Sequence[StandardUse], override: Override | None) -> None:
     if expired and override is None:
-        overdue = ", ".join(f"{one.name} ({one.certificate or 'no certificate'}, due {one.due})" for one in expired)
+        overdue = ", ".join(
+            f"{standard.name} ({standard.certificate or 'no certificate'}, due {standard.due})" for standard in expired
+        )
         raise ArchiveError(
             f"run {run.run_id}: standards expired before the run ended on {run.ended_utc:%Y-%m-%d}: {overdue}; nothing "
             "was published; have them calibrated and measure again, or answer for it: calrig archive publish RUN "
@@ -243,20 +247,20 @@ def _insert_run(
     if _has(connection, RUNS.c.journal_sha256 == run.journal_sha256):
         return
     new = [
-        one
-        for one in standards
-        if not _has(connection, STANDARDS.c.serial == one.serial, STANDARDS.c.certificate == one.certificate)
+        standard
+        for standard in standards
+        if not _has(connection, STANDARDS.c.serial == standard.serial, STANDARDS.c.certificate == standard.certificate)
     ]
-    uses = [_use_row(run, one, overridden.get(one.key)) for one in standards]
+    uses = [_use_row(run, standard, overridden.get(standard.key)) for standard in standards]
     written = [
         Written(RUNS, [{**vars(run), "published_utc": published_utc}]),
-        Written(STANDARDS, [_standard_row(one) for one in new]),
+        Written(STANDARDS, [_standard_row(standard) for standard in new]),
         Written(USES, uses),
     ]
     overrides: Document = {
-        one.name: {"by": word.by, "reason": word.reason}
-        for one in standards
-        if (word := overridden.get(one.key)) is not None
+        standard.name: {"by": word.by, "reason": word.reason}
+        for standard in standards
+        if (word := overridden.get(standard.key)) is not None
     }
     remarks = ({"overrides": overrides} if overrides else {}) | supersession
     write(connection, published_utc, "run", written, remarks)
@@ -272,10 +276,10 @@ def _strangers(connection: Connection, run: RunEntry, lineage: Collection[str]) 
 
 def _refusal_of_a_copy(run: RunEntry, strangers: Sequence[str]) -> ArchiveForbids:
     return ArchiveForbids(
-        f"run {run.run_id}: the archive has it with another journal ({', '.join(one[:12] for one in strangers)}), and "
-        f"this one ({run.journal_sha256[:12]}) did not grow out of it: a copy of the run folder went its own way; "
-        "nothing was published; keep one of the two, or answer for this one: calrig archive publish RUN --supersede "
-        "REASON --operator NAME"
+        f"run {run.run_id}: the archive has it with another journal "
+        f"({', '.join(stranger[:12] for stranger in strangers)}), and this one ({run.journal_sha256[:12]}) did not "
+        "grow out of it: a copy of the run folder went its own way; nothing was published; keep one of the two, or "
+        "answer for this one: calrig archive publish RUN --supersede REASON --operator NAME"
     )
 
 

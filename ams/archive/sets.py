@@ -214,10 +214,10 @@ def insert_sets(
         if is_new:
             new[coefficients.sha256] = coefficients
     if new:
-        points = [point_row(one, is_check=check_sensors.get(one.sensor, False)) for one in new.values()]
+        points = [point_row(entry, is_check=check_sensors.get(entry.sensor, False)) for entry in new.values()]
         written = [
-            Written(SETS, [_set_row(one, published_utc) for one in new.values()]),
-            Written(COEFFICIENTS, [row for one in new.values() for row in _coefficient_rows(one)]),
+            Written(SETS, [_set_row(entry, published_utc) for entry in new.values()]),
+            Written(COEFFICIENTS, [row for entry in new.values() for row in _coefficient_rows(entry)]),
             Written(POINTS, points),
         ]
         write(connection, published_utc, "sets", written, {})

@@ -95,8 +95,8 @@ class SignOff:
     @property
     def unaccepted(self) -> tuple[StatedFinding, ...]:
         """The significant findings that nobody has accepted."""
-        accepted = {one.finding for one in self.acceptances}
-        return tuple(one for one in self.findings if one.name not in accepted)
+        accepted = {acceptance.finding for acceptance in self.acceptances}
+        return tuple(finding for finding in self.findings if finding.name not in accepted)
 
     @property
     def is_in_quarantine(self) -> bool:
@@ -113,7 +113,7 @@ class SignOff:
 
     def by(self, role: Role) -> Signature | None:
         """Return the signature in a role, None where nobody signed."""
-        return next((one for one in self.signatures if one.role == role), None)
+        return next((signature for signature in self.signatures if signature.role == role), None)
 
 
 def sign(
@@ -162,11 +162,11 @@ def accept(
         sha256 = find_set(connection, key)
         signed = _sign_off(connection, sha256)
         where = f"set {signed.sha256[:12]}: accept {finding}"
-        names = [one.name for one in signed.findings]
+        names = [finding.name for finding in signed.findings]
         if finding not in names:
             known = f"its significant findings are {', '.join(names)}" if names else "it has no significant finding"
             raise ArchiveUnknown(f"{where}: the set has no such finding: {known}; nothing was signed")
-        before = next((one for one in signed.acceptances if one.finding == finding), None)
+        before = next((acceptance for acceptance in signed.acceptances if acceptance.finding == finding), None)
         if before is not None:
             raise ArchiveForbids(f"{where}: {before.name} accepted it already; nothing was signed")
         _check_word(signed, where, name, reason)
@@ -258,7 +258,7 @@ def verify_archive(archive_url: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> 
 
 
 def _role(role: str) -> Role:
-    found: Role | None = next((one for one in get_args(Role) if one == role), None)
+    found: Role | None = next((known for known in get_args(Role) if known == role), None)
     if found is None:
         raise ArchiveUnknown(
             f"role: got {role!r}, allowed are {', '.join(get_args(Role))}; nothing was signed; name one of them"
@@ -301,8 +301,8 @@ def _check_nothing_open(signed: SignOff, where: str) -> None:
         )
     if signed.unaccepted:
         raise ArchiveForbids(
-            f"{where}: nobody has accepted {', '.join(one.name for one in signed.unaccepted)}; nothing was signed; "
-            "have each of them accepted with a reason (calrig archive accept)"
+            f"{where}: nobody has accepted {', '.join(finding.name for finding in signed.unaccepted)}; "
+            "nothing was signed; have each of them accepted with a reason (calrig archive accept)"
         )
 
 

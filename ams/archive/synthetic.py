@@ -67,18 +67,18 @@ class SyntheticArchive:
 def synthetic_archive(chance: np.random.Generator, story: Story | None = None) -> SyntheticArchive:
     """Make calibrations of every sensor in every campaign."""
     chosen = story or Story()
-    names = [f"SN{1001 + place}" for place in range(chosen.sensors)]
-    picked = [names[place] for place in chance.permutation(chosen.sensors)[: chosen.drifting + 3]]
+    names = [f"SN{1001 + index}" for index in range(chosen.sensors)]
+    picked = [names[index] for index in chance.permutation(chosen.sensors)[: chosen.drifting + 3]]
     drifting, (dropped, *mixed) = tuple(picked[: chosen.drifting]), picked[chosen.drifting :]
-    levels = {name: _own_numbers(chance) for name in (*names, CHECK_SENSOR)}
+    levels = {name: _levels_of_a_sensor(chance) for name in (*names, CHECK_SENSOR)}
     fall, swap = (int(chance.integers(low, chosen.campaigns - 2)) for low in (3, 4))
     rows: list[tuple[PointLabel, FloatArray]] = []
     for campaign in range(chosen.campaigns):
-        for place, name in enumerate((*names, CHECK_SENSOR)):
+        for index, name in enumerate((*names, CHECK_SENSOR)):
             measured = _really_measured(name, mixed, campaign == swap)
             primary = _as_it_is(levels[measured], measured in drifting, measured == dropped, (campaign, fall), chosen)
             calibrated = _calibrated(primary, chance, chosen, is_remounted=name != CHECK_SENSOR)
-            rows.append((_label(name, campaign, place, chosen), calibrated))
+            rows.append((_label(name, campaign, index, chosen), calibrated))
     rows.sort(key=lambda row: (row[0].sensor, row[0].created_utc))
     primary = np.stack([values for _, values in rows])
     spread = np.broadcast_to(np.eye(4) * (chosen.noise_arcsec * RAD_PER_ARCSEC * 2.5) ** 2, (*primary.shape, 4)).copy()
@@ -93,7 +93,7 @@ def _really_measured(name: str, mixed: list[str], is_swap: bool) -> str:
     return name
 
 
-def _own_numbers(chance: np.random.Generator) -> FloatArray:
+def _levels_of_a_sensor(chance: np.random.Generator) -> FloatArray:
     """Draw (3, 4) offset and k.
 
     2.5 V/g within half a percent, offsets of millivolts, misalignments of minutes of arc.
@@ -126,10 +126,10 @@ def _calibrated(primary: FloatArray, chance: np.random.Generator, story: Story, 
     return np.asarray(whole + 2.5 * story.noise_arcsec * RAD_PER_ARCSEC * chance.normal(size=whole.shape))
 
 
-def _label(name: str, campaign: int, place: int, story: Story) -> PointLabel:
+def _label(name: str, campaign: int, index: int, story: Story) -> PointLabel:
     start = START + timedelta(days=365.25 * campaign / story.per_year)
-    when = start + timedelta(hours=place) if name != CHECK_SENSOR else start
-    digest = f"{campaign:04d}{place:04d}".ljust(64, "0")
+    when = start + timedelta(hours=index) if name != CHECK_SENSOR else start
+    digest = f"{campaign:04d}{index:04d}".ljust(64, "0")
     return PointLabel(digest, name, f"campaign-{campaign:02d}", when, RIG, name == CHECK_SENSOR, GRAVITY_MPS2)
 
 

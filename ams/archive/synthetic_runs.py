@@ -89,7 +89,7 @@ def _observed(primary: FloatArray, chance: np.random.Generator) -> Observations:
         np.tile(np.arange(1, points + 1), REPLICATIONS),
         np.tile(pitch, REPLICATIONS),
         np.tile(roll, REPLICATIONS),
-        {axis: outputs[:, place].copy() for place, axis in enumerate(AXES)},
+        {axis: outputs[:, index].copy() for index, axis in enumerate(AXES)},
         source=f"synthetic, {points} points",
     )
 

@@ -25,7 +25,7 @@ from ams.attitude.three_axes import (
     blocks,
     turns,
 )
-from ams.attitude.told_rows import along_distance, factor_across, factor_along, factor_of_root
+from ams.attitude.truncated_pivot import along_distance, factor_across, factor_along, factor_of_root
 from ams.errors import DesignError
 
 
@@ -53,10 +53,10 @@ def pitch_roots(
     along, across = sign * k_x, sign * (k_y * np.sin(roll) + k_z * np.cos(roll))
     amplitude = np.hypot(along, across)
     sine = sign * (output_v - offset_v) / amplitude
-    own = np.arcsin(np.where(np.abs(sine) > 1.0, np.nan, sine))
+    branch = np.arcsin(np.where(np.abs(sine) > 1.0, np.nan, sine))
     tilt = np.arctan2(across, along)
-    slope = sign * amplitude * np.cos(own)
-    return PitchRoots(own + tilt, slope, amplitude, np.pi / 2.0 - np.abs(own) - np.abs(tilt))
+    slope = sign * amplitude * np.cos(branch)
+    return PitchRoots(branch + tilt, slope, amplitude, np.pi / 2.0 - np.abs(branch) - np.abs(tilt))
 
 
 @dataclass(frozen=True)
@@ -181,10 +181,10 @@ def pierce(k_v_per_g: FloatArray, deviation_v: FloatArray, is_upright: bool, is_
     length = np.sqrt(np.where(rest < 0.0, np.nan, rest))
     by_z = np.abs(normal[2]) >= np.abs(normal[1])
     sense = np.where(np.where(by_z, is_upright, is_right_wing_down), 1.0, -1.0)
-    own = np.where(by_z, normal[2], normal[1])
-    side = -np.sign(own) * sense * length
+    normal_component = np.where(by_z, normal[2], normal[1])
+    side = -np.sign(normal_component) * sense * length
     middle = np.where(by_z, nearest[2], nearest[1])
-    leading, other = sense * (middle + side * own), sense * (middle - side * own)
+    leading, other = sense * (middle + side * normal_component), sense * (middle - side * normal_component)
     is_finite = np.asarray(np.isfinite(deviation_v).all(axis=0))
     return Pierced(nearest + side * normal, length, leading, other, is_finite, normal)
 
@@ -201,7 +201,7 @@ def two_axis_gains(k_v_per_g: FloatArray, force: FloatArray) -> tuple[FloatArray
     with np.errstate(divide="ignore", invalid="ignore"):
         rank_lost = ~(np.abs(determinant) >= SMALLEST_SLOPE * spread * np.sqrt(squares[0] * squares[1]))
         gains = [
-            np.stack([np.einsum("in,in->n", turn, own) for own in (first, second)]) / determinant
+            np.stack([np.einsum("in,in->n", turn, vector) for vector in (first, second)]) / determinant
             for turn in (meridian, parallel)
         ]
     return gains[0], gains[1], rank_lost

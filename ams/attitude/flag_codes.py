@@ -110,17 +110,17 @@ ONE_AXIS_WORDS: Final[Mapping[int, str]] = {
 
 def words(codes: AnswerCodes, reasons: Mapping[int, str] = WORDS) -> tuple[str, ...]:
     """Return the flag of every row, empty where all is well; several reasons are parted by a semicolon."""
-    said, places = distinct_words(codes, reasons)
-    return tuple(said[place] for place in places.tolist())
+    said, indices = distinct_words(codes, reasons)
+    return tuple(said[index] for index in indices.tolist())
 
 
 def distinct_words(codes: AnswerCodes, reasons: Mapping[int, str] = WORDS) -> tuple[list[str], IntArray]:
     """Return the flags that there are, each once, and the place among them of every row's."""
-    places = np.zeros(codes.size, dtype=np.int64)
+    indices = np.zeros(codes.size, dtype=np.int64)
     rows = np.flatnonzero(codes)
-    distinct, own = np.unique(codes[rows], return_inverse=True)
-    places[rows] = own + 1
-    return ["", *(_said(int(code), reasons) for code in distinct)], places
+    distinct, distinct_of = np.unique(codes[rows], return_inverse=True)
+    indices[rows] = distinct_of + 1
+    return ["", *(_said(int(code), reasons) for code in distinct)], indices
 
 
 def _said(code: int, words_of: Mapping[int, str]) -> str:
@@ -145,7 +145,9 @@ def suspects_in_words(is_suspect: Sequence[bool], axes: Sequence[str], packages:
     """Return "y or z of the model package" for readings that are suspect, by their axes and packages."""
     parts = []
     for package in dict.fromkeys(packages):
-        own = [axis for axis, of, there in zip(axes, packages, is_suspect, strict=True) if there and of == package]
-        if own:
-            parts.append(f"{' or '.join(own)} of the {package} package")
+        suspected = [
+            axis for axis, of, there in zip(axes, packages, is_suspect, strict=True) if there and of == package
+        ]
+        if suspected:
+            parts.append(f"{' or '.join(suspected)} of the {package} package")
     return " or ".join(parts)

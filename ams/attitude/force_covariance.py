@@ -150,10 +150,10 @@ def errors_of_force(k_v_per_g: FloatArray, errors: OutputErrors) -> PolynomialEr
     """
     powers, by_output = output_polynomials(errors)
     inverse = np.linalg.inv(k_v_per_g)
-    own = np.zeros((1, *by_output.shape[1:]))
-    at_one = powers.index((0, 0, 0))
-    own[0, range(3), range(3), at_one] = errors.reading_v2
-    parts = np.concatenate([by_output, own])
+    by_reading = np.zeros((1, *by_output.shape[1:]))
+    constant = powers.index((0, 0, 0))
+    by_reading[0, range(3), range(3), constant] = errors.reading_v2
+    parts = np.concatenate([by_output, by_reading])
     squares = np.sum(k_v_per_g**2, axis=1)
     mean = np.mean(np.einsum("ciim->im", by_output) / squares[:, None], axis=0)
     reading = errors.reading_v2 if mean.any() or errors.reading_v2.any() else np.ones(3)
@@ -182,13 +182,13 @@ def output_polynomials(errors: OutputErrors) -> tuple[list[tuple[int, int, int]]
 def monomials(force: FloatArray, powers: Sequence[tuple[int, int, int]]) -> FloatArray:
     """Return (M, n) products of powers of (3, n) force."""
     highest = np.max(np.array(powers), axis=0)
-    by_axis = [[own] for own in force]
-    for own, high in zip(by_axis, highest, strict=True):
+    by_axis = [[component] for component in force]
+    for raised, high in zip(by_axis, highest, strict=True):
         for _ in range(1, high):
-            own.append(own[-1] * own[0])
+            raised.append(raised[-1] * raised[0])
     values = np.empty((len(powers), force.shape[1]))
     for row, each in zip(values, powers, strict=True):
-        factors = [own[power - 1] for own, power in zip(by_axis, each, strict=True) if power]
+        factors = [raised[power - 1] for raised, power in zip(by_axis, each, strict=True) if power]
         row[:] = factors[0] if factors else 1.0
         for factor in factors[1:]:
             row *= factor

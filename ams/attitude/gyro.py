@@ -94,7 +94,7 @@ def cr_angles_rad(quaternion: FloatArray, start_rad: FloatArray) -> FloatArray:
     yaw = np.unwrap(np.arctan2(sine, side * level))
     if near.any():
         _refuse_yaw(float(yaw[np.argmax(near)]), int(np.argmax(near)))
-    return np.stack([_from(own, first) for own, first in zip((pitch, yaw, roll), start_rad, strict=True)])
+    return np.stack([_from(rates, first) for rates, first in zip((pitch, yaw, roll), start_rad, strict=True)])
 
 
 def _from(angles: FloatArray, start: float) -> FloatArray:

@@ -163,7 +163,7 @@ def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float
     PHt = P.dot(H.T)
     inverse = _inverse(H.dot(PHt).tolist(), variance)
     weighted = [row[0] * innovation[0] + row[1] * innovation[1] + row[2] * innovation[2] for row in inverse]
-    normalised_innovation = sum(one * other for one, other in zip(innovation, weighted, strict=True))
+    normalised_innovation = sum(component * other for component, other in zip(innovation, weighted, strict=True))
     if gate is not None and normalised_innovation > gate:
         return normalised_innovation
     gain = PHt.dot(np.array(inverse))

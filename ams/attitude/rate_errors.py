@@ -59,9 +59,9 @@ class ErrorGrowth:
 
     def _runs(self, is_bridged: BoolArray) -> FloatArray:
         """Return the (n,) number of each bridged sample in its gap, 0 where it was read."""
-        places = np.arange(is_bridged.size)
-        last_good = np.maximum.accumulate(np.where(is_bridged, -1, places))
-        return np.where(is_bridged, np.where(last_good < 0, places + 1 + self._run, places - last_good), 0.0)
+        indices = np.arange(is_bridged.size)
+        last_good = np.maximum.accumulate(np.where(is_bridged, -1, indices))
+        return np.where(is_bridged, np.where(last_good < 0, indices + 1 + self._run, indices - last_good), 0.0)
 
 
 def rotation_matrices(quaternion: FloatArray) -> FloatArray:

@@ -190,12 +190,12 @@ def bridge(rates: FloatArray) -> tuple[FloatArray, BoolArray]:
         return np.full_like(rates, np.nan), is_missing
     gaps = np.flatnonzero(is_missing)
     after = np.searchsorted(good, gaps)
-    before_place, after_place = good[np.maximum(after - 1, 0)], good[np.minimum(after, good.size - 1)]
-    length = after_place - before_place - 1
+    before_row, after_row = good[np.maximum(after - 1, 0)], good[np.minimum(after, good.size - 1)]
+    length = after_row - before_row - 1
     is_short = (length > 0) & (length <= LONGEST_BRIDGE)
-    share = np.where(is_short, (gaps - before_place) / np.maximum(length + 1.0, 1.0), 0.0)
+    share = np.where(is_short, (gaps - before_row) / np.maximum(length + 1.0, 1.0), 0.0)
     filled = np.array(rates)
-    first, last = rates[:, before_place], rates[:, after_place]
+    first, last = rates[:, before_row], rates[:, after_row]
     filled[:, gaps] = first + share * (last - first)
     return filled, is_missing
 
@@ -250,9 +250,9 @@ def _moments(rates: FloatArray, nodes: int, at: int) -> tuple[FloatArray, FloatA
     weights = np.linalg.solve(vandermonde.T, integrals.T)
     windows = rates.shape[1] - nodes + 1
     found = np.zeros((2, 3, windows))
-    for node, (own, first) in enumerate(weights.tolist()):
+    for node, (weight, first) in enumerate(weights.tolist()):
         part = rates[:, node : node + windows]
-        found[0] += own * part
+        found[0] += weight * part
         found[1] += first * part
     return found[0], found[1]
 
@@ -286,8 +286,8 @@ def prefix_products(steps: FloatArray) -> FloatArray:
     count = steps.shape[1]
     if count <= _SHORT:
         found = steps.copy()
-        for place in range(1, count):
-            found[:, place] = product(found[:, place - 1], found[:, place])
+        for index in range(1, count):
+            found[:, index] = product(found[:, index - 1], found[:, index])
         return found
     length = max(isqrt(count) // 2, 2)
     groups = -(-count // length)
@@ -296,13 +296,13 @@ def prefix_products(steps: FloatArray) -> FloatArray:
     padded[:, :count] = steps
     # One group to a column, so that a step of all groups lies side by side in memory.
     columns = np.ascontiguousarray(padded.reshape(4, groups, length).swapaxes(1, 2))
-    for place in range(1, length):
-        columns[:, place] = product(columns[:, place - 1], columns[:, place])
+    for index in range(1, length):
+        columns[:, index] = product(columns[:, index - 1], columns[:, index])
     before = np.zeros((4, groups))
     before[3, 0] = 1.0
     before[:, 1:] = prefix_products(columns[:, -1, :-1])
-    for place in range(length):
-        columns[:, place] = product(before, columns[:, place])
+    for index in range(length):
+        columns[:, index] = product(before, columns[:, index])
     return cast(FloatArray, columns.swapaxes(1, 2).reshape(4, -1)[:, :count])
 
 

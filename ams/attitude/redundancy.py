@@ -114,7 +114,7 @@ def _followed(
 ) -> tuple[float, int, float, float]:
     """Return chi-square, its degrees of freedom, gain and offset of one axis against what the two others say."""
     others = list(_OTHERS[axis])
-    own, pair, squares = k_v_per_g[axis], k_v_per_g[others], variance_v2[others]
+    tested_k, pair, squares = k_v_per_g[axis], k_v_per_g[others], variance_v2[others]
     pierced = pierce(pair, deviation_v[others], True, True)
     normal = np.cross(pair[0], pair[1])
     pseudo = np.linalg.pinv(pair)
@@ -126,10 +126,10 @@ def _followed(
     used = rest > 2.0 * _CLEAR_OF_EDGE_SD * rest_sd
     if used.sum() < 3:
         return float(impossible @ impossible), 0, np.nan, np.nan
-    step = (own @ normal) / np.linalg.norm(normal) * np.sqrt(rest[used])
-    middle = own @ nearest[:, used]
+    step = (tested_k @ normal) / np.linalg.norm(normal) * np.sqrt(rest[used])
+    middle = tested_k @ nearest[:, used]
     roots = np.stack([middle + step, middle - step])
-    variance = variance_v2[axis] + _prediction_variance(own, pair, pierced.force[:, used], squares)
+    variance = variance_v2[axis] + _prediction_variance(tested_k, pair, pierced.force[:, used], squares)
     read = deviation_v[axis, used]
     # From a right axis and from a dead one: which of two roots a reading is nearer to depends on where one starts.
     best = min((_line(roots, read, variance, gain) for gain in (1.0, 0.0)), key=lambda fit: fit[0])
@@ -137,12 +137,12 @@ def _followed(
     return best[0] + float(impossible @ impossible), dof, best[1], best[2]
 
 
-def _prediction_variance(own: FloatArray, pair: FloatArray, force: FloatArray, squares: FloatArray) -> FloatArray:
+def _prediction_variance(tested_k: FloatArray, pair: FloatArray, force: FloatArray, squares: FloatArray) -> FloatArray:
     """Return the (n,) variance of what two outputs predict of a third."""
     determinant = np.cross(pair[0], pair[1]) @ force
     by_first, by_second = (
-        own @ np.cross(pair[1], force, axisb=0, axisc=0),
-        own @ np.cross(force, pair[0], axisa=0, axisc=0),
+        tested_k @ np.cross(pair[1], force, axisb=0, axisc=0),
+        tested_k @ np.cross(force, pair[0], axisa=0, axisc=0),
     )
     return np.asarray((by_first**2 * squares[0] + by_second**2 * squares[1]) / determinant**2)
 
@@ -173,9 +173,9 @@ class Disagreement:
 
     def is_above(self, calibration_dof: float | FloatArray, level: float = LEVEL) -> BoolArray:
         """Return whether χ² is more than the covariance allows, which was known with some degrees of freedom itself."""
-        own = np.maximum(self.dof, 1)
+        counted_dof = np.maximum(self.dof, 1)
         other = np.minimum(np.asarray(calibration_dof, dtype=float), 1e7)
-        chance = f_tail(self.chi_square / own, own, other)
+        chance = f_tail(self.chi_square / counted_dof, counted_dof, other)
         return np.asarray((self.dof > 0) & (chance < 1.0 - level))
 
 
@@ -225,6 +225,6 @@ def explaining(
 
 def _patterns(is_valid: BoolArray) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Yield rows that have the same valid readings, with these."""
-    patterns, place = np.unique(is_valid, axis=0, return_inverse=True)
+    patterns, index = np.unique(is_valid, axis=0, return_inverse=True)
     for number, pattern in enumerate(patterns):
-        yield np.flatnonzero(place.ravel() == number), np.flatnonzero(pattern)
+        yield np.flatnonzero(index.ravel() == number), np.flatnonzero(pattern)

@@ -82,24 +82,24 @@ def output_errors(
     if package is not None:
         return OutputErrors(package.output_parts(force), reading)
     parts: list[Part] = []
-    for place, sensor in enumerate(sensors):
+    for index, sensor in enumerate(sensors):
         for variance, dof in sensor.calibration_parts(force):
             covariance = np.zeros((*reading.shape, len(sensors)))
-            covariance[:, place, place] = variance
+            covariance[:, index, index] = variance
             parts.append((covariance, dof))
     return OutputErrors(parts, reading)
 
 
-def beside_singular(own: FloatArray, across: FloatArray, is_singular: BoolArray) -> FloatArray:
+def beside_singular(along: FloatArray, across: FloatArray, is_singular: BoolArray) -> FloatArray:
     """Return standard deviations or half-widths of an angle's distance from its singular attitude.
 
-    There the distance d is the length of a vector of two components, of which ``own`` and ``across`` are the spread
+    There the distance d is the length of a vector of two components, of which ``along`` and ``across`` are the spread
     along and across it. Read with an error e it is |d + e|, which is off by up to |e|, not by the component along it
     (at the singular attitude itself the linear 95 % interval holds 85 %). E|e|² is the sum of both squares; and
     |e|² stays within 1.96² times that sum in at least 95 %, whatever the two and their correlation. Source: Székely,
     Bakirov, Extremal probabilities for Gaussian quadratic forms (2003).
     """
-    return np.where(is_singular, np.hypot(own, across), own)
+    return np.where(is_singular, np.hypot(along, across), along)
 
 
 def weighing_variances(sensors: Sequence[UncertainSensor], K: FloatArray, force: FloatArray) -> FloatArray:
@@ -113,7 +113,7 @@ def weighing_variances(sensors: Sequence[UncertainSensor], K: FloatArray, force:
     """
     squares = np.sum(K**2, axis=-1)
     parts = [[variance for variance, _ in sensor.calibration_parts(force)] for sensor in sensors]
-    calibration = np.stack([np.sum(own, axis=0) for own in parts], axis=-1)
+    calibration = np.stack([np.sum(sensor_parts, axis=0) for sensor_parts in parts], axis=-1)
     reading = np.stack([sensor.reading_variance_v2(force) for sensor in sensors], axis=-1)
     return np.asarray(reading + squares * np.mean(calibration / squares, axis=-1, keepdims=True))
 

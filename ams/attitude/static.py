@@ -324,7 +324,9 @@ def _angles(
     with np.errstate(divide="ignore", invalid="ignore"):
         in_angles = np.stack([np.ones_like(across), 1.0 / across], axis=-1)
         sd, half_95 = spread.sd * in_angles, spread.half_95 * in_angles
-    pitch_sd, pitch_half = (beside_singular(one[:, 0], one[:, 1], is_vertical) for one in (spread.sd, spread.half_95))
+    pitch_sd, pitch_half = (
+        beside_singular(pair[:, 0], pair[:, 1], is_vertical) for pair in (spread.sd, spread.half_95)
+    )
     pitch_half, roll_half = pitch_half * np.where(is_vertical, 1.0, factors[:, 0]), half_95[:, 1] * factors[:, 1]
     return Angles(
         _blank(pitch, pitch_lost),

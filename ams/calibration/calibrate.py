@@ -84,8 +84,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     steps = _steps(judged, groups, family)
     for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
         limits, changed = [limit] * len(group), [steps.get(label, NO_STEPS) for label in group]
-        told = Circumstances(rows, outputs, request.table, shared[group[0]], limits, family, steps=changed)
-        found = diagnose(solved, told, evidence)
+        circumstances = Circumstances(rows, outputs, request.table, shared[group[0]], limits, family, steps=changed)
+        found = diagnose(solved, circumstances, evidence)
         for row, label in enumerate(group):
             curved = request.residual_curvature
             axes[label] = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)
@@ -101,13 +101,13 @@ def _steps(
 ) -> Mapping[str, StepsOfOutput]:
     """Return what changed in mid-run by axis, of all axes together."""
     seen = [
-        (label, one, row)
-        for one, (group, *_) in zip(judged, groups, strict=True)
-        if one is not None
+        (label, judged_group, row)
+        for judged_group, (group, *_) in zip(judged, groups, strict=True)
+        if judged_group is not None
         for row, label in enumerate(group)
     ]
-    found = judge_steps([(one, row) for _, one, row in seen], family)
-    return {label: told for (label, *_), told in zip(seen, found, strict=True)}
+    found = judge_steps([(evidence, row) for _, evidence, row in seen], family)
+    return {label: steps for (label, *_), steps in zip(seen, found, strict=True)}
 
 
 def _refuse_foreign_units(labels: Sequence[str], observations: Observations, request: CalibrationRequest) -> None:
@@ -204,18 +204,18 @@ def _sensitive_axis(names: Sequence[str], primary: FloatArray) -> tuple[float, f
 
 def _replication(solved: SolvedColumns, row: int, found: Diagnosis) -> Replication | None:
     """Return the tests of the dwells that are believed; those of TP 8 are of all dwells."""
-    tests, believed, place = corrected_replication(found), found.solved, found.row
+    tests, believed, i = corrected_replication(found), found.solved, found.row
     if solved.replication is None or tests is None:
         return None
     return Replication(
         replications=solved.layout.replications,
         points=solved.layout.points,
-        lack_of_fit=tests.lack_of_fit.of(place),
-        drift={name: test.of(place) for name, test in tests.drift.items()},
+        lack_of_fit=tests.lack_of_fit.of(i),
+        drift={name: test.of(i) for name, test in tests.drift.items()},
         tp=solved.replication.tp.of(row),
-        precision_v=float(np.sqrt(believed.mixed.precision_variance[place])),
-        lack_of_fit_v=float(np.sqrt(believed.mixed.lack_of_fit_variance[place])),
-        per_replication=believed.per_replication(place),
+        precision_v=float(np.sqrt(believed.mixed.precision_variance[i])),
+        lack_of_fit_v=float(np.sqrt(believed.mixed.lack_of_fit_variance[i])),
+        per_replication=believed.per_replication(i),
     )
 
 

@@ -63,9 +63,9 @@ class SolvedColumns:
         """Return the parameters (edge units) of one axis by replication label, each replication alone."""
         mixed, model = self.mixed, self.problem.models[row]
         assert mixed.sums is not None
-        own = self.problem.alone.basis.shape[1]
+        alone_size = self.problem.alone.basis.shape[1]
         separate = np.repeat(mixed.estimate[row][None], self.layout.replications, axis=0)
-        separate[:, :own] = mixed.sums.separate[..., row]
+        separate[:, :alone_size] = mixed.sums.separate[..., row]
         kept = [i for i, name in enumerate(model.parameter_names) if _is_per_replication(name)]
         names = [model.parameter_names[i] for i in kept]
         values = model.parameters(self.problem.complete(separate))[:, kept].tolist()
@@ -139,9 +139,17 @@ def expect_linearised(
     """
     common = _common_errors(problem, table, shared)
     within, is_line = _within(problem, common, shared)
-    own = [problem.model.primary_names[place] for place in problem.free[: problem.alone.basis.shape[1]]]
+    alone_names = [problem.model.primary_names[index] for index in problem.free[: problem.alone.basis.shape[1]]]
     mixed = expected_estimates(
-        problem.form, problem.alone, layout, problem.outputs, own, beliefs, within, plots, is_weighted=not is_line
+        problem.form,
+        problem.alone,
+        layout,
+        problem.outputs,
+        alone_names,
+        beliefs,
+        within,
+        plots,
+        is_weighted=not is_line,
     )
     return _solved_columns(problem, layout, mixed, common, within)
 
@@ -209,7 +217,7 @@ def _common_errors(
             blocks["table"] = columns_of_members(members, model.angle_jacobian(primary, rows))
         if uncertain:
             slopes = model.jacobian(primary, rows)
-            blocks["temperature"] = np.stack([u * slopes[:, place] for place, u in uncertain], axis=1)
+            blocks["temperature"] = np.stack([u * slopes[:, index] for index, u in uncertain], axis=1)
         blocks |= shared_columns(shared, model, primary, rows)
         common.append({name: block for name, block in blocks.items() if block.shape[1] > 0})
     return common
@@ -240,9 +248,10 @@ def _all_primary(
             covariance = np.stack(
                 [
                     _with_fixed(
-                        problem, problem.form.repeats * own[:, : problem.block.pitch_rad.size] @ blocks["temperature"]
+                        problem,
+                        problem.form.repeats * estimator[:, : problem.block.pitch_rad.size] @ blocks["temperature"],
                     )
-                    for own, blocks in pairs
+                    for estimator, blocks in pairs
                 ]
             )
             placed.append(replace(part, covariance=covariance, causes=None))
@@ -269,8 +278,8 @@ def _with_fixed(problem: Linearised, effect: FloatArray) -> FloatArray:
     uncertain = _uncertain(problem.model)
     errors = np.zeros((len(problem.model.primary_names), len(uncertain)))
     errors[problem.free] = -effect
-    for column, (place, u) in enumerate(uncertain):
-        errors[place, column] = u
+    for column, (index, u) in enumerate(uncertain):
+        errors[index, column] = u
     return errors @ errors.T
 
 
@@ -279,7 +288,7 @@ def _replication(
 ) -> ReplicationColumns | None:
     if mixed.sums is None:
         return None
-    own = problem.alone.basis.shape[1]
+    alone_size = problem.alone.basis.shape[1]
     # Terms of low order are the sensor's, and their own test tells of them.
     tested = [
         i
@@ -287,7 +296,7 @@ def _replication(
         if (_is_per_replication(name) and name not in (*TERM_NAMES, TRACELESS_NAME))
     ]
     names = [quantity(parameters.names[i]) for i in tested]
-    directions = parameters.directions[:, tested][..., problem.free][..., :own]
+    directions = parameters.directions[:, tested][..., problem.free][..., :alone_size]
     largest_v = np.abs(problem.outputs).max(axis=0)
     return analyse(problem.alone, layout, largest_v, mixed.sums, names, directions)
 

@@ -35,7 +35,7 @@ from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
-from ams.calibration.steps import NO_STEPS, StepsOfOutput, as_told, step_columns
+from ams.calibration.steps import NO_STEPS, StepsOfOutput, step_columns, with_steps
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.request import select_rows
@@ -84,27 +84,27 @@ class Circumstances:
     steps: Sequence[StepsOfOutput] = ()
     """Of each output, what changed in mid-run; empty: not asked."""
 
-    def limit_of(self, place: int) -> TableLimit | None:
-        return self.limits[place] if self.limits else None
+    def limit_of(self, index: int) -> TableLimit | None:
+        return self.limits[index] if self.limits else None
 
-    def steps_of(self, place: int) -> StepsOfOutput:
-        return self.steps[place] if self.steps else NO_STEPS
+    def steps_of(self, index: int) -> StepsOfOutput:
+        return self.steps[index] if self.steps else NO_STEPS
 
 
 def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evidence | None = None) -> list[Diagnosis]:
     """Return the findings of every axis of one group; ``evidence``: where it is made already."""
     axes = range(len(solved.problem.models))
     if solved.problem.form.weights is not None:
-        return [Diagnosis(tuple(_undetermined(solved, place)), solved, place, AxisTests({})) for place in axes]
+        return [Diagnosis(tuple(_undetermined(solved, axis)), solved, axis, AxisTests({})) for axis in axes]
     evidence = evidence_of(solved, circumstances.rows) if evidence is None else evidence
     shared, order = shared_tests(evidence), (*time_confounded(evidence), *temperature_confounded(evidence))
     found = []
-    for place in axes:
-        told = replace(circumstances, order=order)
+    for axis in axes:
+        in_order = replace(circumstances, order=order)
         nothing = np.zeros((circumstances.rows.rows, 0))
-        whole = Believed(evidence, shared, solved, place, circumstances.outputs, circumstances.rows, nothing)
-        one = _axis(whole, place, told)
-        found.append(replace(one, findings=(*one.findings, *order, *_undetermined(solved, place))))
+        whole = Believed(evidence, shared, solved, axis, circumstances.outputs, circumstances.rows, nothing)
+        diagnosis = _axis(whole, axis, in_order)
+        found.append(replace(diagnosis, findings=(*diagnosis.findings, *order, *_undetermined(solved, axis))))
     return found
 
 
@@ -115,7 +115,7 @@ class Believed:
     evidence: Evidence
     shared: SharedTests
     solved: SolvedColumns
-    place: int
+    index: int
     """Of the output in all of these."""
     outputs: FloatArray
     """(N, m)"""
@@ -127,14 +127,14 @@ class Believed:
     def without(self, columns: FloatArray, circumstances: Circumstances) -> "Believed":
         """Return the output less what (N, c) columns explain of it, beside the effects of points; solved anew."""
         left = self.evidence.by_point(columns)
-        size = np.linalg.lstsq(left, self.evidence.departures[:, self.place], rcond=_NOTHING)[0]
+        size = np.linalg.lstsq(left, self.evidence.departures[:, self.index], rcond=_NOTHING)[0]
         without = replace(self, taken=np.hstack([self.taken, columns]))
         return without.of(np.ones(self.rows.rows, dtype=bool), columns @ size, circumstances)
 
     def of(self, kept: BoolArray, less: FloatArray | float, circumstances: Circumstances) -> "Believed":
         """Return one output at some rows, and less something, solved as the whole was."""
-        rows, output = select_rows(self.rows, kept), (self.outputs[:, self.place] - less)[kept]
-        model, layout = self.solved.problem.models[self.place], layout_of(rows)
+        rows, output = select_rows(self.rows, kept), (self.outputs[:, self.index] - less)[kept]
+        model, layout = self.solved.problem.models[self.index], layout_of(rows)
         problem = linearise([model], rows, layout, output[:, None], None)
         plots = plots_of(model, rows, layout)
         solved = solve_linearised(problem, layout, plots, circumstances.table, circumstances.shared)
@@ -144,17 +144,17 @@ class Believed:
     def tested(self, made: Mapping[str, BeliefTest], limit: TableLimit | None, family: int) -> AxisTests:
         """Return all tests, those of what is taken out as they were ``made``."""
         given = self.evidence.layout.mean_by_point(self.taken)
-        return axis_tests(self.evidence, self.shared, self.place, made, limit, family, given)
+        return axis_tests(self.evidence, self.shared, self.index, made, limit, family, given)
 
 
-def _axis(seen: Believed, place: int, circumstances: Circumstances) -> Diagnosis:
+def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis:
     """Return the diagnosis of one output, ``place`` its own among those of the group."""
-    limit, family, steps = circumstances.limit_of(place), circumstances.family, circumstances.steps_of(place)
+    limit, family, steps = circumstances.limit_of(index), circumstances.family, circumstances.steps_of(index)
     if steps.since:
-        seen = seen.without(step_columns(seen.evidence, seen.place, steps.since), circumstances)
+        seen = seen.without(step_columns(seen.evidence, seen.index, steps.since), circumstances)
     made = {test.name: test for test in steps.tests}
     tests = seen.tested(made, limit, family)
-    wrong, convicted = _convicted(seen.evidence, seen.place, tests), None
+    wrong, convicted = _convicted(seen.evidence, seen.index, tests), None
     if wrong is not None and wrong.dwells:
         made[WRONG_DWELL] = BeliefTest(WRONG_DWELL, "wrong-dwell", wrong.p_value)
         kept, convicted = _rows_of(seen.evidence, wrong)
@@ -165,24 +165,24 @@ def _axis(seen: Believed, place: int, circumstances: Circumstances) -> Diagnosis
         every = np.ones(seen.rows.rows, dtype=bool)
         seen = seen.of(every, made[SETTLING].size * settling(seen.evidence), circumstances)
         tests = seen.tested(made, limit, family)
-    one = _diagnosis(seen, as_told(tests, steps), convicted, circumstances, limit)
-    return replace(one, findings=(*steps.findings, *one.findings))
+    diagnosis = _diagnosis(seen, with_steps(tests, steps), convicted, circumstances, limit)
+    return replace(diagnosis, findings=(*steps.findings, *diagnosis.findings))
 
 
 def settles(tests: AxisTests) -> bool:
     """Return whether a transient at the start of every replication is plain; what a lag explains is none."""
     test = tests.tests.get(SETTLING)
-    plainest = min((one.p_value for one in tests.tests.values() if one.name in _ALIKE), default=1.0)
+    plainest = min((test.p_value for test in tests.tests.values() if test.name in _ALIKE), default=1.0)
     return (
         test is not None and test.p_value <= min(tests.conviction_level, plainest) and not tests.is_significant.get(LAG)
     )
 
 
-def _undetermined(solved: SolvedColumns, place: int) -> Iterator[Finding]:
+def _undetermined(solved: SolvedColumns, index: int) -> Iterator[Finding]:
     return undetermined_axis(
-        solved.problem.models[place],
-        solved.primary[place],
-        solved.primary_covariance[place],
+        solved.problem.models[index],
+        solved.primary[index],
+        solved.primary_covariance[index],
     )
 
 
@@ -200,7 +200,7 @@ def evidence_of(solved: SolvedColumns, rows: Observations) -> Evidence:
         left=problem.outputs - fitted,
         fitted=fitted,
         primary=solved.primary,
-        own=ordinary[: alone.basis.shape[1]],
+        alone=ordinary[: alone.basis.shape[1]],
         common=[_at_points(solved, blocks) for blocks in solved.common],
         sums=solved.mixed.sums,
         replication=solved.replication,
@@ -239,36 +239,40 @@ def _diagnosis(
     circumstances: Circumstances,
     limit: TableLimit | None,
 ) -> Diagnosis:
-    evidence, solved, place = seen.evidence, seen.solved, seen.place
-    scale = _scale(solved, place)
-    drifted = tuple(_drift_in_parameters(evidence, solved, place, tests.conviction_level))
-    passes = [one for one in (*circumstances.order, *drifted) if one.kind == "time-confounded" and one.is_significant]
+    evidence, solved, index = seen.evidence, seen.solved, seen.index
+    scale = _scale(solved, index)
+    drifted = tuple(_drift_in_parameters(evidence, solved, index, tests.conviction_level))
+    passes = [
+        finding
+        for finding in (*circumstances.order, *drifted)
+        if finding.kind == "time-confounded" and finding.is_significant
+    ]
     findings = findings_of(
         tests,
         scale,
         circumstances.rows,
         convicted,
-        _moves(solved, place, scale) if _some_drift(tests) else {},
+        _moves(solved, index, scale) if _some_drift(tests) else {},
         has_table=circumstances.table is not None,
         limit=limit,
         is_contained=not passes,
     )
-    return Diagnosis((*findings, *drifted), solved, place, tests)
+    return Diagnosis((*findings, *drifted), solved, index, tests)
 
 
-def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, place: int, level: float) -> Iterator[Finding]:
+def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, level: float) -> Iterator[Finding]:
     if evidence.rows.time_s is None:
         return
     problem, mixed, free = solved.problem, solved.mixed, solved.problem.free
-    left, fitted = evidence.left[:, place], evidence.fitted[:, place]
+    left, fitted = evidence.left[:, index], evidence.fitted[:, index]
     drift = even_drift(problem.form.basis, left, fitted, evidence.rows.time_s)
     if drift is None:
         return
-    estimator = mixed.estimator if mixed.estimator.ndim == 2 else mixed.estimator[place]
+    estimator = mixed.estimator if mixed.estimator.ndim == 2 else mixed.estimator[index]
     parameters, answer = solved.parameters, drift.slope * (estimator @ drift.seconds)
-    by = parameters.directions[place][:, free] @ answer
-    moved = Moved(parameters.names, by, parameters.standard_uncertainties[place])
-    yield from drift_in_parameters(drift, moved, problem.models[place].measured_unit, level)
+    by = parameters.directions[index][:, free] @ answer
+    moved = Moved(parameters.names, by, parameters.standard_uncertainties[index])
+    yield from drift_in_parameters(drift, moved, problem.models[index].measured_unit, level)
 
 
 def _some_drift(tests: AxisTests) -> bool:
@@ -290,24 +294,24 @@ def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
     return replace(columns, lack_of_fit=replace(columns.lack_of_fit, is_significant=lack_of_fit), drift=drift)
 
 
-def _scale(solved: SolvedColumns, place: int) -> Scale:
-    model = solved.problem.models[place]
+def _scale(solved: SolvedColumns, index: int) -> Scale:
+    model = solved.problem.models[index]
     along = [
         value
-        for name, value in zip(model.primary_names, solved.primary[place], strict=True)
+        for name, value in zip(model.primary_names, solved.primary[index], strict=True)
         if name.startswith("k_") and name.endswith("_v_per_g")
     ]
     per_radian = float(np.linalg.norm(along)) if along else 0.0
     return Scale(model.measured_unit, per_radian if per_radian > 0.0 else None)
 
 
-def _moves(solved: SolvedColumns, place: int, scale: Scale) -> dict[str, str]:
+def _moves(solved: SolvedColumns, index: int, scale: Scale) -> dict[str, str]:
     """Return how far each quantity moved from replication to replication, in words."""
     if solved.replication is None:
         return {}
     found: dict[str, list[float]] = {}
     units: dict[str, str] = {}
-    for estimates in solved.per_replication(place).values():
+    for estimates in solved.per_replication(index).values():
         for name, value in estimates.items():
             found.setdefault(quantity(name), []).append(value)
             units[quantity(name)] = name

@@ -12,7 +12,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.calibration.columns import expect_linearised, plots_of, solve_linearised
-from ams.calibration.model_choice import asked_model, base_model
+from ams.calibration.model_choice import base_model, requested_model
 from ams.calibration_result import PackageCovariance, ParameterEstimate
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import corrected
@@ -69,7 +69,7 @@ def shown(observations: Observations, request: CalibrationRequest) -> dict[str, 
     layout = layout_of(rows)
     found = {}
     for label in request.axes_of(rows):
-        model, errors = asked_model(label, rows, layout, request), request.shared_errors.get(label, ())
+        model, errors = requested_model(label, rows, layout, request), request.shared_errors.get(label, ())
         problem = linearise([model], rows, layout, rows.outputs[label][:, None], None)
         solved = solve_linearised(problem, layout, plots_of(model, rows, layout), request.table, errors)
         precision, lack_of_fit = (
@@ -105,18 +105,20 @@ def expect_each(
     parts: list[list[SolvedAxis]] = [[] for _ in beliefs]
     axes: list[dict[str, ExpectedSolution]] = [{} for _ in beliefs]
     for label in request.axes_of(rows):
-        model, errors = asked_model(label, rows, layout, request), request.shared_errors.get(label, ())
+        model, errors = requested_model(label, rows, layout, request), request.shared_errors.get(label, ())
         base = base_model(label, rows, request).primary_names
         added = tuple(name for name in model.primary_names if name not in base)
         is_iterated = model.basis_key is None
-        for places in [[place] for place in range(len(beliefs))] if is_iterated else [range(len(beliefs))]:
-            outputs = np.tile(rows.outputs[label][:, None], (1, len(places)))
-            problem = linearise([model] * len(places), rows, layout, outputs, None)
-            own = [beliefs[place][label] for place in places]
-            solved = expect_linearised(problem, layout, plots_of(model, rows, layout), own, request.table, errors)
-            for row, place in enumerate(places):
-                axes[place][label] = ExpectedSolution(
+        for rows_together in [[index] for index in range(len(beliefs))] if is_iterated else [range(len(beliefs))]:
+            outputs = np.tile(rows.outputs[label][:, None], (1, len(rows_together)))
+            problem = linearise([model] * len(rows_together), rows, layout, outputs, None)
+            axis_beliefs = [beliefs[index][label] for index in rows_together]
+            solved = expect_linearised(
+                problem, layout, plots_of(model, rows, layout), axis_beliefs, request.table, errors
+            )
+            for row, index in enumerate(rows_together):
+                axes[index][label] = ExpectedSolution(
                     model, solved.primary[row], solved.parameters.estimates(row), solved.degrees_of_freedom, added
                 )
-                parts[place].append(SolvedAxis(label, model.primary_names, solved.components, row, errors))
-    return [Expectation(one, package_covariance(part)) for one, part in zip(axes, parts, strict=True)]
+                parts[index].append(SolvedAxis(label, model.primary_names, solved.components, row, errors))
+    return [Expectation(axis, package_covariance(part)) for axis, part in zip(axes, parts, strict=True)]

@@ -29,7 +29,7 @@ from ams.units import RAD_PER_ARCSEC
 
 _FAR: Final = 3.0
 """Standard deviations."""
-_TOLD: Final = 0.1
+_LEAST_SHARE: Final = 0.1
 """Of a prior: what the rows say less about is not judged by them."""
 _MOST_NAMED: Final = 3
 
@@ -61,9 +61,9 @@ def diagnose_joint(
         except DesignError as error:
             untested.append(f"{name or 'joint fit: '}not tested by itself: {error}")
             continue
-        replications = {axis: one.replication for axis, one in solved.axes.items()} if not name else {}
-        for axis, one in solved.axes.items():
-            found[axis] += [replace(finding, text=f"{name}{finding.text}") for finding in one.findings]
+        replications = {axis: solved_axis.replication for axis, solved_axis in solved.axes.items()} if not name else {}
+        for axis, solved_axis in solved.axes.items():
+            found[axis] += [replace(finding, text=f"{name}{finding.text}") for finding in solved_axis.findings]
     beyond = tuple(beyond_priors(fit))
     for axis in fit.axes:
         found[axis] += beyond
@@ -75,28 +75,37 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
 
     An estimate scatters by what its prior loses, √(prior² − u²), where the prior is true.
     """
-    scatter = [np.sqrt(max(one.prior_rad**2 - one.standard_deviation_rad**2, 0.0)) for one in fit.nuisances]
-    told = [
-        (one, abs(one.estimate_rad) / own, float(chi_square_tail((one.estimate_rad / own) ** 2, 1.0)))
-        for one, own in zip(fit.nuisances, scatter, strict=True)
-        if own > _TOLD * one.prior_rad
+    scatter = [
+        np.sqrt(max(nuisance.prior_rad**2 - nuisance.standard_deviation_rad**2, 0.0)) for nuisance in fit.nuisances
     ]
-    beyond = [(one, p) for one, size, p in told if size > _FAR and p * len(told) <= LEVEL]
-    for one, p_value in sorted(beyond, key=lambda pair: -abs(pair[0].estimate_rad) / pair[0].prior_rad)[:_MOST_NAMED]:
-        estimate, u, prior = (
-            value / RAD_PER_ARCSEC for value in (one.estimate_rad, one.standard_deviation_rad, one.prior_rad)
+    sized = [
+        (
+            nuisance,
+            abs(nuisance.estimate_rad) / spread,
+            float(chi_square_tail((nuisance.estimate_rad / spread) ** 2, 1.0)),
         )
-        is_index = one.name not in WHOLE_TABLE and not one.name.startswith("seat")
+        for nuisance, spread in zip(fit.nuisances, scatter, strict=True)
+        if spread > _LEAST_SHARE * nuisance.prior_rad
+    ]
+    beyond = [(nuisance, p) for nuisance, size, p in sized if size > _FAR and p * len(sized) <= LEVEL]
+    for nuisance, p_value in sorted(beyond, key=lambda pair: -abs(pair[0].estimate_rad) / pair[0].prior_rad)[
+        :_MOST_NAMED
+    ]:
+        estimate, u, prior = (
+            value / RAD_PER_ARCSEC
+            for value in (nuisance.estimate_rad, nuisance.standard_deviation_rad, nuisance.prior_rad)
+        )
+        is_index = nuisance.name not in WHOLE_TABLE and not nuisance.name.startswith("seat")
         where = "its limit in the rig file" if is_index else "--prior; joint_priors_arcsec"
         text = (
-            f"{one.name}: {_signed(estimate)}″ ± {u:.2g}″, where {prior:.2g}″ (standard) is declared: the rows "
+            f"{nuisance.name}: {_signed(estimate)}″ ± {u:.2g}″, where {prior:.2g}″ (standard) is declared: the rows "
             f"contradict the prior, {abs(estimate) / prior:.2g} times over; the estimate is drawn towards it, and what "
             "it lacks is in the other errors of the table, in offset and sensitivities, and not in their "
             f"uncertainties; look at the table, or declare what it has ({where})"
         )
         details: dict[str, float | str | None] = {
             "test": "prior of the table",
-            "nuisance": one.name,
+            "nuisance": nuisance.name,
             "estimate_arcsec": estimate,
             "prior_arcsec": prior,
         }
@@ -109,9 +118,11 @@ def _signed(value: float) -> str:
 
 def as_they_stood(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> Iterator[Observations]:
     """Yield the rows of each mounting at the attitudes at which the package stood, as the fit has them."""
-    mountings = [replace(one, observations=corrected(one.observations, priors.table)) for one in mountings]
+    mountings = [
+        replace(mounting, observations=corrected(mounting.observations, priors.table)) for mounting in mountings
+    ]
     nuisances = nuisances_of(mountings, priors)
-    errors_rad = np.array([one.estimate_rad for one in fit.nuisances])
+    errors_rad = np.array([nuisance.estimate_rad for nuisance in fit.nuisances])
     for number, mounting in enumerate(mountings):
         observations, M = mounting.observations, np.asarray(mounting.package_from_table, dtype=float)
         layout = layout_of(observations)

@@ -92,7 +92,7 @@ def joint_calibration(fit: JointFit, diagnosis: JointDiagnosis) -> Calibration:
     Raises: DesignError where a sensitivity is not determined.
     """
     axes = {axis: joint_axis(fit, axis, diagnosis.findings[axis]) for axis in fit.axes}
-    warnings = dict.fromkeys(sentence for one in axes.values() for sentence in one.warnings)
+    warnings = dict.fromkeys(sentence for axis in axes.values() for sentence in axis.warnings)
     order = tuple((axis, name) for axis in fit.axes for name in PitchRoll.primary_names)
     package = PackageCovariance(order, fit.components) if len(fit.axes) > 1 else None
     return Calibration(axes, "pitch-roll", "TP", tuple(warnings), (_LINEAR, *diagnosis.untested), package)
@@ -106,8 +106,8 @@ def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisC
             f"joint fit: axis {axis}: no attitude excites all of its sensitivities; nothing is reported; "
             "add roll angles other than 0° and 180°"
         )
-    own = fit.axis_covariance(axis)
-    undetermined = model.undetermined(primary, own)
+    axis_covariance = fit.axis_covariance(axis)
+    undetermined = model.undetermined(primary, axis_covariance)
     directions = model.parameters_jacobian(primary)
     directions[[name in undetermined for name in model.parameter_names]] = np.nan
     parts = fit.axis_components(axis)
@@ -118,7 +118,7 @@ def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisC
     uncertainty = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     halves = halfwidths_95(model.parameter_names, t_quantile(0.95, dof) * uncertainty)
     columns = zip(
-        model.parameter_names, *(one.tolist() for one in (model.parameters(primary), uncertainty, dof, halves)),
+        model.parameter_names, *(column.tolist() for column in (model.parameters(primary), uncertainty, dof, halves)),
         strict=True,
     )  # fmt: skip
     nothing, none = np.empty(0), np.full((4, 4), np.nan)
@@ -130,7 +130,7 @@ def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisC
         covariance=covariance,
         primary_names=PitchRoll.primary_names,
         primary=primary,
-        primary_covariance=own,
+        primary_covariance=axis_covariance,
         tp_primary_covariance=none,
         primary_dof=combined_dof(np.stack([np.diag(part.covariance) for part in parts]), part_dofs),
         standard_error_v=fit.standard_error_v[axis],
@@ -161,19 +161,19 @@ def _parameter(
 def _axis(found: AxisCalibration) -> Document:
     return {
         "parameters": {
-            one.name: {
-                "value": one.value,
-                "standard_uncertainty": one.standard_uncertainty,
+            parameter.name: {
+                "value": parameter.value,
+                "standard_uncertainty": parameter.standard_uncertainty,
                 "tp_standard_uncertainty": None,
-                "interval_95": None if one.interval_95 is None else list(one.interval_95),
+                "interval_95": None if parameter.interval_95 is None else list(parameter.interval_95),
             }
-            for one in found.parameters
+            for parameter in found.parameters
         },
         "covariance": [[number(cell) for cell in row] for row in found.covariance.tolist()],
         "standard_error_v": found.standard_error_v,
         "degrees_of_freedom": found.degrees_of_freedom,
         "effective_degrees_of_freedom": {
-            one.name: degrees_of_freedom(one.effective_degrees_of_freedom) for one in found.parameters
+            parameter.name: degrees_of_freedom(parameter.effective_degrees_of_freedom) for parameter in found.parameters
         },
         "sensitive_axis_v_per_g": dict(zip(AXES, found.sensitive_axis_v_per_g, strict=True)),
         "replication": None,

@@ -24,7 +24,7 @@ from ams.solve.table_errors import Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 
 _OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain")
-_TOLD = ("pitch zero", "roll zero", "base tilt", "squareness", "droop")
+_NAMED_ERRORS = ("pitch zero", "roll zero", "base tilt", "squareness", "droop")
 
 
 def calibrate_jointly(observations: Observations, request: CalibrationRequest, priors: TablePriors) -> Calibration:
@@ -49,7 +49,7 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
         label: replace(
             _with_residuals(axis, stood),
             replication=diagnosis.replications.get(label),
-            warnings=tuple(one for one in axis.warnings if one not in (*to_read, *contained)),
+            warnings=tuple(warning for warning in axis.warnings if warning not in (*to_read, *contained)),
             remarks=(),
         )
         for label, axis in solved.axes.items()
@@ -63,7 +63,7 @@ def _is_whole(sentence: str) -> bool:
 
     Parts of the index errors that stay as uncertain as their certificate has them are no reservation.
     """
-    return any(name in sentence for name in _TOLD)
+    return any(name in sentence for name in _NAMED_ERRORS)
 
 
 def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequest) -> None:
@@ -75,8 +75,8 @@ def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequ
         (request.time_term, 'time_term = "linear", allowed is "none"'),
         (len(labels) > 1, f"{len(labels)} mountings, allowed is one: after a move the seat is not known"),
     ]
-    for is_asked, what in reasons:
-        if is_asked:
+    for is_requested, what in reasons:
+        if is_requested:
             raise DesignError(f"{observations.source}: joint fit: got {what}; nothing was solved; solve without joint")
 
 
@@ -98,10 +98,10 @@ def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -
     parts: dict[str, VarianceComponent] = {}
     for error in errors:
         columns = np.zeros((4 * len(fit.axes), len(fit.axes)))
-        for place, axis in enumerate(fit.axes):
+        for index, axis in enumerate(fit.axes):
             if error in shared.get(axis, ()):
-                column = place if error.is_of_one_channel else 0
-                columns[4 * place : 4 * place + 4, column] = error.standard_uncertainty * _effect(error, fit, axis)
+                column = index if error.is_of_one_channel else 0
+                columns[4 * index : 4 * index + 4, column] = error.standard_uncertainty * _effect(error, fit, axis)
         covariance = columns @ columns.T
         before = parts.get(error.name)
         added = covariance if before is None else before.covariance + covariance
@@ -122,15 +122,15 @@ def _with_residuals(axis: AxisCalibration, stood: Observations) -> AxisCalibrati
 
 def _of_the_table(fit: JointFit) -> Iterator[str]:
     """Tell what the fit found of the table."""
-    parts = [one for one in fit.nuisances if one.name not in _TOLD]
-    told = [
-        f"{one.name} {one.estimate_rad / RAD_PER_ARCSEC:+.2f}″ (u {one.standard_deviation_rad / RAD_PER_ARCSEC:.2g}″, "
-        f"prior {one.prior_rad / RAD_PER_ARCSEC:.3g}″)"
-        for one in fit.nuisances
-        if one.name in _TOLD
+    parts = [nuisance for nuisance in fit.nuisances if nuisance.name not in _NAMED_ERRORS]
+    sentences = [
+        f"{nuisance.name} {nuisance.estimate_rad / RAD_PER_ARCSEC:+.2f}″ "
+        f"(u {nuisance.standard_deviation_rad / RAD_PER_ARCSEC:.2g}″, prior {nuisance.prior_rad / RAD_PER_ARCSEC:.3g}″)"
+        for nuisance in fit.nuisances
+        if nuisance.name in _NAMED_ERRORS
     ]
     several = [f"{len(parts)} parts of its index errors"] if parts else []
     yield (
         "package and table were solved together; of the table: "
-        f"{', '.join((*told, *several)) or 'nothing, no error of it is declared'}"
+        f"{', '.join((*sentences, *several)) or 'nothing, no error of it is declared'}"
     )

@@ -78,7 +78,7 @@ def calibrated_levels(levels: Mapping[str, Levels], request: CalibrationRequest)
             )
     request = replace(request, tested_axes=len(levels))
     solved = [_calibrated(axis, found, request) for axis, found in levels.items()]
-    axes = {axis: one for part in solved for axis, one in part.axes.items()}
+    axes = {axis: solved_axis for part in solved for axis, solved_axis in part.axes.items()}
     texts = dict.fromkeys(text for part in solved for text in part.warnings)
     remarks = dict.fromkeys(text for part in solved for text in part.remarks)
     return Calibration(axes, "linear", "SR", tuple(texts), tuple(remarks))
@@ -91,12 +91,12 @@ def _calibrated(axis: str, levels: Levels, request: CalibrationRequest) -> Calib
 def _levels(table: CsvTable, axis: str, column: str) -> Levels:
     reference = _reference_column(table, axis)
     model = StraightLine(axis, reference.rpartition("_")[2], _unit(table, column))
-    used = [place for place, cell in enumerate(table.column(reference)) if cell or reference.count("_") == 1]
+    used = [index for index, cell in enumerate(table.column(reference)) if cell or reference.count("_") == 1]
     part = CsvTable(
         table.file,
         table.columns,
-        tuple(table.lines[place] for place in used),
-        tuple(table.rows[place] for place in used),
+        tuple(table.lines[index] for index in used),
+        tuple(table.rows[index] for index in used),
         table.form,
     )
     if not used:
@@ -120,9 +120,9 @@ def _levels(table: CsvTable, axis: str, column: str) -> Levels:
 
 
 def _reference_column(table: CsvTable, axis: str) -> str:
-    own = [name for name in table.columns if name.startswith(f"reference_{axis}_")]
+    reference_columns = [name for name in table.columns if name.startswith(f"reference_{axis}_")]
     shared = [name for name in table.columns if name.startswith("reference_") and name.count("_") == 1]
-    found = own or shared
+    found = reference_columns or shared
     if len(found) != 1:
         raise ObservationsError(
             f"{table.file}: line 1: axis {axis}: got {len(found)} columns of known levels "

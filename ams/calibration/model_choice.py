@@ -70,7 +70,7 @@ def choose_model(label: str, rows: Observations, layout: Layout, request: Calibr
     return replace(choice, model=with_time(choice.model, rows)) if request.time_term else choice
 
 
-def asked_model(label: str, rows: Observations, layout: Layout, request: CalibrationRequest) -> Model:
+def requested_model(label: str, rows: Observations, layout: Layout, request: CalibrationRequest) -> Model:
     """Return the model that is asked for whatever the outputs are: terms that a test decides on do not stand in it.
 
     Raises: DesignError as :func:`choose_model` does.

@@ -55,10 +55,10 @@ def _none_to_spare(observations: Observations, mountings: int) -> Iterator[str]:
 
 def _of_last(axis: AxisCalibration, labels: list[int]) -> AxisCalibration:
     """Return the axis without what belongs to earlier mountings; that goes into the notes."""
-    kept = np.array([i for i, one in enumerate(axis.parameters) if not is_of_a_mounting(one.name)])
+    kept = np.array([i for i, parameter in enumerate(axis.parameters) if not is_of_a_mounting(parameter.name)])
     primary = np.array([i for i, name in enumerate(axis.primary_names) if not is_of_a_mounting(name)])
     square = np.ix_(primary, primary)
-    earlier = {one.name: one for one in axis.parameters if is_of_a_mounting(one.name)}
+    earlier = {parameter.name: parameter for parameter in axis.parameters if is_of_a_mounting(parameter.name)}
     return replace(
         axis,
         model=PitchRoll.name,

@@ -76,7 +76,7 @@ class StepsOfOutput:
     """What concerns one output."""
 
     tests: tuple[BeliefTest, ...] = ()
-    told: frozenset[str] = frozenset()
+    named: frozenset[str] = frozenset()
     """Names of the tests that are told; a change that is plain and no single step is not."""
     findings: tuple[Finding, ...] = ()
     """Significant, of what is told."""
@@ -92,52 +92,52 @@ def judge_steps(seen: Sequence[tuple[Evidence, int]], family: int) -> list[Steps
 
     ``family``: axes of the run.
     """
-    scattering = [place for place, (one, at) in enumerate(seen) if one.precision_variance[at] > 0.0]
+    scattering = [index for index, (evidence, at) in enumerate(seen) if evidence.precision_variance[at] > 0.0]
     found = [NO_STEPS] * len(seen)
     if not scattering:
         return found
-    search = _Search(tuple(seen[place] for place in scattering))
+    search = _Search(tuple(seen[index] for index in scattering))
     if not search.course.is_judged:
         return found
-    for place, one in zip(scattering, _found(search, LEVEL / family / MOST_TESTS), strict=True):
-        found[place] = one
+    for index, steps in zip(scattering, _found(search, LEVEL / family / MOST_TESTS), strict=True):
+        found[index] = steps
     return found
 
 
 def _found(search: "_Search", level: float) -> list[StepsOfOutput]:
     first = search.changes
-    told: list[tuple[Finding, int | None]] = []
+    findings: list[tuple[Finding, int | None]] = []
     changed: list[Change] = []
     while len(changed) < _MOST and (found := search.plainest(level)) is not None:
         best, seen = found
         if not seen.is_step(best):
             break
-        told += seen.told(best)
+        findings += seen.finding(best)
         changed.append(best)
         search = search.without(best)
-    outputs = {one.output for one in changed}
-    left = [one for one in search.changes if one.output not in outputs]
-    of_told = [one for one in (*first, *changed) if one.output in outputs]
+    outputs = {test.output for test in changed}
+    left = [change for change in search.changes if change.output not in outputs]
+    of_changed = [test for test in (*first, *changed) if test.output in outputs]
     sharing = len(search.on_table)
     return [
         StepsOfOutput(
-            tuple(_tests(place, (*left, *of_told), sharing)),
-            frozenset(name for name, output in ((SLIP, None), (STEP, place)) if output in outputs),
-            tuple(finding for finding, whose in told if whose in (None, place)),
+            tuple(_tests(index, (*left, *of_changed), sharing)),
+            frozenset(name for name, output in ((SLIP, None), (STEP, index)) if output in outputs),
+            tuple(finding for finding, whose in findings if whose in (None, index)),
             search.taken,
         )
-        for place in range(len(search.seen))
+        for index in range(len(search.seen))
     ]
 
 
-def _tests(place: int, changes: Sequence[Change], sharing: int) -> Iterator[BeliefTest]:
+def _tests(index: int, changes: Sequence[Change], sharing: int) -> Iterator[BeliefTest]:
     """Yield both tests of an output: of what is told as it was found, of the others beside it."""
     tests: tuple[tuple[str, FindingKind, int | None, int], ...] = (
         (SLIP, "table-rotation", None, sharing),
-        (STEP, "sensor-change", place, 1),
+        (STEP, "sensor-change", index, 1),
     )
     for name, kind, output, axes in tests:
-        chances = [_TRIED * one.p_value for one in changes if one.output == output]
+        chances = [_TRIED * change.p_value for change in changes if change.output == output]
         if chances:
             yield BeliefTest(name, kind, min(1.0, *chances), axes=axes)
 
@@ -146,12 +146,12 @@ def step_columns(evidence: Evidence, output: int, since: Sequence[BoolArray]) ->
     """Return (N, c) what changes do to the rows after each: of offset and sensitivities, a turn of the package included
     in these, and of the table's pitch axis and base, which turn the package by its roll.
     """
-    own, base = evidence.basis[evidence.layout.point, :_LINEAR], linear_base(evidence.models[output])
+    linear, base = evidence.basis[evidence.layout.point, :_LINEAR], linear_base(evidence.models[output])
     if base is not None:
         _, by_pitch, by_base, *_ = force_changes(evidence.rows.pitch_rad, evidence.rows.roll_rad)
         k = evidence.primary[output][1:_LINEAR]
-        own = np.column_stack([own, by_pitch @ k, by_base @ k])
-    return np.hstack([np.where(after[:, None], own, 0.0) for after in since])
+        linear = np.column_stack([linear, by_pitch @ k, by_base @ k])
+    return np.hstack([np.where(after[:, None], linear, 0.0) for after in since])
 
 
 @dataclass(frozen=True)
@@ -171,33 +171,33 @@ class _Search:
 
     @cached_property
     def watched(self) -> tuple[Watched, ...]:
-        return tuple(self._watched(evidence, place) for evidence, place in self.seen)
+        return tuple(self._watched(evidence, index) for evidence, index in self.seen)
 
-    def _watched(self, evidence: Evidence, place: int) -> Watched:
-        base, rows = linear_base(evidence.models[place]), evidence.rows
-        departures = evidence.departures[:, place]
+    def _watched(self, evidence: Evidence, index: int) -> Watched:
+        base, rows = linear_base(evidence.models[index]), evidence.rows
+        departures = evidence.departures[:, index]
         if self.taken:
-            columns = evidence.by_point(step_columns(evidence, place, self.taken))
+            columns = evidence.by_point(step_columns(evidence, index, self.taken))
             departures = departures - columns @ np.linalg.lstsq(columns, departures, rcond=_NOTHING)[0]
         if self.is_clipped:
-            own = _SD_OF_MEDIAN * float(np.median(np.abs(departures)))
-            departures = evidence.by_point(np.clip(departures, -_CLIPPED * own, _CLIPPED * own))
-        along = sensed(evidence, place)
+            scatter = _SD_OF_MEDIAN * float(np.median(np.abs(departures)))
+            departures = evidence.by_point(np.clip(departures, -_CLIPPED * scatter, _CLIPPED * scatter))
+        along = sensed(evidence, index)
         k = None
         if base is not None:
             along = force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
-            k = evidence.primary[place][1:_LINEAR]
+            k = evidence.primary[index][1:_LINEAR]
         return Watched(departures, float(departures @ departures) / self.course.dof, k, along)
 
     @cached_property
     def on_table(self) -> tuple[int, ...]:
         """Outputs that show how the table stands."""
-        return tuple(place for place, one in enumerate(self.watched) if one.k is not None)
+        return tuple(index for index, watched in enumerate(self.watched) if watched.k is not None)
 
     @cached_property
     def changes(self) -> list[Change]:
-        own = [changes_of_output(self.course, one, place) for place, one in enumerate(self.watched)]
-        return [*changes_of_table(self.course, self.watched), *(one for each in own for one in each)]
+        by_output = [changes_of_output(self.course, watched, index) for index, watched in enumerate(self.watched)]
+        return [*changes_of_table(self.course, self.watched), *(change for each in by_output for change in each)]
 
     def share(self, change: Change) -> int:
         return len(self.on_table) if change.output is None else 1
@@ -207,30 +207,32 @@ class _Search:
 
         It has to be significant with dwells that stand out drawn in as well; where such dwells hide it, alone.
         """
-        plain = [one for one in self.changes if _TRIED * one.p_value <= level * self.share(one)]
+        plain = [change for change in self.changes if _TRIED * change.p_value <= level * self.share(change)]
         if self.is_clipped or not (plain or self.is_struck):
-            return (max(plain, key=lambda one: one.square), self) if plain else None
+            return (max(plain, key=lambda change: change.square), self) if plain else None
         clipped = replace(self, is_clipped=True).plainest(level)
         if clipped is None or not plain:
             return clipped
-        same = [one for one in plain if one.output == clipped[0].output]
-        return max(same or plain, key=lambda one: one.square), self
+        same = [change for change in plain if change.output == clipped[0].output]
+        return max(same or plain, key=lambda change: change.square), self
 
     @property
     def is_struck(self) -> bool:
         """Whether a single dwell stands out."""
-        return any(float(np.abs(one.departures).max()) ** 2 > _STRUCK * one.variance for one in self.watched)
+        return any(
+            float(np.abs(watched.departures).max()) ** 2 > _STRUCK * watched.variance for watched in self.watched
+        )
 
     def without(self, change: Change) -> "_Search":
-        return replace(self, taken=(*self.taken, self.course.since(change.place)))
+        return replace(self, taken=(*self.taken, self.course.since(change.index)))
 
     def is_step(self, change: Change) -> bool:
         """Return whether a change is one, and not the likeliest step of a drift or of the temperature."""
         outputs = self.on_table if change.output is None else (change.output,)
-        pattern = np.concatenate([self._pattern(change, place) for place in outputs])
-        y = np.concatenate([self.watched[place].departures / self._sd(place) for place in outputs])
+        pattern = np.concatenate([self._pattern(change, index) for index in outputs])
+        y = np.concatenate([self.watched[index].departures / self._sd(index) for index in outputs])
         evidence, layout = self.seen[0][0], self.seen[0][0].layout
-        step = self._left(pattern, self.course.since(change.place)[:, None])
+        step = self._left(pattern, self.course.since(change.index)[:, None])
         parts = parts_of_replications(evidence, _PARTS)
         levels = self._left(pattern, parts[:, None] == np.arange(parts.max() + 1))
         together, rank = explained(np.hstack([step, levels]), y)
@@ -268,32 +270,32 @@ class _Search:
         yield from ((np.exp(-passed / part)[:, None], _FREE_OF_STEP) for part in _FADING)
         yield layout.replication[:, None] == np.arange(layout.replications), layout.replications - 1
 
-    def _sd(self, place: int) -> float:
-        return float(np.sqrt(self.watched[place].variance))
+    def _sd(self, index: int) -> float:
+        return float(np.sqrt(self.watched[index].variance))
 
-    def _pattern(self, change: Change, place: int) -> FloatArray:
+    def _pattern(self, change: Change, index: int) -> FloatArray:
         """Return (N,) what one output takes of a change, over its standard deviation."""
-        one = self.watched[place]
+        watched = self.watched[index]
         if change.what == "offset":
-            return np.full(one.departures.size, 1.0 / self._sd(place))
-        if change.what == "sensitivity" or one.k is None:
-            return np.asarray(one.sensed / self._sd(place))
+            return np.full(watched.departures.size, 1.0 / self._sd(index))
+        if change.what == "sensitivity" or watched.k is None:
+            return np.asarray(watched.sensed / self._sd(index))
         course = self.course
-        return np.asarray(slip_pattern(change.what, course.pitch_rad, course.roll_rad) @ one.k / self._sd(place))
+        return np.asarray(slip_pattern(change.what, course.pitch_rad, course.roll_rad) @ watched.k / self._sd(index))
 
     def _left(self, pattern: FloatArray, columns: FloatArray | BoolArray) -> FloatArray:
         """Return pattern times columns of the rows, less the mean of each point, output after output."""
         by_output = pattern.reshape(-1, columns.shape[0])
-        return np.concatenate([self.seen[0][0].by_point(one[:, None] * columns) for one in by_output])
+        return np.concatenate([self.seen[0][0].by_point(column[:, None] * columns) for column in by_output])
 
-    def told(self, change: Change) -> Iterator[tuple[Finding, int | None]]:
+    def finding(self, change: Change) -> Iterator[tuple[Finding, int | None]]:
         """Yield what the diagnosis of two visits makes of the rows before and after a change."""
-        evidence, where = self.seen[0][0], self.course.time_order[change.place - 1 : change.place + 1]
-        after = self.course.since(change.place)
+        evidence, where = self.seen[0][0], self.course.time_order[change.index - 1 : change.index + 1]
+        after = self.course.since(change.index)
         before, first = (dwell_words(evidence.rows, int(row)) for row in where)
         between = f"between {before} and {first}"
         step = evidence.rows.step
-        steps = () if step is None else tuple(sorted(int(one) for one in step[after]))
+        steps = () if step is None else tuple(sorted(int(step_number) for step_number in step[after]))
         again = f"measure them again (calrig void --from {min(steps)})" if steps else "measure them again"
         doubt = (
             f"; {int(after.sum())} of {after.size} dwells were measured since, and the result is a mixture of both: "
@@ -301,27 +303,29 @@ class _Search:
         )
         findings = self._diagnosed(change, between, steps) if change.output in (None, *self.on_table) else ()
         findings = findings or (self._undiagnosed(change, between, steps),)
-        for one in findings:
-            is_own = one.kind == "sensor-change" and change.output is not None and len(findings) == 1
-            details = {**one.details, "test": SLIP if change.output is None else STEP}
+        for finding in findings:
+            is_of_sensor = finding.kind == "sensor-change" and change.output is not None and len(findings) == 1
+            details = {**finding.details, "test": SLIP if change.output is None else STEP}
             yield (
-                replace(one, text=one.text + doubt, p_value=min(1.0, _TRIED * change.p_value), details=details),
-                change.output if is_own else None,
+                replace(finding, text=finding.text + doubt, p_value=min(1.0, _TRIED * change.p_value), details=details),
+                change.output if is_of_sensor else None,
             )
 
     def _diagnosed(self, change: Change, between: str, steps: tuple[int, ...]) -> tuple[Finding, ...]:
         evidence, layout = self.seen[0][0], self.seen[0][0].layout
-        after = self.course.since(change.place)
-        variances = [self.without(change).watched[place].variance for place in self.on_table]
+        after = self.course.since(change.index)
+        variances = [self.without(change).watched[index].variance for index in self.on_table]
         pitch, roll = angles_of_points(evidence.rows, layout)
-        axes = [self.seen[place][0].models[self.seen[place][1]].nominal_axis for place in self.on_table]
+        axes = [self.seen[index][0].models[self.seen[index][1]].nominal_axis for index in self.on_table]
         size = len(axes)
         watched = WatchedAxes(
             (_PACKAGE,) * size, tuple(axes), (_METER,) * size,
-            np.array([self.watched[place].k for place in self.on_table]),
+            np.array([self.watched[index].k for index in self.on_table]),
         )  # fmt: skip
-        left = np.stack([self.watched[place].departures for place in self.on_table], axis=1)
-        reading = np.stack([one.fitted[:, at] for one, at in (self.seen[place] for place in self.on_table)], axis=1)
+        left = np.stack([self.watched[index].departures for index in self.on_table], axis=1)
+        reading = np.stack(
+            [evidence.fitted[:, at] for evidence, at in (self.seen[index] for index in self.on_table)], axis=1
+        )
         later, earlier = (layout.sum_by_point(np.where(kept, 1.0, 0.0)) for kept in (after, ~after))
         with np.errstate(invalid="ignore", divide="ignore"):
             changed = (
@@ -341,12 +345,12 @@ class _Search:
         return Finding("sensor-change", text, True, None, steps)
 
 
-def as_told(tests: AxisTests, steps: StepsOfOutput) -> AxisTests:
+def with_steps(tests: AxisTests, steps: StepsOfOutput) -> AxisTests:
     """Return the tests with those of changes as significant as they are told: a drift is told as what it is."""
-    flags = {name: name in steps.told if name in (SLIP, STEP) else flag for name, flag in tests.is_significant.items()}
+    flags = {name: name in steps.named if name in (SLIP, STEP) else flag for name, flag in tests.is_significant.items()}
     explained = {
         name: replace(test, is_explained=tests.is_significant[name])
         for name, test in tests.tests.items()
-        if name in (SLIP, STEP) and name not in steps.told
+        if name in (SLIP, STEP) and name not in steps.named
     }
     return replace(tests, tests={**tests.tests, **explained}, is_significant=flags)

@@ -27,24 +27,24 @@ def judge_table(
     if table is None or not groups:
         return None
     pitch, roll = angles_of_points(rows, groups[0][0].layout)
-    outputs = [seen for solved, places in groups for seen in _seen(solved, places, pitch, roll)]
+    outputs = [seen for solved, indices in groups for seen in _seen(solved, indices, pitch, roll)]
     shown = shown_rad(table, {"pitch": pitch, "roll": roll})
     found = {axis: indices_of(table, axis, angle) for axis, angle in shown.items()}
-    indices = {axis: one for axis, one in found.items() if one is not None}
+    indices = {axis: limit for axis, limit in found.items() if limit is not None}
     return beyond_limit(outputs, indices) if outputs and indices else None
 
 
 def slopes_at_points(
-    solved: SolvedColumns, place: int, pitch: FloatArray, roll: FloatArray
+    solved: SolvedColumns, index: int, pitch: FloatArray, roll: FloatArray
 ) -> Mapping[str, FloatArray]:
     """Return the (K,) slopes of an output by the axes of the table, volts per radian."""
-    base = linear_base(solved.problem.models[place])
+    base = linear_base(solved.problem.models[index])
     assert base is not None
-    own = solved.primary[place][: len(base.primary_names)]
-    return base.angle_jacobian(own, Attitude(pitch, roll))
+    primary = solved.primary[index][: len(base.primary_names)]
+    return base.angle_jacobian(primary, Attitude(pitch, roll))
 
 
-def _seen(solved: SolvedColumns, places: Sequence[int], pitch: FloatArray, roll: FloatArray) -> Iterator[SeenPoints]:
+def _seen(solved: SolvedColumns, indices: Sequence[int], pitch: FloatArray, roll: FloatArray) -> Iterator[SeenPoints]:
     sums, problem, layout = solved.mixed.sums, solved.problem, solved.layout
     if sums is None or problem.form.weights is not None:
         return
@@ -52,16 +52,16 @@ def _seen(solved: SolvedColumns, places: Sequence[int], pitch: FloatArray, roll:
     basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
     readings = layout.sum_by_point(np.ones(layout.rows))
     largest = np.abs(problem.outputs).max(axis=0)
-    for place in places:
-        variance = float(solved.mixed.precision_variance[place])
-        if linear_base(problem.models[place]) is None or not variance > (_ROUNDING * largest[place]) ** 2:
+    for index in indices:
+        variance = float(solved.mixed.precision_variance[index])
+        if linear_base(problem.models[index]) is None or not variance > (_ROUNDING * largest[index]) ** 2:
             continue
-        own = solved.mixed.ordinary[_LINEAR : basis.shape[1], place]
+        coefficients = solved.mixed.ordinary[_LINEAR : basis.shape[1], index]
         yield SeenPoints(
             linear=np.hstack([basis[:, :_LINEAR], sums.drift_left]),
             terms=basis[:, _LINEAR:],
-            mean=sums.point_effects[:, place] + basis[:, _LINEAR:] @ own,
+            mean=sums.point_effects[:, index] + basis[:, _LINEAR:] @ coefficients,
             weight=np.sqrt(readings / variance),
-            slopes=slopes_at_points(solved, place, pitch, roll),
+            slopes=slopes_at_points(solved, index, pitch, roll),
             precision_dof=float(sums.dof_precision),
         )

@@ -120,7 +120,7 @@ class FixedAxis:
 
     def counts(self, f: tuple[int, int, int]) -> int:
         """Return the output in words, as the C function computes it."""
-        total = sum(k * one for k, one in zip(self.k, f, strict=True))
+        total = sum(k * component for k, component in zip(self.k, f, strict=True))
         half, whole = 1 << (FORCE_BITS - 1), 1 << FORCE_BITS
         rounded = (total + half) // whole if total >= 0 else -((half - total) // whole)
         return self.offset + rounded

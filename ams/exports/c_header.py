@@ -61,7 +61,7 @@ static inline double @p@_@a@_@u@(const double f[3], double temperature_degc)
     return @p@_@a@_offset_@u@(temperature_degc) + @p@_@a@_gain(temperature_degc) * sensed_v;
 }
 """
-OWN_OUTPUT = """
+MODEL_OUTPUT = """
 static inline double @p@_@a@_@u@(const double f[3], double temperature_degc)
 {
     (void)temperature_degc;
@@ -76,7 +76,7 @@ QUADRATIC = (
     "(f[1] * f[1] - f[2] * f[2])",
     "2.0 * f[1] * f[2]",
 )
-CUBIC = "(f[{place}] * f[{place}] * f[{place}])"
+CUBIC = "(f[{index}] * f[{index}] * f[{index}])"
 ANGLES = """
 /* outputs_v in the order @order@; returns 0, or -1 where the force is zero or not finite. */
 static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
@@ -276,20 +276,22 @@ def _functions(coefficients: CoefficientSet, prefix: str, form: SetForm) -> list
         for column, axis in enumerate(coefficients.axes, count + 1)
         for line in filled(CHECK, {**names, "a": axis, "A": axis.upper(), "temperature": count, "column": column})
     ]
-    inputs = ", ".join(f"vector[{place}]" for place in range(count))
+    inputs = ", ".join(f"vector[{index}]" for index in range(count))
     return [*lines, "", *filled(SELF_TEST, {"checks": "\n".join(checks), "inputs": inputs, **names}), ""]
 
 
 def _output(numbers: AxisNumbers) -> str:
-    own = numbers.own_output
-    if own is None:
+    formula = numbers.model_output
+    if formula is None:
         return "\n".join(filled(OUTPUT, _terms(numbers)))
-    assert own.c is not None, "models without C were refused"
-    return OWN_OUTPUT.replace("@c@", own.c.format(**{name: f"@P@_@A@_{name.upper()}" for name in own.primary_names}))
+    assert formula.c is not None, "models without C were refused"
+    return MODEL_OUTPUT.replace(
+        "@c@", formula.c.format(**{name: f"@P@_@A@_{name.upper()}" for name in formula.primary_names})
+    )
 
 
 def _terms(numbers: AxisNumbers) -> dict[str, str]:
-    factors = [*QUADRATIC, CUBIC.format(place="xyz".index(numbers.nominal_axis))]
+    factors = [*QUADRATIC, CUBIC.format(index="xyz".index(numbers.nominal_axis))]
     count = len(QUADRATIC) if numbers.centring is None else len(numbers.centring)
     bent = [
         f"\n        + @P@_@A@_{name.upper()} * {term}"
@@ -299,7 +301,7 @@ def _terms(numbers: AxisNumbers) -> dict[str, str]:
         bent.append("\n        + @P@_@A@_SENSED_CONSTANT_V")
     k = zip(("KX", "KY", "KZ"), numbers.form.directions, strict=True)
     return {
-        **{place: name.upper() for place, name in k},
+        **{symbol: name.upper() for symbol, name in k},
         "offset": _warmed(numbers.temperature_names[0::2]),
         "gain": _warmed(numbers.temperature_names[1::2]),
         "q": "" if numbers.is_linear else "".join(bent),

@@ -48,7 +48,7 @@ def is_of_lines(coefficients: CoefficientSet) -> bool:
 
 def check_accelerometers(coefficients: CoefficientSet, what: str, instead: str) -> None:
     """Refuse a set whose equation is not the accelerometer's of pitch and roll. Raises: SetError."""
-    if coefficients.convention != "TP" or any(numbers.own_output for numbers in coefficients.axes.values()):
+    if coefficients.convention != "TP" or any(numbers.model_output for numbers in coefficients.axes.values()):
         raise SetError(
             f"{coefficients.sensor}: {what}: has no form of this set's equations: got convention "
             f"{coefficients.convention}, model {coefficients.model}, needed are accelerometers of pitch and roll (TP) "
@@ -109,14 +109,14 @@ def primary_lines(prefix: str, numbers: AxisNumbers) -> list[str]:
     if numbers.centring is not None:
         off = numbers.taken_off
         given["sensed_constant_v"] = -off[0]
-        for place, name in enumerate(numbers.form.directions):
-            given[name] = numbers.direction[place] - off[1 + place]
+        for index, name in enumerate(numbers.form.directions):
+            given[name] = numbers.direction[index] - off[1 + index]
     return [defined(f"{prefix}_{numbers.axis}_{name}", float(value or 0.0)) for name, value in given.items()]
 
 
 def _names(numbers: AxisNumbers) -> Iterable[str]:
-    if numbers.own_output is not None:
-        return numbers.own_output.primary_names
+    if numbers.model_output is not None:
+        return numbers.model_output.primary_names
     extended = () if numbers.is_linear else TERM_NAMES[: 5 if numbers.centring is None else len(numbers.centring)]
     temperature = (*numbers.temperature_names, "reference_temperature_degc") if numbers.needs_temperature else ()
     return (numbers.form.offset, *numbers.form.directions, *extended, *temperature)

@@ -9,13 +9,13 @@ from ams.errors import SetError
 from ams.exports.checksum_line import INTACT
 
 MARK = b"calrig file sha256:"
-CHECKSUM_PLACE = MARK + b"0" * 64
+CHECKSUM_SLOT = MARK + b"0" * 64
 
 
 def with_checksum_inside(content: bytes) -> bytes:
-    """Return the content, which holds ``CHECKSUM_PLACE`` once, with its checksum in place of the zeros."""
-    assert content.count(CHECKSUM_PLACE) == 1, "the format stores the seal once, as plain bytes"
-    return content.replace(CHECKSUM_PLACE, MARK + _sha256(content))
+    """Return the content, which holds ``CHECKSUM_SLOT`` once, with its checksum in place of the zeros."""
+    assert content.count(CHECKSUM_SLOT) == 1, "the format stores the seal once, as plain bytes"
+    return content.replace(CHECKSUM_SLOT, MARK + _sha256(content))
 
 
 def check_inside(content: bytes, magic: bytes, kind: str, where: str) -> None:
@@ -30,8 +30,8 @@ def check_inside(content: bytes, magic: bytes, kind: str, where: str) -> None:
             f"{where}: is not a coefficient set as {kind}: it begins with {content[:8]!r}, needed is {magic!r}; "
             f"it is another kind of file or is damaged; {INTACT}"
         )
-    place = content.rfind(MARK) + len(MARK)
-    stated, unsealed = content[place : place + 64], content[:place] + b"0" * 64 + content[place + 64 :]
+    start = content.rfind(MARK) + len(MARK)
+    stated, unsealed = content[start : start + 64], content[:start] + b"0" * 64 + content[start + 64 :]
     if MARK not in content or stated != _sha256(unsealed):
         raise SetError(
             f"{where}: checksum: does not fit the {len(content)} bytes of the file: truncated, changed or damaged "

@@ -97,7 +97,7 @@ def _statements(coefficients: CoefficientSet) -> Elements:
         "it and of dimension one",
         "validity": json.dumps(document["validity"]),
         **{name.replace("_", " "): value for name, value in (use_of(document) or {}).items()},
-        **{f"warning {place}": text for place, text in enumerate(listed(document["warnings"]), 1)},
+        **{f"warning {index}": text for index, text in enumerate(listed(document["warnings"]), 1)},
     }
     return [
         Element("dcc:statement", [content("dcc:name", name), content("dcc:declaration", _flat(text))])

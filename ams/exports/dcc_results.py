@@ -45,7 +45,11 @@ def measurement_result(coefficients: CoefficientSet, attachment: Element) -> Ele
             content("dcc:name", f"calibration of {coefficients.sensor}"),
             Element("dcc:usedMethods", [_method(coefficients)]),
             Element("dcc:usedSoftware", [software(coefficients)]),
-            *([Element("dcc:measuringEquipments", [_standard(one) for one in standards])] if standards else []),
+            *(
+                [Element("dcc:measuringEquipments", [_standard(standard) for standard in standards])]
+                if standards
+                else []
+            ),
             Element("dcc:influenceConditions", _conditions(coefficients)),
             Element("dcc:results", results),
         ],
@@ -78,8 +82,8 @@ def _conditions(coefficients: CoefficientSet) -> Elements:
     return conditions
 
 
-def _condition(name: str, key: str, value: float, place: str = "site") -> Element:
-    given = quantity(name, real(value, unit_below({}, key, "")), f"condition.{place}.{key}")
+def _condition(name: str, key: str, value: float, location: str = "site") -> Element:
+    given = quantity(name, real(value, unit_below({}, key, "")), f"condition.{location}.{key}")
     return Element("dcc:influenceCondition", [content("dcc:name", name), Element("dcc:data", [given])])
 
 
@@ -88,7 +92,7 @@ def _axis(name: str, section: Document) -> Element:
     printed = content("dcc:text", f"primary: {equation['primary']}", f"derived: {equation['derived']}")
     data = [
         printed,
-        *(_primary(name, primary, place) for place in range(len(listed(primary["order"])))),
+        *(_primary(name, primary, index) for index in range(len(listed(primary["order"])))),
         *(_derived(name, key, table(entry)) for key, entry in table(section["parameters"]).items()),
         *_covariance(name, "covariance", primary["covariance"], primary),
     ]
@@ -98,9 +102,9 @@ def _axis(name: str, section: Document) -> Element:
     return Element("dcc:result", [content("dcc:name", f"axis {name}"), described, Element("dcc:data", data)])
 
 
-def _primary(axis: str, primary: Document, place: int) -> Element:
-    name = str(listed(primary["order"])[place])
-    variance = listed(listed(primary["covariance"])[place])[place]
+def _primary(axis: str, primary: Document, index: int) -> Element:
+    name = str(listed(primary["order"])[index])
+    variance = listed(listed(primary["covariance"])[index])[index]
     dof = table(primary["effective_degrees_of_freedom"])[name]
     value, unit = number(table(primary["values"])[name]), str(table(primary["units"])[name])
     known = None if variance is None else _expanded(math.sqrt(number(variance)), dof)

@@ -106,10 +106,10 @@ def _numbers(coefficients: CoefficientSet) -> Iterator[tuple[str, float, str, st
 def _axis(axis: str, section: Document) -> Iterator[tuple[str, float, str, str]]:
     primary = table(section["primary"])
     covariance = [listed(row) for row in listed(primary["covariance"])]
-    for place, name in enumerate(listed(primary["order"])):
+    for index, name in enumerate(listed(primary["order"])):
         unit, key = str(table(primary["units"])[str(name)]), _pv(str(name))
         yield f"{axis}:{key}", number(table(primary["values"])[str(name)]), unit, f"{axis} {name}"
-        yield from _if_known(f"{axis}:{key}:SD", _root(covariance[place][place]), unit, f"{axis} {name}: u")
+        yield from _if_known(f"{axis}:{key}:SD", _root(covariance[index][index]), unit, f"{axis} {name}: u")
     for name, entry in table(section["parameters"]).items():
         parameter, key = table(entry), _pv(name)
         unit = str(parameter["unit"])

@@ -44,7 +44,7 @@ def format_of(path: Path) -> Format:
     if found is None:
         raise SetError(
             f"{path}: is no coefficient set by its name: it ends in {path.suffix!r}, allowed are "
-            f"{', '.join(one.ending for one in FORMATS.values())}; nothing was read"
+            f"{', '.join(form.ending for form in FORMATS.values())}; nothing was read"
         )
     return found
 
@@ -55,7 +55,9 @@ def _by_ending(path: Path) -> Format | None:
     Raises: SetError where two formats would read the same file.
     """
     name = path.name.lower()
-    fitting = sorted((one for one in FORMATS.values() if name.endswith(one.ending)), key=lambda one: -len(one.ending))
+    fitting = sorted(
+        (form for form in FORMATS.values() if name.endswith(form.ending)), key=lambda form: -len(form.ending)
+    )
     if len(fitting) > 1 and fitting[0].ending == fitting[1].ending:
         raise SetError(
             f"{path}: two formats, {fitting[0].name} and {fitting[1].name}, have files that end in "

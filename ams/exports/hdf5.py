@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ams.errors import SetError
-from ams.exports.checksum_inside import CHECKSUM_PLACE, check_inside, check_layout, with_checksum_inside
+from ams.exports.checksum_inside import CHECKSUM_SLOT, check_inside, check_layout, with_checksum_inside
 from ams.exports.checksum_line import INTACT
 from ams.exports.csv_text import unit_below
 from ams.exports.format import Format
@@ -41,7 +41,7 @@ def to_hdf5(coefficients: CoefficientSet) -> bytes:
     memory = io.BytesIO()
     with h5py.File(memory, "w", libver=("earliest", "v110")) as file:
         file.attrs["file_format"] = LAYOUT
-        file.attrs["file_sha256"] = np.bytes_(CHECKSUM_PLACE)
+        file.attrs["file_sha256"] = np.bytes_(CHECKSUM_SLOT)
         file.attrs["how_to_read"] = HOW_TO_READ
         file.create_dataset(DOCUMENT, data=to_json(coefficients).decode("utf-8"))
         for name, value in coefficients.document.items():
@@ -84,8 +84,8 @@ def _write(group: Any, key: str, value: Json, unit: str) -> None:
     array = numeric(value) if isinstance(value, list) else None
     if isinstance(value, list) and array is None and not all(isinstance(entry, str) for entry in value):
         inside = group.create_group(name)
-        for place, content in enumerate(value):
-            _write(inside, str(place), content, unit)
+        for index, content in enumerate(value):
+            _write(inside, str(index), content, unit)
         return
     dataset = group.create_dataset(name, data=_data(value) if array is None else array)
     if unit and dataset.dtype.kind == "f":

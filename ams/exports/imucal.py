@@ -15,7 +15,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.exports.checksum_inside import CHECKSUM_PLACE, check_inside, with_checksum_inside
+from ams.exports.checksum_inside import CHECKSUM_SLOT, check_inside, with_checksum_inside
 from ams.exports.checksum_line import INTACT
 from ams.exports.embedded import document_from, document_lines, harmless
 from ams.exports.format import Format
@@ -43,7 +43,7 @@ def to_imucal(coefficients: CoefficientSet) -> bytes:
     """
     _check(coefficients, "imucal", is_solved=resolves(coefficients.axes))
     lines = [f"Loses: {LOSES}.", *_bounds(coefficients), *(harmless(line) for line in statement(coefficients))]
-    comment = "\n".join([*lines, *document_lines(coefficients), CHECKSUM_PLACE.decode()])
+    comment = "\n".join([*lines, *document_lines(coefficients), CHECKSUM_SLOT.decode()])
     keys = {**_numbers(coefficients), "comment": comment}
     ordered = {name: keys[name] for name in ("acc_unit", "gyr_unit", "from_acc_unit", "from_gyr_unit", "comment")}
     whole = json.dumps({**ordered, **keys}, indent=4, allow_nan=False) + "\n"
@@ -71,9 +71,9 @@ def from_imucal(content: bytes, where: str) -> CoefficientSet:
 def _check(coefficients: CoefficientSet, what: str, *, is_solved: bool) -> None:
     """Refuse what is no triad, and one that is not solved for what it senses. Raises: SetError."""
     axes = coefficients.axes
-    units = {one.form.unit for one in axes.values()}
+    units = {axis.form.unit for axis in axes.values()}
     is_triad = len(units) == 1 and units <= set(_KINDS) and set(axes) == set(ORDER)
-    if not (is_triad and is_solved) or any(one.own_output for one in axes.values()):
+    if not (is_triad and is_solved) or any(axis.model_output for axis in axes.values()):
         raise SetError(
             f"{coefficients.sensor}: {what}: got the axes {', '.join(axes)} by {coefficients.model}, needed are three "
             "accelerometers or three gyros x, y, z that lie in no plane, each an offset and three sensitivities; "
@@ -89,9 +89,13 @@ def _numbers(coefficients: CoefficientSet) -> dict[str, object]:
     lengths = np.linalg.norm(rows, axis=1)
     offsets = [coefficients.axes[axis].primary[coefficients.axes[axis].form.offset] for axis in ORDER]
     fields: dict[str, object] = {"acc_unit": "m/s^2", "gyr_unit": "deg/s"}
-    for own, kind, through in _KINDS.values():
+    for field_unit, kind, through in _KINDS.values():
         fields[f"from_{kind}_unit"] = through
-        fields |= {f"K_{own}": np.eye(3).tolist(), f"R_{own}": np.eye(3).tolist(), f"b_{own}": [0.0, 0.0, 0.0]}
+        fields |= {
+            f"K_{field_unit}": np.eye(3).tolist(),
+            f"R_{field_unit}": np.eye(3).tolist(),
+            f"b_{field_unit}": [0.0, 0.0, 0.0],
+        }
     fields[f"from_{word}_unit"] = _measured_unit(coefficients)
     fields[f"K_{letter}"] = np.diag(lengths).tolist()
     fields[f"R_{letter}"] = (rows / lengths[:, None]).tolist()

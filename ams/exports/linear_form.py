@@ -128,8 +128,8 @@ def _covariance(coefficients: CoefficientSet, name: str, along: int) -> FloatArr
         [math.nan if entry is None else number(entry) for entry in listed(row)] for row in listed(primary["covariance"])
     ]
     form = coefficients.axes[name].form
-    places = [order.index(form.offset), order.index(form.directions[along])]
-    return np.array(rows)[np.ix_(places, places)]
+    indices = [order.index(form.offset), order.index(form.directions[along])]
+    return np.array(rows)[np.ix_(indices, indices)]
 
 
 def _largest_across(coefficients: CoefficientSet, form: SetForm, along: int) -> FloatArray:
@@ -247,7 +247,7 @@ def _toml_value(value: object) -> str:
 
 def _comparable(read: Document) -> Document:
     """Return lists of tables as tables, so that they are compared number for number; without the document."""
-    vectors = {str(place): vector for place, vector in enumerate(listed(read.get("test_vectors")))}
+    vectors = {str(index): vector for index, vector in enumerate(listed(read.get("test_vectors")))}
     return {**{key: value for key, value in read.items() if key != "document_json"}, "test_vectors": vectors}
 
 

@@ -9,7 +9,7 @@ import io
 from typing import Any
 
 from ams.errors import SetError
-from ams.exports.checksum_inside import CHECKSUM_PLACE, check_inside, check_layout, with_checksum_inside
+from ams.exports.checksum_inside import CHECKSUM_SLOT, check_inside, check_layout, with_checksum_inside
 from ams.exports.checksum_line import INTACT
 from ams.exports.csv_text import HEADER, rows_of
 from ams.exports.format import Format
@@ -38,7 +38,7 @@ def to_parquet(coefficients: CoefficientSet) -> bytes:
         writer.add_key_value_metadata(
             {
                 "file_format": LAYOUT,
-                "file_sha256": CHECKSUM_PLACE.decode(),
+                "file_sha256": CHECKSUM_SLOT.decode(),
                 DOCUMENT: to_json(coefficients).decode("utf-8"),
             }
         )

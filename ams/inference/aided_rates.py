@@ -75,7 +75,7 @@ class AidedAngles:
         field: FieldAid | None = None,
     ) -> None:
         coefficients = accelerometers.coefficients
-        senses_force = all(own.form.unit == "g" and not own.form.is_gravity for own in coefficients.axes.values())
+        senses_force = all(axis.form.unit == "g" and not axis.form.is_gravity for axis in coefficients.axes.values())
         all_columns = tuple(accelerometers.columns) == tuple(coefficients.axes)
         if not (all_columns and senses_force and resolves(coefficients.axes)):
             raise OutsideValidity(
@@ -106,8 +106,8 @@ class AidedAngles:
     def needed(self) -> tuple[str, ...]:
         temperature = ["temperature_degc"] if self.accelerometers.coefficients.needs_temperature else []
         field = () if self.field is None else self.field.needed
-        own = self.gyros.columns.values(), self.accelerometers.columns.values(), field, temperature
-        return tuple(dict.fromkeys(name for names in own for name in names))
+        columns = self.gyros.columns.values(), self.accelerometers.columns.values(), field, temperature
+        return tuple(dict.fromkeys(name for names in columns for name in names))
 
     @property
     def optional(self) -> tuple[str, ...]:
@@ -143,8 +143,8 @@ class AidedAngles:
         self._of_field += np.nansum(path.field_innovation), np.isfinite(path.field_innovation).sum()
         self._compare(readings, path.quaternion[:, sample], path.turn_covariance[sample], is_used)
         codes = np.zeros(rows, dtype=np.uint64)
-        for own, code in _CODES:
-            codes[(path.codes[sample] & own) != 0] |= np.uint64(code)
+        for path_code, code in _CODES:
+            codes[(path.codes[sample] & path_code) != 0] |= np.uint64(code)
         codes[steps > 1] |= np.uint64(flag_codes.SAMPLES_LOST)
         codes[~is_used] = flag_codes.NOT_AFTER
         found = answer_of(path.quaternion[:, sample], path.turn_covariance[sample], codes)
@@ -185,8 +185,8 @@ class AidedAngles:
     def _innovations_in_words(self) -> str:
         if not self._innovations[1]:
             return "filter: no force was read"
-        told = f"filter: {_mean_in_words('force', self._innovations)}"
-        return told if not self._of_field[1] else f"{told}; {_mean_in_words('field', self._of_field)}"
+        sentence = f"filter: {_mean_in_words('force', self._innovations)}"
+        return sentence if not self._of_field[1] else f"{sentence}; {_mean_in_words('field', self._of_field)}"
 
     @property
     def _most_lost(self) -> float:
@@ -207,20 +207,20 @@ class AidedAngles:
         assert self._clock.interval_s is not None
         walk = np.sqrt(np.trace(self.gyros.reading_covariance()) / 3.0 * self._clock.interval_s)
         noise = GyroNoise(float(walk), float(np.deg2rad(self.aiding.bias_walk_dps_per_sqrt_s)))
-        own = self.field
+        field_aid = self.field
         settings = FilterSettings(
             self._clock.interval_s,
             noise,
             self.aiding.force_sd_g,
-            field_reference_ut=None if own is None else own.reference_ut,
-            field_sd_ut=None if own is None else own.sd_ut,
+            field_reference_ut=None if field_aid is None else field_aid.reference_ut,
+            field_sd_ut=None if field_aid is None else field_aid.sd_ut,
         )
         bias = self.gyros.calibration_covariance()[:3, :3]
         start_rad = self._start_rad(force, field)
         if self.motion.start_sd_deg is not None:
             turn = self.motion.start_covariance()
         else:
-            turn = _unstated(start_rad) if own is None else np.deg2rad(UNSTATED_TILT_SD_DEG) ** 2 * np.eye(3)
+            turn = _unstated(start_rad) if field_aid is None else np.deg2rad(UNSTATED_TILT_SD_DEG) ** 2 * np.eye(3)
         covariance = np.block([[turn, np.zeros((3, 3))], [np.zeros((3, 3)), bias]])
         return AttitudeFilter(settings, Estimate(quaternion_of_cr(start_rad), np.zeros(3), covariance))
 
@@ -244,10 +244,10 @@ def _mean_in_words(what: str, innovations: FloatArray) -> str:
     total, count = innovations
     low, high = mean_band(3, int(count))
     mean = total / count
-    told = "as assumed" if low <= mean <= high else f"not as assumed: state another deviation of the {what}"
+    verdict = "as assumed" if low <= mean <= high else f"not as assumed: state another deviation of the {what}"
     return (
         f"mean normalised innovation of the {what} {mean:.3g} over {int(count)} rows, 3 expected, within "
-        f"{low:.3g} to {high:.3g} in 99.9 %: {told}"
+        f"{low:.3g} to {high:.3g} in 99.9 %: {verdict}"
     )
 
 

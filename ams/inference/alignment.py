@@ -66,24 +66,24 @@ def solve_alignment(
 
     Rows of which an angle is not told are left out. Raises: DesignError where the attitudes do not tell the rotation.
     """
-    told, true = (np.atleast_2d(specific_force(*angles)) for angles in (found_rad, known_rad))
-    good = np.isfinite(told).all(axis=1) & np.isfinite(true).all(axis=1)
-    told, true = told[good], true[good]
-    if len(told) < 2:
+    found, true = (np.atleast_2d(specific_force(*angles)) for angles in (found_rad, known_rad))
+    good = np.isfinite(found).all(axis=1) & np.isfinite(true).all(axis=1)
+    found, true = found[good], true[good]
+    if len(found) < 2:
         raise DesignError(
-            f"{sensor}: alignment: got {len(told)} known attitudes, needed two or more; nothing was stored"
+            f"{sensor}: alignment: got {len(found)} known attitudes, needed two or more; nothing was stored"
         )
-    u, _, v = np.linalg.svd(true.T @ told)
+    u, _, v = np.linalg.svd(true.T @ found)
     rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u) * np.linalg.det(v)]) @ v
-    left = true - told @ rotation.T
-    dof = 2 * len(told) - 3
+    left = true - found @ rotation.T
+    dof = 2 * len(found) - 3
     variance = float(np.sum(left**2)) / dof
     information = np.eye(3) * len(true) - true.T @ true
     with np.errstate(divide="ignore"):
         weakest = float(np.linalg.eigvalsh(information)[0])
     if weakest < 1e-3 or np.rad2deg(np.sqrt(variance / weakest)) > LARGEST_SD_DEG:
         raise DesignError(
-            f"{sensor}: alignment: the {len(told)} known attitudes do not tell the rotation about every axis within "
+            f"{sensor}: alignment: the {len(found)} known attitudes do not tell the rotation about every axis within "
             f"{LARGEST_SD_DEG:g}°; nothing was stored; add attitudes that differ in pitch and in roll"
         )
     covariance = np.asarray(variance * np.linalg.inv(information), dtype=float)
@@ -124,40 +124,40 @@ def _matrix(document: Mapping[str, Json], name: str) -> FloatArray:
 class AlignedSensor:
     """A calibrated sensor in the axes of the model that carries it."""
 
-    own: CalibratedSensor
+    sensor: CalibratedSensor
     rotation: FloatArray
 
     @property
     def offset_v(self) -> float:
-        return self.own.offset_v
+        return self.sensor.offset_v
 
     @property
     def k_v_per_g(self) -> FloatArray:
-        return np.asarray(self.rotation @ self.own.k_v_per_g)
+        return np.asarray(self.rotation @ self.sensor.k_v_per_g)
 
     @property
     def is_linear(self) -> bool:
-        return self.own.is_linear
+        return self.sensor.is_linear
 
     def line_output_v(self, output_v: FloatArray) -> FloatArray:
         """Return (N,) what the reading would be at the reference temperature."""
-        return self.own.line_output_v(output_v)
+        return self.sensor.line_output_v(output_v)
 
     def quadratic_v(self, force: FloatArray) -> FloatArray:
         """Return (N,) what the terms of second and third order add at a force in model axes."""
-        return self.own.quadratic_v(force @ self.rotation)
+        return self.sensor.quadratic_v(force @ self.rotation)
 
     def output_variance_v2(self, force: FloatArray) -> FloatArray:
         """Return the (N,) variance of prediction plus reading."""
-        return self.own.output_variance_v2(force @ self.rotation)
+        return self.sensor.output_variance_v2(force @ self.rotation)
 
     def calibration_parts(self, force: FloatArray) -> Sequence[Part]:
         """Return the (N,) parts of the prediction's variance."""
-        return self.own.calibration_parts(force @ self.rotation)
+        return self.sensor.calibration_parts(force @ self.rotation)
 
     def reading_variance_v2(self, force: FloatArray) -> FloatArray:
         """Return the (N,) variance of a reading."""
-        return self.own.reading_variance_v2(force)
+        return self.sensor.reading_variance_v2(force)
 
 
 @dataclass(frozen=True)
@@ -181,9 +181,9 @@ class AlignedPackage:
 
     def _apart(self, force: FloatArray) -> list[Part]:
         size, parts = len(self.sensors), []
-        for place, sensor in enumerate(self.sensors):
+        for index, sensor in enumerate(self.sensors):
             for variance, dof in sensor.calibration_parts(force):
                 covariance = np.zeros((*np.shape(variance), size, size))
-                covariance[..., place, place] = variance
+                covariance[..., index, index] = variance
                 parts.append((covariance, dof))
         return parts

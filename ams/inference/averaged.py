@@ -51,7 +51,9 @@ class AveragedAngles:
         rows = next(iter(readings.values())).size
         if rows:
             self._clock.steps(readings.get("time_s"), rows)
-        kept = {name: np.concatenate([self._kept.get(name, np.empty(0)), own]) for name, own in readings.items()}
+        kept = {
+            name: np.concatenate([self._kept.get(name, np.empty(0)), samples]) for name, samples in readings.items()
+        }
         window = self._window() if rows else 1
         whole = next(iter(kept.values())).size // window if rows else 0
         self._kept = {name: values[whole * window :] for name, values in kept.items()}

@@ -8,19 +8,19 @@ from ams.attitude.static import Angles
 from ams.frames import Attitude
 from ams.inference.calibrated import CalibratedSensor
 from ams.models.registry import model_named
-from ams.models.sensor_model import OwnOutput
+from ams.models.sensor_model import ModelOutput
 from ams.statistics.intervals import reading_halfwidth
 
 LARGEST_SD_RAD = np.deg2rad(10.0)
 
 
 def pitch_by_inverse(
-    model: str, nominal_axis: str, own: OwnOutput, sensor: CalibratedSensor, output_v: FloatArray
+    model: str, nominal_axis: str, formula: ModelOutput, sensor: CalibratedSensor, output_v: FloatArray
 ) -> Angles:
     """Find pitch at no roll, NaN where there is none or where the output hardly depends on it."""
-    assert own.pitch_rad is not None, "models without an inverse were refused"
+    assert formula.pitch_rad is not None, "models without an inverse were refused"
     values = dict(zip(sensor.names, sensor.primary.tolist(), strict=True))
-    pitch = np.asarray(own.pitch_rad(values, output_v))
+    pitch = np.asarray(formula.pitch_rad(values, output_v))
     known, level = np.nan_to_num(pitch), np.zeros_like(pitch)
     solver = model_named(model, nominal_axis)
     rows = solver.jacobian(sensor.primary, Attitude(known, level))

@@ -126,8 +126,8 @@ class CalibratedPackage:
         """Return the (N, S, S) parts of the covariance of the predictions."""
         rows = np.zeros((*force.shape[:-1], len(self.sensors), sum(len(sensor.names) for sensor in self.sensors)))
         start = 0
-        for place, sensor in enumerate(self.sensors):
-            rows[..., place, start : start + len(sensor.names)] = sensor.rows(force)
+        for index, sensor in enumerate(self.sensors):
+            rows[..., index, start : start + len(sensor.names)] = sensor.rows(force)
             start += len(sensor.names)
         return [(rows @ part.covariance @ np.swapaxes(rows, -1, -2), part.dof) for part in self.components]
 
@@ -144,9 +144,9 @@ def package_of_set(
         return None
     order = [str(name) for name in listed(section["order"])]
     wanted = [f"{axis}.{name}" for axis, sensor in zip(axes, sensors, strict=True) for name in sensor.names]
-    places = [order.index(name) for name in wanted]
+    indices = [order.index(name) for name in wanted]
     sense = np.concatenate([_senses(coefficients, sensor.names, site_gravity_mps2) for sensor in sensors])
-    return CalibratedPackage(sensors, _components(table(section["components"]), places, sense))
+    return CalibratedPackage(sensors, _components(table(section["components"]), indices, sense))
 
 
 def sensor_of_set(
@@ -198,7 +198,7 @@ def _centring(rows: FloatArray | None, ratio: float) -> Centring:
     """Return what is taken off each term: a term that grows by r² takes a constant of r⁻² and a slope of r⁻¹ of it."""
     if rows is None:
         return ()
-    powers = np.array([3 if place == len(Q_NAMES) else 2 for place in range(len(rows))])
+    powers = np.array([3 if index == len(Q_NAMES) else 2 for index in range(len(rows))])
     grown = rows / np.stack([ratio**powers, *[ratio ** (powers - 1)] * 3], axis=-1)
     return tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in grown)
 
@@ -219,12 +219,12 @@ def calibration_gravity_mps2(coefficients: CoefficientSet) -> float:
     return number(table(coefficients.document["acceleration_unit"])["value_mps2"])
 
 
-def _components(stated: Mapping[str, Json], places: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:
+def _components(stated: Mapping[str, Json], indices: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:
     """Return the parts of a covariance for some of its rows; degrees of freedom of null are infinite."""
     parts = []
     for name, value in stated.items():
         part = table(value)
-        covariance = _matrix(part["covariance"])[np.ix_(places, places)] * np.outer(sense, sense)
+        covariance = _matrix(part["covariance"])[np.ix_(indices, indices)] * np.outer(sense, sense)
         dof = part["degrees_of_freedom"]
         parts.append(VarianceComponent(name, covariance, np.inf if dof is None else number(dof)))
     return tuple(parts)

@@ -33,7 +33,7 @@ class FieldAid:
 
     def __post_init__(self) -> None:
         coefficients = self.package.coefficients
-        senses_field = all(own.form.unit == "ut" for own in coefficients.axes.values())
+        senses_field = all(axis.form.unit == "ut" for axis in coefficients.axes.values())
         if tuple(self.package.columns) != tuple(coefficients.axes) or not senses_field:
             raise OutsideValidity(
                 f"{coefficients.sensor}: got the axes {', '.join(self.package.columns)} by {self.package.model}, "
@@ -46,9 +46,9 @@ class FieldAid:
         x, y, _ = self.reference_ut
         if not (np.all(np.isfinite(self.reference_ut)) and np.hypot(x, y) >= _LEAST_CROSS_UT):
             raise OutsideValidity(
-                f"field: got {', '.join(f'{own:g}' for own in self.reference_ut)} µT along x, y and z of the reference "
-                f"axes: allowed are at least {_LEAST_CROSS_UT:g} µT across gravity, which alone say where x points; "
-                "nothing was computed"
+                f"field: got {', '.join(f'{component:g}' for component in self.reference_ut)} µT along x, y and z of "
+                f"the reference axes: allowed are at least {_LEAST_CROSS_UT:g} µT across gravity, which alone say "
+                "where x points; nothing was computed"
             )
         if not self.sd_ut >= LEAST_SD_UT:
             raise OutsideValidity(

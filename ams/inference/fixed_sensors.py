@@ -77,15 +77,15 @@ def kernel_of(
     if len(sensors) == 2:
         two = TwoAxes(k, offset_v, errors, upright, right_wing_down)
         return lambda outputs_v, _: two.attitude(outputs_v)
-    one = OneAxis(k[0], float(offset_v[0]), errors)
-    return lambda outputs_v, roll_rad: one.attitude(outputs_v[0], roll_rad)
+    sensor = OneAxis(k[0], float(offset_v[0]), errors)
+    return lambda outputs_v, roll_rad: sensor.attitude(outputs_v[0], roll_rad)
 
 
 def name_suspects_of(sensors: Sequence[Sensor], codes: flag_codes.Codes, outputs_v: FloatArray) -> None:
     """Name the axis in the codes of (3, N) outputs that disagree, where one can be named."""
     if not np.any(codes & flag_codes.REDUNDANCY):
         return
-    k, offset_v = np.stack([own.k_v_per_g for own in sensors]), np.array([own.offset_v for own in sensors])
+    k, offset_v = np.stack([sensor.k_v_per_g for sensor in sensors]), np.array([sensor.offset_v for sensor in sensors])
     name_suspects_in(codes, outputs_v, k, offset_v, _level_sd_v(sensors, codes.size))
 
 
@@ -95,9 +95,9 @@ def name_suspects_in(
     """Do the same for sensors by their numbers; ``sd_v`` is (3,) of an output."""
     rows = np.flatnonzero(codes & flag_codes.REDUNDANCY)
     if rows.size:
-        own = outputs_v[:, rows]
-        at_limit = at_offset_or_rail(own, offset_v, _AT_OFFSET_SD * sd_v)
-        possible = may_be_wrong(k_v_per_g, own - offset_v[:, None], sd_v)
+        outputs = outputs_v[:, rows]
+        at_limit = at_offset_or_rail(outputs, offset_v, _AT_OFFSET_SD * sd_v)
+        possible = may_be_wrong(k_v_per_g, outputs - offset_v[:, None], sd_v)
         codes[rows] = name_suspects(codes[rows], at_limit, possible)
 
 
@@ -116,13 +116,13 @@ def output_errors_of(sensors: Sequence[CalibratedSensor], package: CalibratedPac
         parts = [(whole @ part.covariance @ whole.T, part.dof) for part in package.components]
     else:
         parts = []
-        for place, (sensor, turn) in enumerate(zip(sensors, turns, strict=True)):
-            alone = [turn if other == place else turns[other][:, :0] for other in range(len(turns))]
-            own = _block_diagonal(alone)
+        for index, (sensor, turn) in enumerate(zip(sensors, turns, strict=True)):
+            alone = [turn if other == index else turns[other][:, :0] for other in range(len(turns))]
+            block = _block_diagonal(alone)
             for part in sensor.components or (VarianceComponent("", sensor.covariance, np.inf),):
-                parts.append((own @ part.covariance @ own.T, part.dof))
+                parts.append((block @ part.covariance @ block.T, part.dof))
     reading_v2 = np.array([sensor.reading_sd_v**2 for sensor in sensors])
-    return OutputErrors(np.stack([one for one, _ in parts]), np.array([dof for _, dof in parts]), reading_v2, basis)
+    return OutputErrors(np.stack([part for part, _ in parts]), np.array([dof for _, dof in parts]), reading_v2, basis)
 
 
 def _bend_of(sensors: Sequence[CalibratedSensor]) -> Bend:
@@ -135,11 +135,11 @@ def _bend_of(sensors: Sequence[CalibratedSensor]) -> Bend:
 
 def _onto(basis: Sequence[Polynomial], sensor: CalibratedSensor) -> FloatArray:
     """Return the (len(basis), P) coefficients of what the parameters multiply."""
-    places = {next(iter(polynomial)): row for row, polynomial in enumerate(basis)}
+    row_of = {next(iter(polynomial)): row for row, polynomial in enumerate(basis)}
     turn = np.zeros((len(basis), len(sensor.names)))
     for column, name in enumerate(sensor.names):
         for powers, value in _polynomial(sensor, name).items():
-            turn[places[powers], column] += value
+            turn[row_of[powers], column] += value
     return turn
 
 

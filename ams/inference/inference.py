@@ -59,7 +59,7 @@ class Package:
                 f"{self.coefficients.sensor}: gravity at use: got {site:g} m/s², allowed {LEAST_GRAVITY_MPS2:g} to "
                 f"{LARGEST_GRAVITY_MPS2:g} m/s²; nothing was computed"
             )
-        if any(numbers.form.unit != "g" or numbers.own_output for numbers in self.coefficients.axes.values()):
+        if any(numbers.form.unit != "g" or numbers.model_output for numbers in self.coefficients.axes.values()):
             raise OutsideValidity(
                 f"{self.coefficients.sensor}: gravity at use: belongs to accelerometers of the form v = b + k·f; "
                 "nothing was computed; leave it out"
@@ -68,13 +68,13 @@ class Package:
     def _check_alignment(self) -> None:
         if self.alignment is None:
             return
-        name, own = self.coefficients.sensor, self.coefficients.axes
+        name, axes = self.coefficients.sensor, self.coefficients.axes
         if self.alignment.sensor != name:
             raise OutsideValidity(
                 f"{name}: alignment: is that of {self.alignment.sensor}; nothing was computed; solve this sensor's"
             )
         is_fit = all(
-            one.form.unit == "g" and not one.form.is_gravity and one.own_output is None for one in own.values()
+            axis.form.unit == "g" and not axis.form.is_gravity and axis.model_output is None for axis in axes.values()
         )
         if len(self.columns) != 3 or not is_fit:
             raise OutsideValidity(
@@ -234,10 +234,10 @@ class Inference:
             return angles_from_packages(
                 sensors, second, outputs, self.model_package.outputs_v(second, readings), together
             )
-        own = FIELDS[self.package.model].output
-        if own is not None:
+        output = FIELDS[self.package.model].output
+        if output is not None:
             nominal_axis = self.package.coefficients.axes[next(iter(self.package.columns))].nominal_axis
-            return pitch_by_inverse(self.package.model, nominal_axis, own, sensors[0], outputs[:, 0])
+            return pitch_by_inverse(self.package.model, nominal_axis, output, sensors[0], outputs[:, 0])
         if self.package.model == STING:
             alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
             return replace(alone, codes=alone.codes | np.uint32(flag_codes.NO_ROLL))
@@ -320,10 +320,10 @@ def inference(
             f"{name}: senses {printed(form.unit)}, which tells no attitude by itself; nothing was computed; "
             "ams.sensed_level gives the quantity itself"
         )
-    own = form.output
-    if own is not None and own.pitch_rad is None:
+    output = form.output
+    if output is not None and output.pitch_rad is None:
         raise OutsideValidity(f"{name}: model {model}: brings no inverse: angles cannot be told; nothing was computed")
-    needed = 1 if own is not None else {STING: 3, "pitch-only": 1}.get(model, axes)
+    needed = 1 if output is not None else {STING: 3, "pitch-only": 1}.get(model, axes)
     if axes != needed:
         raise OutsideValidity(
             f"{name}: model {model}: got {axes} axes, needed {needed}; nothing was computed; name the axes to use"

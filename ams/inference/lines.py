@@ -45,7 +45,7 @@ class SensorLine:
         return np.full(force.shape[:-1], self.reading_sd_v**2)
 
     def _variance(self, covariance: FloatArray, force: FloatArray) -> FloatArray:
-        basis = with_one(force)
+        basis = with_constant(force)
         return np.asarray(np.einsum("...i,ij,...j->...", basis, covariance, basis))
 
 
@@ -59,12 +59,12 @@ class PackageLines:
 
     def output_parts(self, force: FloatArray) -> Sequence[Part]:
         """Return the (N, S, S) parts of the covariance of the predictions."""
-        basis = np.einsum("st,ni->nsti", np.eye(len(self.sensors)), with_one(force))
+        basis = np.einsum("st,ni->nsti", np.eye(len(self.sensors)), with_constant(force))
         rows = basis.reshape(*basis.shape[:2], -1)
         return [(rows @ part.covariance @ np.swapaxes(rows, -1, -2), part.dof) for part in self.components]
 
 
-def with_one(force: FloatArray) -> FloatArray:
+def with_constant(force: FloatArray) -> FloatArray:
     """Return (…, 4): one and the specific force."""
     return np.concatenate([np.ones((*force.shape[:-1], 1)), force], axis=-1)
 
@@ -96,9 +96,9 @@ def package_lines(solved: Calibration, reading_sd_v: float) -> PackageLines:
     turns = [_onto_line(axis) for axis in axes]
     widths = [turn.shape[1] for turn in turns]
     turn = np.zeros((4 * len(axes), sum(widths)))
-    for place, own in enumerate(turns):
-        start = sum(widths[:place])
-        turn[4 * place : 4 * place + 4, start : start + own.shape[1]] = own
+    for index, turned in enumerate(turns):
+        start = sum(widths[:index])
+        turn[4 * index : 4 * index + 4, start : start + turned.shape[1]] = turned
     parts = solved.package.components if solved.package is not None else axes[0].variance_components
     return PackageLines(sensors, [replace(part, covariance=turn @ part.covariance @ turn.T) for part in parts])
 

@@ -105,9 +105,9 @@ class LowPassedAngles:
 
     def _codes_of(self, is_whole: BoolArray, steps: IntArray) -> flag_codes.AnswerCodes:
         """Return by filter's answer whether it still holds what was no sample, and whether its own was missing."""
-        places = np.arange(1, is_whole.size + 1)
-        last_bad = np.maximum.accumulate(np.where(is_whole, 0, places))
-        since = np.where(last_bad > 0, places - last_bad, places + self._since_bad)
+        indices = np.arange(1, is_whole.size + 1)
+        last_bad = np.maximum.accumulate(np.where(is_whole, 0, indices))
+        since = np.where(last_bad > 0, indices - last_bad, indices + self._since_bad)
         self._since_bad = int(since[-1])
         codes = np.where(since <= self._settling, flag_codes.TRANSIENT, 0).astype(np.uint64)
         codes[~is_whole & (steps > 0)] |= np.uint64(flag_codes.FILTER_BRIDGED)
@@ -125,12 +125,12 @@ class LowPassedAngles:
             for name, values in both.items()
             if name != _HELD
         }
-        own = both[_HELD][late].astype(np.uint64) & np.uint64(flag_codes.TRANSIENT)
-        own |= both[_HELD][:ready].astype(np.uint64) & np.uint64(flag_codes.FILTER_BRIDGED)
+        transient = both[_HELD][late].astype(np.uint64) & np.uint64(flag_codes.TRANSIENT)
+        transient |= both[_HELD][:ready].astype(np.uint64) & np.uint64(flag_codes.FILTER_BRIDGED)
         self._kept = {name: values[ready:] for name, values in both.items()}
         if not ready:
             return nothing(self.answers)
-        return self._answer_with(rows, own)
+        return self._answer_with(rows, transient)
 
     def _answer_with(self, rows: Mapping[str, FloatArray], codes: flag_codes.AnswerCodes) -> Answer:
         """Answer rows with the filter's codes of each; averages take these along."""
@@ -144,8 +144,8 @@ class LowPassedAngles:
         reasons = {**found.reasons, **flag_codes.FILTER_WORDS}
         if CARRIED_CODES in self.inner.optional:
             return Answer(found.columns, found.codes, reasons)
-        own, self._codes = self._codes[: found.codes.size], self._codes[found.codes.size :]
-        return Answer(found.columns, found.codes | own, reasons)
+        answered, self._codes = self._codes[: found.codes.size], self._codes[found.codes.size :]
+        return Answer(found.columns, found.codes | answered, reasons)
 
 
 def joined(first: Answer, second: Answer) -> Answer:

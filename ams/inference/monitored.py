@@ -66,8 +66,8 @@ class MonitoredAngles:
 
     @property
     def answers(self) -> tuple[str, ...]:
-        *own, flag = self.packages.answers
-        return (*own, DIFFERENCE, flag)
+        *angles, flag = self.packages.answers
+        return (*angles, DIFFERENCE, flag)
 
     @property
     def answers_at_once(self) -> bool:
@@ -89,19 +89,21 @@ class MonitoredAngles:
         count = min(self._of_packages.rows, self._of_gyros.rows)
         if not count:
             return Answer({name: np.empty(0) for name in self.answers[:-1]}, np.empty(0, dtype=np.uint64))
-        own, beside = self._of_packages.taken(count), self._of_gyros.taken(count)
+        of_packages, beside = self._of_packages.taken(count), self._of_gyros.taken(count)
         difference, beyond = np.full(count, np.nan), np.zeros(count, dtype=bool)
         for name in ANGLES:
-            if f"{name}_deg" not in own.columns or f"{name}_deg" not in beside.columns:
+            if f"{name}_deg" not in of_packages.columns or f"{name}_deg" not in beside.columns:
                 continue
-            off = np.abs(wrap_deg(own.columns[f"{name}_deg"] - beside.columns[f"{name}_deg"]))
-            spread = np.hypot(own.columns[f"{name}_sd_deg"], beside.columns[f"{name}_sd_deg"])
+            off = np.abs(wrap_deg(of_packages.columns[f"{name}_deg"] - beside.columns[f"{name}_deg"]))
+            spread = np.hypot(of_packages.columns[f"{name}_sd_deg"], beside.columns[f"{name}_sd_deg"])
             difference = np.fmax(difference, off)
             with np.errstate(invalid="ignore"):
                 beyond |= off - COVERAGE * spread > self.limit_deg
-        codes = own.codes | np.where(beyond, flag_codes.DISAGREE, 0).astype(np.uint64)
+        codes = of_packages.codes | np.where(beyond, flag_codes.DISAGREE, 0).astype(np.uint64)
         codes |= np.where(np.isnan(difference), flag_codes.NOT_COMPARED, 0).astype(np.uint64)
-        return Answer({**own.columns, DIFFERENCE: difference}, codes, {**own.reasons, **flag_codes.MONITOR_WORDS})
+        return Answer(
+            {**of_packages.columns, DIFFERENCE: difference}, codes, {**of_packages.reasons, **flag_codes.MONITOR_WORDS}
+        )
 
 
 def _part(found: Answer, rows: slice) -> Answer:

@@ -26,7 +26,7 @@ from ams.attitude.spread import (
     weighing_variances,
 )
 from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
-from ams.attitude.told_rows import along_distance, factor_across, factor_along
+from ams.attitude.truncated_pivot import along_distance, factor_across, factor_along
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import DesignError
 from ams.models.cr import model_gravity_g
@@ -138,8 +138,8 @@ def _disagreement(residual: FloatArray, columns: FloatArray, errors: OutputError
         return codes
     may_be_wrong = explaining(residual[rows], columns[rows], covariance[rows], is_valid[rows], dof[rows])
     codes[rows] |= np.uint32(flag_codes.TWO_PACKAGES)
-    for reading_place, bit in enumerate((*flag_codes.SUSPECTS, *flag_codes.MODEL_SUSPECTS)):
-        codes[rows[may_be_wrong[:, reading_place]]] |= np.uint32(bit)
+    for reading_index, bit in enumerate((*flag_codes.SUSPECTS, *flag_codes.MODEL_SUSPECTS)):
+        codes[rows[may_be_wrong[:, reading_index]]] |= np.uint32(bit)
     return codes
 
 
@@ -178,7 +178,7 @@ def _slopes(gravity: FloatArray) -> FloatArray:
 
 def _columns(k_s: FloatArray, k_m: FloatArray, gravity: FloatArray, roll: FloatArray, along: FloatArray) -> FloatArray:
     """Return the (N, 6, 3) derivatives of the outputs by two turns of gravity and by roll."""
-    turned = np.stack([model_gravity_g(along[..., place], roll) for place in range(2)], axis=-1)
+    turned = np.stack([model_gravity_g(along[..., index], roll) for index in range(2)], axis=-1)
     in_model = model_gravity_g(gravity, roll)
     by_roll = np.stack([np.zeros_like(roll), in_model[:, 2], -in_model[:, 1]], axis=-1)
     sting = np.concatenate([np.einsum("ij,njs->nis", k_s, along), np.zeros((roll.size, 3, 1))], axis=-1)
@@ -205,7 +205,7 @@ def _spread(columns: FloatArray, weights: FloatArray, errors: OutputErrors) -> S
     solvable = np.where(lost[..., None], np.eye(normal.shape[-1]), normal)
     spread = errors.of_angles(np.asarray(np.linalg.solve(solvable, weighted), dtype=np.float64))
     nothing = np.where(np.arange(normal.shape[-1]) == normal.shape[-1] - 1, np.inf, 0.0)
-    sd, half_95 = (np.where(lost, nothing, one) for one in (spread.sd, spread.half_95))
+    sd, half_95 = (np.where(lost, nothing, values) for values in (spread.sd, spread.half_95))
     return Spread(sd, half_95, spread.covariance)
 
 
@@ -227,9 +227,9 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
         (on_end, flag_codes.ROLL_ON_END),
     ):
         codes[is_so] |= np.uint32(code)
-    pitch_sd, size_half = (beside_singular(one[:, 0], one[:, 1], level) for one in (sd, half))
+    pitch_sd, size_half = (beside_singular(pair[:, 0], pair[:, 1], level) for pair in (sd, half))
     pitch_half = _half_with_sign(gravity, size_half, level)
-    factors = np.where((codes != 0)[:, None], 1.0, _of_told(gravity, spread))
+    factors = np.where((codes != 0)[:, None], 1.0, _factors_of_read(gravity, spread))
     pitch_half, yaw_half = factors[:, 0] * pitch_half, factors[:, 1] * yaw_half
     roll_half = factors[:, 2] * roll_half if has_roll else roll_half
     wrapped = np.pi - np.mod(np.pi - roll, 2.0 * np.pi)
@@ -247,7 +247,7 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
     )
 
 
-def _of_told(gravity: FloatArray, spread: Spread) -> FloatArray:
+def _factors_of_read(gravity: FloatArray, spread: Spread) -> FloatArray:
     """Return what to widen the (N, s) half-widths by next to the bounds beyond which angles are told.
 
     Towards Θ = 0 pitch is the distance and yaw the angle about it; towards Ψ = ±90° the distance is that of g_x from

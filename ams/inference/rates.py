@@ -67,7 +67,7 @@ class GyroPackage:
     @property
     def offset_v(self) -> FloatArray:
         axes = [self.coefficients.axes[axis] for axis in self.columns]
-        return np.array([own.primary[own.form.offset] for own in axes])
+        return np.array([axis.primary[axis.form.offset] for axis in axes])
 
     def outputs_v(self, readings: Mapping[str, FloatArray]) -> FloatArray:
         """Return (3, n) volts."""
@@ -93,30 +93,30 @@ class GyroPackage:
 
     def _parameter_covariance(self) -> FloatArray:
         """Return (12, 12) of offset and k per rad/s of every axis in turn; what a line lacks is zero and exact."""
-        own = {axis: self._places(axis) for axis in self.columns}
+        rows_of = {axis: self._indices(axis) for axis in self.columns}
         section = package_of(self.coefficients.document)
         covariance = np.zeros((12, 12))
         if section is not None:
             order = [str(name) for name in listed(section["order"])]
-            stated = [order.index(f"{axis}.{name}") for axis, names in own.items() for name in names]
+            stated = [order.index(f"{axis}.{name}") for axis, names in rows_of.items() for name in names]
             parts = [_matrix(table(part)["covariance"]) for part in table(section["components"]).values()]
-            places = [4 * first + place for first, names in enumerate(own.values()) for place in names.values()]
-            covariance[np.ix_(places, places)] = np.sum(parts, axis=0)[np.ix_(stated, stated)]
+            indices = [4 * first + name for first, names in enumerate(rows_of.values()) for name in names.values()]
+            covariance[np.ix_(indices, indices)] = np.sum(parts, axis=0)[np.ix_(stated, stated)]
         else:
-            for first, (axis, names) in enumerate(own.items()):
+            for first, (axis, names) in enumerate(rows_of.items()):
                 primary = table(table(table(self.coefficients.document["axes"])[axis])["primary"])
                 order = [str(name) for name in listed(primary["order"])]
                 stated = [order.index(name) for name in names]
-                places = [4 * first + place for place in names.values()]
-                covariance[np.ix_(places, places)] = _matrix(primary["covariance"])[np.ix_(stated, stated)]
+                indices = [4 * first + name for name in names.values()]
+                covariance[np.ix_(indices, indices)] = _matrix(primary["covariance"])[np.ix_(stated, stated)]
         scale = np.tile([1.0, *np.rad2deg(np.ones(3))], 3)
         return np.asarray(covariance * np.outer(scale, scale))
 
-    def _places(self, axis: str) -> dict[str, int]:
+    def _indices(self, axis: str) -> dict[str, int]:
         """Return the primary parameters that an axis has, each with its place among offset, k_x, k_y and k_z."""
         numbers = self.coefficients.axes[axis]
         names = (numbers.form.offset, *numbers.form.directions)
-        return {name: place for place, name in enumerate(names) if name in numbers.primary}
+        return {name: index for index, name in enumerate(names) if name in numbers.primary}
 
     def reading_sd(self) -> FloatArray:
         """Return (3,) volts. Raises: OutsideValidity where nothing states it."""
@@ -334,10 +334,10 @@ class GyroAngles:
             time_s = np.asarray((first + np.arange(samples)) * self._clock.interval_s, dtype=float)
             quaternion = self.motion.earth.against_earth(quaternion, time_s)
         rows = self._pending.taken_before(self._settled)
-        own = np.where(rows.is_used, rows.sample - first, 0)
-        if not own.size:
+        elapsed = np.where(rows.is_used, rows.sample - first, 0)
+        if not elapsed.size:
             return nothing(ANSWERS)
-        found = answer_of(quaternion[:, own], covariance[own], rows.codes)
+        found = answer_of(quaternion[:, elapsed], covariance[elapsed], rows.codes)
         for values in found.columns.values():
             values[~rows.is_used] = np.nan
         return found
@@ -358,9 +358,9 @@ def _answer(angles_rad: FloatArray, covariance: FloatArray, codes: flag_codes.An
     lost[0] |= aside
     lost[2] |= aside
     columns = {}
-    for name, place in zip(ANGLES, _IN_ORDER, strict=True):
-        columns[f"{name}_deg"] = np.where(lost[place], np.nan, np.rad2deg(angles_rad[place]))
-        columns[f"{name}_sd_deg"] = np.where(lost[place], np.nan, np.rad2deg(sds[place]))
+    for name, index in zip(ANGLES, _IN_ORDER, strict=True):
+        columns[f"{name}_deg"] = np.where(lost[index], np.nan, np.rad2deg(angles_rad[index]))
+        columns[f"{name}_sd_deg"] = np.where(lost[index], np.nan, np.rad2deg(sds[index]))
     return Answer(columns, codes)
 
 

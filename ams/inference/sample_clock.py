@@ -32,9 +32,9 @@ class SampleClock:
         if np.all(found >= 1.0):
             self._last_s = float(time_s[-1])
             return np.asarray(found, dtype=np.int64)
-        for row, own in enumerate(time_s.tolist()):
-            steps[row] = max(round((own - last_s) / self.interval_s), 0) if np.isfinite(own) else 0
-            last_s = own if steps[row] else last_s
+        for row, read_s in enumerate(time_s.tolist()):
+            steps[row] = max(round((read_s - last_s) / self.interval_s), 0) if np.isfinite(read_s) else 0
+            last_s = read_s if steps[row] else last_s
         self._last_s = last_s
         return steps
 

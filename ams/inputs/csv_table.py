@@ -98,8 +98,8 @@ class CsvTable:
     form: CsvForm = PLAIN
 
     def column(self, name: str) -> list[str]:
-        place = self.columns.index(name)
-        return [row[place].strip() for row in self.rows]
+        index = self.columns.index(name)
+        return [row[index].strip() for row in self.rows]
 
 
 def parse_csv(path: Path, form: CsvForm = PLAIN) -> CsvTable:
@@ -162,12 +162,12 @@ def _rows(path: Path, start: int, line: int, form: CsvForm) -> Iterator[tuple[in
 
 
 def _without_nul(path: Path, text: Iterable[str], line: int, form: CsvForm) -> Iterator[str]:
-    for number, own in enumerate(text, start=line):
-        if "\x00" in own:
+    for number, text_line in enumerate(text, start=line):
+        if "\x00" in text_line:
             raise ObservationsError(
                 f"{path}: line {number}: a NUL character: not a CSV file; {form.remedies.not_done}; export it as CSV"
             )
-        yield own
+        yield text_line
 
 
 def _not_utf8(path: Path, failure: UnicodeDecodeError, form: CsvForm) -> ObservationsError:

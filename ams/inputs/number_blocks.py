@@ -164,12 +164,12 @@ def numbers_of(
         return None
     import pandas as pd
 
-    places = [columns.index(name) for name in names]
+    indices = [columns.index(name) for name in names]
     try:
         frame = pd.read_csv(
             io.BytesIO(piece),
             header=None,
-            usecols=places,
+            usecols=indices,
             dtype=np.float64,
             engine="c",
             na_filter=may_miss,
@@ -180,7 +180,7 @@ def numbers_of(
         return None
     if len(frame) != lines:
         return None
-    found = {name: frame[place].to_numpy() for name, place in zip(names, places, strict=True)}
+    found = {name: frame[index].to_numpy() for name, index in zip(names, indices, strict=True)}
     if not all(np.isfinite(values).all() for values in found.values()):
         if not may_miss:
             return None

@@ -102,7 +102,7 @@ def _slope_of(model: Model) -> int | None:
     """Return the place of k along the nominal axis in a model of known levels; None for every other model."""
     if not model.primary_names[0].startswith("zero_level_"):
         return None
-    return next(place for place, name in enumerate(model.primary_names) if name.startswith(f"k_{model.nominal_axis}_"))
+    return next(index for index, name in enumerate(model.primary_names) if name.startswith(f"k_{model.nominal_axis}_"))
 
 
 def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
@@ -152,7 +152,7 @@ def _warmed(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | N
         reference = model.parameters(primary)[model.parameter_names.index("reference_temperature_degc")]
         rise = rows.temperature_degc - reference
         offset_tc, sensitivity_tc = (
-            one + 2.0 * named[second] * rise
-            for one, second in zip((offset_tc, sensitivity_tc), SECOND_ORDER_NAMES, strict=True)
+            first + 2.0 * named[second] * rise
+            for first, second in zip((offset_tc, sensitivity_tc), SECOND_ORDER_NAMES, strict=True)
         )
     return np.asarray(offset_tc + sensitivity_tc * (model.predict(primary, rows) - named["offset_v"]))

@@ -220,9 +220,9 @@ def _of_unit_limit(
     found = IndexColumns(tuple(names), np.array(standard), waves)
     if teeth == 0.0:
         return found
-    labels, place = np.unique(index_labels(angle_rad), return_inverse=True)
+    labels, index = np.unique(index_labels(angle_rad), return_inverse=True)
     words = tuple(f"tooth {label * 1e-5:g}°" for label in labels.tolist())
-    return found.beside(IndexColumns(words, np.full(labels.size, np.sqrt(3.0 * teeth)), np.eye(labels.size)[place]))
+    return found.beside(IndexColumns(words, np.full(labels.size, np.sqrt(3.0 * teeth)), np.eye(labels.size)[index]))
 
 
 def index_labels(angle_rad: FloatArray) -> IntArray:
@@ -244,8 +244,8 @@ def _corrected(declared: IndexErrors, standard_rad: float, angle_rad: FloatArray
     assert known is not None
     weights = known.weights(angle_rad)
     between = _shaped(_SHAPES[declared.shape], standard_rad, np.concatenate([angle_rad, known.angle_rad]))
-    own, listed = np.split(between.columns, [angle_rad.size])
-    left = own - weights @ listed
+    here, listed = np.split(between.columns, [angle_rad.size])
+    left = here - weights @ listed
     left[np.abs(left) < 1e-12] = 0.0
     stated = _shaped(_SHAPES["unknown"], 1.0, known.angle_rad)
     stated = replace(

@@ -56,8 +56,8 @@ class WithAddedParameters(ABC):
 
     def parameters(self, primary: FloatArray) -> FloatArray:
         reference = np.broadcast_to(self.reference[1], (*primary.shape[:-1], 1))
-        own, added = self._split(primary)
-        return np.concatenate([self.base.parameters(own), added, reference], axis=-1)
+        base, added = self._split(primary)
+        return np.concatenate([self.base.parameters(base), added, reference], axis=-1)
 
     def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
         base, count = self.base.parameters_jacobian(self._split(primary)[0]), len(self.added_names)
@@ -67,8 +67,8 @@ class WithAddedParameters(ABC):
         return rows
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
-        own = self._split(primary)[0]
-        return self.base.undetermined(own, covariance[: own.size, : own.size])
+        base = self._split(primary)[0]
+        return self.base.undetermined(base, covariance[: base.size, : base.size])
 
     def _split(self, primary: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Split (…, P) into those of ``base``, and those that were added."""

@@ -83,15 +83,15 @@ def jacobian(axis: str, parameters: Array, field: Array) -> Array:
     """Return the derivatives by (B, S, A, C), (N, 4). Source: CR (IV-A.7) to (IV-A.32), derived anew."""
     _, sensitivity, azimuth, coning = parameters
     i = AXES.index(axis)
-    own, first, second = field[:, i], field[:, (i + 1) % 3], field[:, (i + 2) % 3]
+    along, first, second = field[:, i], field[:, (i + 1) % 3], field[:, (i + 2) % 3]
     c_a, s_a, c_c, s_c = np.cos(azimuth), np.sin(azimuth), np.cos(coning), np.sin(coning)
     across = s_a * first - c_a * second
     return np.stack(
         [
-            np.ones_like(own),
-            c_c * own + s_c * across,
+            np.ones_like(along),
+            c_c * along + s_c * across,
             sensitivity * s_c * (c_a * first + s_a * second),
-            sensitivity * (-s_c * own + c_c * across),
+            sensitivity * (-s_c * along + c_c * across),
         ],
         axis=1,
     )

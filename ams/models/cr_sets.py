@@ -12,12 +12,12 @@ def cr_equation(
     if nominal_axis not in "xyz":
         return None
     i = "xyz".index(nominal_axis)
-    own, first, second = (f"{symbol}_{'xyz'[(i + place) % 3]}" for place in range(3))
+    along, first, second = (f"{symbol}_{'xyz'[(i + index) % 3]}" for index in range(3))
     primary = "output = offset_v + " + " + ".join(
         f"{name}*{symbol}_{axis}" for name, axis in zip(directions, "xyz", strict=True)
     )
     derived = (
-        f"v = b + S*(cos C {own} + sin C (sin A {first} - cos A {second})); b = offset_v, S = {sensitivity}, "
+        f"v = b + S*(cos C {along} + sin C (sin A {first} - cos A {second})); b = offset_v, S = {sensitivity}, "
         "C = coning_deg, A = azimuth_deg, T = pitch_deg, P = yaw_deg, F = roll_deg"
     )
     return Equation(sources[i], primary, derived)

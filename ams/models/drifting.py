@@ -99,7 +99,7 @@ def with_primary(axis: AxisCalibration, names: Sequence[str]) -> AxisCalibration
     square = np.ix_(kept, kept)
     return replace(
         axis,
-        primary_names=tuple(axis.primary_names[place] for place in kept),
+        primary_names=tuple(axis.primary_names[index] for index in kept),
         primary=axis.primary[kept],
         primary_covariance=axis.primary_covariance[square],
         tp_primary_covariance=axis.tp_primary_covariance[square],

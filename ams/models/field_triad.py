@@ -84,10 +84,10 @@ class FieldTriad(LinearModel):
         rows[:2, :2] = self._line.parameters_jacobian(primary[:2])
         if self.sensitive_axis is not None:
             rows[2, 1], rows[2, 4] = -primary[4] / slope**2, 1.0 / slope
-        for place, component in enumerate(primary[2:4]):
+        for index, component in enumerate(primary[2:4]):
             square = slope**2 + component**2
-            rows[place - 2, 1] = np.rad2deg(-component / square)
-            rows[place - 2, 2 + place] = np.rad2deg(slope / square)
+            rows[index - 2, 1] = np.rad2deg(-component / square)
+            rows[index - 2, 2 + index] = np.rad2deg(slope / square)
         return rows
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:

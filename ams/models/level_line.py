@@ -41,12 +41,12 @@ class LevelLine(LinearModel):
         return self.name, self.nominal_axis
 
     def basis(self, stimulus: Stimulus) -> FloatArray:
-        gravity = PitchYawRoll(self.nominal_axis).basis(_with_yaw(stimulus))[:, 1 + self._place]
+        gravity = PitchYawRoll(self.nominal_axis).basis(_with_yaw(stimulus))[:, 1 + self._component]
         return np.stack([np.ones_like(gravity), -gravity], axis=-1)
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         of_gravity = np.zeros(4, dtype=primary.dtype)
-        of_gravity[1 + self._place] = -primary[1]
+        of_gravity[1 + self._component] = -primary[1]
         slopes = PitchYawRoll(self.nominal_axis).angle_jacobian(of_gravity, _with_yaw(stimulus))
         return {name: slope for name, slope in slopes.items() if name != "yaw" or stimulus.yaw_rad is not None}
 
@@ -60,7 +60,7 @@ class LevelLine(LinearModel):
         return self._line.undetermined(primary, covariance)
 
     @property
-    def _place(self) -> int:
+    def _component(self) -> int:
         return AXES.index(self.nominal_axis)
 
     @property

@@ -55,7 +55,7 @@ def _form(measured_unit: str, unit: str) -> SetForm:
         unit=unit,
         in_units=_form,
         gain=gain,
-        of_the_place=("surroundings_",),
+        site_prefixes=("surroundings_",),
     )
 
 

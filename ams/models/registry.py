@@ -15,7 +15,7 @@ def names_by_option() -> tuple[str, ...]:
     return (*(name for name, model in MODELS.items() if model.is_offered), *FAMILIES)
 
 
-def own_models_at_rest() -> tuple[str, ...]:
+def built_in_models_at_rest() -> tuple[str, ...]:
     """Return the models of other distributions that are told by attitudes alone."""
     return tuple(name for name in MODELS.foreign() if MODELS[name].is_offered and not MODELS[name].needs_rates)
 

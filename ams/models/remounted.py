@@ -20,7 +20,7 @@ from ams.models.model import Stimulus
 
 PREFIX = "mounting_"
 """Of every parameter that an earlier mounting has of its own."""
-_OWN = ("coning_deg", "azimuth_deg")
+_MOUNTING_NAMES = ("coning_deg", "azimuth_deg")
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _START_STEPS = 8
 
@@ -50,8 +50,8 @@ class Remounted:
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        own = (f"{PREFIX}{label}_{name}" for label in self.earlier for name in _OWN)
-        return (*PitchRoll.parameter_names, *own)
+        mounting_names = (f"{PREFIX}{label}_{name}" for label in self.earlier for name in _MOUNTING_NAMES)
+        return (*PitchRoll.parameter_names, *mounting_names)
 
     def basis(self, stimulus: Stimulus) -> FloatArray:
         raise NotImplementedError("asked for only where basis_key is set")
@@ -74,10 +74,10 @@ class Remounted:
         force = specific_force(stimulus.pitch_rad, stimulus.roll_rad)
         columns = np.zeros((force.shape[0], primary.size), dtype=primary.dtype)
         columns[:, 0], columns[:, 1:4] = 1.0, force
-        for place, label in enumerate(self.earlier):
-            here, own = self._of(stimulus, label), slice(4 + 2 * place, 6 + 2 * place)
-            columns[here, 1:4] = force[here] @ self._rotation(primary[own])
-            columns[here, own] = force[here] @ self._by_turns(primary[own], primary[1:4])
+        for index, label in enumerate(self.earlier):
+            here, mounting_columns = self._of(stimulus, label), slice(4 + 2 * index, 6 + 2 * index)
+            columns[here, 1:4] = force[here] @ self._rotation(primary[mounting_columns])
+            columns[here, mounting_columns] = force[here] @ self._by_turns(primary[mounting_columns], primary[1:4])
         return columns
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
@@ -95,19 +95,21 @@ class Remounted:
     def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
         rows = np.zeros((len(self.parameter_names), primary.size))
         rows[:4, :4] = self._single.parameters_jacobian(primary[:4])
-        for place in range(len(self.earlier)):
-            chain = self._by_primary(primary, place)
-            rows[4 + 2 * place : 6 + 2 * place] = (
-                self._single.parameters_jacobian(self._mounted(primary, place)) @ chain
+        for index in range(len(self.earlier)):
+            chain = self._by_primary(primary, index)
+            rows[4 + 2 * index : 6 + 2 * index] = (
+                self._single.parameters_jacobian(self._mounted(primary, index)) @ chain
             )[2:]
         return rows
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         found = dict(self._single.undetermined(primary[:4], covariance[:4, :4]))
-        for place, label in enumerate(self.earlier):
-            chain = self._by_primary(primary, place)
-            own = self._single.undetermined(self._mounted(primary, place), chain @ covariance @ chain.T)
-            found |= {f"{PREFIX}{label}_{name}": reason for name, reason in own.items() if name in _OWN}
+        for index, label in enumerate(self.earlier):
+            chain = self._by_primary(primary, index)
+            undetermined = self._single.undetermined(self._mounted(primary, index), chain @ covariance @ chain.T)
+            found |= {
+                f"{PREFIX}{label}_{name}": reason for name, reason in undetermined.items() if name in _MOUNTING_NAMES
+            }
         return found
 
     @property
@@ -137,27 +139,27 @@ class Remounted:
 
     def _k_of_rows(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
         k = np.tile(primary[1:4], (stimulus.pitch_rad.size, 1))
-        for place, label in enumerate(self.earlier):
-            k[self._of(stimulus, label)] = self._mounted(primary, place)[1:]
+        for index, label in enumerate(self.earlier):
+            k[self._of(stimulus, label)] = self._mounted(primary, index)[1:]
         return k
 
-    def _mounted(self, primary: FloatArray, place: int) -> FloatArray:
+    def _mounted(self, primary: FloatArray, index: int) -> FloatArray:
         """Return the (4,) offset and k of an earlier mounting."""
-        turned = self._rotation(primary[4 + 2 * place : 6 + 2 * place]) @ primary[1:4]
+        turned = self._rotation(primary[4 + 2 * index : 6 + 2 * index]) @ primary[1:4]
         return np.concatenate([primary[:1], turned])
 
-    def _by_primary(self, primary: FloatArray, place: int) -> FloatArray:
+    def _by_primary(self, primary: FloatArray, index: int) -> FloatArray:
         """Return the (4, P) derivatives of :meth:`_mounted`."""
-        own = slice(4 + 2 * place, 6 + 2 * place)
+        columns = slice(4 + 2 * index, 6 + 2 * index)
         chain = np.zeros((4, primary.size))
         chain[0, 0] = 1.0
-        chain[1:, 1:4] = self._rotation(primary[own])
-        chain[1:, own] = self._by_turns(primary[own], primary[1:4])
+        chain[1:, 1:4] = self._rotation(primary[columns])
+        chain[1:, columns] = self._by_turns(primary[columns], primary[1:4])
         return chain
 
     def _parameters_of(self, primary: FloatArray) -> FloatArray:
-        own = [self._single.parameters(self._mounted(primary, place))[2:] for place in range(len(self.earlier))]
-        return np.concatenate([self._single.parameters(primary[:4]), *own])
+        mountings = [self._single.parameters(self._mounted(primary, index))[2:] for index in range(len(self.earlier))]
+        return np.concatenate([self._single.parameters(primary[:4]), *mountings])
 
     def _rotation(self, turns: FloatArray) -> FloatArray:
         """Return the (3, 3) rotation, first about the next axis but one across the sensor, then about the next."""

@@ -26,7 +26,7 @@ class Equation:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OwnOutput:
+class ModelOutput:
     """The output of a model whose equation is not v = b + k·f (+ fᵀQf), as a function of the field."""
 
     primary_names: tuple[str, ...]
@@ -71,7 +71,7 @@ class SetForm:
     """Whether k is per g of gravity, which points the other way than the specific force."""
     senses_roll: bool = True
     senses_rates: bool = False
-    output: OwnOutput | None = None
+    output: ModelOutput | None = None
     offset: str = "offset_v"
     """Name of b among the primary parameters."""
     measured_unit: str = "v"
@@ -82,7 +82,7 @@ class SetForm:
     """The same form for another unit of the outputs and of the field; None: its names have their units."""
     gain: str | None = None
     """The derived parameter 1/k along the nominal axis, of straight lines turned round."""
-    of_the_place: tuple[str, ...] = ()
+    site_prefixes: tuple[str, ...] = ()
     """How primary parameters begin that tell of the place and not of the sensor: a set's equation is without them."""
 
     @property

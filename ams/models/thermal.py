@@ -122,7 +122,9 @@ class WithTemperature(WithAddedParameters):
         blocks = [np.hstack([power, power * columns[:, 1:]]) for power in powers]
         free = np.linalg.lstsq(np.hstack([columns, *blocks]), output_v, rcond=None)[0]
         k = free[1:size]
-        pairs = [(own[0], k @ own[1:] / (k @ k)) for own in free[size:].reshape(self.order, size)]
+        pairs = [
+            (coefficients[0], k @ coefficients[1:] / (k @ k)) for coefficients in free[size:].reshape(self.order, size)
+        ]
         return np.concatenate([free[:size], np.ravel(pairs)])
 
     def predict(self, primary: FloatArray, stimulus: Stimulus) -> FloatArray:
@@ -140,8 +142,8 @@ class WithTemperature(WithAddedParameters):
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         scale = 1.0 + polynomial(self._coefficients(primary)[1], self._rise_degc(stimulus))
-        own = self._split(primary)[0]
-        return {name: scale * slope for name, slope in self.base.angle_jacobian(own, stimulus).items()}
+        base = self._split(primary)[0]
+        return {name: scale * slope for name, slope in self.base.angle_jacobian(base, stimulus).items()}
 
     def _coefficients(self, primary: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return those of the offset and those of the sensitivity, by rising power."""

@@ -190,11 +190,11 @@ def _check_attitude(
 
 
 def _check_levels(coefficients: CoefficientSet, level: FloatArray) -> None:
-    for place, name in enumerate(next(iter(coefficients.axes.values())).form.inputs):
+    for index, name in enumerate(next(iter(coefficients.axes.values())).form.inputs):
         limits = coefficients.validity.levels.get(name)
         if limits is not None:
             quantity, unit = name.rsplit("_", 1)
-            along = level[..., place]
+            along = level[..., index]
             _check_range(coefficients, quantity, unit, along, limits, (along - limits[0], limits[1] - along))
 
 

@@ -50,7 +50,7 @@ def _of_a_set(axis: AxisCalibration, sensor: str) -> AxisCalibration:
             f"{dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))}; no set was built; "
             "a set needs every coefficient of its equation: add the missing design points"
         )
-    return without_place(at_reference_time(axis))
+    return without_site(at_reference_time(axis))
 
 
 def _of_lines(section: Document, measured_unit: str) -> Document:
@@ -73,12 +73,12 @@ def standard_error_of(section: Mapping[str, Json], axis: AxisNumbers) -> float |
     return None if stated is None else number(stated)
 
 
-def without_place(axis: AxisCalibration) -> AxisCalibration:
+def without_site(axis: AxisCalibration) -> AxisCalibration:
     """Return the solution without primary parameters that tell of the place, such as the field beside a coil.
 
     They stay among the parameters, with their uncertainty; what they leave uncertain is in the others' covariance.
     """
-    beginnings = FIELDS[axis.model].of_the_place if axis.model in FIELDS else ()
+    beginnings = FIELDS[axis.model].site_prefixes if axis.model in FIELDS else ()
     kept = [name for name in axis.primary_names if not name.startswith(beginnings)] if beginnings else []
     return with_primary(axis, kept) if kept and len(kept) < len(axis.primary_names) else axis
 

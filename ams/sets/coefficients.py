@@ -103,10 +103,10 @@ class CoefficientSet:
     def _repr_html_(self) -> str:
         """Return what a notebook shows: whose set it is and its parameters."""
         rows = "".join(
-            f"<tr><td>{axis}</td><td>{name}</td><td>{one['value']}</td><td>{one['standard_uncertainty']}</td></tr>"
+            f"<tr><td>{axis}</td><td>{name}</td><td>{content['value']}</td><td>{content['standard_uncertainty']}</td></tr>"
             for axis, section in table(self.document["axes"]).items()
             for name, value in table(table(section)["parameters"]).items()
-            if (one := table(value))
+            if (content := table(value))
         )
         simulated = ", simulated" if self.is_simulated else ""
         heads = "".join(f"<th>{head}</th>" for head in ("axis", "parameter", "value", "standard uncertainty"))

@@ -15,7 +15,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import SetError
 from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES
-from ams.models.sensor_model import Equation, OwnOutput, SetForm
+from ams.models.sensor_model import Equation, ModelOutput, SetForm
 from ams.sets.sensed_quantity import FIELDS, PER_G, Units, form_of
 
 CONVENTIONS = {
@@ -106,10 +106,10 @@ class AxisNumbers:
     def is_linear(self) -> bool:
         """Whether the output is linear in the specific force."""
         is_bent = bool(self.quadratic_v_per_g2.any()) or self.cubic_v_per_g3 != 0.0
-        return self.own_output is None and not is_bent
+        return self.model_output is None and not is_bent
 
     @property
-    def own_output(self) -> OwnOutput | None:
+    def model_output(self) -> ModelOutput | None:
         """The model's own equation, where it is another than that of all others."""
         return FIELDS[self.model].output if self.model in FIELDS else None
 
@@ -143,7 +143,7 @@ class AxisNumbers:
     @property
     def scale_v(self) -> float:
         """|offset| + |k_x| + |k_y| + |k_z|, volts: what a relative tolerance is relative to."""
-        if self.own_output is not None:
+        if self.model_output is not None:
             return sum(abs(value) for name, value in self.primary.items() if name.endswith(("_v", "_v_per_g")))
         return abs(self.primary[self.form.offset]) + float(np.abs(self.direction).sum())
 
@@ -196,9 +196,9 @@ class AxisNumbers:
 
 def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArray | None) -> FloatArray:
     """Return the output of the axis at the field (…, 3) that its model senses, from the primary parameters."""
-    own = numbers.own_output
-    if own is not None:
-        return np.asarray(own.value_v(numbers.primary, f))
+    formula = numbers.model_output
+    if formula is not None:
+        return np.asarray(formula.value_v(numbers.primary, f))
     sensed_v = f @ numbers.direction
     if not numbers.is_linear:
         sensed_v = sensed_v + numbers.terms_v(f)
@@ -255,8 +255,8 @@ def check_numbers(numbers: AxisNumbers, where: str) -> None:
     if form.output is not None:
         allowed, complete = set(form.output.primary_names), set(form.output.primary_names) <= set(numbers.primary)
     else:
-        own = {form.offset, *form.directions, *(numbers.centred_terms or form.quadratic)}
-        allowed = own | {*OFFSET_TC_NAMES, *GAIN_TC_NAMES, "reference_temperature_degc"}
+        required = {form.offset, *form.directions, *(numbers.centred_terms or form.quadratic)}
+        allowed = required | {*OFFSET_TC_NAMES, *GAIN_TC_NAMES, "reference_temperature_degc"}
         needed_names = {form.offset, *numbers.centred_terms}
         complete = needed_names <= set(numbers.primary) and bool(set(form.directions) & set(numbers.primary))
     if set(numbers.primary) - allowed or not complete:

@@ -19,10 +19,10 @@ TEXT = (
 
 def package_section(package: PackageCovariance) -> Document:
     """Return the section of a package of two axes or more."""
-    kept = [place for place, (_, name) in enumerate(package.order) if name != DRIFT_NAME]
+    kept = [index for index, (_, name) in enumerate(package.order) if name != DRIFT_NAME]
     square = np.ix_(kept, kept)
     return {
-        "order": [".".join(package.order[place]) for place in kept],
+        "order": [".".join(package.order[index]) for index in kept],
         "components": {
             part.name: {
                 "covariance": [[_number(value) for value in row] for row in part.covariance[square].tolist()],

@@ -103,10 +103,10 @@ def level_ranges(calibration: Calibration) -> dict[str, tuple[float, float]]:
         if not form.senses_level:
             continue
         primary = dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))
-        place = "xyz".index(axis.nominal_axis)
+        index = "xyz".index(axis.nominal_axis)
         # A fitted output turned round: whatever stood along the axis is in it, a field beside the coil as well.
-        levels = (axis.fitted_v - primary[form.offset]) / primary[form.directions[place]]
-        ranges[form.inputs[place]] = (round(float(levels.min()), 9), round(float(levels.max()), 9))
+        levels = (axis.fitted_v - primary[form.offset]) / primary[form.directions[index]]
+        ranges[form.inputs[index]] = (round(float(levels.min()), 9), round(float(levels.max()), 9))
     return ranges
 
 

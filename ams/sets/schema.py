@@ -100,7 +100,7 @@ def _validator() -> "Validator | None":
     schema: Document = json.loads(text)
     definitions = schema.pop("$defs")
     assert isinstance(definitions, dict)
-    return Draft202012Validator({key: _inlined(one, definitions) for key, one in schema.items()})
+    return Draft202012Validator({key: _inlined(part, definitions) for key, part in schema.items()})
 
 
 def _inlined(schema: Json, definitions: Document) -> Json:
@@ -109,10 +109,10 @@ def _inlined(schema: Json, definitions: Document) -> Json:
     None of them refers to itself.
     """
     if isinstance(schema, list):
-        return [_inlined(one, definitions) for one in schema]
+        return [_inlined(part, definitions) for part in schema]
     if not isinstance(schema, dict):
         return schema
-    inlined: Document = {key: _inlined(one, definitions) for key, one in schema.items() if key != "$ref"}
+    inlined: Document = {key: _inlined(part, definitions) for key, part in schema.items() if key != "$ref"}
     if "$ref" not in schema:
         return inlined
     definition = _inlined(definitions[str(schema["$ref"]).removeprefix("#/$defs/")], definitions)

@@ -30,5 +30,5 @@ def significant_findings(coefficients: CoefficientSet) -> Iterator[StatedFinding
             if finding["significant"]:
                 kind = str(finding["kind"])
                 seen[kind] += 1
-                place = f".{seen[kind]}" if seen[kind] > 1 else ""
-                yield StatedFinding(f"{axis}.{kind}{place}", axis, str(finding["text"]))
+                suffix = f".{seen[kind]}" if seen[kind] > 1 else ""
+                yield StatedFinding(f"{axis}.{kind}{suffix}", axis, str(finding["text"]))

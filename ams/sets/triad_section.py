@@ -30,7 +30,9 @@ def triad_section(axes: Mapping[str, AxisNumbers]) -> Document:
     matrix = np.stack([numbers.direction for numbers in axes.values()])
     measured, unit = forms[0].measured_unit, forms[0].unit
     has_all = all(name in numbers.primary for numbers in axes.values() for name in numbers.form.directions)
-    angles = {"angle_between_deg": _angles_deg(matrix, [one.nominal_axis for one in axes.values()])} if has_all else {}
+    angles = (
+        {"angle_between_deg": _angles_deg(matrix, [axis.nominal_axis for axis in axes.values()])} if has_all else {}
+    )
     return {
         "triad": {
             "axes": list(axes),
@@ -47,35 +49,39 @@ def check_triad(axes: Mapping[str, AxisNumbers], document: Mapping[str, Json], w
     """Refuse a matrix that is not that of the axes. Raises: VectorsDisagree."""
     if "triad" not in document:
         return
-    stated, own = table(document["triad"]), table(triad_section(axes).get("triad", {}))
+    stated, computed = table(document["triad"]), table(triad_section(axes).get("triad", {}))
     # Its text may be that of another version, and an entry of another version is none of ours to judge.
-    wrong = [name for name in own if name != "text" and name in stated and not _agrees(stated[name], own[name])]
-    if wrong or not own:
+    wrong = [
+        name for name in computed if name != "text" and name in stated and not _agrees(stated[name], computed[name])
+    ]
+    if wrong or not computed:
         raise VectorsDisagree(
             f"{where}: triad: {', '.join(wrong) or 'there is none'}: not what the axes' coefficients make; do not use "
             "this set; it was assembled wrongly"
         )
 
 
-def _agrees(stated: Json, own: Json) -> bool:
-    if isinstance(own, dict):
-        return all(_agrees(table(stated).get(name), value) for name, value in own.items())
-    if isinstance(own, list):
+def _agrees(stated: Json, computed: Json) -> bool:
+    if isinstance(computed, dict):
+        return all(_agrees(table(stated).get(name), value) for name, value in computed.items())
+    if isinstance(computed, list):
         others = listed(stated)
-        scale = max((abs(number(one)) for one in _flat(own)), default=0.0)
-        pairs = zip(_flat(others), _flat(own), strict=False)
-        return len(_flat(others)) == len(_flat(own)) and all(_near(a, b, scale) for a, b in pairs)
-    return _near(stated, own, 180.0)
+        scale = max((abs(number(value)) for value in _flat(computed)), default=0.0)
+        pairs = zip(_flat(others), _flat(computed), strict=False)
+        return len(_flat(others)) == len(_flat(computed)) and all(_near(a, b, scale) for a, b in pairs)
+    return _near(stated, computed, 180.0)
 
 
 def _flat(values: list[Json]) -> list[Json]:
-    return [one for value in values for one in (value if isinstance(value, list) else [value]) if type(one) is not str]
+    return [
+        item for value in values for item in (value if isinstance(value, list) else [value]) if type(item) is not str
+    ]
 
 
-def _near(stated: Json, own: Json, scale: float) -> bool:
-    if isinstance(own, str):
-        return stated == own
-    return abs(number(stated) - number(own)) <= _TOLERANCE_RELATIVE * scale
+def _near(stated: Json, computed: Json, scale: float) -> bool:
+    if isinstance(computed, str):
+        return stated == computed
+    return abs(number(stated) - number(computed)) <= _TOLERANCE_RELATIVE * scale
 
 
 def _rows(matrix: FloatArray) -> list[Json]:

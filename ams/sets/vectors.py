@@ -174,7 +174,7 @@ def resolves(axes: Mapping[str, AxisNumbers]) -> bool:
     """Return whether three axes determine what they sense in all directions: well conditioned, and hardly bent."""
     return (
         len(axes) == 3
-        and all(numbers.own_output is None for numbers in axes.values())
+        and all(numbers.model_output is None for numbers in axes.values())
         and bool(np.linalg.cond(_matrix(axes)) < LARGEST_CONDITION_NUMBER)
         and _contraction(axes) <= LARGEST_CONTRACTION
     )

@@ -44,10 +44,10 @@ class ComponentColumns:
     """None: every estimate's are its own, and nobody else's."""
 
 
-def components_of(columns: Sequence[ComponentColumns], place: int) -> tuple[VarianceComponent, ...]:
+def components_of(columns: Sequence[ComponentColumns], index: int) -> tuple[VarianceComponent, ...]:
     """Return the components of one estimate; a part that is not there (no lack of fit) is left out."""
     return tuple(
-        VarianceComponent(part.name, part.covariance[place], float(part.dof[place]))
+        VarianceComponent(part.name, part.covariance[index], float(part.dof[index]))
         for part in columns
-        if part.name != "lack-of-fit" or part.covariance[place].any()
+        if part.name != "lack-of-fit" or part.covariance[index].any()
     )

@@ -56,8 +56,8 @@ def derive(
     """Propagate (m, P) primary estimates to first order; what their models say is undetermined becomes NaN."""
     primary_covariance = np.asarray(sum(component.covariance for component in components))
     rows = list(zip(models, primary, primary_covariance, strict=True))
-    undetermined = tuple(model.undetermined(own, covariance) for model, own, covariance in rows)
-    directions = np.stack([model.parameters_jacobian(own) for model, own, _ in rows])
+    undetermined = tuple(model.undetermined(primary, covariance) for model, primary, covariance in rows)
+    directions = np.stack([model.parameters_jacobian(primary) for model, primary, _ in rows])
     values, names = _parameters(models, primary), models[0].parameter_names
     if any(undetermined):
         null = np.array([[name in reasons for name in names] for reasons in undetermined])
@@ -83,11 +83,11 @@ def derive(
 
 def _parameters(models: Sequence[Model], primary: FloatArray) -> FloatArray:
     """Return the (m, L) parameters at one stroke for every model that several rows have."""
-    places: dict[int, list[int]] = {}
-    for place, model in enumerate(models):
-        places.setdefault(id(model), []).append(place)
+    rows_of: dict[int, list[int]] = {}
+    for index, model in enumerate(models):
+        rows_of.setdefault(id(model), []).append(index)
     values = np.empty((len(models), len(models[0].parameter_names)))
-    for rows in places.values():
+    for rows in rows_of.values():
         values[rows] = models[rows[0]].parameters(primary[rows])
     return values
 
@@ -100,7 +100,7 @@ def halfwidths_95(names: Sequence[str], propagated: FloatArray) -> FloatArray:
     A vector of length a across the axis turns by δ under an error h of its own that stands across it, a·sin δ = h
     (Fieller). At five standard uncertainties that is a twentieth more; to first order 94 % would hold the truth.
     """
-    azimuths = [place for place, name in enumerate(names) if name.startswith(_AZIMUTH)]
+    azimuths = [index for index, name in enumerate(names) if name.startswith(_AZIMUTH)]
     if not azimuths:
         return propagated
     halves, share = propagated.copy(), np.deg2rad(propagated[..., azimuths])

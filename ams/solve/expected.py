@@ -20,7 +20,7 @@ from ams.solve.mixed_model import (
     common_of_points,
     from_common,
     joined_columns,
-    own_variance,
+    row_variance,
     weighted_estimator,
 )
 from ams.solve.scatter import FEW_POINTS, Scatter, expected_scatter
@@ -80,15 +80,15 @@ def expected_estimates(
     ss_ordinary = (layout.rows - form.basis.shape[1]) * (believed.precision + believed.lack_of_fit)
     if plots.dof < 1:
         scatter = _of_rows(form, believed, joined, weights)
-        own = [variance / weights for variance in scatter.variance]
-        estimator = weighted_estimator(form, own, joined if is_weighted else [])
+        row_variances = [variance / weights for variance in scatter.variance]
+        estimator = weighted_estimator(form, row_variances, joined if is_weighted else [])
         parts = [_noise("residuals", estimator, scatter.variance, weights, scatter.dof)]
         unknown = np.full(len(beliefs), np.nan)
         parts += from_common(form, estimator, common)
         return MixedEstimates(ordinary.T, tuple(parts), estimator, unknown, unknown, ordinary, ss_ordinary, None)
     found = _of_points(alone, layout, believed, joined)
-    own = [own_variance(form, layout, *pair) for pair in zip(believed.precision, found.variance, strict=True)]
-    estimator = weighted_estimator(form, own if joined else [], joined if is_weighted else [])
+    row_variances = [row_variance(form, layout, *pair) for pair in zip(believed.precision, found.variance, strict=True)]
+    estimator = weighted_estimator(form, row_variances if joined else [], joined if is_weighted else [])
     parts = [_spread(estimator, alone, believed, plots, weights)]
     if found.variance.any():
         parts.append(_lack_of_fit(estimator, layout, found))
@@ -107,8 +107,8 @@ def _of_rows(form: LinearForm, believed: _Variances, joined: Sequence[FloatArray
 
 def _of_points(alone: LinearForm, layout: Layout, believed: _Variances, joined: Sequence[FloatArray]) -> Scatter:
     """Return the lack of fit that the points will show: what comes out below zero counts as none."""
-    size, own = believed.precision.size, alone.basis.shape[1]
-    if layout.points <= own:
+    size, alone_size = believed.precision.size, alone.basis.shape[1]
+    if layout.points <= alone_size:
         return Scatter(np.zeros(size), np.full(size, np.nan))
     readings = layout.sum_by_point(np.ones(layout.rows) if alone.weights is None else alone.weights)
     typical = float(readings.mean())
@@ -117,7 +117,7 @@ def _of_points(alone: LinearForm, layout: Layout, believed: _Variances, joined: 
     scatter = expected_scatter(
         layout.mean_by_point(alone.basis), of_precision + believed.lack_of_fit, common, readings / typical, FEW_POINTS
     )
-    dof_precision = layout.rows - layout.points - own * (layout.replications - 1)
+    dof_precision = layout.rows - layout.points - alone_size * (layout.replications - 1)
     spread = np.sqrt(2.0 * scatter.variance**2 / scatter.dof + 2.0 * of_precision**2 / max(dof_precision, 1))
     return Scatter(_positive_part(scatter.variance - of_precision, spread), scatter.dof)
 
@@ -151,8 +151,8 @@ def _spread(
     response = np.expand_dims(estimator, -3) @ rows
     drift = believed.drift[:, None]
     if plots.absorbed > 0:
-        of_one = np.linalg.inv(np.swapaxes(rows, -1, -2) @ (weights[:, None] * rows))
-        drift = drift + believed.precision[:, None, None, None] * of_one
+        each_covariance = np.linalg.inv(np.swapaxes(rows, -1, -2) @ (weights[:, None] * rows))
+        drift = drift + believed.precision[:, None, None, None] * each_covariance
         covariance = np.zeros_like(noise.covariance)
     else:
         covariance = noise.covariance

@@ -23,7 +23,7 @@ from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linear_form import orthogonal
-from ams.solve.replicated import TOLD_APART, about_their_mean, left_in_means, loose_root, own_columns
+from ams.solve.replicated import DISTINGUISHED, about_their_mean, columns_per_replication, left_in_means, loose_root
 from ams.statistics.intervals import f_test
 
 _TERMS: Final = 9
@@ -184,9 +184,9 @@ def without_drift(
     """
     if layout.replications == 1:
         return output, 0.0, np.zeros((layout.points, 0))
-    flat = _about_points(own_columns(basis, layout).reshape(layout.rows, -1), layout, readings)
+    flat = _about_points(columns_per_replication(basis, layout).reshape(layout.rows, -1), layout, readings)
     values, vectors = _spectrum(flat)
-    kept = values > TOLD_APART * values[-1]
+    kept = values > DISTINGUISHED * values[-1]
     about = _about_points(output, layout, readings)
     departures = (vectors[:, kept] / values[kept]) @ (vectors[:, kept].T @ (flat.T @ about))
     left = about - flat @ departures

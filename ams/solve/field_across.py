@@ -16,7 +16,7 @@ from ams.frames import AXES
 
 LARGEST_CONDITION = 300.0
 """Of the Jacobian with columns of length one; six positions have some tens, an undetermined direction infinite."""
-_STEPS, _OWN = 30, 5
+_STEPS, _PER_AXIS = 30, 5
 """Own: parameters of one axis: o, M (3), β."""
 _WEIGHED = 4
 """Steps until the weights are taken from the residuals: each squares what a leaning axis leaves of the field across."""
@@ -53,7 +53,7 @@ def field_across(
     basis = np.linalg.svd(coil[None, :])[2][1:].T
     labels = list(readings)
     y = np.stack([readings[label] for label in labels])
-    if not np.isfinite(y).all() or y.shape[1] <= _OWN + 2:
+    if not np.isfinite(y).all() or y.shape[1] <= _PER_AXIS + 2:
         return None
     theta, slopes = _start(to_package, coil, applied, readings)
     # Every axis in units of the field, so that a gain makes none of them count for more.
@@ -62,7 +62,7 @@ def field_across(
         fitted, jacobian = _linear(to_package, coil, basis, applied, labels, theta)
         residual = y - fitted
         if believed is None:
-            scatter = np.sqrt((residual**2).sum(axis=1) / (y.shape[1] - _OWN - 2.0 / len(labels)))
+            scatter = np.sqrt((residual**2).sum(axis=1) / (y.shape[1] - _PER_AXIS - 2.0 / len(labels)))
         else:
             scatter = np.array([believed[label] for label in labels])
         # Once, as soon as what is left is noise: every later step then lowers one and the same sum of squares.
@@ -85,14 +85,14 @@ def field_across(
     else:
         return None
     of_b = (basis @ (inverse[-2:] / lengths[-2:, None])).reshape(3, len(labels), -1) * weight[:, None]
-    own = theta[:-2].reshape(-1, _OWN)
-    spread = [of_b[:, place] * scatter[place] for place in range(len(labels))]
+    by_axis = theta[:-2].reshape(-1, _PER_AXIS)
+    spread = [of_b[:, index] * scatter[index] for index in range(len(labels))]
     covariance = basis.T @ np.sum([part @ part.T for part in spread], axis=0) @ basis
     return FieldAcross(
         basis @ theta[-2:],
-        {label: float(row[4]) for label, row in zip(labels, own, strict=True)},
-        {label: row[1:4] for label, row in zip(labels, own, strict=True)},
-        {label: of_b[:, place] for place, label in enumerate(labels)},
+        {label: float(row[4]) for label, row in zip(labels, by_axis, strict=True)},
+        {label: row[1:4] for label, row in zip(labels, by_axis, strict=True)},
+        {label: of_b[:, index] for index, label in enumerate(labels)},
         basis @ np.linalg.cholesky(covariance),
     )
 
@@ -107,12 +107,12 @@ def _start(
     """
     found, slopes = [], []
     for label, reading in readings.items():
-        own = AXES.index(label)
-        along = to_package[:, own] @ coil
+        diagonal = AXES.index(label)
+        along = to_package[:, diagonal] @ coil
         columns = np.column_stack([np.ones_like(applied), along * applied, along])
         zero, slope, beside = np.linalg.lstsq(columns, reading, rcond=None)[0]
         slope = slope or 1.0
-        found.append([zero, *(slope * np.eye(3)[own]), beside / slope])
+        found.append([zero, *(slope * np.eye(3)[diagonal]), beside / slope])
         slopes.append(abs(slope))
     return np.concatenate([*found, np.zeros(2)]), np.array(slopes)
 
@@ -126,14 +126,14 @@ def _linear(
     theta: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return (J, N) what the parameters predict, and (J, N, P) its derivatives."""
-    own, b = theta[:-2].reshape(-1, _OWN), theta[-2:]
+    by_axis, b = theta[:-2].reshape(-1, _PER_AXIS), theta[-2:]
     along, across = to_package @ coil, to_package @ basis
     fitted = np.zeros((len(labels), applied.size))
     jacobian = np.zeros((len(labels), applied.size, theta.size))
-    for place, (zero, *m, beside) in enumerate(own):
+    for index, (zero, *m, beside) in enumerate(by_axis):
         field = along * (applied + beside)[:, None] + across @ b
-        fitted[place] = zero + field @ np.array(m)
+        fitted[index] = zero + field @ np.array(m)
         columns = [np.ones_like(applied), *field.T, along @ np.array(m)]
-        jacobian[place, :, place * _OWN : (place + 1) * _OWN] = np.stack(columns, axis=-1)
-        jacobian[place, :, -2:] = np.einsum("nkb,k->nb", across, np.array(m))
+        jacobian[index, :, index * _PER_AXIS : (index + 1) * _PER_AXIS] = np.stack(columns, axis=-1)
+        jacobian[index, :, -2:] = np.einsum("nkb,k->nb", across, np.array(m))
     return fitted, jacobian

@@ -153,11 +153,11 @@ def _residual_curvature(problem: "_Problem", estimate: FloatArray, uncertainty: 
     """
     residuals = problem.residuals(estimate)
     columns = []
-    for place, size in enumerate(np.maximum(np.abs(estimate), uncertainty)):
+    for index, size in enumerate(np.maximum(np.abs(estimate), uncertainty)):
         step = np.zeros(estimate.size)
-        step[place] = DIFFERENCE_STEP * (size or 1.0)
+        step[index] = DIFFERENCE_STEP * (size or 1.0)
         ahead, behind = (problem.gradient(estimate + sign * step).T @ residuals for sign in (1.0, -1.0))
-        columns.append((ahead - behind) / (2.0 * step[place]))
+        columns.append((ahead - behind) / (2.0 * step[index]))
     curvature = np.stack(columns, axis=1)
     return np.asarray(0.5 * (curvature + curvature.T))
 

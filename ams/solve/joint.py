@@ -123,10 +123,10 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
         q, r = np.linalg.qr(jacobian)
         step = np.linalg.solve(r, q.T @ right)
         primary, errors = primary + step[: primary.size].reshape(primary.shape), errors + step[primary.size :]
-        widened = _widened(rows, primary, errors, sd, q)
+        wider = _spread_with_residuals(rows, primary, errors, sd, q)
         steady = np.all(np.abs(step[primary.size :]) < 1e-6 * prior_rad)
-        settled = bool(steady and np.all(np.abs(widened / sd - 1.0) < 1e-3))
-        sd = widened
+        settled = bool(steady and np.all(np.abs(wider / sd - 1.0) < 1e-3))
+        sd = wider
         if settled:
             break
     else:
@@ -251,7 +251,9 @@ def _system(
     return jacobian, right
 
 
-def _widened(rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArray, q: FloatArray) -> FloatArray:
+def _spread_with_residuals(
+    rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArray, q: FloatArray
+) -> FloatArray:
     """Return the (N, A) standard deviations of the means.
 
     They are the replications' precision, raised to the scatter that is there.
@@ -335,8 +337,8 @@ def _result(
 
 def _with_unexcited(covariance: FloatArray, count: int, excited: NDArray[np.intp]) -> FloatArray:
     """Return (4 A, 4 A), NaN where a component was never excited."""
-    own = np.concatenate([[0], 1 + excited])
-    every = (4 * np.arange(count)[:, None] + own).ravel()
+    components = np.concatenate([[0], 1 + excited])
+    every = (4 * np.arange(count)[:, None] + components).ravel()
     whole = np.full((4 * count, 4 * count), np.nan)
     whole[np.ix_(every, every)] = covariance
     return whole

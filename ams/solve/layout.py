@@ -115,7 +115,7 @@ def _indexed(labels: IntArray) -> tuple[IntArray, IntArray]:
     """Return sorted distinct labels, and the place of every label among them."""
     low, span = int(labels.min()), int(labels.max()) - int(labels.min()) + 1
     if span > 16 * labels.size:
-        distinct, place = np.unique(labels, return_inverse=True)
-        return distinct.astype(np.int64), place.astype(np.int64)
+        distinct, index = np.unique(labels, return_inverse=True)
+        return distinct.astype(np.int64), index.astype(np.int64)
     present = np.bincount(labels - low, minlength=span) > 0
     return np.flatnonzero(present) + low, (np.cumsum(present) - 1)[labels - low]

@@ -155,12 +155,12 @@ def _advice(stimulus: Stimulus) -> str:
         return "turn the package about all three of its axes, in both senses"
     if stimulus.yaw_rad is not None:
         return "add attitudes at other pitch, yaw and roll angles: gravity must turn about at least two axes"
-    one_pitch = _distinct_deg(stimulus.pitch_rad).size == 1
+    is_single_pitch = _distinct_deg(stimulus.pitch_rad).size == 1
     if _distinct_deg(stimulus.roll_rad).size == 1:
         azimuth = (
             "with one roll angle coning and azimuth cannot be determined: add roll angles, or use model pitch-only"
         )
-        return f"{azimuth}; add pitch angles as well" if one_pitch else azimuth
-    if one_pitch:
+        return f"{azimuth}; add pitch angles as well" if is_single_pitch else azimuth
+    if is_single_pitch:
         return "with one pitch angle offset and sensitivity cannot be told apart: add pitch angles"
     return "add attitudes at other pitch and roll angles"

@@ -113,8 +113,12 @@ def linearise(
         if model.fixed:
             outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
     form = repeated(factor(basis, names, stimulus, weights), times)
-    own = free.size - sum(is_shared(name) for name in names)
-    alone = form if own == free.size else repeated(factor(basis[:, :own], names[:own], stimulus, weights), times)
+    unshared = free.size - sum(is_shared(name) for name in names)
+    alone = (
+        form
+        if unshared == free.size
+        else repeated(factor(basis[:, :unshared], names[:unshared], stimulus, weights), times)
+    )
     return Linearised(tuple(models), form, alone, outputs, convergence, stimulus)
 
 

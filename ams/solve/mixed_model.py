@@ -23,13 +23,13 @@ from ams.solve.components import Causes, ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums, replicated_sums
-from ams.solve.scatter import FEW_POINTS, own_scatter
+from ams.solve.scatter import FEW_POINTS, points_scatter
 from ams.solve.whole_plots import WholePlots
 
 CommonErrors = Mapping[str, FloatArray]
 """Name to columns of one standard uncertainty each, volts: (N, q), or (N / repeats, q) where the basis repeats."""
 
-_SMALLEST_OWN_VARIANCE = 1e-6
+_SMALLEST_ROW_VARIANCE = 1e-6
 """Of the mean variance from common errors: keeps the weights finite where the rows have no noise of their own."""
 
 
@@ -84,8 +84,8 @@ def estimate(
     # No group of rows to spare: nothing is left that differs between groups and could tell a spread.
     if plots.dof < 1:
         return _unreplicated(form, layout, outputs, common, joined, is_weighted=is_weighted)
-    ordinary, own_v = _split(form, alone, outputs)
-    sums = replicated_sums(alone, layout, own_v)
+    ordinary, alone_v = _split(form, alone, outputs)
+    sums = replicated_sums(alone, layout, alone_v)
     ss_ordinary = sums.ss_pooled_bias + sums.ss_pooled_precision
     if ordinary is None:
         ordinary = sums.pooled
@@ -93,9 +93,9 @@ def estimate(
         ss_ordinary = _square(form, outputs - form.basis @ ordinary)
     precision, beyond, beyond_dof = _variances(alone, layout, sums, joined)
     typical = np.where(np.isnan(precision), ss_ordinary / max(layout.rows - form.basis.shape[1], 1), precision)
-    own = [own_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
-    estimator, found = _weighted(form, outputs, ordinary, own, joined if is_weighted else [])
-    components = [_spread(estimator, form, alone, layout, own_v, sums, plots)]
+    row_variances = [row_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
+    estimator, found = _weighted(form, outputs, ordinary, row_variances, joined if is_weighted else [])
+    components = [_spread(estimator, form, alone, layout, alone_v, sums, plots)]
     if beyond.any():
         components.append(_lack_of_fit(estimator, layout, beyond, beyond_dof, sums.point_effects))
     components += from_common(form, estimator, common)
@@ -128,10 +128,10 @@ def _unreplicated(
     variance = ss_ordinary / free if free > 0 else np.full(ss_ordinary.size, np.nan)
     dof = np.full(variance.size, free if free > 0 else np.nan)
     if joined:
-        scatter = own_scatter(form.basis, outputs, np.tile(np.stack(joined), (1, form.repeats, 1)), weights)
+        scatter = points_scatter(form.basis, outputs, np.tile(np.stack(joined), (1, form.repeats, 1)), weights)
         variance, dof = scatter.variance, scatter.dof
-    own = [v / weights for v in variance]
-    estimator, found = _weighted(form, outputs, ordinary, own, joined if is_weighted else [])
+    row_variances = [v / weights for v in variance]
+    estimator, found = _weighted(form, outputs, ordinary, row_variances, joined if is_weighted else [])
     spread = variance[:, None, None] * ((estimator / weights) @ np.swapaxes(estimator, -1, -2))
     residuals = np.sqrt(weights)[:, None] * (outputs - form.basis @ ordinary)
     causes = Causes(estimator / np.sqrt(weights), np.sqrt(variance), residuals)
@@ -145,11 +145,11 @@ def _split(form: LinearForm, alone: LinearForm, outputs: FloatArray) -> tuple[Fl
 
     None: there is nothing of that kind.
     """
-    own = alone.basis.shape[1]
-    if own == form.basis.shape[1]:
+    alone_size = alone.basis.shape[1]
+    if alone_size == form.basis.shape[1]:
         return None, outputs
     ordinary = form.solve(outputs)
-    return ordinary, outputs - form.basis[:, own:] @ ordinary[own:]
+    return ordinary, outputs - form.basis[:, alone_size:] @ ordinary[alone_size:]
 
 
 def _square(form: LinearForm, residuals: FloatArray) -> FloatArray:
@@ -177,7 +177,7 @@ def _variances(
     typical, basis = float(readings.mean()), layout.mean_by_point(alone.basis)
     drift = np.sqrt(precision)[:, None, None] * sums.drift_left
     common = np.concatenate([common_of_points(alone, layout, joined, size), drift], axis=2)
-    scatter = own_scatter(basis, sums.point_effects, common, readings / typical, FEW_POINTS)
+    scatter = points_scatter(basis, sums.point_effects, common, readings / typical, FEW_POINTS)
     return precision, np.maximum(0.0, scatter.variance - precision / typical), scatter.dof
 
 
@@ -187,7 +187,7 @@ def common_of_points(alone: LinearForm, layout: Layout, joined: Sequence[FloatAr
     return np.stack(known) if known else np.zeros((outputs, layout.points, 0))
 
 
-def own_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
+def row_variance(form: LinearForm, layout: Layout, precision: float, beyond: float) -> FloatArray:
     """Return the (N,) variance of each row for the weights, over the repeats.
 
     A point's lack of fit counts once, however often it was read.
@@ -200,33 +200,37 @@ def _weighted(
     form: LinearForm,
     outputs: FloatArray,
     ordinary: FloatArray,
-    own: Sequence[FloatArray],
+    row_variances: Sequence[FloatArray],
     joined: Sequence[FloatArray],
 ) -> tuple[FloatArray, FloatArray]:
     """Return the estimator, and (P, m) estimates: the ordinary ones where no errors are common."""
     if not joined:
         return form.estimator, ordinary
-    estimator = weighted_estimator(form, own, joined)
+    estimator = weighted_estimator(form, row_variances, joined)
     residuals = outputs - form.basis @ ordinary
     return estimator, ordinary + (estimator @ residuals.T[:, :, None])[..., 0].T
 
 
-def weighted_estimator(form: LinearForm, own: Sequence[FloatArray], joined: Sequence[FloatArray]) -> FloatArray:
+def weighted_estimator(
+    form: LinearForm, row_variances: Sequence[FloatArray], joined: Sequence[FloatArray]
+) -> FloatArray:
     """Return the estimator, (m, P, N) where errors are common: weights for (N,) own variances and those errors."""
     if not joined:
         return form.estimator
     basis = form.basis[: joined[0].shape[0]]
-    of_block = _generalised(basis, np.stack(own)[:, : basis.shape[0]], np.stack(joined))
+    of_block = _generalised(basis, np.stack(row_variances)[:, : basis.shape[0]], np.stack(joined))
     return np.tile(of_block / form.repeats, form.repeats)
 
 
-def _generalised(basis: FloatArray, own: FloatArray, joined: FloatArray) -> FloatArray:
+def _generalised(basis: FloatArray, row_variance: FloatArray, joined: FloatArray) -> FloatArray:
     """Return the (m, P, N) generalised least squares estimator, by Woodbury's identity.
 
     The row covariances are diag(own) + joined·joinedᵀ, (m, N) and (m, N, q).
     """
-    own = np.maximum(own, _SMALLEST_OWN_VARIANCE * np.mean(np.sum(joined**2, axis=-1), axis=-1)[:, None])[..., None]
-    weighted_basis, weighted, turned = basis / own, joined / own, np.swapaxes(joined, -1, -2)
+    row_variance = np.maximum(
+        row_variance, _SMALLEST_ROW_VARIANCE * np.mean(np.sum(joined**2, axis=-1), axis=-1)[:, None]
+    )[..., None]
+    weighted_basis, weighted, turned = basis / row_variance, joined / row_variance, np.swapaxes(joined, -1, -2)
     inner = np.eye(joined.shape[-1]) + turned @ weighted
     weighted_basis = weighted_basis - weighted @ np.linalg.solve(inner, turned @ weighted_basis)
     return np.asarray(np.linalg.solve(basis.T @ weighted_basis, np.swapaxes(weighted_basis, -1, -2)))
@@ -237,19 +241,19 @@ def _spread(
     form: LinearForm,
     alone: LinearForm,
     layout: Layout,
-    own_v: FloatArray,
+    alone_v: FloatArray,
     sums: ReplicatedSums,
     plots: WholePlots,
 ) -> ComponentColumns:
     """Return precision and drift, from what differs between replications, or between visits of a plateau."""
-    dof = np.full(own_v.shape[1], float(plots.dof))
+    dof = np.full(alone_v.shape[1], float(plots.dof))
     if plots.absorbed > 0:
         effects = _response(estimator, alone, _departures(form, alone, layout, sums, plots), plots)
         return _of_effects(plots.name, effects, 1.0, dof)
     if sums.is_balanced and estimator is form.estimator and plots.is_replications and alone is form:
         contributions = sums.contrasts.transpose(2, 0, 1) / layout.replications
     else:
-        contributions = _contributions(estimator, alone, sums.departures(alone, layout, own_v), plots)
+        contributions = _contributions(estimator, alone, sums.departures(alone, layout, alone_v), plots)
     scale = float(np.sqrt(plots.count / plots.dof))
     return _of_effects(plots.name, np.swapaxes(contributions, -1, -2), scale, dof)
 
@@ -264,8 +268,8 @@ def _contributions(estimator: FloatArray, alone: LinearForm, left: FloatArray, p
 
     Balanced: its departure / n.
     """
-    own = alone.basis.shape[1]
-    shared = np.einsum("...pn,nm->pm" if estimator.ndim == 2 else "mpn,nm->pm", estimator[..., :own, :], left)
+    alone_size = alone.basis.shape[1]
+    shared = np.einsum("...pn,nm->pm" if estimator.ndim == 2 else "mpn,nm->pm", estimator[..., :alone_size, :], left)
     left = left - alone.basis @ shared
     return np.swapaxes((estimator * left.T[:, None, :]) @ plots.membership, -1, -2)
 
@@ -295,12 +299,12 @@ def _contrasts_left(form: LinearForm, alone: LinearForm, plots: WholePlots, root
     Departures d of the groups move the shared parameters by E X d, and the groups' own estimates by what the basis of
     the shared ones looks like to them.
     """
-    own = alone.basis.shape[1]
-    basis, shared = plots.membership.T[:, :, None] * alone.basis, form.basis[:, own:]
+    alone_size = alone.basis.shape[1]
+    basis, shared = plots.membership.T[:, :, None] * alone.basis, form.basis[:, alone_size:]
     weighted = np.swapaxes(basis if form.weights is None else form.weights[:, None] * basis, -1, -2)
     looks = np.linalg.solve(weighted @ alone.basis, weighted @ shared)
-    moved = looks[:, None] @ (form.estimator[own:] @ basis)
-    left = np.eye(plots.count)[:, :, None, None] * np.eye(own) - moved
+    moved = looks[:, None] @ (form.estimator[alone_size:] @ basis)
+    left = np.eye(plots.count)[:, :, None, None] * np.eye(alone_size) - moved
     left = np.linalg.inv(root) @ (left - left.mean(axis=0)) @ root
     return np.asarray(np.einsum("ghij,ghkj->ik", left, left))
 
@@ -339,6 +343,6 @@ def from_common(form: LinearForm, estimator: FloatArray, common: Sequence[Common
         rows = common[0][name].shape[0]
         each = np.broadcast_to(estimator, (len(common), *estimator.shape[-2:]))
         pairs = zip(each[..., :rows], common, strict=True)
-        effects = np.stack([form.repeats * own @ blocks[name] for own, blocks in pairs])
+        effects = np.stack([form.repeats * estimator @ blocks[name] for estimator, blocks in pairs])
         parts.append(_of_effects(name, effects, 1.0, np.full(len(effects), np.inf)))
     return parts

@@ -34,8 +34,8 @@ class SolvedAxis:
 
     def shares(self, name: str, other: "SolvedAxis") -> bool:
         """Return whether a part has the same causes in another axis; a load resistor is each channel's own."""
-        own, others = ([e for e in axis.shared_errors if e.name == name] for axis in (self, other))
-        return own == others and not any(error.is_of_one_channel for error in own)
+        these, others = ([e for e in axis.shared_errors if e.name == name] for axis in (self, other))
+        return these == others and not any(error.is_of_one_channel for error in these)
 
 
 def package_covariance(axes: Sequence[SolvedAxis]) -> PackageCovariance:
@@ -47,27 +47,27 @@ def package_covariance(axes: Sequence[SolvedAxis]) -> PackageCovariance:
 
 def _component(name: str, axes: Sequence[SolvedAxis]) -> VarianceComponent:
     edges = np.concatenate([[0], np.cumsum([len(axis.primary_names) for axis in axes])])
-    places = [slice(low, high) for low, high in pairwise(edges)]
+    slices = [slice(low, high) for low, high in pairwise(edges)]
     covariance = np.zeros((edges[-1], edges[-1]))
-    there = [(place, axis, part) for place, axis in zip(places, axes, strict=True) if (part := axis.part(name))]
-    for number, (place, axis, part) in enumerate(there):
-        covariance[place, place] = part.covariance[axis.row]
-        for other_place, other, others in there[:number]:
+    there = [(block, axis, part) for block, axis in zip(slices, axes, strict=True) if (part := axis.part(name))]
+    for number, (block, axis, part) in enumerate(there):
+        covariance[block, block] = part.covariance[axis.row]
+        for other_block, other, others in there[:number]:
             if axis.shares(name, other):
                 between = _between(part, axis.row, others, other.row)
-                covariance[place, other_place], covariance[other_place, place] = between, between.T
+                covariance[block, other_block], covariance[other_block, block] = between, between.T
     return VarianceComponent(name, covariance, min(float(part.dof[axis.row]) for _, axis, part in there))
 
 
-def _between(one: ComponentColumns, row: int, other: ComponentColumns, other_row: int) -> FloatArray:
+def _between(columns: ComponentColumns, row: int, other: ComponentColumns, other_row: int) -> FloatArray:
     """Return the (P, P') covariance of two axes' estimates from the same causes; zero where they are not the same."""
-    nothing = np.zeros((one.covariance.shape[-1], other.covariance.shape[-1]))
-    if one.causes is None or other.causes is None:
+    nothing = np.zeros((columns.covariance.shape[-1], other.covariance.shape[-1]))
+    if columns.causes is None or other.causes is None:
         return nothing
-    effects, others = one.causes.of(row), other.causes.of(other_row)
+    effects, others = columns.causes.of(row), other.causes.of(other_row)
     if effects.shape[1] != others.shape[1]:
         return nothing
-    likeness = _correlation(one.causes.signs, row, other.causes.signs, other_row)
+    likeness = _correlation(columns.causes.signs, row, other.causes.signs, other_row)
     return np.asarray(likeness * effects @ others.T)
 
 

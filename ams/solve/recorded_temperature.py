@@ -44,19 +44,19 @@ def recorded_temperature(
     left, size, rows = outputs - fitted, outputs.shape[1], outputs.shape[0]
     warmth = np.broadcast_to((temperature_degc - temperature_degc.mean(axis=0)).T, (size, rows))
     covariance, columns = np.empty((size, ordinary.shape[0], ordinary.shape[0])), np.empty((rows, 2))
-    for place in range(size):
-        columns[:, 0] = warmth[place]
-        columns[:, 1] = warmth[place] * (fitted[:, place] - _where_warm(warmth[place], fitted[:, place]))
+    for index in range(size):
+        columns[:, 0] = warmth[index]
+        columns[:, 1] = warmth[index] * (fitted[:, index] - _where_warm(warmth[index], fitted[:, index]))
         taken_up = form.estimator @ columns
-        slopes = _slopes(columns - form.basis @ taken_up, left[:, place], columns)
-        answer = taken_up if estimator is form.estimator else _of(estimator, place) @ columns
+        slopes = _slopes(columns - form.basis @ taken_up, left[:, index], columns)
+        answer = taken_up if estimator is form.estimator else _of(estimator, index) @ columns
         effects = answer * slopes
-        covariance[place] = effects @ effects.T
+        covariance[index] = effects @ effects.T
     return ComponentColumns(NAME, covariance, np.full(size, np.inf))
 
 
-def _of(estimator: FloatArray, place: int) -> FloatArray:
-    return np.asarray(estimator if estimator.ndim == 2 else estimator[place])
+def _of(estimator: FloatArray, index: int) -> FloatArray:
+    return np.asarray(estimator if estimator.ndim == 2 else estimator[index])
 
 
 def _where_warm(warmth_degc: FloatArray, fitted: FloatArray) -> float:
@@ -74,9 +74,9 @@ def _slopes(apart: FloatArray, left: FloatArray, columns: FloatArray) -> FloatAr
     Where they are one in the residuals that of the one that explains more; 0 for what leaves too little to tell.
     """
     gram, along = apart.T @ apart, apart.T @ left
-    told = np.diag(gram) > _LEFT * np.einsum("nc,nc->c", columns, columns)
-    if told.all() and gram[0, 1] ** 2 < (1.0 - _LEFT) * gram[0, 0] * gram[1, 1]:
+    is_determined = np.diag(gram) > _LEFT * np.einsum("nc,nc->c", columns, columns)
+    if is_determined.all() and gram[0, 1] ** 2 < (1.0 - _LEFT) * gram[0, 0] * gram[1, 1]:
         return np.asarray(np.linalg.solve(gram, along))
-    alone = np.where(told, np.diag(gram), np.inf)
+    alone = np.where(is_determined, np.diag(gram), np.inf)
     most = along**2 / alone == np.max(along**2 / alone)
-    return np.where(most & told, along / alone, 0.0)
+    return np.where(most & is_determined, along / alone, 0.0)

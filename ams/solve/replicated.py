@@ -16,7 +16,7 @@ from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 
 _SAME_BASIS = 1e-13
-TOLD_APART = 1e-9
+DISTINGUISHED = 1e-9
 """Of the largest eigenvalue: what fewer rows than that say of a direction counts as nothing."""
 _NOTHING = 1e-3
 """Of a row's standard deviation."""
@@ -60,8 +60,10 @@ class ReplicatedSums:
         along = np.einsum("nim,mqi->mqn", self.contrasts, directions)
         if self.is_balanced:
             n = along.shape[-1]
-            of_one = self.contrast_covariance[0, :, 0, :] / (1.0 - 1.0 / n)
-            return np.asarray(np.sum(along**2, axis=-1) / np.einsum("mqi,ij,mqj->mq", directions, of_one, directions))
+            per_replication = self.contrast_covariance[0, :, 0, :] / (1.0 - 1.0 / n)
+            return np.asarray(
+                np.sum(along**2, axis=-1) / np.einsum("mqi,ij,mqj->mq", directions, per_replication, directions)
+            )
         covariance = np.einsum("mqi,risj,mqj->mqrs", directions, self.contrast_covariance, directions, optimize=True)
         trace = np.trace(covariance, axis1=-2, axis2=-1)[..., None, None]
         covariance = covariance + trace / along.shape[-1] ** 2  # the null vector, all ones, that contrasts do not touch
@@ -136,7 +138,7 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
     pooled = form.solve(outputs)
     residuals = outputs - form.basis @ pooled
     bias = _point_means(layout, residuals, weights)
-    by_replication = own_columns(form.basis, layout)
+    by_replication = columns_per_replication(form.basis, layout)
     contrasts, covariance, rank, loose = _contrasts(by_replication, layout, residuals, weights)
     moved = residuals - by_replication.reshape(rows, -1) @ contrasts
     ss_precision = np.sum((root * (moved - _point_means(layout, moved, weights))) ** 2, axis=0)
@@ -184,18 +186,18 @@ def _contrasts(
     free = np.einsum("rni,nk->rki", blocks, apart).reshape(layout.rows, -1)
     centred = free - _point_means(layout, free, weights)
     values, vectors = np.linalg.eigh(centred.T @ (weights[:, None] * centred))
-    kept = values > TOLD_APART * values[-1]
+    kept = values > DISTINGUISHED * values[-1]
     inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
     turn = np.kron(apart, np.eye(size))
     contrasts = turn @ (inverse @ (centred.T @ (weights[:, None] * outputs)))
     return contrasts, turn @ inverse @ turn.T, int(kept.sum()), turn @ loose_root(values, vectors)
 
 
-def own_columns(basis: FloatArray, layout: Layout) -> FloatArray:
+def columns_per_replication(basis: FloatArray, layout: Layout) -> FloatArray:
     """Return (N, n, P) the (N, P) columns once for every replication, zero in the rows of the others."""
-    own = np.zeros((layout.rows, layout.replications, basis.shape[1]))
-    own[np.arange(layout.rows), layout.replication] = basis
-    return own
+    columns = np.zeros((layout.rows, layout.replications, basis.shape[1]))
+    columns[np.arange(layout.rows), layout.replication] = basis
+    return columns
 
 
 def about_their_mean(basis: FloatArray, layout: Layout, weights: FloatArray) -> FloatArray:
@@ -205,12 +207,12 @@ def about_their_mean(basis: FloatArray, layout: Layout, weights: FloatArray) -> 
     so that one that stopped part way bends it little. One weight for all its parameters: an offset stays an offset.
     """
     n, size = layout.replications, basis.shape[1]
-    own = own_columns(basis, layout)
+    columns = columns_per_replication(basis, layout)
     weighted = weights[:, None] * basis
-    gram = (weighted.T @ own.reshape(layout.rows, -1)).reshape(size, n, size).swapaxes(0, 1)
-    told = np.maximum(np.linalg.eigvals(np.linalg.solve(gram.sum(axis=0), gram)).real.min(axis=1), TOLD_APART)
-    share = told / told.sum()
-    return np.asarray((own - share[:, None] * basis[:, None, :]).reshape(layout.rows, -1))
+    gram = (weighted.T @ columns.reshape(layout.rows, -1)).reshape(size, n, size).swapaxes(0, 1)
+    information = np.maximum(np.linalg.eigvals(np.linalg.solve(gram.sum(axis=0), gram)).real.min(axis=1), DISTINGUISHED)
+    share = information / information.sum()
+    return np.asarray((columns - share[:, None] * basis[:, None, :]).reshape(layout.rows, -1))
 
 
 def loose_root(values: FloatArray, vectors: FloatArray) -> FloatArray:
@@ -218,7 +220,7 @@ def loose_root(values: FloatArray, vectors: FloatArray) -> FloatArray:
 
     A direction that no two replications tell apart is not known to be zero: it is as loose as the least known.
     """
-    return np.asarray(vectors / np.sqrt(np.maximum(values, TOLD_APART * values[-1])))
+    return np.asarray(vectors / np.sqrt(np.maximum(values, DISTINGUISHED * values[-1])))
 
 
 def left_in_means(errors: FloatArray) -> FloatArray:

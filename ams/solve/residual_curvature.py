@@ -30,8 +30,8 @@ class ResidualCurvature:
 
 def residual_curvature(model: Model, primary: FloatArray, rows: Stimulus, residuals_v: FloatArray) -> ResidualCurvature:
     """Return H_E for (N,) residuals about the solution."""
-    free = [place for place, name in enumerate(model.primary_names) if name not in model.fixed]
-    names = tuple(model.primary_names[place] for place in free)
+    free = [index for index, name in enumerate(model.primary_names) if name not in model.fixed]
+    names = tuple(model.primary_names[index] for index in free)
     h_e = np.zeros((len(free), len(free)))
     if model.basis_key is None:
         h_e = _by_differences(model, primary, rows, residuals_v, free)
@@ -44,11 +44,11 @@ def _by_differences(
     model: Model, primary: FloatArray, rows: Stimulus, residuals_v: FloatArray, free: list[int]
 ) -> FloatArray:
     columns = []
-    for place in free:
+    for index in free:
         step = np.zeros(primary.size)
-        step[place] = DIFFERENCE_STEP * (abs(primary[place]) or 1.0)
+        step[index] = DIFFERENCE_STEP * (abs(primary[index]) or 1.0)
         ahead, behind = (model.jacobian(primary + sign * step, rows)[:, free].T @ residuals_v for sign in (1.0, -1.0))
-        columns.append((ahead - behind) / (2.0 * step[place]))
+        columns.append((ahead - behind) / (2.0 * step[index]))
     curvature = np.stack(columns, axis=1)
     return np.asarray(0.5 * (curvature + curvature.T))
 

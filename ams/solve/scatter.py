@@ -23,7 +23,7 @@ _SETTLED = 1e-10
 _NEGLIGIBLE = 1e-12
 _SMALLEST_DOF = 1.0
 _TINY = float(np.finfo(float).tiny)
-_TOLD_APART = 3.0
+_DISTINGUISHED = 3.0
 """Degrees of freedom from which on the points' own variance can be told from that of the common errors."""
 FEW_POINTS = 20
 """Degrees of freedom of the points up to which that makes a difference where replications tell the precision."""
@@ -40,7 +40,7 @@ class Scatter:
     zero), and Student's factor for a part of a degree of freedom would be beyond all bounds."""
 
 
-def own_scatter(
+def points_scatter(
     basis: FloatArray, outputs: FloatArray, common: FloatArray, weights: FloatArray, few_points: float = np.inf
 ) -> Scatter:
     """Return the scatter from (K, P), (K, m), (m, K, q) and (K,); NaN where no degrees of freedom are left.
@@ -69,7 +69,7 @@ def own_scatter(
 def expected_scatter(
     basis: FloatArray, variance: FloatArray, common: FloatArray, weights: FloatArray, few_points: float = np.inf
 ) -> Scatter:
-    """Return what :func:`own_scatter` finds on the average where rows of unit weight have the (m,) variance."""
+    """Return what :func:`points_scatter` finds on the average where rows of unit weight have the (m,) variance."""
     dof, size = basis.shape[0] - basis.shape[1], variance.size
     if dof <= 0:
         return Scatter(np.full(size, np.nan), np.full(size, np.nan))
@@ -91,10 +91,10 @@ def _believed(
     variance: FloatArray, spread: FloatArray, whole: Scatter, free: IntArray, few_points: float, nothing: BoolArray
 ) -> Scatter:
     """Return the points' own variance where it is told from that of the common errors, else the whole scatter."""
-    told = np.sum((variance[:, None] / np.maximum(variance[:, None] + spread, _TINY)) ** 2, axis=1) + free
-    drowned = (told < _TOLD_APART) & (whole.dof <= few_points) | nothing
+    dof = np.sum((variance[:, None] / np.maximum(variance[:, None] + spread, _TINY)) ** 2, axis=1) + free
+    drowned = (dof < _DISTINGUISHED) & (whole.dof <= few_points) | nothing
     return Scatter(
-        np.where(drowned, whole.variance, variance), np.where(drowned, whole.dof, np.maximum(told, _SMALLEST_DOF))
+        np.where(drowned, whole.variance, variance), np.where(drowned, whole.dof, np.maximum(dof, _SMALLEST_DOF))
     )
 
 

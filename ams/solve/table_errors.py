@@ -71,9 +71,9 @@ class Nuisances:
         slopes = {"pitch": specific_force_by_pitch(pitch, roll), "roll": specific_force_by_roll(pitch, roll)}
         parts = self.index_parts[number]
         whole = table_effects(pitch, roll, self.names)
-        for place, name in enumerate(self.names):
+        for index, name in enumerate(self.names):
             if name in parts:
-                whole[:, :, place] = slopes[name.partition(" ")[0]] * parts[name][:, None]
+                whole[:, :, index] = slopes[name.partition(" ")[0]] * parts[name][:, None]
         return whole
 
 
@@ -89,8 +89,8 @@ def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> Nuisance
         found = priors.table.index_errors(axis, shown_rad(priors.table, {axis: np.concatenate(shown)})[axis])
         names = [f"{axis} {name}" for name in found.names]
         named += zip(names, found.standard_rad.tolist(), strict=True)
-        for own, columns in zip(parts, np.split(found.columns, edges), strict=True):
-            own.update(zip(names, columns.T, strict=True))
+        for part, columns in zip(parts, np.split(found.columns, edges), strict=True):
+            part.update(zip(names, columns.T, strict=True))
     of_whole = (
         priors.pitch_zero_rad, priors.roll_zero_rad, priors.base_tilt_rad, priors.squareness_rad, priors.droop_rad
     )  # fmt: skip

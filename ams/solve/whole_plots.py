@@ -87,7 +87,7 @@ def _visits(temperature: FloatArray, time_s: FloatArray | None) -> Visits | None
     number = np.empty(temperature.size, dtype=np.int64)
     number[in_time] = np.cumsum(changes)
     starts = in_time[np.flatnonzero(np.concatenate([[True], changes[1:] > 0]))]
-    return Visits(number, tuple(means[place] for place in plateau[starts]))
+    return Visits(number, tuple(means[plateau_number] for plateau_number in plateau[starts]))
 
 
 def whole_plots(layout: Layout, visits: Visits | None, shared: Sequence[FloatArray]) -> WholePlots:

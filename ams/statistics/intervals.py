@@ -24,8 +24,8 @@ from ams.statistics.distributions import (
 def _largest_passed(p_values: Sequence[float], level: float) -> float:
     known = sorted(value for value in p_values if value == value)  # noqa: PLR0124: NaN is none
     largest = -1.0
-    for place, value in enumerate(known):
-        if value > level / (len(known) - place):
+    for index, value in enumerate(known):
+        if value > level / (len(known) - index):
             break
         largest = value
     return largest
@@ -244,7 +244,7 @@ def reading_halfwidth(
     faster than the variance grows, and a reading would be told better than its mean. It never is.
     """
     of_reading, known = (np.broadcast_to(more, variances[0].shape) for more in (reading_variance, known_variance))
-    degrees = [np.asarray(own, dtype=float) for own in dof]
+    degrees = [np.asarray(part_dof, dtype=float) for part_dof in dof]
     more = [np.full(degrees[0].shape, reading_dof), np.full(degrees[0].shape, np.inf)]
     return np.fmax(
         _halfwidth([*variances, of_reading, known], [*degrees, *more], level), _halfwidth(variances, degrees, level)

@@ -77,7 +77,7 @@ def draw(
         raise SolveError(
             f"Monte Carlo: {', '.join(unfit)}: correlated inputs must be normal with infinite degrees of freedom"
         )
-    drawn = np.stack([_draw_one(i, rng, trials) for i in inputs])
+    drawn = np.stack([_draw_input(i, rng, trials) for i in inputs])
     joint = [n for n, i in enumerate(inputs) if i.name in together]
     if joint:
         r = correlation_matrix([i.name for i in inputs], correlations)[np.ix_(joint, joint)]
@@ -93,7 +93,7 @@ def _is_normal(i: Input) -> bool:
     return i.kind in ("standard", "expanded") and not np.isfinite(i.degrees_of_freedom)
 
 
-def _draw_one(i: Input, rng: np.random.Generator, trials: int) -> FloatArray:
+def _draw_input(i: Input, rng: np.random.Generator, trials: int) -> FloatArray:
     if i.kind == "limit":
         shape = rng.uniform(-(3**0.5), 3**0.5, trials)
     elif i.kind == "triangular":

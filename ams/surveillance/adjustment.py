@@ -87,12 +87,12 @@ class Condition:
     @property
     def verdict(self) -> Verdict | None:
         """The worst of all angles; None where no limit is declared."""
-        return max((one.verdict for one in self.judgements), key=_ORDER.index, default=None)
+        return max((judgement.verdict for judgement in self.judgements), key=_ORDER.index, default=None)
 
     @property
     def largest_error_deg(self) -> float | None:
         """Of any angle, in size; None where no attitude tells any."""
-        return max((float(np.abs(one.error_deg).max()) for one in self.errors.values()), default=None)
+        return max((float(np.abs(error.error_deg).max()) for error in self.errors.values()), default=None)
 
 
 @dataclass(frozen=True)
@@ -150,14 +150,14 @@ def judge(errors: AngleErrors, limit_deg: float, rule: Rule) -> Judgement:
     """Judge one angle against its limit by the rule."""
     size, expanded = np.abs(errors.error_deg), errors.expanded_deg
     if rule == "simple":
-        place = int(np.argmax(size))
-        verdict: Verdict = "pass" if size[place] <= limit_deg else "fail"
+        index = int(np.argmax(size))
+        verdict: Verdict = "pass" if size[index] <= limit_deg else "fail"
     else:
-        place = errors.worst if (size + expanded).max() <= limit_deg else int(np.argmax(size - expanded))
+        index = errors.worst if (size + expanded).max() <= limit_deg else int(np.argmax(size - expanded))
         verdict = _guarded(float((size + expanded).max()), float((size - expanded).max()), limit_deg)
-        place = errors.worst if verdict == "conditional" else place
-    decisive = float(errors.error_deg[place]), float(expanded[place])
-    where = float(errors.pitch_deg[place]), float(errors.roll_deg[place])
+        index = errors.worst if verdict == "conditional" else index
+    decisive = float(errors.error_deg[index]), float(expanded[index])
+    where = float(errors.pitch_deg[index]), float(errors.roll_deg[index])
     sentence = _sentence(errors.angle, verdict, decisive, limit_deg, where)
     return Judgement(errors.angle, limit_deg, verdict, *decisive, *where, sentence)
 

@@ -84,9 +84,9 @@ def errors_of(
     points = observations.point[kept]
     found = {
         angle: _at_points(
-            angle, points, (pitch, roll, errors_rad[:, place], spread.sd[:, place], spread.half_95[:, place])
+            angle, points, (pitch, roll, errors_rad[:, index], spread.sd[:, index], spread.half_95[:, index])
         )
-        for place, angle in enumerate(("pitch", "roll")[: gain.shape[1]])
+        for index, angle in enumerate(("pitch", "roll")[: gain.shape[1]])
     }
     return {angle: errors for angle, errors in found.items() if errors.error_deg.size}
 
@@ -98,8 +98,11 @@ def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observati
             f"{applied.sensor}: errors in degrees need sets of pitch and roll: got convention {applied.convention}, "
             f"measured by {measured_by.convention}, needed TP; nothing was computed"
         )
-    own = next((axis for one in (applied, measured_by) for axis in one.axes.values() if axis.own_output), None)
-    if own is not None:
+    formula_axis = next(
+        (axis for coefficients in (applied, measured_by) for axis in coefficients.axes.values() if axis.model_output),
+        None,
+    )
+    if formula_axis is not None:
         raise OutsideValidity(
             f"{applied.sensor}: errors in degrees are told for sets of the form v = b + k·f, this one has an equation "
             "of its own; nothing was computed; compare its outputs at the test vectors instead"

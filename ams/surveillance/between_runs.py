@@ -50,12 +50,12 @@ class Scatter:
     prior_dof: FloatArray
     """(p,) what it counts for beside a sensor's own."""
 
-    def with_own(self, squares: FloatArray, differences: int) -> "Scatter":
+    def with_sensor(self, squares: FloatArray, differences: int) -> "Scatter":
         """Return the scatter weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
-        own_dof = DIFFERENCE_EFFICIENCY * differences
-        dof = self.prior_dof + own_dof
-        own = squares * (own_dof / differences) if differences else np.zeros_like(self.variance)
-        total = self.prior_dof * self.variance + own
+        sensor_dof = DIFFERENCE_EFFICIENCY * differences
+        dof = self.prior_dof + sensor_dof
+        sensor_squares = squares * (sensor_dof / differences) if differences else np.zeros_like(self.variance)
+        total = self.prior_dof * self.variance + sensor_squares
         return Scatter(np.where(dof > 0.0, total / np.where(dof > 0.0, dof, 1.0), np.nan), dof, dof)
 
 
@@ -74,7 +74,7 @@ def pooled_scatter(population: Population, leave_out: str | None = None) -> Scat
     width = len(population.kinds)
     variance, dof, prior = np.zeros(width), np.zeros(width), np.zeros(width)
     for kind in set(population.kinds):
-        columns = [place for place, name in enumerate(population.kinds) if name == kind]
+        columns = [index for index, name in enumerate(population.kinds) if name == kind]
         variance[columns], dof[columns] = _of_kind(halves[:, columns].ravel())
         prior[columns] = np.minimum(dof[columns], _prior_dof(halves[:, columns], sensors))
     return Scatter(variance, dof, prior)
@@ -84,9 +84,9 @@ def names_behind(names: Iterable[str], name: str | None) -> list[str]:
     """Return the names but the given one, sorted, beginning with those behind it and going round."""
     behind: list[str] = []
     before: list[str] = []
-    for one in sorted(set(names)):
-        (behind if name is None or one > name else before).append(one)
-    return [one for one in (*behind, *before) if one != name]
+    for sensor in sorted(set(names)):
+        (behind if name is None or sensor > name else before).append(sensor)
+    return [other for other in (*behind, *before) if other != name]
 
 
 def _selected(population: Population, leave_out: str | None) -> frozenset[str]:
@@ -111,9 +111,11 @@ def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
     sensors_with_enough = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
     if sensors_with_enough.size < SENSORS_TO_TELL:
         return UNKNOWN_PRIOR_DOF
-    own = np.bincount(sensors, weights=halves.mean(axis=1))[sensors_with_enough] / counts[sensors_with_enough]
+    sensor_variance = (
+        np.bincount(sensors, weights=halves.mean(axis=1))[sensors_with_enough] / counts[sensors_with_enough]
+    )
     half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[sensors_with_enough] * halves.shape[1]
-    logarithms = np.log(np.maximum(own, np.finfo(float).tiny)) - digamma(half_dof) + np.log(half_dof)
+    logarithms = np.log(np.maximum(sensor_variance, np.finfo(float).tiny)) - digamma(half_dof) + np.log(half_dof)
     deviation = NORMAL_PER_MEDIAN_DEVIATION * np.median(np.abs(logarithms - np.median(logarithms)))
     excess = float(deviation**2 - trigamma(half_dof).mean())
     if excess <= 0.0:

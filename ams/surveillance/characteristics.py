@@ -56,7 +56,7 @@ class PackageNumbers:
     @property
     def sensitivity(self) -> FloatArray:
         """(n, A) |k|, signed by the nominal direction."""
-        nominal = np.stack([self.k[:, place, "xyz".index(axis)] for place, axis in enumerate(self.axes)], axis=1)
+        nominal = np.stack([self.k[:, index, "xyz".index(axis)] for index, axis in enumerate(self.axes)], axis=1)
         return np.asarray(np.where(nominal < 0.0, -1.0, 1.0) * np.linalg.norm(self.k, axis=-1))
 
     @property
@@ -87,7 +87,7 @@ def numbers_of(coefficients: CoefficientSet) -> PackageNumbers:
     rows = [_axis_rows(table(section), coefficients.axes[name].form) for name, section in axes.items()]
     primary, covariance, scatter = (np.stack(part)[None] for part in zip(*rows, strict=True))
     first, *_ = coefficients.axes.values()
-    nominal = tuple(one.nominal_axis for one in coefficients.axes.values())
+    nominal = tuple(axis.nominal_axis for axis in coefficients.axes.values())
     return PackageNumbers(nominal, primary, covariance, scatter, first.form.sensitivity)
 
 
@@ -136,14 +136,14 @@ def _axis_rows(section: Document, form: SetForm) -> tuple[FloatArray, FloatArray
     primary = table(section["primary"])
     order, values = [str(name) for name in listed(primary["order"])], table(primary["values"])
     wanted = (form.offset, *form.directions)
-    places = [(place, order.index(name)) for place, name in enumerate(wanted) if name in order]
+    pairs = [(index, order.index(name)) for index, name in enumerate(wanted) if name in order]
     vector = np.zeros(_COLUMNS)
-    for place, at in places:
-        vector[place] = number(values[order[at]])
-    whole = _placed(primary["covariance"], places)
+    for index, at in pairs:
+        vector[index] = number(values[order[at]])
+    whole = _placed(primary["covariance"], pairs)
     repeated = sum(
         (
-            _placed(table(component)["covariance"], places)
+            _placed(table(component)["covariance"], pairs)
             for name, component in table(primary["components"]).items()
             if name in REPEATED
         ),
@@ -152,12 +152,12 @@ def _axis_rows(section: Document, form: SetForm) -> tuple[FloatArray, FloatArray
     return vector, whole, whole - repeated
 
 
-def _placed(matrix: Json, places: Sequence[tuple[int, int]]) -> FloatArray:
+def _placed(matrix: Json, pairs: Sequence[tuple[int, int]]) -> FloatArray:
     """Return the (4, 4) of b and k out of a covariance in the order of the set, null as zero."""
     rows = [listed(row) for row in listed(matrix)]
     placed = np.zeros((_COLUMNS, _COLUMNS))
-    for row, at in places:
-        for column, to in places:
+    for row, at in pairs:
+        for column, to in pairs:
             value = rows[at][to]
             placed[row, column] = 0.0 if value is None else number(value)
     return placed

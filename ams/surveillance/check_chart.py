@@ -128,20 +128,20 @@ def _components(population: Population, rows: slice) -> dict[str, FloatArray]:
     change = population.coordinates[rows] - population.coordinates[rows][0]
     kinds = np.array(population.kinds)
     gains, offsets = change[:, _is_gain(kinds)], change[:, kinds == "offset_v"]
-    own = [part - part.mean(axis=1, keepdims=True) for part in (offsets, gains)]
+    centred = [part - part.mean(axis=1, keepdims=True) for part in (offsets, gains)]
     tilt = np.radians(population.rotation_deg(rows))
     return {
         METER_GAIN: gains.mean(axis=1),
         METER_OFFSET: offsets.mean(axis=1),
-        **{f"table tilt {axis}": tilt[:, place] for place, axis in enumerate("xyz")},
+        **{f"table tilt {axis}": tilt[:, index] for index, axis in enumerate("xyz")},
         **{
-            f"sensor {name}": np.concatenate([*own, change[:, kinds == "angle_deg"]], axis=1)[:, place]
-            for place, name in enumerate(_own_names(population))
+            f"sensor {name}": np.concatenate([*centred, change[:, kinds == "angle_deg"]], axis=1)[:, index]
+            for index, name in enumerate(_sensors_in_order(population))
         },
     }
 
 
-def _own_names(population: Population) -> list[str]:
+def _sensors_in_order(population: Population) -> list[str]:
     names = population.characteristics.names
     kinds = np.array(population.kinds)
     order = [
@@ -149,7 +149,7 @@ def _own_names(population: Population) -> list[str]:
         *np.flatnonzero(_is_gain(kinds)),
         *np.flatnonzero(kinds == "angle_deg"),
     ]
-    return [names[int(place)] for place in order]
+    return [names[int(index)] for index in order]
 
 
 def _is_gain(kinds: NDArray[np.str_]) -> BoolArray:
@@ -212,13 +212,13 @@ class _Watched:
         self.squares, self.differences = 0.0, 0
         self.ewma, self.weighted = 0.0, 0
 
-    def accept(self, place: int, *, begins_anew: bool) -> None:
+    def accept(self, index: int, *, begins_anew: bool) -> None:
         if begins_anew:
-            self.regime, self.ewma, self.weighted = [place], 0.0, 0
+            self.regime, self.ewma, self.weighted = [index], 0.0, 0
             return
-        self.squares += 0.5 * (self.values[place] - self.values[self.regime[-1]]) ** 2 / self.known.share
+        self.squares += 0.5 * (self.values[index] - self.values[self.regime[-1]]) ** 2 / self.known.share
         self.differences += 1
-        self.regime.append(place)
+        self.regime.append(index)
 
 
 def _charts(
@@ -229,13 +229,13 @@ def _charts(
     size = next(iter(components.values())).size
     columns = {name: np.full((5, size), np.nan) for name in components}
     alarms = {name: np.zeros(size, dtype=bool) for name in components}
-    for place in range(1, size):
-        scatters = {one.known.family: _family_scatter(watched, one.known.family) for one in watched.values()}
-        for name, one in watched.items():
-            variance, dof = scatters[one.known.family]
-            columns[name][:, place], alarms[name][place] = _judged(one, place, variance, dof, level)
-        for name, one in watched.items():
-            one.accept(place, begins_anew=bool(alarms[name][place]))
+    for index in range(1, size):
+        scatters = {sensor.known.family: _family_scatter(watched, sensor.known.family) for sensor in watched.values()}
+        for name, sensor in watched.items():
+            variance, dof = scatters[sensor.known.family]
+            columns[name][:, index], alarms[name][index] = _judged(sensor, index, variance, dof, level)
+        for name, sensor in watched.items():
+            sensor.accept(index, begins_anew=bool(alarms[name][index]))
     return tuple(
         _chart(name, values, columns[name], alarms[name])
         for name, values in components.items()
@@ -249,34 +249,34 @@ def _chart(name: str, values: FloatArray, columns: FloatArray, alarms: BoolArray
 
 def _family_scatter(watched: Mapping[str, _Watched], family: str) -> tuple[float, float]:
     """Return the variance of a whole component of a family between runs, and its degrees of freedom."""
-    own = [one for one in watched.values() if one.known.family == family]
-    differences = sum(one.differences * min(one.known.share, 1.0) for one in own)
-    if min(one.differences for one in own) < LEAST_DIFFERENCES:
+    relatives = [sensor for sensor in watched.values() if sensor.known.family == family]
+    differences = sum(sensor.differences * min(sensor.known.share, 1.0) for sensor in relatives)
+    if min(sensor.differences for sensor in relatives) < LEAST_DIFFERENCES:
         return np.nan, 0.0
-    prior, prior_dof = own[0].known.prior_variance, own[0].known.prior_dof
-    own_dof = DIFFERENCE_EFFICIENCY * differences
-    squares = sum(one.squares * one.known.share for one in own) / differences
-    dof = prior_dof + own_dof
-    return (prior_dof * prior + own_dof * squares) / dof, dof
+    prior, prior_dof = relatives[0].known.prior_variance, relatives[0].known.prior_dof
+    family_dof = DIFFERENCE_EFFICIENCY * differences
+    squares = sum(sensor.squares * sensor.known.share for sensor in relatives) / differences
+    dof = prior_dof + family_dof
+    return (prior_dof * prior + family_dof * squares) / dof, dof
 
 
-def _judged(one: _Watched, place: int, variance: float, dof: float, level: float) -> tuple[list[float], bool]:
+def _judged(sensor: _Watched, index: int, variance: float, dof: float, level: float) -> tuple[list[float], bool]:
     """Return centre, low, high, weighted mean and what the certificates explain, and whether it is an alarm."""
-    centre = float(one.values[one.regime].mean())
-    count = len(one.regime)
-    stated_v = float(one.known.stated[place] + one.known.stated[one.regime].mean() / count)
+    centre = float(sensor.values[sensor.regime].mean())
+    count = len(sensor.regime)
+    stated_v = float(sensor.known.stated[index] + sensor.known.stated[sensor.regime].mean() / count)
     stated = float(t_quantile(STATED_LEVEL, np.inf)) * float(np.sqrt(stated_v))
     if not dof > 0.0:
         return [centre, np.nan, np.nan, np.nan, stated], False
-    sigma = float(np.sqrt(max(variance * one.known.share * (1.0 + 1.0 / count), stated_v)))
+    sigma = float(np.sqrt(max(variance * sensor.known.share * (1.0 + 1.0 / count), stated_v)))
     half = float(t_quantile(1.0 - level, dof)) * sigma
-    deviation = (float(one.values[place]) - centre) / sigma
-    one.ewma = EWMA_WEIGHT * _as_normal(deviation, dof) + (1.0 - EWMA_WEIGHT) * one.ewma
-    one.weighted += 1
-    spread = np.sqrt(EWMA_WEIGHT / (2.0 - EWMA_WEIGHT) * (1.0 - (1.0 - EWMA_WEIGHT) ** (2 * one.weighted)))
-    has_crept = abs(one.ewma) > float(t_quantile(1.0 - level, np.inf)) * float(spread)
+    deviation = (float(sensor.values[index]) - centre) / sigma
+    sensor.ewma = EWMA_WEIGHT * _as_normal(deviation, dof) + (1.0 - EWMA_WEIGHT) * sensor.ewma
+    sensor.weighted += 1
+    spread = np.sqrt(EWMA_WEIGHT / (2.0 - EWMA_WEIGHT) * (1.0 - (1.0 - EWMA_WEIGHT) ** (2 * sensor.weighted)))
+    has_crept = abs(sensor.ewma) > float(t_quantile(1.0 - level, np.inf)) * float(spread)
     is_alarm = abs(deviation) * sigma > half or has_crept
-    return [centre, centre - half, centre + half, centre + one.ewma * sigma, stated], bool(is_alarm)
+    return [centre, centre - half, centre + half, centre + sensor.ewma * sigma, stated], bool(is_alarm)
 
 
 def _as_normal(deviation: float, dof: float) -> float:
@@ -293,11 +293,11 @@ def _differences(charts: Sequence[ComponentChart]) -> int:
 def _findings(
     population: Population, labels: Sequence[PointLabel], charts: Sequence[ComponentChart]
 ) -> Iterator[CheckFinding]:
-    for place, label in enumerate(labels):
+    for index, label in enumerate(labels):
         for chart in charts:
-            if chart.is_alarm[place]:
-                change = float(chart.value_deg[place] - chart.centre_deg[place])
-                spread = float(chart.high_deg[place] - chart.low_deg[place]) / 2.0
+            if chart.is_alarm[index]:
+                change = float(chart.value_deg[index] - chart.centre_deg[index])
+                spread = float(chart.high_deg[index] - chart.low_deg[index]) / 2.0
                 yield _explained(population, label, chart.name, change, spread)
 
 
@@ -337,10 +337,10 @@ def _witnesses_deg(population: Population, at: PointLabel, component: str) -> Fl
     kinds = np.array(population.kinds)
     columns = _is_gain(kinds) if component == METER_GAIN else kinds == "offset_v"
     rows = [
-        place
-        for place, label in enumerate(population.labels)
+        index
+        for index, label in enumerate(population.labels)
         if label.run_id is not None and label.run_id == at.run_id and label.sensor != at.sensor
-        and place > 0 and population.labels[place - 1].sensor == label.sensor
+        and index > 0 and population.labels[index - 1].sensor == label.sensor
     ]  # fmt: skip
-    changes = population.coordinates[rows] - population.coordinates[[place - 1 for place in rows]]
+    changes = population.coordinates[rows] - population.coordinates[[row - 1 for row in rows]]
     return np.degrees(changes[:, columns].mean(axis=1)) if rows else np.zeros(0)

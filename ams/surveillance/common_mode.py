@@ -52,12 +52,12 @@ from ams.surveillance.common_mode_columns import (
     sensitivity_of,
     whiten,
 )
-from ams.surveillance.loose_mount import CONSISTENT, UNTOLD, LeftOver, Told, force_changes, mount_or_sensor
+from ams.surveillance.loose_mount import CONSISTENT, UNATTRIBUTED, Attribution, LeftOver, force_changes, mount_or_sensor
 
 Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
 
 BASE_ASIDE = "tilt of the base to any side"
-LEAST_OWN = 5.0 * MODEL_ERROR
+LEAST_SENSOR_CHANGE = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
 FEWEST_LEFT = 4
 """Degrees of freedom from which on what is left over tells how much the sensors do by themselves."""
@@ -74,7 +74,7 @@ class Cause:
 
 
 @dataclass(frozen=True)
-class OwnChange:
+class SensorChange:
     """A sensor that did what the others did not."""
 
     sensor: str
@@ -83,7 +83,7 @@ class OwnChange:
     """Whose change is largest."""
     largest_rad: float
     """As an angle at full sensitivity, signed."""
-    told: Told = UNTOLD
+    attribution: Attribution = UNATTRIBUTED
     """Whether its mount turned or the sensor changed."""
 
 
@@ -91,7 +91,7 @@ class OwnChange:
 class CommonMode:
     """What is behind the difference of two visits."""
 
-    told: tuple[Cause, ...]
+    stated: tuple[Cause, ...]
     """Empty: nothing common changed significantly. Several: no single cause fits, and each of these is significant."""
     p_value: float
     """Of the common part, corrected for the number of causes tried."""
@@ -99,7 +99,7 @@ class CommonMode:
     """Causes that look the same as the one told at these attitudes."""
     estimates: Mapping[str, Estimate]
     """Of the parts of what is told."""
-    own: tuple[OwnChange, ...]
+    sensor_changes: tuple[SensorChange, ...]
     agreeing: tuple[str, ...]
     """Sensors that the common part was taken from."""
     rotation_rad: float = 0.0
@@ -108,18 +108,18 @@ class CommonMode:
 
 def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> CommonMode:
     """Return what changed between two visits, each test at ``false_alarm``."""
-    own: list[OwnChange] = []
+    changes: list[SensorChange] = []
     agreeing = axes.sensors
-    while (found := _odd_one(axes, visits, agreeing, false_alarm)) is not None:
+    while (found := _odd_sensor(axes, visits, agreeing, false_alarm)) is not None:
         name, p_value = found
-        agreeing = tuple(one for one in agreeing if one != name)
-        own.append(OwnChange(name, p_value, "", 0.0))
+        agreeing = tuple(sensor for sensor in agreeing if sensor != name)
+        changes.append(SensorChange(name, p_value, "", 0.0))
     common = _common(axes, visits, agreeing, false_alarm)
     turned = replace(common, rotation_rad=_rotation_rad(visits, common))
-    sized = (_sized(axes, visits, one, common) for one in own)
-    real = tuple(one for one in sized if abs(one.largest_rad) > LEAST_OWN * turned.rotation_rad)
-    odd = {one.sensor for one in real}
-    return replace(turned, own=real, agreeing=tuple(name for name in axes.sensors if name not in odd))
+    sized = (_sized(axes, visits, change, common) for change in changes)
+    real = tuple(change for change in sized if abs(change.largest_rad) > LEAST_SENSOR_CHANGE * turned.rotation_rad)
+    odd = {change.sensor for change in real}
+    return replace(turned, sensor_changes=real, agreeing=tuple(name for name in axes.sensors if name not in odd))
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,9 @@ def _scale(left: float, dof: int, known_dof: float) -> _Scale:
     return _Scale(1.0, known_dof)
 
 
-def _odd_one(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm: float) -> tuple[str, float] | None:
+def _odd_sensor(
+    axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm: float
+) -> tuple[str, float] | None:
     """Return the sensor that differs most from the rest, if any does, and with what chance."""
     if len(among) < 2 or 2 * (len(among) - 1) < len(axes.sensors):
         return None
@@ -150,7 +152,7 @@ def _odd_one(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alar
     left, _ = whole.left(_names(whole))
     found: list[tuple[float, float, str]] = []
     for name in among:
-        rest = tuple(one for one in among if one != name)
+        rest = tuple(other for other in among if other != name)
         other = whiten(axes, visits, rest)
         names = _names(other) if len(rest) > 1 else ()
         left_other, rank = other.left(names)
@@ -184,8 +186,8 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
         return replace(nothing, p_value=p_value)
     # A lone sensor has no common part: its cause is judged against all its data.
     consistent = [
-        (used, left, place)
-        for place, (_, left, used) in enumerate(fits)
+        (used, left, index)
+        for index, (_, left, used) in enumerate(fits)
         if scale.p_value(left - (least if len(among) > 1 else 0.0), (rank if len(among) > 1 else data.y.size) - used)
         >= CONSISTENT
     ]
@@ -193,11 +195,13 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
         return _together(data, among, scale, p_value, false_alarm)
     fewest, least_left, _ = min(consistent)
     close = least_left + SAME * max(least_left, 1.0)
-    place = next(place for used, left, place in consistent if used == fewest and left <= close)
-    others = (causes[other] for *_, other in consistent if other != place)
-    also = tuple(one for one in others if not set(causes[place].parts) < set(one.parts))  # a wider one says no more
+    index = next(index for used, left, index in consistent if used == fewest and left <= close)
+    others = (causes[other] for *_, other in consistent if other != index)
+    also = tuple(
+        cause for cause in others if not set(causes[index].parts) < set(cause.parts)
+    )  # a wider one says no more
     return CommonMode(
-        (causes[place],), p_value, also, data.estimates(causes[place].parts, scale.variance), (), tuple(among)
+        (causes[index],), p_value, also, data.estimates(causes[index].parts, scale.variance), (), tuple(among)
     )
 
 
@@ -205,8 +209,8 @@ def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: floa
     """Judge rotation, gain and offset in this order, each beside the others, where there are data enough for all."""
     names = _names(data)
     if len(among) == 1 or data.y.size - data.left(names)[1] < FEWEST_LEFT:
-        own = Cause("sensor-change", " and ".join(among), ())
-        return CommonMode((own,), p_value, (), {}, (), tuple(among))
+        sensor_cause = Cause("sensor-change", " and ".join(among), ())
+        return CommonMode((sensor_cause,), p_value, (), {}, (), tuple(among))
     causes: list[Cause] = []
     meters = [name for name in data.columns if name.startswith(("gain", "offset"))]
     groups = [Cause("table-rotation", "rotation", ROTATIONS), *(_of_meter(name) for name in meters)]
@@ -252,19 +256,19 @@ def _rotation_rad(visits: Visits, common: CommonMode) -> float:
     return float(np.linalg.norm(sum(turned, np.zeros((visits.pitch_rad.size, 3))), axis=1).max(initial=0.0))
 
 
-def _sized(axes: WatchedAxes, visits: Visits, own: OwnChange, common: CommonMode) -> OwnChange:
+def _sized(axes: WatchedAxes, visits: Visits, found: SensorChange, common: CommonMode) -> SensorChange:
     """Return what a sensor changed beyond the common part, its largest as an angle."""
-    kept = np.array([name == own.sensor for name in axes.sensor], dtype=bool)
+    kept = np.array([name == found.sensor for name in axes.sensor], dtype=bool)
     columns = columns_of(axes, visits, kept, is_lone=False)
     shared = sum(
         (estimate.value * columns[name] for name, estimate in common.estimates.items() if name in columns),
         np.zeros_like(visits.change),
     )
     angle = np.where(np.isfinite(visits.change) & kept, (visits.change - shared) / sensitivity_of(axes), 0.0)
-    place = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
+    worst = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
     imperfect = (model_error(axes, visits)[:, None] * sensitivity_of(axes)) ** 2
     seated = visits.seating_rad**2 * (columns[ROLL] ** 2 + columns[PITCH] ** 2)
     change, variance = (visits.change - shared)[:, kept], (visits.variance + imperfect + seated)[:, kept]
     freedom = visits.degrees_of_freedom
-    told = mount_or_sensor(LeftOver(visits.pitch_rad, visits.roll_rad, change, variance, axes.k[kept], freedom))
-    return replace(own, axis=axes.axis[int(place[1])], largest_rad=float(angle[place]), told=told)
+    culprit = mount_or_sensor(LeftOver(visits.pitch_rad, visits.roll_rad, change, variance, axes.k[kept], freedom))
+    return replace(found, axis=axes.axis[int(worst[1])], largest_rad=float(angle[worst]), attribution=culprit)

@@ -107,20 +107,20 @@ def whiten(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> Whitened:
     pieces_y: list[FloatArray] = []
     pieces: dict[str, list[FloatArray]] = {name: [] for name in columns}
     spread = model_error(axes, visits)
-    for place in range(visits.pitch_rad.size):
-        read = kept & np.isfinite(visits.change[place])
+    for index in range(visits.pitch_rad.size):
+        read = kept & np.isfinite(visits.change[index])
         if not read.any():
             continue
-        rounding = (_ROUNDING * visits.reading[place, read]) ** 2 + np.finfo(float).tiny
-        imperfect = (spread[place] * sensitivity_of(axes)[read]) ** 2
-        covariance = np.diag(visits.variance[place, read] + imperfect + rounding)
+        rounding = (_ROUNDING * visits.reading[index, read]) ** 2 + np.finfo(float).tiny
+        imperfect = (spread[index] * sensitivity_of(axes)[read]) ** 2
+        covariance = np.diag(visits.variance[index, read] + imperfect + rounding)
         for name in (ROLL, PITCH):
-            turned = visits.seating_rad * columns[name][place, read]
+            turned = visits.seating_rad * columns[name][index, read]
             covariance = covariance + np.outer(turned, turned)
         factor = np.linalg.cholesky(covariance)
-        pieces_y.append(np.linalg.solve(factor, visits.change[place, read]))
+        pieces_y.append(np.linalg.solve(factor, visits.change[index, read]))
         for name, column in columns.items():
-            pieces[name].append(np.linalg.solve(factor, column[place, read]))
+            pieces[name].append(np.linalg.solve(factor, column[index, read]))
     empty = [np.zeros(0)]
     return Whitened(
         np.concatenate(pieces_y or empty), {name: np.concatenate(found or empty) for name, found in pieces.items()}
@@ -151,10 +151,10 @@ def columns_of(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: b
         columns[f"gain of {meter}"] = reading * shared
         columns[f"offset of {meter}"] = np.ones_like(reading) * shared
     if is_lone:
-        for place in np.flatnonzero(kept):
+        for index in np.flatnonzero(kept):
             alone = np.zeros(kept.size)
-            alone[place] = 1.0
-            label = f"{axes.sensor[place]} {axes.axis[place]}"
+            alone[index] = 1.0
+            label = f"{axes.sensor[index]} {axes.axis[index]}"
             columns[f"own offset of {label}"] = np.ones_like(reading) * alone
             columns[f"own sensitivity of {label}"] = (force @ axes.k.T) * alone
     return columns

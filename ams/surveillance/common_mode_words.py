@@ -22,37 +22,37 @@ def findings_of(
     ``sensors``: all that were looked at. ``between``: which visits, such as ``between visits 2 and 3``. ``unit``: of
     the readings. ``steps``: the dwells in doubt.
     """
-    return (*_common(found, sensors, between, unit, tuple(steps)), *_own(found, between, tuple(steps)))
+    return (*_common(found, sensors, between, unit, tuple(steps)), *_sensor_changes(found, between, tuple(steps)))
 
 
 def _common(
     found: CommonMode, sensors: Sequence[str], between: str, unit: str, steps: tuple[int, ...]
 ) -> Iterator[Finding]:
     who = _who(found.agreeing, sensors)
-    for cause in found.told:
+    for cause in found.stated:
         text = f"{who} {_what(found, cause, between, unit)}: {_whose(found, cause, sensors)}"
         yield Finding(cause.kind, text, True, found.p_value, steps, _details(found, cause))
 
 
-def _own(found: CommonMode, between: str, steps: tuple[int, ...]) -> Iterator[Finding]:
-    for one in found.own:
-        others = [name for name in found.agreeing if name != one.sensor]
+def _sensor_changes(found: CommonMode, between: str, steps: tuple[int, ...]) -> Iterator[Finding]:
+    for odd in found.sensor_changes:
+        others = [name for name in found.agreeing if name != odd.sensor]
         rest = f"the other {_number(len(others))} agree" if len(others) > 1 else f"{others[0]} did not"
-        size = f"{_arcsec(one.largest_rad)} at most, on {one.axis}"
+        size = f"{_arcsec(odd.largest_rad)} at most, on {odd.axis}"
         change = f"changed by itself {between} ({size}) while {rest}"
-        turned = f"turned by itself by {_arcsec(one.told.turned_rad)} {between} ({size}) while {rest}"
+        turned = f"turned by itself by {_arcsec(odd.attribution.turned_rad)} {between} ({size}) while {rest}"
         text = {
-            "mount": f"{one.sensor} {turned}: its mount is loose, not the sensor, table or meter",
-            "sensor": f"{one.sensor} {change}: the sensor, not table or meter, and no turn of its mount explains it",
-            "either": f"{one.sensor} {change}: the sensor, not table or meter; a loose mount would look the same here",
-        }[one.told.culprit]
+            "mount": f"{odd.sensor} {turned}: its mount is loose, not the sensor, table or meter",
+            "sensor": f"{odd.sensor} {change}: the sensor, not table or meter, and no turn of its mount explains it",
+            "either": f"{odd.sensor} {change}: the sensor, not table or meter; a loose mount would look the same here",
+        }[odd.attribution.culprit]
         details: dict[str, float | str | None] = {
-            "sensor": one.sensor,
-            "largest_arcsec": _in_arcsec(one.largest_rad),
-            "culprit": one.told.culprit,
-            "turned_arcsec": None if one.told.culprit == "sensor" else _in_arcsec(one.told.turned_rad),
+            "sensor": odd.sensor,
+            "largest_arcsec": _in_arcsec(odd.largest_rad),
+            "culprit": odd.attribution.culprit,
+            "turned_arcsec": None if odd.attribution.culprit == "sensor" else _in_arcsec(odd.attribution.turned_rad),
         }
-        yield Finding("sensor-change", text, True, one.p_value, steps, details)
+        yield Finding("sensor-change", text, True, odd.p_value, steps, details)
 
 
 def _who(agreeing: Sequence[str], sensors: Sequence[str]) -> str:
@@ -85,7 +85,7 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
 
 def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
     """Say whose doing it is, and what else would look the same."""
-    other = {str(one.kind) for one in found.also} - {str(cause.kind)}
+    other = {str(other_cause.kind) for other_cause in found.also} - {str(cause.kind)}
     is_lone = len(found.agreeing) == 1
     if cause.kind == "table-rotation":
         whose = "the table, its base or the common fixture"
@@ -108,24 +108,24 @@ def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
 
 
 def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:
-    same = ", ".join(dict.fromkeys(one.kind for one in found.also if one.kind != cause.kind))
+    same = ", ".join(dict.fromkeys(other_cause.kind for other_cause in found.also if other_cause.kind != cause.kind))
     details: dict[str, float | str | None] = {"cause": cause.name, "confounded_with": same or None}
     if cause.kind == "table-rotation":
         details["turned_arcsec"] = _in_arcsec(found.rotation_rad)
     for name in cause.parts:
         if name not in found.estimates:
             continue
-        one, key = found.estimates[name], name.replace(" ", "_")
+        estimate, key = found.estimates[name], name.replace(" ", "_")
         if name in ROTATIONS:
-            details[f"{key}_arcsec"] = _in_arcsec(one.value)
-            details[f"{key}_standard_uncertainty_arcsec"] = _in_arcsec(one.standard_uncertainty)
+            details[f"{key}_arcsec"] = _in_arcsec(estimate.value)
+            details[f"{key}_standard_uncertainty_arcsec"] = _in_arcsec(estimate.standard_uncertainty)
         else:
-            details[key], details[f"{key}_standard_uncertainty"] = one.value, one.standard_uncertainty
+            details[key], details[f"{key}_standard_uncertainty"] = estimate.value, estimate.standard_uncertainty
     return details
 
 
-def _angle(one: Estimate) -> str:
-    return f"{_arcsec(one.value)} (u {_in_arcsec(one.standard_uncertainty):.2g}″)"
+def _angle(estimate: Estimate) -> str:
+    return f"{_arcsec(estimate.value)} (u {_in_arcsec(estimate.standard_uncertainty):.2g}″)"
 
 
 def _arcsec(angle_rad: float) -> str:
@@ -145,5 +145,5 @@ def on_one_side(finding: Finding) -> Finding:
     """Return a turn of the table as what no result rests on: all dwells that count stand after it, or before it."""
     if finding.kind != "table-rotation":
         return finding
-    told = f"{finding.text}; all dwells that count stand on one side of it: prove the level and the zero of the axes"
-    return replace(finding, text=told, details={**finding.details, ON_ONE_SIDE: 1.0})
+    text = f"{finding.text}; all dwells that count stand on one side of it: prove the level and the zero of the axes"
+    return replace(finding, text=text, details={**finding.details, ON_ONE_SIDE: 1.0})

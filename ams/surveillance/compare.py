@@ -98,7 +98,7 @@ def compare(old: CoefficientSet, new: CoefficientSet) -> Comparison:
         elapsed_days=(new.created_utc - old.created_utc).total_seconds() / SECONDS_PER_DAY,
         rotation_deg=fit.changes_deg(),
         axes={
-            name: _axis_change(name, place, (before, after), scatter[place], fit) for place, name in enumerate(new.axes)
+            name: _axis_change(name, index, (before, after), scatter[index], fit) for index, name in enumerate(new.axes)
         },
         direction_chi_square=fit.chi_square,
         direction_dof=fit.dof,
@@ -135,8 +135,8 @@ class _Rotation:
         variance = np.einsum("ati,aij,asj->ats", basis, covariance, basis)
         weight = np.zeros((2 * len(before), 2 * len(before)))
         spread = np.zeros_like(weight)
-        for place, block in enumerate(variance):
-            rows = slice(2 * place, 2 * place + 2)
+        for index, block in enumerate(variance):
+            rows = slice(2 * index, 2 * index + 2)
             spread[rows, rows] = block
             weight[rows, rows] = np.linalg.inv(block + _SMALLEST_VARIANCE * np.eye(2))
         normal = design.T @ weight @ design
@@ -161,8 +161,8 @@ class _Rotation:
         is_resolvable = np.diag(self.resolvable) > 1.0 - 1e-3
         spread = np.degrees(np.sqrt(np.maximum(np.diag(self.covariance), 0.0)))
         return {
-            axis: Change(float(np.degrees(self.vector[place])), float(spread[place])) if is_resolvable[place] else None
-            for place, axis in enumerate("xyz")
+            axis: Change(float(np.degrees(self.vector[index])), float(spread[index])) if is_resolvable[index] else None
+            for index, axis in enumerate("xyz")
         }
 
 
@@ -186,7 +186,7 @@ def _units(coefficients: CoefficientSet) -> str:
 
 
 def _nominal(coefficients: CoefficientSet) -> str:
-    return ", ".join(one.nominal_axis for one in coefficients.axes.values())
+    return ", ".join(axis.nominal_axis for axis in coefficients.axes.values())
 
 
 def _at_one_gravity(numbers: PackageNumbers, old: CoefficientSet, new: CoefficientSet) -> PackageNumbers:
@@ -209,29 +209,29 @@ def _gravity_mps2(coefficients: CoefficientSet) -> float:
 
 
 def _axis_change(
-    name: str, place: int, pair: tuple[PackageNumbers, PackageNumbers], scatter: FloatArray, fit: _Rotation
+    name: str, index: int, pair: tuple[PackageNumbers, PackageNumbers], scatter: FloatArray, fit: _Rotation
 ) -> AxisChange:
     before, after = pair
-    offset = float(after.primary[0, place, 0] - before.primary[0, place, 0])
+    offset = float(after.primary[0, index, 0] - before.primary[0, index, 0])
     offset_u = float(np.sqrt(max(scatter[0, 0], 0.0)))
-    was, now = float(before.sensitivity[0, place]), float(after.sensitivity[0, place])
-    along = after.directions[0, place]
+    was, now = float(before.sensitivity[0, index]), float(after.sensitivity[0, index])
+    along = after.directions[0, index]
     sensitivity_u = float(np.sqrt(max(along @ scatter[1:, 1:] @ along, 0.0)))
     to_arcsec = ARCSEC_PER_RAD / abs(was)
-    across = [axis for axis in "xyz" if axis != before.axes[place]]
+    across = [axis for axis in "xyz" if axis != before.axes[index]]
     return AxisChange(
         axis=name,
         offset_v=Change(offset, offset_u),
         offset_arcsec=Change(offset * to_arcsec, offset_u * to_arcsec),
         sensitivity_v_per_g=Change(now - was, sensitivity_u),
         sensitivity_relative=Change((now - was) / was, sensitivity_u / abs(was)),
-        direction_arcsec={axis: _direction(fit, place, "xyz".index(axis)) for axis in across},
+        direction_arcsec={axis: _direction(fit, index, "xyz".index(axis)) for axis in across},
     )
 
 
-def _direction(fit: _Rotation, place: int, component: int) -> Change:
-    variance = max(float(fit.residual_covariance[place, component, place, component]), 0.0)
-    return Change(ARCSEC_PER_RAD * float(fit.residual[place, component]), ARCSEC_PER_RAD * float(np.sqrt(variance)))
+def _direction(fit: _Rotation, index: int, component: int) -> Change:
+    variance = max(float(fit.residual_covariance[index, component, index, component]), 0.0)
+    return Change(ARCSEC_PER_RAD * float(fit.residual[index, component]), ARCSEC_PER_RAD * float(np.sqrt(variance)))
 
 
 def _turned(directions: FloatArray, vector: FloatArray) -> FloatArray:
@@ -276,7 +276,7 @@ def _notes(old: CoefficientSet, new: CoefficientSet) -> list[str]:
 def _temperature_notes(old: CoefficientSet, new: CoefficientSet) -> list[str]:
     notes = []
     for axis in new.axes:
-        was, now = (one.axes[axis].parameters.get("reference_temperature_degc") for one in (old, new))
+        was, now = (coefficients.axes[axis].parameters.get("reference_temperature_degc") for coefficients in (old, new))
         if was != now:
             degrees = " and ".join("none" if value is None else f"{value:g} degC" for value in (was, now))
             notes.append(f"axis {axis}: coefficients hold at reference temperatures {degrees}: compared as they stand")

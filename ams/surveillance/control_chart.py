@@ -29,7 +29,7 @@ DRIFT_LEVEL = 0.001
 LEAST_DOF = 2.0
 """Below this a scatter is not known well enough to judge by."""
 LEAST_POINTS_OF_DRIFT = 5
-_OWN_P, _OTHERS_P = 1e-6, 1e-4
+_NEWEST_P, _OTHERS_P = 1e-6, 1e-4
 _REMEMBERED = 3
 
 
@@ -111,25 +111,25 @@ class _Watch:
 
     @property
     def scatter(self) -> Scatter:
-        return self.prior.with_own(self.squares, self.differences)
+        return self.prior.with_sensor(self.squares, self.differences)
 
-    def difference_variance(self, place: int) -> FloatArray:
+    def difference_variance(self, index: int) -> FloatArray:
         """Return the (p,) variance of a calibration less the last one.
 
         It is the scatter between runs, or what the two calibrations themselves cannot tell where that is more.
         """
-        stated = self.drawn_rad[place] ** 2 + self.drawn_rad[self.regime[-1]] ** 2
+        stated = self.drawn_rad[index] ** 2 + self.drawn_rad[self.regime[-1]] ** 2
         return np.asarray(np.maximum(2.0 * self.scatter.variance, stated))
 
-    def accept(self, place: int) -> None:
+    def accept(self, index: int) -> None:
         """Add the next calibration of an unchanged sensor."""
-        self.squares = self.squares + 0.5 * (self.coordinates[place] - self.coordinates[self.regime[-1]]) ** 2
+        self.squares = self.squares + 0.5 * (self.coordinates[index] - self.coordinates[self.regime[-1]]) ** 2
         self.differences += 1
-        self.regime.append(place)
+        self.regime.append(index)
 
-    def begin_anew(self, place: int) -> None:
+    def begin_anew(self, index: int) -> None:
         """Start a new regime with the first calibration after a step."""
-        self.regime = [place]
+        self.regime = [index]
 
 
 def history_of(population: Population, sensor: str) -> History:
@@ -148,28 +148,28 @@ def history_of(population: Population, sensor: str) -> History:
     alarms = np.zeros(coordinates.shape, dtype=bool)
     findings: list[Finding] = []
     has_drifted, is_judged = False, False
-    for place in range(1, len(labels)):
+    for index in range(1, len(labels)):
         scatter, last = watch.scatter, coordinates[watch.regime[-1]]
         known = scatter.dof >= LEAST_DOF
-        half = t_quantile(1.0 - STEP_LEVEL / width, scatter.dof) * np.sqrt(watch.difference_variance(place))
+        half = t_quantile(1.0 - STEP_LEVEL / width, scatter.dof) * np.sqrt(watch.difference_variance(index))
         half = np.where(known, half, np.nan)
-        low[place], high[place] = last - half, last + half
-        centre[place] = coordinates[watch.regime].mean(axis=0)
+        low[index], high[index] = last - half, last + half
+        centre[index] = coordinates[watch.regime].mean(axis=0)
         is_judged |= bool(known.any())
-        alarms[place] = np.abs(coordinates[place] - last) > half
-        if not alarms[place].any():
-            watch.accept(place)
+        alarms[index] = np.abs(coordinates[index] - last) > half
+        if not alarms[index].any():
+            watch.accept(index)
             drifting = _drifting(watch)
             if drifting.any() and not has_drifted:
-                findings.append(_drift(population, watch, labels[place], drifting))
+                findings.append(_drift(population, watch, labels[index], drifting))
                 has_drifted = True
             continue
-        other = _whose(population, rows, place, watch)
+        other = _whose(population, rows, index, watch)
         if other is not None:
-            findings.append(_mix_up(population, labels[place], coordinates[place] - last, other))
+            findings.append(_mix_up(population, labels[index], coordinates[index] - last, other))
             continue
-        findings.append(_step(population, labels[place], coordinates[place] - last, alarms[place]))
-        watch.begin_anew(place)
+        findings.append(_step(population, labels[index], coordinates[index] - last, alarms[index]))
+        watch.begin_anew(index)
         has_drifted = False
     charts = _charts(population, rows, (low, high, centre), alarms, watch)
     return History(
@@ -195,17 +195,17 @@ def _drifting(watch: _Watch) -> BoolArray:
     return np.asarray((scatter.dof >= LEAST_DOF) & (np.abs(slope) > limit * spread))
 
 
-def _whose(population: Population, rows: slice, place: int, watch: _Watch) -> str | None:
+def _whose(population: Population, rows: slice, index: int, watch: _Watch) -> str | None:
     """Return the sensor whose characteristics these are; None where they are nobody's, or not so far from its own.
 
     Another sensor is what the median of its last three calibrations before this one says, so that its own mix-up at
     the same time does not hide it.
     """
-    label, found = population.labels[rows.start + place], population.coordinates[rows.start + place]
-    value, scale = (getattr(population.characteristics, name)[rows.start + place] for name in ("value", "scale"))
+    label, found = population.labels[rows.start + index], population.coordinates[rows.start + index]
+    value, scale = (getattr(population.characteristics, name)[rows.start + index] for name in ("value", "scale"))
     width = found.size
-    variance, own = watch.difference_variance(place), watch.coordinates[watch.regime[-1]]
-    if chi_square_tail(float(((found - own) ** 2 / variance).sum()), width) > _OWN_P:
+    variance, newest = watch.difference_variance(index), watch.coordinates[watch.regime[-1]]
+    if chi_square_tail(float(((found - newest) ** 2 / variance).sum()), width) > _NEWEST_P:
         return None
     best, partner = _OTHERS_P, None
     for start, stop in _others(population, label):
@@ -260,7 +260,7 @@ def _drift(population: Population, watch: _Watch, at: PointLabel, drifting: Bool
 
 
 def _strongest(population: Population, strength: FloatArray, count: int) -> tuple[str, ...]:
-    return tuple(population.characteristics.names[place] for place in np.argsort(-strength)[:count])
+    return tuple(population.characteristics.names[index] for index in np.argsort(-strength)[:count])
 
 
 def _settled(population: Population, findings: Sequence[Finding], watch: _Watch) -> tuple[Finding, ...]:
@@ -273,7 +273,7 @@ def _settled(population: Population, findings: Sequence[Finding], watch: _Watch)
         return tuple(findings)
     mixed = {finding.at.sha256 for finding in findings if finding.kind == "mix-up"}
     rows = population.rows_of(steps[0].at.sensor)
-    kept = [place for place, label in enumerate(population.labels[rows]) if label.sha256 not in mixed]
+    kept = [index for index, label in enumerate(population.labels[rows]) if label.sha256 not in mixed]
     years, coordinates = watch.years[kept], watch.coordinates[kept]
     column = population.characteristics.names.index(steps[0].characteristics[0])
     if len(kept) < LEAST_POINTS_OF_DRIFT or not _is_steady(years, coordinates[:, column]):
@@ -282,7 +282,7 @@ def _settled(population: Population, findings: Sequence[Finding], watch: _Watch)
     whole.squares = watch.squares
     telling = np.zeros(coordinates.shape[1], dtype=bool)
     telling[column] = True
-    drift = _drift(population, whole, min(findings, key=lambda one: one.at.created_utc).at, telling)
+    drift = _drift(population, whole, min(findings, key=lambda finding: finding.at.created_utc).at, telling)
     return (drift, *(finding for finding in findings if finding.kind == "mix-up"))
 
 
@@ -312,16 +312,16 @@ def _charts(
     return tuple(
         Chart(
             name,
-            found.value[rows, place],
-            found.standard_uncertainty[rows, place],
-            low[:, place],
-            high[:, place],
-            centre[:, place],
-            float(np.sqrt(scatter.variance[place]) * scale[0, place]),
-            alarms[:, place],
-            None if slope is None else float(slope[place] * scale[0, place]),
-            None if spread is None else float(spread[place] * scale[0, place]),
-            float(np.degrees(1.0 / scale[0, place])),
+            found.value[rows, index],
+            found.standard_uncertainty[rows, index],
+            low[:, index],
+            high[:, index],
+            centre[:, index],
+            float(np.sqrt(scatter.variance[index]) * scale[0, index]),
+            alarms[:, index],
+            None if slope is None else float(slope[index] * scale[0, index]),
+            None if spread is None else float(spread[index] * scale[0, index]),
+            float(np.degrees(1.0 / scale[0, index])),
         )
-        for place, name in enumerate(found.names)
+        for index, name in enumerate(found.names)
     )

@@ -90,17 +90,17 @@ def _units(coefficients: CoefficientSet) -> tuple[str, str]:
 
 def _errors(line: AxisNumbers, measured_by: CoefficientSet, name: str) -> LevelErrors:
     new = measured_by.axes[name]
-    place = "xyz".index(new.nominal_axis)
-    limits = measured_by.validity.levels.get(new.form.inputs[place], (0.0, 0.0))
+    index = "xyz".index(new.nominal_axis)
+    limits = measured_by.validity.levels.get(new.form.inputs[index], (0.0, 0.0))
     level = np.array(limits)
-    reading = new.primary[new.form.offset] + new.direction[place] * level
-    level_of_line = (reading - line.primary[line.form.offset]) / line.direction[place]
+    reading = new.primary[new.form.offset] + new.direction[index] * level
+    level_of_line = (reading - line.primary[line.form.offset]) / line.direction[index]
     variances, dofs = _variances(measured_by, name, level)
     total = variances.sum(axis=0)
     shares = variances / np.where(total > 0.0, total, 1.0)
     with np.errstate(divide="ignore"):
         dof = 1.0 / np.sum(shares**2 / dofs[:, None], axis=0)
-    uncertainty = np.sqrt(total) / abs(line.direction[place])
+    uncertainty = np.sqrt(total) / abs(line.direction[index])
     error = np.zeros_like(level) if line is new else level_of_line - level
     return LevelErrors(name, new.form.unit, level, error, uncertainty, np.asarray(t_quantile(_COVERAGE, dof)))
 
@@ -110,12 +110,12 @@ def _variances(coefficients: CoefficientSet, name: str, level: FloatArray) -> tu
     numbers = coefficients.axes[name]
     primary = table(table(table(coefficients.document["axes"])[name])["primary"])
     order = [str(entry) for entry in listed(primary["order"])]
-    own = [order.index(numbers.form.offset), order.index(numbers.form.directions["xyz".index(numbers.nominal_axis)])]
+    kept = [order.index(numbers.form.offset), order.index(numbers.form.directions["xyz".index(numbers.nominal_axis)])]
     rows = np.stack([np.ones_like(level), level], axis=-1)
     variances, dofs = [np.zeros_like(level)], [np.inf]
     for part in map(table, table(primary["components"]).values()):
         matrix = [[0.0 if cell is None else number(cell) for cell in listed(row)] for row in listed(part["covariance"])]
-        square = np.array(matrix)[np.ix_(own, own)]
+        square = np.array(matrix)[np.ix_(kept, kept)]
         variances.append(np.einsum("ni,ij,nj->n", rows, square, rows))
         dofs.append(np.inf if part["degrees_of_freedom"] is None else number(part["degrees_of_freedom"]))
     return np.stack(variances), np.array(dofs)

@@ -38,7 +38,7 @@ class LeftOver:
 
 
 @dataclass(frozen=True)
-class Told:
+class Attribution:
     """Whose doing it is."""
 
     culprit: Culprit
@@ -46,19 +46,19 @@ class Told:
     """How far the package turned, as far as these attitudes show it."""
 
 
-UNTOLD = Told("either", 0.0)
+UNATTRIBUTED = Attribution("either", 0.0)
 
 
-def mount_or_sensor(left: LeftOver) -> Told:
+def mount_or_sensor(left: LeftOver) -> Attribution:
     """Return whether a rotation of the package explains the change, a single change of an axis, or either."""
     turns = [change @ left.k.T for change in package_turns(left.pitch_rad, left.roll_rad)]
     angles, p_turned = _fitted(left, turns)
     force = specific_force(left.pitch_rad, left.roll_rad) @ left.k.T
     alone = np.eye(left.k.shape[0])
-    single = [_fitted(left, [column * one])[1] for one in alone for column in (np.ones_like(force), force)]
+    single = [_fitted(left, [column * direction])[1] for direction in alone for column in (np.ones_like(force), force)]
     is_turned, is_changed = p_turned >= CONSISTENT, max(single) >= CONSISTENT
     culprit: Culprit = "sensor" if not is_turned else "either" if is_changed else "mount"
-    return Told(culprit, float(np.linalg.norm(angles)))
+    return Attribution(culprit, float(np.linalg.norm(angles)))
 
 
 def _fitted(left: LeftOver, columns: Sequence[FloatArray]) -> tuple[FloatArray, float]:

@@ -82,7 +82,7 @@ class Population:
 
     def rows_of(self, sensor: str) -> slice:
         """Return the rows of one sensor, empty where it has none."""
-        rows = [place for place, label in enumerate(self.labels) if label.sensor == sensor]
+        rows = [index for index, label in enumerate(self.labels) if label.sensor == sensor]
         return slice(rows[0], rows[-1] + 1) if rows else slice(0, 0)
 
     def rotation_deg(self, rows: slice) -> FloatArray:

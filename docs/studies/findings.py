@@ -83,7 +83,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Told:
+class JudgedCampaign:
     """One campaign's axis."""
 
     findings: tuple[Finding, ...]
@@ -95,8 +95,8 @@ class Told:
 def line(name: str, size: float, count: int, chance: np.random.Generator) -> Line:
     """Return the shares of one scene at one size."""
     drawn = campaigns(name, size, chance, count)
-    told = _estimated(drawn) if name in ESTIMATED else _plain(drawn)
-    kinds = [{finding.kind for finding in one.findings if finding.is_significant} for one in told]
+    judged = _estimated(drawn) if name in ESTIMATED else _plain(drawn)
+    kinds = [{finding.kind for finding in campaign.findings if finding.is_significant} for campaign in judged]
     # A wrong dwell has an axis of its own; only campaigns in which it is this axis have anything to be named.
     struck = np.ones(count, dtype=bool)
     if name == "wrong-dwell" and drawn.event is not None:
@@ -106,14 +106,16 @@ def line(name: str, size: float, count: int, chance: np.random.Generator) -> Lin
     cause = {entry.true_cause} if size > 0.0 and entry.true_cause else set()
     right = cause | (set(entry.also) if cause else set())
     truth = _truth(drawn)
-    held = np.stack([np.abs(one.primary[:4] - true) <= one.half[:4] for one, true in zip(told, truth, strict=True)])
+    held = np.stack(
+        [np.abs(campaign.primary[:4] - true) <= campaign.half[:4] for campaign, true in zip(judged, truth, strict=True)]
+    )
     chosen = [found for found, is_struck in zip(kinds, struck, strict=True) if is_struck]
     return Line(
         rings=_share(bool(found) for found in chosen),
         cause=_share(bool(found & cause) for found in chosen),
         cause_or_also=_share(bool(found & right) for found in chosen),
         wrong=_share(bool(found - right) for found in kinds),
-        before=_share(one.before for one, is_struck in zip(told, struck, strict=True) if is_struck),
+        before=_share(campaign.before for campaign, is_struck in zip(judged, struck, strict=True) if is_struck),
         offset=float(held[:, 0].mean()),
         sensitivities=float(held[:, 1:].mean()),
     )
@@ -125,9 +127,9 @@ def _share(flags: Iterator[bool]) -> float:
 
 def _truth(drawn: Campaign) -> FloatArray:
     """(n, 4) offset and k of the best linear sensor over the design."""
-    place, points = drawn.setup.axes.index(AXIS), drawn.points_deg
+    index, points = drawn.setup.axes.index(AXIS), drawn.points_deg
     offset, k = drawn.package.best_linear(points[:, 0], points[:, 1])
-    return np.concatenate([offset[:, 0, place, None], k[:, 0, place]], axis=-1)
+    return np.concatenate([offset[:, 0, index, None], k[:, 0, index]], axis=-1)
 
 
 def _rows(drawn: Campaign) -> tuple[Observations, FloatArray]:
@@ -136,47 +138,49 @@ def _rows(drawn: Campaign) -> tuple[Observations, FloatArray]:
     return replace(rows_of(drawn), time_s=time_s), drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)
 
 
-def _plain(drawn: Campaign) -> list[Told]:
+def _plain(drawn: Campaign) -> list[JudgedCampaign]:
     rows, temperature = _rows(drawn)
     centring = centring_of(rows, len(drawn.points_deg), AXIS)
     assert centring is not None
     model, outputs = ExtendedPitchRoll(AXIS, centring), columns_of(drawn, AXIS)
-    told: list[Told] = []
+    judged: list[JudgedCampaign] = []
     same = bool(np.ptp(temperature, axis=0).max() == 0.0)
-    groups = [range(drawn.campaigns)] if same else [range(place, place + 1) for place in range(drawn.campaigns)]
+    groups = [range(drawn.campaigns)] if same else [range(index, index + 1) for index in range(drawn.campaigns)]
     for group in groups:
         seen = replace(rows, temperature_degc=temperature[group[0]])
         columns = outputs[:, group[0] : group[-1] + 1]
         solved = solve_columns(seen, columns, [model] * columns.shape[1], temperature_degc=seen.temperature_degc)
         found = diagnose(solved, Circumstances(seen, columns, None, ()))
-        told += [_told(solved, place, one) for place, one in enumerate(found)]
-    return told
+        judged += [_judged(solved, index, diagnosis) for index, diagnosis in enumerate(found)]
+    return judged
 
 
-def _told(solved: SolvedColumns, place: int, found: Diagnosis) -> Told:
-    half = t_quantile(0.95, solved.primary_dof[place]) * np.sqrt(np.diag(solved.primary_covariance[place]))
+def _judged(solved: SolvedColumns, index: int, found: Diagnosis) -> JudgedCampaign:
+    half = t_quantile(0.95, solved.primary_dof[index]) * np.sqrt(np.diag(solved.primary_covariance[index]))
     tests = solved.replication
     assert tests is not None
     every = (tests.lack_of_fit, *tests.drift.values())
-    return Told(found.findings, any(bool(test.is_significant[place]) for test in every), solved.primary[place], half)
+    return JudgedCampaign(
+        found.findings, any(bool(test.is_significant[index]) for test in every), solved.primary[index], half
+    )
 
 
-def _estimated(drawn: Campaign) -> list[Told]:
+def _estimated(drawn: Campaign) -> list[JudgedCampaign]:
     rows, temperature = _rows(drawn)
     outputs = columns_of(drawn, AXIS)
     request = CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0)
-    told = []
-    for place in range(drawn.campaigns):
-        seen = replace(rows, temperature_degc=temperature[place], outputs={AXIS: outputs[:, place]})
-        told.append(_of_axis(calibrate(seen, request).axes[AXIS]))
-    return told
+    judged = []
+    for index in range(drawn.campaigns):
+        seen = replace(rows, temperature_degc=temperature[index], outputs={AXIS: outputs[:, index]})
+        judged.append(_of_axis(calibrate(seen, request).axes[AXIS]))
+    return judged
 
 
-def _of_axis(axis: AxisCalibration) -> Told:
+def _of_axis(axis: AxisCalibration) -> JudgedCampaign:
     half = t_quantile(0.95, axis.primary_dof) * np.sqrt(np.diag(axis.primary_covariance))
     assert axis.replication is not None
     tests = (axis.replication.lack_of_fit, *axis.replication.drift.values())
-    return Told(axis.findings, any(test.p_value <= 0.05 / len(tests) for test in tests), axis.primary, half)
+    return JudgedCampaign(axis.findings, any(test.p_value <= 0.05 / len(tests) for test in tests), axis.primary, half)
 
 
 def page(campaigns_a_line: int, lines: Mapping[str, tuple[float, ...]]) -> Iterator[str]:

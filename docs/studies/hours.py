@@ -29,7 +29,7 @@ from hours_laboratory import (
 from threadpoolctl import threadpool_limits
 
 from ams.analysis.angle_uncertainty import ADDED, AngleUncertainty
-from procedures.check.candidate import Asked, Candidate, Space, Target
+from procedures.check.candidate import Candidate, PlanRequest, SearchRange, Target
 from procedures.check.candidate_file import chosen_procedure
 from procedures.check.candidates import compare
 from procedures.check.check_report import check
@@ -52,7 +52,7 @@ pitch_deg = { from = -90.0, to = 90.0, step = 5.0 }
 roll_deg = { from = -180.0, to = 180.0, step = 30.0 }
 usage_pitch_deg = [-60.0, 60.0]
 """
-ORDERS = Space(orders=("there-and-back", "neighbours"))
+ORDERS = SearchRange(orders=("there-and-back", "neighbours"))
 
 
 def lines(folder: Path) -> Iterator[Measured]:
@@ -61,26 +61,26 @@ def lines(folder: Path) -> Iterator[Measured]:
     First on the table whose certificate states a limit, then on the same table where it lists the errors too.
     """
     for is_listed in (False, True):
-        place = folder / ("listed" if is_listed else "limit")
-        place.mkdir()
-        baseline = measured("481 × 6 × 20, as the reports", 1, BASELINE, place / "baseline", is_listed=is_listed)
+        parent = folder / ("listed" if is_listed else "limit")
+        parent.mkdir()
+        baseline = measured("481 × 6 × 20, as the reports", 1, BASELINE, parent / "baseline", is_listed=is_listed)
         yield baseline
         third_h, eleventh_h = baseline.hours / 3.0, 8.0 * baseline.hours / 11.0
-        yield _planned("a third of the hours", 1, third_h, place / "third", is_listed)
+        yield _planned("a third of the hours", 1, third_h, parent / "third", is_listed)
         if not is_listed:
-            yield _planned(SIXTH, 1, baseline.hours / 6.0, place / "sixth", is_listed)
-        yield _planned("eight packages, an eleventh each", 8, eleventh_h, place / "eight", is_listed)
+            yield _planned(SIXTH, 1, baseline.hours / 6.0, parent / "sixth", is_listed)
+        yield _planned("eight packages, an eleventh each", 8, eleventh_h, parent / "eight", is_listed)
 
 
 def _planned(name: str, packages: int, hours: float, folder: Path, is_listed: bool) -> Measured:
     folder.mkdir()
-    asked = Asked(
+    request = PlanRequest(
         read_rig(rig_file(folder, packages, 1, is_listed=is_listed)),
         Target(hours=hours),
         Usage(USAGE_PITCH_DEG),
         space=ORDERS,
     )
-    comparison = compare(asked)
+    comparison = compare(request)
     chosen = comparison.candidates[comparison.chosen]
     procedure = chosen_procedure(comparison)
     run = measured(_words(name, chosen), packages, procedure, folder / "run", is_listed=is_listed)
@@ -243,8 +243,11 @@ def _lowered() -> Iterator[str]:
         (angles,) = foreseen.values()
         cells = (
             cell
-            for one in (angles["pitch"], angles["roll"])
-            for cell in (f"{one.u95_deg * 3600.0:.2f}″", f"{one.calibration_deg / one.u95_deg:.0%}".replace("%", " %"))
+            for angle in (angles["pitch"], angles["roll"])
+            for cell in (
+                f"{angle.u95_deg * 3600.0:.2f}″",
+                f"{angle.calibration_deg / angle.u95_deg:.0%}".replace("%", " %"),
+            )
         )
         yield _row((name, *cells))
     yield LOWERED_ENDS
@@ -280,12 +283,12 @@ def _measured_cells(run: Measured, base: Measured) -> tuple[str, ...]:
 
 def _parts(angles: Mapping[str, AngleUncertainty]) -> list[str]:
     """Return the calibration's part of U95 of each angle."""
-    return [f"{one.calibration_rad / one.u95_rad:.0%}".replace("%", " %") for one in angles.values()]
+    return [f"{angle.calibration_rad / angle.u95_rad:.0%}".replace("%", " %") for angle in angles.values()]
 
 
 def _part(angles: Mapping[str, AngleUncertainty]) -> float:
     """Return the larger of them, as a number."""
-    return max(one.calibration_rad / one.u95_rad for one in angles.values())
+    return max(angle.calibration_rad / angle.u95_rad for angle in angles.values())
 
 
 def _share(run: Measured, source: str) -> float:

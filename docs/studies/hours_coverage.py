@@ -16,7 +16,7 @@ from hours_laboratory import (
     LIMIT_ARCSEC,
     LIST_LIMIT_ARCSEC,
     NOISE_V,
-    OWN_NPLC,
+    READOUT_NPLC,
     SOFT_ARCSEC,
     TEETH_ARCSEC,
     USAGE_PITCH_DEG,
@@ -73,9 +73,9 @@ def _batch(
     )
     seen = corrected(rows, run.table)
     design = Attitude(seen.pitch_rad[: len(points)], seen.roll_rad[: len(points)])
-    stood = [_stood(run.table, axis, angles[:, place], count, chance) for place, axis in enumerate(("pitch", "roll"))]
-    true = {axis: _truth(chance, count, place) for place, axis in enumerate("xyz")}
-    outputs = {axis: _outputs(run, *stood, one, chance) for axis, one in true.items()}
+    stood = [_stood(run.table, axis, angles[:, index], count, chance) for index, axis in enumerate(("pitch", "roll"))]
+    true = {axis: _truth(chance, count, index) for index, axis in enumerate("xyz")}
+    outputs = {axis: _outputs(run, *stood, axis_truth, chance) for axis, axis_truth in true.items()}
     solved: dict[str, SolvedColumns] = {}
     for axis in "xyz":
         model = ExtendedPitchRoll(axis, centring_of(design, len(points), axis))
@@ -103,9 +103,9 @@ class _True:
         return np.asarray(self.offset_v + np.einsum("...mi,mi->...m", force, self.k_v_per_g) + bent)
 
 
-def _truth(chance: np.random.Generator, count: int, place: int) -> _True:
+def _truth(chance: np.random.Generator, count: int, index: int) -> _True:
     k = 0.01 * V_PER_G * chance.standard_normal((count, 3))
-    k[:, place] += V_PER_G
+    k[:, index] += V_PER_G
     half = SOFT_ARCSEC * ARCSEC * V_PER_G * chance.standard_normal((count, 3, 3)) / 2.0
     q = half + np.swapaxes(half, 1, 2)
     q -= np.eye(3) * (np.trace(q, axis1=1, axis2=2) / 3.0)[:, None, None]
@@ -136,7 +136,7 @@ def _outputs(
     fixed += LACK_OF_FIT_ARCSEC * volt * chance.standard_normal(fixed.shape)
     middle = np.arange(n) - (n - 1) / 2.0
     drift = DRIFT_ARCSEC * volt * chance.standard_normal(count) * middle[:, None]
-    reading_v = NOISE_V / sqrt((run.plan.dwell.nplc or OWN_NPLC) / OWN_NPLC)
+    reading_v = NOISE_V / sqrt((run.plan.dwell.nplc or READOUT_NPLC) / READOUT_NPLC)
     noise = reading_v / sqrt(run.plan.dwell.samples) * chance.standard_normal((n, *fixed.shape))
     return np.asarray((fixed + drift[:, None, :] + noise).reshape(-1, count))
 
@@ -156,25 +156,30 @@ def _held(
 ) -> tuple[float, float, float, float]:
     """Return whether the intervals of one campaign hold the truth; NaN for an angle that is not told."""
     reading_v = DWELL_ARCSEC * ARCSEC * V_PER_G
-    known = [KnownAxis(one.problem.models[row], one.primary[row], reading_v) for one in solved.values()]
+    known = [KnownAxis(columns.problem.models[row], columns.primary[row], reading_v) for columns in solved.values()]
     package = package_covariance(
-        [SolvedAxis(axis, one.problem.model.primary_names, one.components, row) for axis, one in solved.items()]
+        [
+            SolvedAxis(axis, columns.problem.model.primary_names, columns.components, row)
+            for axis, columns in solved.items()
+        ]
     )
     angles = inferred(known, at)
     assert angles is not None
     half = angles.half_widths_rad(package.components)[0]
     force = _force(at.pitch_rad, at.roll_rad)[:, None, :]
     off_v = []
-    for axis, one in known_by_axis(solved, known).items():
+    for axis, known_axis in known_by_axis(solved, known).items():
         mine = true[axis]
         alone = _True(mine.offset_v[[row]], mine.k_v_per_g[[row]], mine.q_v_per_g2[[row]])
         read = alone.volts(force)[0, 0] + reading_v * chance.standard_normal()
-        off_v.append(read - float(one.model.predict(one.primary, at)[0]))
+        off_v.append(read - float(known_axis.model.predict(known_axis.primary, at)[0]))
     off = angles.estimator[0] @ np.array(off_v)
-    told = [float(abs(off[place]) <= half[place]) if angles.is_told[0, place] else float("nan") for place in range(2)]
-    if angles.is_told[0, 0]:
+    held = [
+        float(abs(off[index]) <= half[index]) if angles.is_determined[0, index] else float("nan") for index in range(2)
+    ]
+    if angles.is_determined[0, 0]:
         squares.append((half[0] / ARCSEC) ** 2)
-    return (*_parameters_held(solved, true, row), told[0], told[1])
+    return (*_parameters_held(solved, true, row), held[0], held[1])
 
 
 def known_by_axis(solved: dict[str, SolvedColumns], known: list[KnownAxis]) -> dict[str, KnownAxis]:
@@ -185,17 +190,17 @@ def known_by_axis(solved: dict[str, SolvedColumns], known: list[KnownAxis]) -> d
 def _parameters_held(solved: dict[str, SolvedColumns], true: dict[str, _True], row: int) -> tuple[float, float]:
     """Shares over the axes: the offset without trace, and the sensitivities of the model as it is written."""
     offset, k = [], []
-    for axis, one in solved.items():
-        model, mine = one.problem.models[row], true[axis]
+    for axis, columns in solved.items():
+        model, mine = columns.problem.models[row], true[axis]
         best = np.linalg.lstsq(
-            model.basis(one.problem.block),
+            model.basis(columns.problem.block),
             _True(mine.offset_v[[row]], mine.k_v_per_g[[row]], mine.q_v_per_g2[[row]]).volts(
-                _force(one.problem.block.pitch_rad, one.problem.block.roll_rad)[:, None, :]
+                _force(columns.problem.block.pitch_rad, columns.problem.block.roll_rad)[:, None, :]
             )[:, 0],
             rcond=None,
         )[0]
-        spread = np.sqrt(np.diag(one.primary_covariance[row])) * t_quantile(0.95, one.primary_dof[row])
-        inside = np.abs(one.primary[row] - best) <= spread
+        spread = np.sqrt(np.diag(columns.primary_covariance[row])) * t_quantile(0.95, columns.primary_dof[row])
+        inside = np.abs(columns.primary[row] - best) <= spread
         offset.append(inside[0])
         k += inside[1:4].tolist()
     return float(np.mean(offset)), float(np.mean(k))

@@ -44,7 +44,7 @@ DRIFT_ARCSEC = 0.05
 LACK_OF_FIT_ARCSEC = 0.1
 HARMONICS = {"pitch": ((1, 0.5, 40.0), (2, 0.35, 110.0)), "roll": ((1, 0.45, 200.0), (3, 0.3, 15.0))}
 """Times a turn, amplitude in arc seconds, phase in degrees: within the limit together with the teeth."""
-OWN_NPLC = 10.0
+READOUT_NPLC = 10.0
 """Of the meter; a shorter integration scatters more by its square root, in the campaigns and not in the twin."""
 LISTED_EVERY_DEG = 5
 LIST_LIMIT_ARCSEC = 0.2
@@ -89,18 +89,18 @@ def rig_file(folder: Path, packages: int, seed: int, *, is_listed: bool) -> Path
             (folder / f"{name}.csv").write_text(_certificate(name), encoding="utf-8")
     channels = [f"{serial.lower()}{axis}" for serial in serials for axis in "xyz"]
     scanned = ", ".join(
-        f"{name} = {{ scanner = {100 * (1 + place // 10) + place % 10}, range_v = 10.0 }}"
-        for place, name in enumerate(channels)
+        f"{name} = {{ scanner = {100 * (1 + index // 10) + index % 10}, range_v = 10.0 }}"
+        for index, name in enumerate(channels)
     )
     lines.append(f'[readouts.dmm]\ndriver = "hp3458a"\nresource = "twin"\nnplc = 10\nchannels = {{ {scanned} }}')
     lines.append(f'[twin]\nseed = {seed}\ntime = "virtual"')
-    for place, serial in enumerate(serials):
+    for index, serial in enumerate(serials):
         wired = ", ".join(f'{axis} = "dmm.{serial.lower()}{axis}"' for axis in "xyz")
         lines.append(
             f'[sensors.{serial}]\nmodel = "three-axis package"\nchannels = {{ {wired} }}\n'
             f"nominal_sensitivity_v_per_g = {V_PER_G}"
         )
-        lines += [_truth_text(serial, axis, place) for axis in "xyz"]
+        lines += [_truth_text(serial, axis, index) for axis in "xyz"]
     path = folder / "rig.toml"
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
@@ -130,7 +130,7 @@ def curves(angle_rad: FloatArray, count: int, chance: np.random.Generator, limit
     turn = np.linspace(0.0, 2.0 * pi, 361)
     weights, phases = chance.standard_normal((3, count)), chance.uniform(0.0, 2.0 * pi, (3, count))
     waves = lambda angle: sum(  # noqa: E731
-        weights[place] * np.sin((place + 1) * angle[:, None] + phases[place]) for place in range(3)
+        weights[index] * np.sin((index + 1) * angle[:, None] + phases[index]) for index in range(3)
     )
     scale = 0.9 * limit_arcsec / np.abs(waves(turn)).max(axis=0)
     _, tooth = np.unique(np.round(np.mod(np.rad2deg(angle_rad), 360.0), 3), return_inverse=True)
@@ -138,11 +138,11 @@ def curves(angle_rad: FloatArray, count: int, chance: np.random.Generator, limit
     return np.asarray((scale * waves(angle_rad) + teeth) * ARCSEC)
 
 
-def _truth_text(serial: str, axis: str, place: int) -> str:
+def _truth_text(serial: str, axis: str, index: int) -> str:
     soft = [SOFT_ARCSEC * ARCSEC * V_PER_G * part for part in (0.6, -0.4, 0.5, 0.3, -0.5)]
     return (
-        f"[twin.truth.{serial}.{axis}]\noffset_v = {0.005 + 0.001 * place}\nsensitivity_v_per_g = {V_PER_G}\n"
-        f"coning_deg = 0.4\nazimuth_deg = {35.0 + 10.0 * place}\nnoise_v = {NOISE_V}\n"
+        f"[twin.truth.{serial}.{axis}]\noffset_v = {0.005 + 0.001 * index}\nsensitivity_v_per_g = {V_PER_G}\n"
+        f"coning_deg = 0.4\nazimuth_deg = {35.0 + 10.0 * index}\nnoise_v = {NOISE_V}\n"
         f"offset_drift_v_per_replication = {DRIFT_ARCSEC * ARCSEC * V_PER_G!r}\nq_v_per_g2 = {soft!r}"
     )
 
@@ -185,7 +185,7 @@ class Measured:
     @property
     def once_arcsec(self) -> float:
         """Return U95 of the worse angle, read once."""
-        return max(one.u95_rad for one in self.once.values()) / ARCSEC
+        return max(angle.u95_rad for angle in self.once.values()) / ARCSEC
 
 
 def measured(name: str, packages: int, procedure: str, folder: Path, *, is_listed: bool = False) -> Measured:
@@ -212,25 +212,25 @@ def measured(name: str, packages: int, procedure: str, folder: Path, *, is_liste
         for reading_arcsec in (DWELL_ARCSEC, READING_ARCSEC):
             known = [
                 KnownAxis(
-                    ExtendedPitchRoll(one.nominal_axis, one.centring),
-                    one.primary,
+                    ExtendedPitchRoll(axis.nominal_axis, axis.centring),
+                    axis.primary,
                     reading_arcsec * ARCSEC * V_PER_G,
                     TERM_NAMES,
                 )
-                for one in calibration.axes.values()
+                for axis in calibration.axes.values()
             ]
             low, high = np.deg2rad(USAGE_PITCH_DEG)
-            told = angle_uncertainties(known, calibration.package.components, UsageBox((low, high)))
-            pair.append(told)
+            foreseen = angle_uncertainties(known, calibration.package.components, UsageBox((low, high)))
+            pair.append(foreseen)
         angles.append(pair)
-        for one in calibration.axes.values():
-            for item in one.parameters:
+        for axis in calibration.axes.values():
+            for item in axis.parameters:
                 if item.name in halves and item.interval_95 is not None:
                     half = 0.5 * (item.interval_95[1] - item.interval_95[0])
                     halves[item.name] = max(halves[item.name], half)
-    dwell, once = max(angles, key=lambda pair: max(one.u95_rad for one in pair[0].values()))
+    dwell, once = max(angles, key=lambda pair: max(angle.u95_rad for angle in pair[0].values()))
     belief = next(iter(beliefs_of(rig, plan.solve, 20, plan.replications, plan.sensors).values()))
-    belief = belief.integrated((plan.dwell.nplc or OWN_NPLC) / OWN_NPLC)
+    belief = belief.integrated((plan.dwell.nplc or READOUT_NPLC) / READOUT_NPLC)
     points, samples, n = len(plan.design.points), plan.dwell.samples, plan.replications
     table = table_uncertainty(rig)
     assert table is not None

@@ -63,8 +63,8 @@ def design() -> Observations:
 
 def standard_errors(observations: Observations) -> np.ndarray:
     """(4,) of the primary parameters from one replication, volts."""
-    one = PitchRoll("x").basis(observations)[: observations.rows // REPLICATIONS]
-    return NOISE_V * np.sqrt(np.diag(np.linalg.inv(one.T @ one)))
+    basis = PitchRoll("x").basis(observations)[: observations.rows // REPLICATIONS]
+    return NOISE_V * np.sqrt(np.diag(np.linalg.inv(basis.T @ basis)))
 
 
 def alarms(

@@ -42,7 +42,7 @@ TABLES = (
     "table-once-zeroed", "table-harmonics-zeroed",
 )  # fmt: skip
 TABLE_SIZES, LIMITS_DEG = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0), (30.0, 60.0, 90.0)
-ASKED = (
+REQUIRED = (
     "clean", "wrong-dwell", "outliers", "outlier-share", "soft-mount", "k2", "k3", "cross-coupling", "k0-asymmetry",
     "k1-asymmetry", "temperature-in-step", "table-wrong-zero", "table-base-tilt", "use-good", "use-dead-axis",
     "use-clipped-z", "use-all-high", "use-site-gravity", "field-coned", "temperature-lag", "temperature-curvature",
@@ -84,13 +84,13 @@ def cells() -> Iterator[Cell]:
     thinned = [
         *_of_tables((1.0, 1.5)),
         *(Cell(scene, size, {"declared_arcsec": 1.0}) for scene, sizes in DECLARED.items() for size in sizes),
-        *(cell for scene in (*ASKED, *FURTHER) for cell in _thinned(_of_scene_alone(scene))),
+        *(cell for scene in (*REQUIRED, *FURTHER) for cell in _thinned(_of_scene_alone(scene))),
         *(cell for scene in AT_30 for cell in _thinned(_at_30(scene))),
         *(Cell(scene, size, ALONE) for scene, sizes in BY_ITSELF.items() for size in sizes),
         *_of_tables((2.0, 0.5)),
     ]
     whole = [
-        *(cell for scene in (*ASKED, *FURTHER) for cell in _of_scene_alone(scene)),
+        *(cell for scene in (*REQUIRED, *FURTHER) for cell in _of_scene_alone(scene)),
         *(cell for scene in AT_30 for cell in _at_30(scene)),
         *_of_tables(TABLE_SIZES),
     ]
@@ -99,7 +99,7 @@ def cells() -> Iterator[Cell]:
 
 def _thinned(every: Sequence[Cell]) -> Sequence[Cell]:
     """Return the cells of nothing, of about the threshold and of the obvious."""
-    return [every[place] for place in sorted({0, len(every) // 2 - 1, len(every) // 2, len(every) - 1}) if place >= 0]
+    return [every[index] for index in sorted({0, len(every) // 2 - 1, len(every) // 2, len(every) - 1}) if index >= 0]
 
 
 def _of_scene_alone(scene: str) -> Sequence[Cell]:
@@ -245,7 +245,9 @@ NAMES = {"offset": "b", "k": "k", "prediction": "prediction", "angle": "angle", 
 def page(lines: Mapping[str, Line]) -> Iterator[str]:
     """Yield the page, piece by piece."""
     verdicts = {key: verdict(line) for key, line in lines.items()}
-    count = {word: sum(one == word for one in verdicts.values()) for word in ("held", "wide", "told", "outside")}
+    count = {
+        word: sum(verdict == word for verdict in verdicts.values()) for word in ("held", "wide", "told", "outside")
+    }
     fresh = sum(line["count"] > CAMPAIGNS for line in lines.values())
     outside = "".join(
         _outside(scene, [lines[key] for key in keys]) for scene, keys in _by_scene(verdicts, lines).items()
@@ -261,7 +263,7 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
     older = sum(bool(line.get("older")) for line in lines.values())
     if older:
         yield OLDER.format(older=older)
-    for scene in dict.fromkeys((*ASKED, *TABLES, *FURTHER, *BY_ITSELF)):
+    for scene in dict.fromkeys((*REQUIRED, *TABLES, *FURTHER, *BY_ITSELF)):
         rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
         if rows:
             yield from _of_scene(scene, rows)
@@ -297,12 +299,12 @@ def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
         shares = [row["after"].get(name) for name in names] + [row["before"].get(name) for name in earlier]
         figures = [*shares, row["named"], row["rings"]]
         word = verdict(row)
-        told = (f"**{word}**" if word == "outside" else word) + (" †" if row.get("older") else "")
+        text = (f"**{word}**" if word == "outside" else word) + (" †" if row.get("older") else "")
         fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
         limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
         declared = ", declared" if "declared_arcsec" in row["design"] else ""
         declared += ", alone" if "sensors" in row["design"] else ""
-        yield f"| {row['size']:g}{declared} | {limit:g} | {' | '.join(map(_figure, figures))} | {told}{fresh} |\n"
+        yield f"| {row['size']:g}{declared} | {limit:g} | {' | '.join(map(_figure, figures))} | {text}{fresh} |\n"
 
 
 def _limit_of(scene: str) -> float:

@@ -46,7 +46,7 @@ DECLARED = "declared_arcsec"
 _LEVEL: tuple[Effect, ...] = ("pitch", "base-tilt")
 FALSE_ALARM = 1e-4
 """Of a reference visit, as in a run."""
-_PLACE = Provenance(
+_PROVENANCE = Provenance(
     sensor="study", gravity_mps2=9.80665, gravity_source="declared", pitch_range_deg=(-90.0, 90.0),
     roll_range_deg=(-180.0, 180.0), created_utc=datetime(2026, 1, 1, tzinfo=UTC), software_version="study", rig="",
     procedure="", simulated=True,
@@ -54,7 +54,7 @@ _PLACE = Provenance(
 
 
 @dataclass(frozen=True)
-class Told:
+class JudgedCell:
     """Of one cell."""
 
     after: Shares
@@ -67,7 +67,7 @@ class Told:
     half_width_arcsec: float | None = None
 
 
-def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> Told:
+def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge campaigns of one schedule: all of an axis are solved at once."""
     declared_arcsec = design.get(DECLARED, 0.0)
     design = {name: value for name, value in design.items() if name != DECLARED}
@@ -77,25 +77,27 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
     errors = [SharedError(f"level, {effect}", effect, declared_arcsec * ARCSEC / 3.0**0.5) for effect in _LEVEL]
     found, plain = solved(drawn, table, errors), solved(drawn, teeth, extended=False)
     kinds: list[set[str]] = [set() for _ in range(count)]
-    limits = [judge_table([(one, [place]) for one in found.values()], rows_of(drawn), table) for place in range(count)]
-    for place, rows in _of_one_temperature(drawn):
-        parts = found if rows is None else solved(_only(drawn, place), table, errors)
-        for which, told in enumerate(_told(drawn, parts, place, table, errors, limits), start=place):
-            kinds[which] |= told
+    limits = [
+        judge_table([(columns, [index]) for columns in found.values()], rows_of(drawn), table) for index in range(count)
+    ]
+    for index, rows in _of_one_temperature(drawn):
+        parts = found if rows is None else solved(_only(drawn, index), table, errors)
+        for which, diagnoses in enumerate(_diagnoses(drawn, parts, index, table, errors, limits), start=index):
+            kinds[which] |= diagnoses
     state = chance.bit_generator.state
     after = coverage(drawn, found, chance)
     chance.bit_generator.state = state
     before = coverage(drawn, plain, chance)
-    return Told(
+    return JudgedCell(
         {"offset": after.offset, "k": after.sensitivities, "prediction": after.prediction},
         {"offset": before.offset, "k": before.sensitivities, "prediction": before.prediction},
         _named(scene, size, kinds),
-        float(np.mean([bool(one) for one in kinds])),
+        float(np.mean([bool(named) for named in kinds])),
         after.prediction_half_width_arcsec,
     )
 
 
-def _told(
+def _diagnoses(
     drawn: Campaign,
     found: Mapping[str, SolvedColumns],
     first: int,
@@ -108,15 +110,15 @@ def _told(
     seen, axes = _seen(drawn, first), family or len(found)
     evidence = {axis: evidence_of(columns, seen) for axis, columns in found.items()}
     count = next(iter(found.values())).primary.shape[0]
-    steps = [judge_steps([(evidence[axis], place) for axis in found], axes) for place in range(count)]
+    steps = [judge_steps([(evidence[axis], index) for axis in found], axes) for index in range(count)]
     kinds: list[set[str]] = [set() for _ in range(count)]
     for which, (axis, columns) in enumerate(found.items()):
         outputs = columns_of(drawn, axis)[:, first : first + count]
         of_table = limits[first : first + count]
-        changed = [one[which] for one in steps]
+        changed = [axis_steps[which] for axis_steps in steps]
         circumstances = Circumstances(seen, outputs, table, errors, of_table, axes, steps=changed)
-        for place, one in enumerate(diagnose(columns, circumstances, evidence[axis])):
-            kinds[place] |= _significant(one.findings)
+        for index, diagnosis in enumerate(diagnose(columns, circumstances, evidence[axis])):
+            kinds[index] |= _significant(diagnosis.findings)
     return kinds
 
 
@@ -132,27 +134,29 @@ def _of_one_temperature(drawn: Campaign) -> list[tuple[int, int | None]]:
     """All campaigns at once where they recorded the same temperature, else one by one."""
     if float(np.ptp(drawn.temperature_degc, axis=0).max()) == 0.0:
         return [(0, None)]
-    return [(place, place) for place in range(drawn.campaigns)]
+    return [(index, index) for index in range(drawn.campaigns)]
 
 
-def _only(drawn: Campaign, place: int) -> Campaign:
-    one = slice(place, place + 1)
-    return replace(drawn, output_v=drawn.output_v[one], temperature_degc=drawn.temperature_degc[one])
+def _only(drawn: Campaign, index: int) -> Campaign:
+    column = slice(index, index + 1)
+    return replace(drawn, output_v=drawn.output_v[column], temperature_degc=drawn.temperature_degc[column])
 
 
-def _seen(drawn: Campaign, place: int, axes: Sequence[str] = ()) -> Observations:
+def _seen(drawn: Campaign, index: int, axes: Sequence[str] = ()) -> Observations:
     rows = rows_of(drawn)
-    temperature = drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)[place]
+    temperature = drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)[index]
     time_s = drawn.schedule.time_s[drawn.schedule.grid_rows()].ravel()
-    outputs = {axis: columns_of(drawn, axis)[:, place] for axis in axes}
+    outputs = {axis: columns_of(drawn, axis)[:, index] for axis in axes}
     return replace(rows, time_s=time_s, temperature_degc=temperature, outputs=outputs)
 
 
 def _significant(findings: Sequence[Finding]) -> set[str]:
     """Kinds of findings; one that names the table has its name beside."""
-    told = [finding for finding in findings if finding.is_significant]
+    significant = [finding for finding in findings if finding.is_significant]
     of_table = (TABLE_LIMIT, SQUARENESS)
-    return {finding.kind for finding in told} | {TABLE for one in told if one.details.get("test") in of_table}
+    return {finding.kind for finding in significant} | {
+        TABLE for finding in significant if finding.details.get("test") in of_table
+    }
 
 
 def _named(scene: str, size: float, kinds: Sequence[set[str]]) -> float | None:
@@ -161,28 +165,28 @@ def _named(scene: str, size: float, kinds: Sequence[set[str]]) -> float | None:
         return None
     is_table = scene.startswith("table-")
     right = {TABLE, *entry.also} if is_table else {entry.true_cause, *entry.also}
-    return float(np.mean([bool(one & right) for one in kinds]))
+    return float(np.mean([bool(named & right) for named in kinds]))
 
 
-def of_temperature(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> Told:
+def of_temperature(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge campaigns over plateaus, temperature coefficients estimated, one by one."""
     drawn = campaigns(scene, size, np.random.default_rng(seed), count, **design)
     points = drawn.points_deg
     best = drawn.package.best_linear(points[:, 0], points[:, 1])
     held: dict[str, list[FloatArray]] = {"after": [], "before": []}
     kinds = []
-    for place in range(count):
-        seen, told = _seen(drawn, place, drawn.setup.axes), set()
+    for index in range(count):
+        seen, kinds_found = _seen(drawn, index, drawn.setup.axes), set()
         for word, extended in (("after", "yes"), ("before", "no")):
             request = CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0, extended=extended)  # type: ignore[arg-type]
             for which, axis in enumerate(calibrate(seen, request).axes.values()):
-                truth = np.append(best[0][place, 0, which], best[1][place, 0, which])
+                truth = np.append(best[0][index, 0, which], best[1][index, 0, which])
                 held[word].append(_holds(axis, truth))
-                told |= _significant(axis.findings) if word == "after" else set()
-        kinds.append(told)
+                kinds_found |= _significant(axis.findings) if word == "after" else set()
+        kinds.append(kinds_found)
     shares = {word: _offset_and_k(np.array(each)) for word, each in held.items()}
-    rings = float(np.mean([bool(one) for one in kinds]))
-    return Told(shares["after"], shares["before"], _named(scene, size, kinds), rings)
+    rings = float(np.mean([bool(named) for named in kinds]))
+    return JudgedCell(shares["after"], shares["before"], _named(scene, size, kinds), rings)
 
 
 def _holds(axis: AxisCalibration, truth: FloatArray) -> FloatArray:
@@ -195,7 +199,7 @@ def _offset_and_k(held: FloatArray) -> Shares:
     return {"offset": float(held[:, 0].mean()), "k": float(held[:, 1:].mean())}
 
 
-def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> Told:
+def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge a package in use after a good calibration: angles of rows that nothing flags, and the flags.
 
     *Before* are the same angles of all rows. A campaign has told where one row in twenty or more is flagged: a good
@@ -205,10 +209,10 @@ def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, 
     axes, noise_v = drawn.use.setup.axes, drawn.use.setup.noise_arcsec * np.pi / 180.0 / 3600.0 * 2.5
     pitch, roll = drawn.use.schedule.pitch_deg, drawn.use.schedule.roll_deg
     held, unflagged, flags = [], [], []
-    for place in range(count):
-        found = calibrate(_seen(drawn.calibration, place, axes), CalibrationRequest())
-        package = Package(build_set(found, _PLACE), {axis: f"{axis}_v" for axis in axes})
-        readings = {f"{axis}_v": drawn.use.output_v[place, :, 0, which] for which, axis in enumerate(axes)}
+    for index in range(count):
+        found = calibrate(_seen(drawn.calibration, index, axes), CalibrationRequest())
+        package = Package(build_set(found, _PROVENANCE), {axis: f"{axis}_v" for axis in axes})
+        readings = {f"{axis}_v": drawn.use.output_v[index, :, 0, which] for which, axis in enumerate(axes)}
         answer = replace(inference(package, reading_sd_v=noise_v), intervals=True).infer(readings)
         flagged = np.array([flag != "" for flag in answer["flag"]])
         for name, truth in (("pitch", pitch), ("roll", roll)):
@@ -219,23 +223,23 @@ def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, 
         flags.append(float(flagged.mean()))
     good = np.concatenate(unflagged)
     after = {"angle": float(good.mean())} if good.size else {}
-    told = float(np.mean(np.array(flags) >= 0.05))
-    return Told(
+    share = float(np.mean(np.array(flags) >= 0.05))
+    return JudgedCell(
         {**after, "flagged": float(np.mean(flags))}, {"angle": float(np.mean(held))},
-        None if size == 0.0 else told, told,
+        None if size == 0.0 else share, share,
     )  # fmt: skip
 
 
-def of_two_packages(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> Told:
+def of_two_packages(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge CR's two packages on a gimbal, both calibrated, then used with something wrong, as :func:`of_use` does."""
     drawn: GimbalReadings = campaigns(scene, size, np.random.default_rng(seed), count, **design)
     noise_v = drawn.setup.noise_arcsec * np.pi / 180.0 / 3600.0 * 2.5
     held, unflagged, flags = [], [], []
-    for place in range(count):
-        sting, model = (_package_of(drawn, place, which) for which in range(2))
+    for index in range(count):
+        sting, model = (_package_of(drawn, index, which) for which in range(2))
         how = replace(inference(sting, model, noise_v), intervals=True)
-        columns = [(name, which) for which, one in enumerate((sting, model)) for name in one.columns.values()]
-        readings = {name: drawn.use_v[place, :, which, at % 3] for at, (name, which) in enumerate(columns)}
+        columns = [(name, which) for which, package in enumerate((sting, model)) for name in package.columns.values()]
+        readings = {name: drawn.use_v[index, :, which, at % 3] for at, (name, which) in enumerate(columns)}
         answer = how.infer(readings)
         flagged = np.array([flag != "" for flag in answer["flag"]])
         for which, name in enumerate(("pitch", "yaw", "roll")):
@@ -246,28 +250,28 @@ def of_two_packages(scene: str, size: float, count: int, seed: int, design: Mapp
         flags.append(float(flagged.mean()))
     good = np.concatenate(unflagged)
     after = {"angle": float(good.mean())} if good.size else {}
-    told = float(np.mean(np.array(flags) >= 0.05))
-    return Told(
+    share = float(np.mean(np.array(flags) >= 0.05))
+    return JudgedCell(
         {**after, "flagged": float(np.mean(flags))}, {"angle": float(np.mean(held))},
-        None if size == 0.0 else told, told,
+        None if size == 0.0 else share, share,
     )  # fmt: skip
 
 
-def _package_of(drawn: GimbalReadings, place: int, which: int) -> Package:
+def _package_of(drawn: GimbalReadings, index: int, which: int) -> Package:
     pitch, yaw, roll = np.deg2rad(drawn.calibration_euler_deg).T
     n, points = drawn.calibration_v.shape[1:3]
     rows = Observations(
         np.repeat(np.arange(n), points), np.tile(np.arange(points), n), np.tile(pitch, n), np.tile(roll, n),
-        {axis: drawn.calibration_v[place, :, :, which, at].ravel() for at, axis in enumerate("xyz")},
+        {axis: drawn.calibration_v[index, :, :, which, at].ravel() for at, axis in enumerate("xyz")},
         yaw_rad=np.tile(yaw, n),
     )  # fmt: skip
     name = ("sting", "model")[which]
     found = calibrate(rows, CalibrationRequest(model=f"pitch-yaw-roll-{name}"))
-    coefficients = build_set(found, replace(_PLACE, yaw_range_deg=(-90.0, 90.0)))
+    coefficients = build_set(found, replace(_PROVENANCE, yaw_range_deg=(-90.0, 90.0)))
     return Package(coefficients, {axis: f"{name}_{axis}_v" for axis in "xyz"})
 
 
-def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> Told:
+def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge reference visits of all sensors one after the other as a run does, and every sensor's fit after it.
 
     Offset and k are those over the whole run, which is what a result holds that nobody stopped.
@@ -279,55 +283,55 @@ def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str
         schedule, output_v = drawn.visits("reference")
         visits = output_v.reshape(count, -1, 2, output_v.shape[2] * output_v.shape[3])
         pitch, roll = (np.deg2rad(angle[:2]) for angle in (schedule.pitch_deg, schedule.roll_deg))
-        kinds = [_between_visits(drawn, one, pitch, roll) for one in visits]
+        kinds = [_between_visits(drawn, visit, pitch, roll) for visit in visits]
     held, family = [], drawn.setup.sensors * len(drawn.setup.axes)
     for sensor in range(drawn.setup.sensors):
         alone = _of_sensor(drawn, sensor)
         found = solved(alone)
-        for which, told in enumerate(_told(alone, found, 0, family=family)):
-            kinds[which] |= told
-        held.append([coverage(alone, one, chance) for one in (found, solved(alone, extended=False))])
-    rings = float(np.mean([bool(one) for one in kinds]))
+        for which, diagnoses in enumerate(_diagnoses(alone, found, 0, family=family)):
+            kinds[which] |= diagnoses
+        held.append([coverage(alone, columns, chance) for columns in (found, solved(alone, extended=False))])
+    rings = float(np.mean([bool(named) for named in kinds]))
     after, before = (_mean_shares([pair[which] for pair in held]) for which in (0, 1))
-    return Told(after, before, _named(scene, size, kinds), rings)
+    return JudgedCell(after, before, _named(scene, size, kinds), rings)
 
 
 def _mean_shares(each: Sequence[Coverage]) -> Shares:
     return {
-        "offset": float(np.mean([one.offset for one in each])),
-        "k": float(np.mean([one.sensitivities for one in each])),
-        "prediction": float(np.mean([one.prediction for one in each])),
+        "offset": float(np.mean([shares.offset for shares in each])),
+        "k": float(np.mean([shares.sensitivities for shares in each])),
+        "prediction": float(np.mean([shares.prediction for shares in each])),
     }
 
 
 def _of_sensor(drawn: Campaign, sensor: int) -> Campaign:
     """Return the campaign as one of its sensors saw it, which stands as the table does."""
-    one, shape = slice(sensor, sensor + 1), (drawn.campaigns, drawn.setup.sensors)
+    column, shape = slice(sensor, sensor + 1), (drawn.campaigns, drawn.setup.sensors)
     fields = {
-        name: value[:, one] if isinstance(value, np.ndarray) and value.shape[:2] == shape else value
+        name: value[:, column] if isinstance(value, np.ndarray) and value.shape[:2] == shape else value
         for name, value in vars(drawn.package).items()
     }
-    setup = replace(drawn.setup, sensors=1, mounts=drawn.setup.mounts[one])
-    return replace(drawn, setup=setup, output_v=drawn.output_v[:, :, one], package=replace(drawn.package, **fields))
+    setup = replace(drawn.setup, sensors=1, mounts=drawn.setup.mounts[column])
+    return replace(drawn, setup=setup, output_v=drawn.output_v[:, :, column], package=replace(drawn.package, **fields))
 
 
 def _between_visits(drawn: Campaign, visits: FloatArray, pitch: FloatArray, roll: FloatArray) -> set[str]:
     sensors, axes = drawn.setup.sensors, drawn.setup.axes
-    names = tuple(f"SN{place + 1}" for place in range(sensors) for _ in axes)
+    names = tuple(f"SN{index + 1}" for index in range(sensors) for _ in axes)
     k = np.tile(2.5 * np.eye(3)[["xyz".index(axis) for axis in axes]], (sensors, 1))
     watched = WatchedAxes(names, tuple(axes * sensors), ("dmm",) * len(names), k)
     noise_v = drawn.setup.noise_arcsec * np.pi / 180.0 / 3600.0 * 2.5
-    told: set[str] = set()
+    kinds_found: set[str] = set()
     for earlier in (visits[:-1], np.repeat(visits[:1], len(visits) - 1, axis=0)):
-        for one, other in zip(earlier, visits[1:], strict=True):
-            pair = Visits(pitch, roll, other - one, other, np.full(other.shape, 2.0 * noise_v**2), 200.0)
-            told |= _significant(findings_of(judge_visits(watched, pair, FALSE_ALARM), watched.sensors, ""))
-            if told:
-                return told
-    return told
+        for visit, other in zip(earlier, visits[1:], strict=True):
+            pair = Visits(pitch, roll, other - visit, other, np.full(other.shape, 2.0 * noise_v**2), 200.0)
+            kinds_found |= _significant(findings_of(judge_visits(watched, pair, FALSE_ALARM), watched.sensors, ""))
+            if kinds_found:
+                return kinds_found
+    return kinds_found
 
 
-def of_field(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> Told:
+def of_field(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge two-level calibrations of a magnetometer; before, every axis was a straight line along its own."""
     drawn: FieldReadings = campaigns(scene, size, np.random.default_rng(seed), count, **design)
     replications, levels = drawn.setup.replications, len(drawn.setup.levels)
@@ -338,26 +342,26 @@ def of_field(scene: str, size: float, count: int, seed: int, design: Mapping[str
     applied = np.tile(drawn.nominal_coil_ut[:, 2], 6)
     field = turned @ drawn.nominal_earth_ut + turned[..., 2] * applied[:, None]
     identity = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    beside = tuple(float(one) for one in drawn.nominal_earth_ut)
+    beside = tuple(float(component) for component in drawn.nominal_earth_ut)
     held: dict[str, list[FloatArray]] = {"after": [], "before": []}
     kinds = []
-    for place in range(count):
-        told: set[str] = set()
+    for index in range(count):
+        kinds_found: set[str] = set()
         for which, axis in enumerate("xyz"):
-            reading = drawn.counts[place, ..., which].reshape(-1)
+            reading = drawn.counts[index, ..., which].reshape(-1)
             order = [which, *(other for other in range(3) if other != which)]
-            truth = np.append(drawn.offset_counts[place, which], drawn.matrix_counts_per_ut[place, which, order])
+            truth = np.append(drawn.offset_counts[index, which], drawn.matrix_counts_per_ut[index, which, order])
             triad = FieldTriad(axis, "ut", "counts", identity, (0.0, 0.0, 1.0), beside)  # type: ignore[arg-type]
             line = StraightLine(axis, "ut", "counts")
             for word, model, level in (("after", triad, applied), ("before", line, field[:, which])):
                 rows = _field_rows(axis, reading, (pitch, roll, level), replications)
                 found = _of_model(axis, model, rows)
                 held[word].append(_holds(found, truth[: 4 if word == "after" else 2])[:2])
-                told |= _significant(found.findings) if word == "after" else set()
-        kinds.append(told)
+                kinds_found |= _significant(found.findings) if word == "after" else set()
+        kinds.append(kinds_found)
     shares = {word: _offset_and_k(np.array(each)) for word, each in held.items()}
-    rings = float(np.mean([bool(one) for one in kinds]))
-    return Told(shares["after"], shares["before"], _named(scene, size, kinds), rings)
+    rings = float(np.mean([bool(named) for named in kinds]))
+    return JudgedCell(shares["after"], shares["before"], _named(scene, size, kinds), rings)
 
 
 def _field_rows(
@@ -377,7 +381,7 @@ def _of_model(axis: str, model: Model, rows: Observations) -> AxisCalibration:
     ]
 
 
-Judge = Callable[[str, float, int, int, Mapping[str, float]], Told]
+Judge = Callable[[str, float, int, int, Mapping[str, float]], JudgedCell]
 
 
 def judge_of(scene: str) -> Judge:

@@ -29,10 +29,12 @@ def _spiral(wanted: Wanted) -> Design:
     assert isinstance(table, SpiralTable)
     count, step_deg = table.points, table.whole_deg
     attitudes_deg = [
-        (degrees(asin((2 * place + 1) / count - 1.0)), (place * GOLDEN_ANGLE_DEG + 180.0) % 360.0 - 180.0)
-        for place in range(count)
+        (degrees(asin((2 * index + 1) / count - 1.0)), (index * GOLDEN_ANGLE_DEG + 180.0) % 360.0 - 180.0)
+        for index in range(count)
     ]
-    return scattered("spiral", [tuple(round(angle / step_deg) * step_deg for angle in one) for one in attitudes_deg])
+    return scattered(
+        "spiral", [tuple(round(angle / step_deg) * step_deg for angle in attitude) for attitude in attitudes_deg]
+    )
 
 
 SPIRAL = DesignKind(name="spiral", takes=frozenset(), needs={}, table=SpiralTable, make=_spiral)

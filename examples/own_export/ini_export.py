@@ -37,7 +37,7 @@ def from_ini(content: bytes, where: str) -> CoefficientSet:
 def _numbers(coefficients: CoefficientSet) -> dict[str, dict[str, str]]:
     """Return every number as text that reads back exactly."""
     axes = coefficients.axes.values()
-    return {f"axis {one.axis}": {name: repr(value) for name, value in one.primary.items()} for one in axes}
+    return {f"axis {axis.axis}": {name: repr(value) for name, value in axis.primary.items()} for axis in axes}
 
 
 FORMAT = Format("ini", ".ini", to_ini, from_ini, "holds b and k alone outside its comments")

@@ -37,7 +37,7 @@ class Leaning(PointKind):
         return "lean", f"{axis}_deg"
 
     def points(self, request: PlanRequest) -> Sequence[Point]:
-        lean = request.procedure.own(Lean)
+        lean = request.procedure.table_of(Lean)
         assert lean is not None
         pitches_deg = (lean.pitch_deg - lean.by_deg, lean.pitch_deg, lean.pitch_deg + lean.by_deg)
         return [({"pitch": pitch_deg}, Rest(lean.rest_s), None) for pitch_deg in pitches_deg]

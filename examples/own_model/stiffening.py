@@ -15,7 +15,7 @@ from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.models.accelerometer import PITCH_ROLL_FORM
 from ams.models.model import Stimulus
-from ams.models.sensor_model import Equation, OwnOutput, SensorModel
+from ams.models.sensor_model import Equation, ModelOutput, SensorModel
 from ams.units import RAD_PER_ARCSEC
 
 RAD_PER_DEG = np.pi / 180.0
@@ -107,7 +107,7 @@ MODEL = SensorModel(
         PITCH_ROLL_FORM,  # the same field, with the same inputs and the same C
         equation=_equation,
         along=None,
-        output=OwnOutput(
+        output=ModelOutput(
             primary_names=NAMES,
             value_v=_value_v,
             c=f"{{offset_v}} + ({{sensitivity_v_per_g}} + {{stiffening_v_per_g}} * {_SINE} * {_SINE}) * {_SINE}",

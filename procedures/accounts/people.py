@@ -81,13 +81,15 @@ class People:
                 f"people: got the name {name!r}, needed is one of 1 to {LONGEST_NAME} characters that can be seen; "
                 "nobody was added"
             )
-        wanted = next((one for one in ROLES if one == role), None)
+        wanted = next((known for known in ROLES if known == role), None)
         if wanted is None:
             raise RequestError(f"people: got the role {role!r}, allowed are {', '.join(ROLES)}; nobody was added")
         known = dict(self.read())
         if (same_name(plain) in known) != renews:
-            told = "there is nobody of that name" if renews else "has an account already; --renew gives a new secret"
-            raise RequestError(f"people: {plain}: {told}; nothing was changed")
+            complaint = (
+                "there is nobody of that name" if renews else "has an account already; --renew gives a new secret"
+            )
+            raise RequestError(f"people: {plain}: {complaint}; nothing was changed")
         secret = _as_words(self.new_secret())
         salt = secrets.token_hex(16)
         person = Person(plain, wanted, salt, _hashed(secret, salt, self.cost), self.cost, now.isoformat())
@@ -112,7 +114,7 @@ class People:
         return found if is_right else None
 
     def _write(self, people: Mapping[str, Person]) -> None:
-        document = {"format": FORMAT, "people": [asdict(one) for one in people.values()]}
+        document = {"format": FORMAT, "people": [asdict(person) for person in people.values()]}
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             replace_file(self.path, json.dumps(document, ensure_ascii=False, indent=1).encode())
@@ -133,10 +135,10 @@ def _people(content: bytes) -> dict[str, Person]:
     document = json.loads(content)
     if document["format"] != FORMAT:
         raise ValueError(f"format {document['format']!r}, known is {FORMAT!r}")
-    found = [Person(**one) for one in document["people"]]
-    if unknown := [one.role for one in found if one.role not in ROLES]:
+    found = [Person(**entry) for entry in document["people"]]
+    if unknown := [person.role for person in found if person.role not in ROLES]:
         raise ValueError(f"role {unknown[0]!r}, allowed are {', '.join(ROLES)}")
-    return {same_name(one.name): one for one in found}
+    return {same_name(person.name): person for person in found}
 
 
 def _as_words(content: bytes) -> str:

@@ -1,4 +1,4 @@
-"""The desk: hears what a run tells, decides what people should know, and never lets a slow server hold the run.
+"""The dispatcher: hears what a run tells, decides what people should know, and never lets a slow server hold the run.
 
 It is an observer in front of another one. Every message leaves in a thread of its own with a deadline; what became of
 it is handed to the engine at its next look, which journals it. A dead computer cannot ring: the heartbeat goes out
@@ -20,7 +20,7 @@ from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver
 from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 
-TOLD = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
+ALERTED_STATES = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
 """At once. That a run has finished is told when it is known what it came to: :meth:`AlertDispatcher.tell_end`."""
 OF_EVENTS = {"dropped": "a sensor was dropped", "terminal": "the terminal was closed"}
 MOST_UNDER_WAY = 8
@@ -49,13 +49,13 @@ class AlertDispatcher:
         clock: Clock,
         then: RunObserver,
         run: str = "RUN",
-        second_place: str = "",
+        second_folder: str = "",
     ) -> None:
-        """``run``: what a person gives the command that acknowledges. ``second_place``: of the page that says why."""
+        """``run``: what a person gives the command that acknowledges. ``second_folder``: of the page that says why."""
         self._settings = settings
         self._title = title
         self._run = run
-        self._second_place = second_place
+        self._second_folder = second_folder
         self._alarms: dict[str, _Alarm] = {}
         """At most one by what it is of: the state of the run, its lease."""
         self._clock = clock
@@ -78,9 +78,9 @@ class AlertDispatcher:
         if progress.event in (LEASE, LEASE_LOST):
             self._heard_of_lease(progress)
         if progress.event == "state":
-            is_alarm = is_unasked(progress.state, progress.asked_by)
+            is_alarm = is_unasked(progress.state, progress.requested_by)
             self._set_alarm("state", progress if is_alarm else None)
-            if progress.state in TOLD:
+            if progress.state in ALERTED_STATES:
                 text = (
                     f"{self._text(progress)}\ncalrig ack {self._run} ends the repeats."
                     if is_alarm
@@ -209,9 +209,9 @@ class AlertDispatcher:
 
     def _text(self, progress: Progress) -> str:
         """Return what is told of a moment, and where the page will be: people are told before a full disk is asked."""
-        if not is_unasked(progress.state, progress.asked_by):
+        if not is_unasked(progress.state, progress.requested_by):
             return line_of(progress)
-        elsewhere = f"; where its disk takes nothing, {self._second_place} does" if self._second_place else ""
+        elsewhere = f"; where its disk takes nothing, {self._second_folder} does" if self._second_folder else ""
         return f"{line_of(progress)}\nThe folder {self._run} holds why.txt and why.html{elsewhere}."
 
     def _note(self, what: str, failure: str) -> None:
@@ -228,6 +228,6 @@ def tell_people(
     settings: AlertSettings, clock: Clock, title: str, word: str, text: str
 ) -> Sequence[Mapping[str, object]]:
     """Tell what no run can tell, since there is none; returns what became of it, at the latest after the deadline."""
-    desk = AlertDispatcher(settings, title, clock, SilentObserver())
-    desk.tell_end(word, text)
-    return desk.close()
+    dispatcher = AlertDispatcher(settings, title, clock, SilentObserver())
+    dispatcher.tell_end(word, text)
+    return dispatcher.close()

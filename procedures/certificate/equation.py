@@ -40,47 +40,47 @@ class PrintedForm:
     """Symbol of each coefficient and c₀, c_x, c_y, c_z of what it multiplies; empty where nothing is taken off."""
 
 
-def method_of(one: CoefficientSet) -> str:
+def method_of(coefficients: CoefficientSet) -> str:
     """Name the models of all axes with where each stands."""
     found: dict[str, dict[str, None]] = {}
     bent: set[str] = set()
-    for axis, section in table(one.document["axes"]).items():
+    for axis, section in table(coefficients.document["axes"]).items():
         equation = table(table(section)["equation"])
-        own = found.setdefault(str(equation["name"]), {})
-        own[str(equation["source"])] = None
-        if _is_bent(one.axes[axis]):
+        printed = found.setdefault(str(equation["name"]), {})
+        printed[str(equation["source"])] = None
+        if _is_bent(coefficients.axes[axis]):
             bent.add(str(equation["name"]))
     return "; ".join(
         f"“{name}” ({', '.join(sources)}{_BENT if name in bent else ''})" for name, sources in found.items()
     )
 
 
-def forms_of(one: CoefficientSet) -> Iterator[PrintedForm]:
+def forms_of(coefficients: CoefficientSet) -> Iterator[PrintedForm]:
     """Yield the equation of every axis."""
-    for axis, section in table(one.document["axes"]).items():
+    for axis, section in table(coefficients.document["axes"]).items():
         equation = table(table(section)["equation"])
         centring = listed(equation["centring"]) if "centring" in equation else []
         rows = [tuple(f"{number(c):z.7f}".replace("-", "−") for c in listed(row)) for row in centring]
-        symbols = [_symbol(name) for name in one.axes[axis].centred_terms]
-        yield PrintedForm(axis, _text(equation, one.axes[axis]), tuple(zip(symbols, rows, strict=True)))
+        symbols = [_symbol(name) for name in coefficients.axes[axis].centred_terms]
+        yield PrintedForm(axis, _text(equation, coefficients.axes[axis]), tuple(zip(symbols, rows, strict=True)))
 
 
-def meanings_of(one: CoefficientSet) -> list[str]:
+def meanings_of(coefficients: CoefficientSet) -> list[str]:
     """Return what every symbol of the table means, once."""
     found: dict[str, None] = {}
-    for section in table(one.document["axes"]).values():
+    for section in table(coefficients.document["axes"]).values():
         for name in table(table(section)["parameters"]):
             words = words_of(name)
             more = _MEANINGS.get(words.symbol) or _MEANINGS.get(words.label)
-            told = [word for word in (words.label if words.symbol else "", more) if word]
-            if told:
-                found[f"{words.symbol or words.label} = {', '.join(told)}"] = None
+            words_used = [word for word in (words.label if words.symbol else "", more) if word]
+            if words_used:
+                found[f"{words.symbol or words.label} = {', '.join(words_used)}"] = None
     return list(found)
 
 
-def nearest(one: CoefficientSet) -> str:
+def nearest(coefficients: CoefficientSet) -> str:
     """Say what the terms of second and third order multiply; empty where none is taken off anything."""
-    return _NEAREST if any(numbers.centred_terms for numbers in one.axes.values()) else ""
+    return _NEAREST if any(numbers.centred_terms for numbers in coefficients.axes.values()) else ""
 
 
 def _is_bent(numbers: AxisNumbers) -> bool:

@@ -49,7 +49,7 @@ class Grounds:
 
     @property
     def standards(self) -> tuple[Mapping[str, Json], ...]:
-        return tuple(table(one) for one in listed(self.coefficients.provenance["standards"]))
+        return tuple(table(standard) for standard in listed(self.coefficients.provenance["standards"]))
 
 
 def check_grounds(grounds: Grounds) -> None:

@@ -68,9 +68,9 @@ def _conditions(document: Document) -> dict[str, str]:
         if ends is not None
     }
     air = {
-        f"Temperature, {name}": f"{to_place(number(table(one)['min_degc']), -2)} to "
-        f"{to_place(number(table(one)['max_degc']), -2)} °C"
-        for name, one in table(document["environment"]).items()
+        f"Temperature, {name}": f"{to_place(number(table(condition)['min_degc']), -2)} to "
+        f"{to_place(number(table(condition)['max_degc']), -2)} °C"
+        for name, condition in table(document["environment"]).items()
     }
     gravity = f"{unit['value_mps2']} m/s²" + (f" ({unit['source']})" if unit["source"] else "")
     levels = {

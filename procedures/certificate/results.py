@@ -46,9 +46,9 @@ class AngleRow:
     expanded: str
 
 
-def coefficients_of(one: CoefficientSet, capability_deg: float | None) -> Iterator[Coefficient]:
+def coefficients_of(coefficients: CoefficientSet, capability_deg: float | None) -> Iterator[Coefficient]:
     """Yield every coefficient that has a value, with its expanded uncertainty."""
-    for axis, section in table(one.document["axes"]).items():
+    for axis, section in table(coefficients.document["axes"]).items():
         rows = table(section)["parameters"]
         # Null or missing for a sensor of another unit.
         values = list(table(table(section).get("sensitive_axis_v_per_g", {})).values())
@@ -59,9 +59,9 @@ def coefficients_of(one: CoefficientSet, capability_deg: float | None) -> Iterat
                 yield _coefficient(axis, name, row, _floor(name, table(rows), size, capability_deg))
 
 
-def undetermined(one: CoefficientSet) -> Iterator[str]:
+def undetermined(coefficients: CoefficientSet) -> Iterator[str]:
     """``x: azimuth`` for every coefficient that the data do not determine."""
-    for axis, section in table(one.document["axes"]).items():
+    for axis, section in table(coefficients.document["axes"]).items():
         for name, stated in table(table(section)["parameters"]).items():
             if table(stated)["value"] is None:
                 yield f"{axis}: {words_of(name).label}"
@@ -70,14 +70,14 @@ def undetermined(one: CoefficientSet) -> Iterator[str]:
 def angle_rows(errors: Mapping[str, AngleErrors], capability_deg: float | None) -> Iterator[AngleRow]:
     """Errors along both axes of the plane of attitudes: pitch varied near roll 0, roll varied near pitch 0."""
     for name, found in errors.items():
-        for place in _cross(found):
-            expanded = max(float(found.expanded_deg[place]), capability_deg or 0.0)
+        for pair in _cross(found):
+            expanded = max(float(found.expanded_deg[pair]), capability_deg or 0.0)
             digits = last_place(expanded)
             yield AngleRow(
                 name,
-                angle(float(found.pitch_deg[place])),
-                angle(float(found.roll_deg[place])),
-                to_place(float(found.error_deg[place]), digits).replace("-", "−"),
+                angle(float(found.pitch_deg[pair])),
+                angle(float(found.roll_deg[pair])),
+                to_place(float(found.error_deg[pair]), digits).replace("-", "−"),
                 to_place(expanded, digits),
             )
 

@@ -15,7 +15,7 @@ STEEPEST_DEG = 90.0
 
 
 @dataclass(frozen=True)
-class Space:
+class SearchRange:
     """What is tried."""
 
     grids: tuple[tuple[int, int], ...] = (
@@ -57,14 +57,14 @@ class Target:
 
 
 @dataclass(frozen=True)
-class Asked:
+class PlanRequest:
     """What is to be planned."""
 
     rig: RigDescription
     target: Target
     usage: Usage
     pilot: Pilot | None = None
-    space: Space = Space()
+    space: SearchRange = SearchRange()
     learned: LearnedTimes = field(default_factory=LearnedTimes)
     """How long the parts of a run took on this rig."""
 
@@ -118,7 +118,7 @@ class Candidate:
 class Comparison:
     """All candidates, the quickest first, and which is chosen."""
 
-    asked: Asked
+    request: PlanRequest
     candidates: tuple[Candidate, ...]
     chosen: int
     sensors: int

@@ -27,9 +27,9 @@ def chosen_procedure(comparison: Comparison, made_by: str = "") -> str:
 
     Its title says nothing that whoever changes the file would have to change there too.
     """
-    asked, chosen = comparison.asked, comparison.candidates[comparison.chosen]
-    low, high = asked.usage.pitch_deg
-    noise = asked.usage.noise_arcsec
+    request, chosen = comparison.request, comparison.candidates[comparison.chosen]
+    low, high = request.usage.pitch_deg
+    noise = request.usage.noise_arcsec
     assert noise is not None
     design = {**chosen.design, "usage_noise_arcsec": float(f"{noise:.3g}")}
     reasons = {
@@ -43,11 +43,11 @@ def chosen_procedure(comparison: Comparison, made_by: str = "") -> str:
     }
     return procedure_text(
         Written(
-            title=f"calibration on {asked.rig.rig.name}",
+            title=f"calibration on {request.rig.rig.name}",
             design=design,
             replications=chosen.replications,
             samples=chosen.samples,
-            model=model_for(asked.rig),
+            model=model_for(request.rig),
             nplc=chosen.nplc,
             reference_every=REFERENCE_EVERY,
             reasons=reasons,
@@ -57,36 +57,38 @@ def chosen_procedure(comparison: Comparison, made_by: str = "") -> str:
 
 def hours_source(comparison: Comparison) -> str:
     """Return by what the hours of the candidates are foreseen."""
-    times = comparison.asked.learned
+    times = comparison.request.learned
     return f"{times.runs} past runs of this rig" if times.is_known else "the files alone"
 
 
 def _written_by_plan(comparison: Comparison) -> str:
-    return f"Written by calrig plan for {comparison.asked.rig.rig.name}: {target_in_words(comparison.asked.target)}."
+    return (
+        f"Written by calrig plan for {comparison.request.rig.rig.name}: {target_in_words(comparison.request.target)}."
+    )
 
 
 def _why(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
-    u95, own = (value * ARCSEC_PER_DEG for value in (chosen.half_width_deg, chosen.calibration_deg))
+    u95, calibration = (value * ARCSEC_PER_DEG for value in (chosen.half_width_deg, chosen.calibration_deg))
     yield (
         f"Expected: {chosen.hours:.2f} h (p50, by {hours_source(comparison)}); "
-        f"U95 of an angle {u95:.3g} arc seconds, of the calibration {own:.3g}."
+        f"U95 of an angle {u95:.3g} arc seconds, of the calibration {calibration:.3g}."
     )
-    quicker = [place for place in comparison.front if place < comparison.chosen]
-    slower = [place for place in comparison.front if place > comparison.chosen]
-    for word, place in (("quicker", quicker[-1:]), ("slower", slower[:1])):
-        for other in (comparison.candidates[number] for number in place):
+    quicker = [index for index in comparison.front if index < comparison.chosen]
+    slower = [index for index in comparison.front if index > comparison.chosen]
+    for word, nearest in (("quicker", quicker[-1:]), ("slower", slower[:1])):
+        for other in (comparison.candidates[number] for number in nearest):
             yield (
                 f"The next {word} one: {other.points} points x {other.replications} x {other.samples} readings, "
                 f"{other.order}, {other.hours:.2f} h, U95 {other.half_width_deg * ARCSEC_PER_DEG:.3g} arc seconds."
             )
     yield from cannot_see(chosen)
-    yield from left_open(comparison.asked.rig)
+    yield from left_open(comparison.request.rig)
 
 
 def _other_readings(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
     """Yield what the same calibration would be with fewer and with more readings a dwell."""
     alike = (chosen.design, chosen.replications, chosen.nplc, chosen.sensors)
-    for other in sorted(comparison.candidates, key=lambda one: one.samples):
+    for other in sorted(comparison.candidates, key=lambda candidate: candidate.samples):
         if other.samples != chosen.samples and (other.design, other.replications, other.nplc, other.sensors) == alike:
             u95 = other.half_width_deg * ARCSEC_PER_DEG
             yield f"{other.samples} readings would take {other.hours:.2f} h and leave U95 {u95:.3g} arc seconds"
@@ -109,7 +111,7 @@ def what_holds_it(comparison: Comparison, chosen: Candidate) -> Iterator[str]:
     )
     yield from explained(chosen.shares_deg)
     of_hours = sum(chosen.shares_deg.get(source, 0.0) ** 2 for source in _OF_HOURS)
-    rig = comparison.asked.rig
+    rig = comparison.request.rig
     referred = () if rig.attitude_reference is None else rig.attitude_reference.channels
     unlisted = [
         name

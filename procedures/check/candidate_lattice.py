@@ -7,7 +7,7 @@ at any: what lies between two listed angles is known no better than the limit sa
 from collections.abc import Iterator
 from math import ceil, floor
 
-from procedures.check.candidate import STEEPEST_DEG, Asked
+from procedures.check.candidate import STEEPEST_DEG, PlanRequest
 from procedures.plan.sequential import CALIBRATION_OVER_USAGE
 from rig.description.device_settings import AxisSettings
 from rig.description.index_table import IndexTable
@@ -16,36 +16,36 @@ _FEWEST_PITCHES = 3
 _SAME_DEG = 1e-5
 
 
-def tables_on_the_lattice(asked: Asked) -> Iterator[dict[str, object]]:
+def tables_on_the_lattice(request: PlanRequest) -> Iterator[dict[str, object]]:
     """Yield the designs that fit the lattice and the limits of the axes, as tables of a procedure."""
-    if "pitch" not in asked.rig.axes:
+    if "pitch" not in request.rig.axes:
         return
     seen: list[dict[str, object]] = []
     for at_listed in (False, True):
-        for table in _tables(asked, at_listed=at_listed):
+        for table in _tables(request, at_listed=at_listed):
             if table not in seen:
                 seen.append(table)
                 yield table
 
 
-def _tables(asked: Asked, *, at_listed: bool) -> Iterator[dict[str, object]]:
-    for pitches, rolls in asked.space.grids:
-        sets = _sets(asked, pitches, rolls, at_listed=at_listed)
+def _tables(request: PlanRequest, *, at_listed: bool) -> Iterator[dict[str, object]]:
+    for pitches, rolls in request.space.grids:
+        sets = _sets(request, pitches, rolls, at_listed=at_listed)
         if len(sets["pitch_deg"]) >= _FEWEST_PITCHES:
             yield {"kind": "D", **sets}
-    for pitches, rolls, every in asked.space.fractions:
-        sets = _sets(asked, pitches, rolls, at_listed=at_listed)
+    for pitches, rolls, every in request.space.fractions:
+        sets = _sets(request, pitches, rolls, at_listed=at_listed)
         if len(sets["pitch_deg"]) >= _FEWEST_PITCHES and len(sets.get("roll_deg", ())) > every:
             yield {"kind": "fractional", "fractional": (every, every), **sets}
-    for pitches, rolls, points in asked.space.optimal:
-        sets = _sets(asked, pitches, rolls, at_listed=at_listed)
+    for pitches, rolls, points in request.space.optimal:
+        sets = _sets(request, pitches, rolls, at_listed=at_listed)
         if len(sets["pitch_deg"]) * len(sets.get("roll_deg", (0.0,))) > points:
             yield {"kind": "optimal", "points": points, "criterion": "I", **sets}
 
 
-def _sets(asked: Asked, pitches: int, rolls: int, *, at_listed: bool) -> dict[str, tuple[float, ...]]:
+def _sets(request: PlanRequest, pitches: int, rolls: int, *, at_listed: bool) -> dict[str, tuple[float, ...]]:
     """Return the sets of angles of a design; without ``roll_deg`` where no axis rolls."""
-    axes, (low, high) = asked.rig.axes, asked.usage.pitch_deg
+    axes, (low, high) = request.rig.axes, request.usage.pitch_deg
     middle, half = 0.5 * (low + high), 0.5 * (high - low) * CALIBRATION_OVER_USAGE
     pitch_range = _within(axes["pitch"], max(middle - half, -STEEPEST_DEG), min(middle + half, STEEPEST_DEG))
     found = {"pitch_deg": _lattice(axes["pitch"], *pitch_range, pitches, at_listed=at_listed)}
@@ -62,7 +62,7 @@ def _within(axis: AxisSettings, low_deg: float, high_deg: float) -> tuple[float,
 
 def _lattice(axis: AxisSettings, low_deg: float, high_deg: float, count: int, *, at_listed: bool) -> tuple[float, ...]:
     """Return angles as evenly spread as the axis allows where it stops."""
-    wanted = [low_deg + (high_deg - low_deg) * place / (count - 1) for place in range(count)]
+    wanted = [low_deg + (high_deg - low_deg) * index / (count - 1) for index in range(count)]
     listed = _listed(axis, low_deg, high_deg) if at_listed else ()
     if listed:
         return tuple(dict.fromkeys(min(listed, key=lambda stop: abs(stop - angle)) for angle in wanted))
@@ -89,8 +89,10 @@ def _stop(axis: AxisSettings, angle_deg: float, low_deg: float, high_deg: float)
     if step == 0.0:
         return round(angle_deg, 6)
     ends = sorted(axis.table_deg(end) for end in (low_deg, high_deg))
-    place = min(max(round(axis.table_deg(angle_deg) / step), ceil(ends[0] / step - 1e-9)), floor(ends[1] / step + 1e-9))
-    return round(axis.attitude_deg(place * step), 6)
+    step_number = min(
+        max(round(axis.table_deg(angle_deg) / step), ceil(ends[0] / step - 1e-9)), floor(ends[1] / step + 1e-9)
+    )
+    return round(axis.attitude_deg(step_number * step), 6)
 
 
 def _circle(axis: AxisSettings, count: int, *, at_listed: bool) -> tuple[float, ...]:

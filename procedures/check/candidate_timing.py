@@ -72,8 +72,8 @@ class Ordered:
     @cached_property
     def steps(self) -> tuple[Step, ...]:
         table = self.procedure.design.model_copy(update={"order": self.order})
-        asked = self.procedure.model_copy(update={"design": table})
-        return tuple(steps_at_attitudes(asked, self.design, self.axes, None, table.seed))
+        reordered = self.procedure.model_copy(update={"design": table})
+        return tuple(steps_at_attitudes(reordered, self.design, self.axes, None, table.seed))
 
     @cached_property
     def time_correlation(self) -> float:
@@ -87,7 +87,7 @@ class Ordered:
 
     def timed(self, reading: Reading, sensors: int) -> Timed:
         """Return the durations with the first so many sensors on the table."""
-        more_s = self._one_s(reading, sensors) - self._one_s(self._plain_reading, len(self.sensors))
+        more_s = self._dwell_s(reading, sensors) - self._dwell_s(self._plain_reading, len(self.sensors))
         first, every = self._dwells
         first_s, every_s = self._plain_s
         first_s, every_s = first_s + first * more_s, every_s + every * more_s
@@ -116,12 +116,12 @@ class Ordered:
         )
         return first, every
 
-    def _one_s(self, reading: Reading, sensors: int) -> float:
+    def _dwell_s(self, reading: Reading, sensors: int) -> float:
         """Return how long one dwell takes, no way to it counted."""
         some = dict(list(self.sensors.items())[:sensors])
-        one = [step for step in self.steps if isinstance(step, Dwell)][:1]
+        first_dwell = [step for step in self.steps if isinstance(step, Dwell)][:1]
         dwell = reading.dwell(self.procedure.dwell)
-        return expected_duration(self.rig, one, dwell, channels_of(self.rig, some), self.learned).p50_s
+        return expected_duration(self.rig, first_dwell, dwell, channels_of(self.rig, some), self.learned).p50_s
 
 
 def _design_dwells(steps: Sequence[Step]) -> Iterator[Dwell]:
@@ -143,14 +143,14 @@ def in_orders(
 
 def readings_of(rig: RigDescription, sensors: Mapping[str, Sensor], samples: Sequence[int]) -> list[Reading]:
     """Return readings a dwell and their integration; a short one where every readout has a longer one of its own."""
-    own = own_nplc(rig, sensors)
-    short = [Reading(samples[-1], SHORT_NPLC)] if own is not None and own > SHORT_NPLC else []
+    nplc = readout_nplc(rig, sensors)
+    short = [Reading(samples[-1], SHORT_NPLC)] if nplc is not None and nplc > SHORT_NPLC else []
     return [*(Reading(number, None) for number in samples), *short]
 
 
-def own_nplc(rig: RigDescription, sensors: Mapping[str, Sensor]) -> float | None:
+def readout_nplc(rig: RigDescription, sensors: Mapping[str, Sensor]) -> float | None:
     """Return the integration of the readouts, power-line cycles, where all have the same."""
     names = {channel.partition(".")[0] for channel in channels_of(rig, sensors)}
     found = {getattr(rig.readouts[name], "nplc", None) if name in rig.readouts else None for name in names}
-    (own,) = found if len(found) == 1 else (None,)
-    return float(own) if isinstance(own, int | float) else None
+    (nplc,) = found if len(found) == 1 else (None,)
+    return float(nplc) if isinstance(nplc, int | float) else None

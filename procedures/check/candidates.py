@@ -15,9 +15,9 @@ from threadpoolctl import threadpool_limits
 from ams.errors import AmsError
 from ams.statistics.distributions import f_quantile
 from ams.units import RAD_PER_ARCSEC
-from procedures.check.candidate import STEEPEST_DEG, Asked, Candidate, Comparison
+from procedures.check.candidate import STEEPEST_DEG, Candidate, Comparison, PlanRequest
 from procedures.check.candidate_lattice import tables_on_the_lattice
-from procedures.check.candidate_timing import Ordered, Reading, Timed, in_orders, own_nplc, readings_of
+from procedures.check.candidate_timing import Ordered, Reading, Timed, in_orders, readings_of, readout_nplc
 from procedures.check.procedure_text import Written, procedure_text
 from procedures.description.procedure_file import ProcedureDescription, Solve
 from procedures.errors import PlanError
@@ -35,49 +35,51 @@ IN_HAND = 1.1
 _BLIND = {"quadratic": "q_xx_v_per_g2", "cubic": "k3_v_per_g3"}
 
 
-def compare(asked: Asked) -> Comparison:
+def compare(request: PlanRequest) -> Comparison:
     """Return the candidates compared. Raises: PlanError where none can be made or none reaches the target."""
     with threadpool_limits(limits=1, user_api="blas"):
-        return _compared(asked)
+        return _compared(request)
 
 
-def _compared(asked: Asked) -> Comparison:
-    sensors = sensors_that_measure(asked.rig, "acceleration")
+def _compared(request: PlanRequest) -> Comparison:
+    sensors = sensors_that_measure(request.rig, "acceleration")
     if not sensors:
         raise PlanError("plan: the rig has no sensor that measures acceleration; there is nothing to plan for")
-    low, high = asked.usage.pitch_deg
+    low, high = request.usage.pitch_deg
     if not -STEEPEST_DEG <= low < high <= STEEPEST_DEG:
         raise PlanError(
             f"plan: --usage-pitch: got {low:g} to {high:g}, allowed a range that rises within ±{STEEPEST_DEG:g}°"
         )
-    if asked.usage.noise_arcsec is None:
-        asked = replace(asked, usage=replace(asked.usage, noise_arcsec=_at_use_arcsec(asked, sensors)))
-    candidates = tuple(sorted(_candidates(asked, sensors), key=lambda one: (one.hours, one.half_width_deg)))
+    if request.usage.noise_arcsec is None:
+        request = replace(request, usage=replace(request.usage, noise_arcsec=_at_use_arcsec(request, sensors)))
+    candidates = tuple(
+        sorted(_candidates(request, sensors), key=lambda candidate: (candidate.hours, candidate.half_width_deg))
+    )
     if not candidates:
         raise PlanError(
             "plan: no design on the lattice of these axes can be solved and reached within their limits; widen "
             "limits_deg or the usage range"
         )
-    target = asked.target
+    target = request.target
     if target.parameter is not None and target.parameter[0] not in candidates[0].parameters:
         raise PlanError(
             f"plan: --parameter: got {target.parameter[0]!r}, the sensors have {', '.join(candidates[0].parameters)}"
         )
     front: list[int] = []
-    is_choice = [not one.is_confounded for one in candidates]
-    for place, one in enumerate(candidates):
-        if not is_choice[place] and any(is_choice):
+    is_choice = [not candidate.is_confounded for candidate in candidates]
+    for index, candidate in enumerate(candidates):
+        if not is_choice[index] and any(is_choice):
             continue
-        if not front or one.value(asked.target) < candidates[front[-1]].value(asked.target):
-            front.append(place)
-    return Comparison(asked, candidates, _chosen(asked, candidates, front), len(sensors), tuple(front))
+        if not front or candidate.value(request.target) < candidates[front[-1]].value(request.target):
+            front.append(index)
+    return Comparison(request, candidates, _chosen(request, candidates, front), len(sensors), tuple(front))
 
 
-def _chosen(asked: Asked, candidates: Sequence[Candidate], front: Sequence[int]) -> int:
-    target = asked.target
+def _chosen(request: PlanRequest, candidates: Sequence[Candidate], front: Sequence[int]) -> int:
+    target = request.target
     best = front[-1]
     if target.hours is not None:
-        within = [place for place in front if candidates[place].hours <= target.hours]
+        within = [index for index in front if candidates[index].hours <= target.hours]
         if not within:
             least = candidates[front[0]]
             raise PlanError(
@@ -88,9 +90,9 @@ def _chosen(asked: Asked, candidates: Sequence[Candidate], front: Sequence[int])
         return within[-1]
     wanted = target.parameter[1] if target.parameter is not None else target.half_width_deg
     assert wanted is not None
-    for place in front:
-        if IN_HAND * candidates[place].value(target) <= wanted:
-            return place
+    for index in front:
+        if IN_HAND * candidates[index].value(target) <= wanted:
+            return index
     nearest = candidates[best]
     what = "an angle" if target.parameter is None else target.parameter[0]
     unit = "°" if target.parameter is None else ""
@@ -120,17 +122,17 @@ def procedure_of_table(table: Mapping[str, object], model: str) -> ProcedureDesc
     return procedure_of(TomlFile(Path("plan"), text))
 
 
-def _candidates(asked: Asked, sensors: Mapping[str, Sensor]) -> Iterator[Candidate]:
-    solve = Solve(model=model_for(asked.rig))
-    readings = readings_of(asked.rig, sensors, asked.space.samples)
+def _candidates(request: PlanRequest, sensors: Mapping[str, Sensor]) -> Iterator[Candidate]:
+    solve = Solve(model=model_for(request.rig))
+    readings = readings_of(request.rig, sensors, request.space.samples)
     believed = {
-        replications: _believed(asked, solve, sensors, replications, readings)
-        for replications in asked.space.replications
+        replications: _believed(request, solve, sensors, replications, readings)
+        for replications in request.space.replications
     }
-    for table in tables_on_the_lattice(asked):
+    for table in tables_on_the_lattice(request):
         procedure = procedure_of_table(table, solve.model)
         try:
-            designs = in_orders(asked.rig, procedure, sensors, asked.space.orders, asked.learned)
+            designs = in_orders(request.rig, procedure, sensors, request.space.orders, request.learned)
         except PlanError:
             continue
         timed = [_timed(ordered, readings) for ordered in designs]
@@ -139,10 +141,10 @@ def _candidates(asked: Asked, sensors: Mapping[str, Sensor]) -> Iterator[Candida
             for ordered, durations in zip(designs, timed, strict=True):
                 points = len(ordered.design.points)
                 if points not in foreseen:
-                    foreseen[points] = _foreseen(asked, solve, sensors, ordered, replications, beliefs)
-                asked_for = {**table, "order": ordered.order}
-                for reading, one in zip(readings, foreseen[points], strict=False):
-                    yield from _at_once(ordered, asked_for, replications, reading, durations[reading], one)
+                    foreseen[points] = _foreseen(request, solve, sensors, ordered, replications, beliefs)
+                design_table = {**table, "order": ordered.order}
+                for reading, forecast in zip(readings, foreseen[points], strict=False):
+                    yield from _at_once(ordered, design_table, replications, reading, durations[reading], forecast)
 
 
 @dataclass(frozen=True)
@@ -192,18 +194,18 @@ def _at_once(
 
 
 def _believed(
-    asked: Asked, solve: Solve, sensors: Mapping[str, Sensor], replications: int, readings: Sequence[Reading]
+    request: PlanRequest, solve: Solve, sensors: Mapping[str, Sensor], replications: int, readings: Sequence[Reading]
 ) -> list[dict[str, Believed]]:
     """Return what is believed of every sensor, for each setting of the readings."""
-    own = own_nplc(asked.rig, sensors)
-    plain = beliefs_of(asked.rig, solve, asked.space.samples[-1], replications, sensors, asked.pilot)
+    nplc = readout_nplc(request.rig, sensors)
+    plain = beliefs_of(request.rig, solve, request.space.samples[-1], replications, sensors, request.pilot)
     found = []
     for reading in readings:
-        ratio = 1.0 if reading.nplc is None or own is None else reading.nplc / own
+        ratio = 1.0 if reading.nplc is None or nplc is None else reading.nplc / nplc
         found.append(
             {
                 serial: Believed(
-                    {axis: one.integrated(ratio) for (name, axis), one in plain.items() if name == serial},
+                    {axis: belief.integrated(ratio) for (name, axis), belief in plain.items() if name == serial},
                     reading.samples,
                 )
                 for serial in sensors
@@ -213,7 +215,7 @@ def _believed(
 
 
 def _foreseen(
-    asked: Asked,
+    request: PlanRequest,
     solve: Solve,
     sensors: Mapping[str, Sensor],
     ordered: Ordered,
@@ -226,15 +228,15 @@ def _foreseen(
     done: dict[object, list[ExpectedSensor]] = {}
     try:
         for serial, sensor in sensors.items():
-            own = [each[serial] for each in beliefs]
-            key = (sensor.rolls, *map(_alike, own))
+            sensor_beliefs = [each[serial] for each in beliefs]
+            key = (sensor.rolls, *map(_alike, sensor_beliefs))
             if key not in done:
-                done[key] = expected_each(asked.rig, solve, serial, sensor, rows, own, asked.usage)
+                done[key] = expected_each(request.rig, solve, serial, sensor, rows, sensor_beliefs, request.usage)
     except AmsError:
         return []
     return [
-        _of_all([found[place] for found in done.values()], each, len(points), replications)
-        for place, each in enumerate(beliefs)
+        _of_all([found[index] for found in done.values()], each, len(points), replications)
+        for index, each in enumerate(beliefs)
     ]
 
 
@@ -250,7 +252,11 @@ def _of_all(
             halves[item.name] = max(half, halves.get(item.name, 0.0))
     angles = [angle for sensor in found for angle in sensor.angles.values()]
     worst_angle = max(angles, key=lambda angle: angle.u95_deg)
-    each = [(one, own.samples) for own in beliefs.values() for one in own.axes.values()]
+    each = [
+        (axis_belief, sensor_beliefs.samples)
+        for sensor_beliefs in beliefs.values()
+        for axis_belief in sensor_beliefs.axes.values()
+    ]
     worst, samples = max(each, key=lambda pair: pair[0].noise_v(pair[1]))
     terms = {name for axis in axes for name in axis.added}
     return _Foreseen(
@@ -269,25 +275,28 @@ def _alike(believed: Believed) -> object:
     return tuple(
         (
             axis,
-            float(f"{sum(one.k_v_per_g**2) ** 0.5:.4g}"),
-            one.coning_deg,
-            one.reading_v,
-            one.dwell_v,
-            one.lack_of_fit_v,
-            one.offset_drift_v,
-            one.sensitivity_drift,
+            float(f"{sum(axis_belief.k_v_per_g**2) ** 0.5:.4g}"),
+            axis_belief.coning_deg,
+            axis_belief.reading_v,
+            axis_belief.dwell_v,
+            axis_belief.lack_of_fit_v,
+            axis_belief.offset_drift_v,
+            axis_belief.sensitivity_drift,
         )
-        for axis, one in believed.axes.items()
+        for axis, axis_belief in believed.axes.items()
     )
 
 
-def _at_use_arcsec(asked: Asked, sensors: Mapping[str, Sensor]) -> float:
+def _at_use_arcsec(request: PlanRequest, sensors: Mapping[str, Sensor]) -> float:
     """Return the noise of a reading at use, the same for all candidates: that of a dwell of twenty readings."""
     believed = beliefs_of(
-        asked.rig, Solve(), asked.space.samples[-1], asked.space.replications[0], sensors, asked.pilot
+        request.rig, Solve(), request.space.samples[-1], request.space.replications[0], sensors, request.pilot
     )
     return (
-        max(one.noise_v(asked.space.samples[-1]) / float(sum(one.k_v_per_g**2) ** 0.5) for one in believed.values())
+        max(
+            belief.noise_v(request.space.samples[-1]) / float(sum(belief.k_v_per_g**2) ** 0.5)
+            for belief in believed.values()
+        )
         / RAD_PER_ARCSEC
     )
 

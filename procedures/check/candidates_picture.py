@@ -33,21 +33,27 @@ def _figure(comparison: Comparison) -> "Canvas":
     figure = canvas.canvas(3.6)
     panel = figure.subplots(1, 1)
     figure.subplots_adjust(left=0.085, right=0.985, top=0.93, bottom=0.13)
-    every, front = comparison.candidates, [comparison.candidates[place] for place in comparison.front]
+    every, front = comparison.candidates, [comparison.candidates[index] for index in comparison.front]
     chosen = comparison.candidates[comparison.chosen]
-    sound, confounded = ([one for one in every if one.is_confounded is wanted] for wanted in (False, True))
-    what, factor = _height(comparison.asked.target)
+    sound, confounded = (
+        [candidate for candidate in every if candidate.is_confounded is wanted] for wanted in (False, True)
+    )
+    what, factor = _height(comparison.request.target)
 
-    def places(some: Sequence[Candidate]) -> tuple[list[float], list[float]]:
-        return [one.hours for one in some], [one.value(comparison.asked.target) * factor for one in some]
+    def points_of(some: Sequence[Candidate]) -> tuple[list[float], list[float]]:
+        return [candidate.hours for candidate in some], [
+            candidate.value(comparison.request.target) * factor for candidate in some
+        ]
 
-    panel.plot(*places(confounded), "x", color=canvas.GRID, markersize=2.5, label="a drift would pass for a parameter")
-    panel.plot(*places(sound), ".", color=canvas.FAINT, markersize=3.0, label=f"{len(sound)} calibrations")
-    panel.plot(*places(front), "o-", color=canvas.BLUE, markersize=4.0, label="no other is quicker and better")
-    panel.plot(*places([chosen]), "s", color=canvas.RED, markersize=8.0, fillstyle="none", label="chosen")
+    panel.plot(
+        *points_of(confounded), "x", color=canvas.GRID, markersize=2.5, label="a drift would pass for a parameter"
+    )
+    panel.plot(*points_of(sound), ".", color=canvas.FAINT, markersize=3.0, label=f"{len(sound)} calibrations")
+    panel.plot(*points_of(front), "o-", color=canvas.BLUE, markersize=4.0, label="no other is quicker and better")
+    panel.plot(*points_of([chosen]), "s", color=canvas.RED, markersize=8.0, fillstyle="none", label="chosen")
     panel.annotate(
         f"{chosen.points} × {chosen.replications} × {chosen.samples}",
-        (chosen.hours, chosen.value(comparison.asked.target) * factor),
+        (chosen.hours, chosen.value(comparison.request.target) * factor),
         xytext=(-8, -8), textcoords="offset points", color=canvas.RED, ha="right", va="top",
     )  # fmt: skip
     panel.set_xscale("log")

@@ -109,8 +109,13 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         "advice": list(report.advice),
         "reservations": list(report.forecast.reservations),
         "recommendations": [
-            {"number": one.number, "text": one.text, "reason": one.reason, "followed": one.is_followed}
-            for one in report.forecast.recommendations
+            {
+                "number": recommendation.number,
+                "text": recommendation.text,
+                "reason": recommendation.reason,
+                "followed": recommendation.is_followed,
+            }
+            for recommendation in report.forecast.recommendations
         ],
         **(_design_document(report) if report.forecast.design else _points_document(report)),
     }

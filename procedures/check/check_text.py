@@ -33,9 +33,11 @@ def _recommendations(report: CheckReport) -> list[RenderableType]:
     if not report.forecast.recommendations:
         return []
     table = Table("TP", "followed", "recommendation, and why", box=None)
-    for one in report.forecast.recommendations:
-        followed = "not asked here" if one.is_followed is None else "yes" if one.is_followed else "no"
-        table.add_row(str(one.number), followed, Text(f"{one.text}: {one.reason}"))
+    for recommendation in report.forecast.recommendations:
+        followed = (
+            "not asked here" if recommendation.is_followed is None else "yes" if recommendation.is_followed else "no"
+        )
+        table.add_row(str(recommendation.number), followed, Text(f"{recommendation.text}: {recommendation.reason}"))
     return ["", table, ""]
 
 
@@ -161,8 +163,8 @@ def _angles(report: CheckReport) -> "list[RenderableType]":
     every = {
         source: share
         for angles in report.forecast.angles.values()
-        for one in angles.values()
-        for source, share in one.shares_deg.items()
+        for angle in angles.values()
+        for source, share in angle.shares_deg.items()
     }
     return [
         table,

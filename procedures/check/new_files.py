@@ -3,7 +3,7 @@
 import json
 from dataclasses import dataclass
 
-from procedures.check.candidate import Asked, Space, Target
+from procedures.check.candidate import PlanRequest, SearchRange, Target
 from procedures.check.candidate_file import chosen_procedure
 from procedures.check.candidates import compare
 from procedures.kinds.read import procedure_form
@@ -12,7 +12,7 @@ from rig.description.read import rig_form
 from rig.description.rig_file import PACKAGES, RigDescription
 
 RIG_SCHEMA, PROCEDURE_SCHEMA = "rig.schema.json", "procedure.schema.json"
-FIRST = Space(grids=((13, 12),), fractions=(), optimal=(), replications=(6,), samples=(10,))
+FIRST = SearchRange(grids=((13, 12),), fractions=(), optimal=(), replications=(6,), samples=(10,))
 """A grid that determines every term of a sensor and shows drift and lack of fit; `calrig plan` finds others."""
 
 
@@ -39,7 +39,7 @@ def rig_text(answers: Answers) -> str:
     """Return the rig file: a dual-axis indexing table, a 3458A with its scanner, one package."""
     texts = {key: json.dumps(getattr(answers, key), ensure_ascii=False) for key in Answers.__dataclass_fields__}
     channels = ", ".join(
-        f"{axis} = {{ scanner = {place}, range_v = 10.0 }}" for place, axis in enumerate(answers.axes, start=1)
+        f"{axis} = {{ scanner = {index}, range_v = 10.0 }}" for index, axis in enumerate(answers.axes, start=1)
     )
     wired = ", ".join(f'{axis} = "dmm.{axis}"' for axis in answers.axes)
     axes = "\n".join(
@@ -94,7 +94,7 @@ def first_procedure(answers: Answers, rig: RigDescription) -> str:
     """Return the first procedure of the rig. Raises: PlanError where its axes can reach no design."""
     usage = Usage((-answers.usage_deg, answers.usage_deg))
     made_by = f"Written by calrig new for {rig.rig.name}; calrig plan writes one for an accuracy or a number of hours."
-    text = chosen_procedure(compare(Asked(rig, Target(hours=1000.0), usage, space=FIRST)), made_by)
+    text = chosen_procedure(compare(PlanRequest(rig, Target(hours=1000.0), usage, space=FIRST)), made_by)
     return f"#:schema ./{PROCEDURE_SCHEMA}\n{text}"
 
 

@@ -12,7 +12,7 @@ from platformdirs import user_state_path
 
 from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from ams.exports.optional_libraries import EXTRA_OF, missing_sentence
-from procedures.cli.own_log import tell as log
+from procedures.cli.program_log import tell as log
 from procedures.errors import ExitStatus, ProcedureError
 from rig.defects import defect_text, is_ours
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded

@@ -9,8 +9,8 @@ from importlib import import_module
 from cyclopts import App, CycloptsError, Group
 
 from procedures.cli.failure import status_of, tell
-from procedures.cli.own_log import logged
-from procedures.cli.own_log import tell as log
+from procedures.cli.program_log import logged
+from procedures.cli.program_log import tell as log
 from procedures.cli.stop_at_once import stop_at_once
 from procedures.errors import ExitStatus, ProcedureError, RequestError
 from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
@@ -107,8 +107,8 @@ def make_app(called: str = "") -> App:
     app.register_install_completion_command(
         help="Completion of commands and options for bash, zsh, fish or PowerShell."
     )
-    for place, (heading, commands) in enumerate(GROUPS.items()):
-        group = Group(heading, sort_key=place)
+    for index, (heading, commands) in enumerate(GROUPS.items()):
+        group = Group(heading, sort_key=index)
         for rank, (name, target, summary) in enumerate(commands):
             text = None if name == called else summary
             app.command(f"procedures.cli.{target}", name=name, help=text, group=group, sort_key=rank)

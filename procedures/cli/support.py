@@ -6,13 +6,13 @@ from importlib.metadata import PackageNotFoundError, requires, version
 
 from ams.exports.optional_libraries import EXTRA_OF
 from procedures.cli.output import print_json
-from procedures.cli.own_log import log_path
+from procedures.cli.program_log import log_path
 
 
 def tell_support() -> None:
     """Print the versions of calrig, Python, the system and every library (null: not there), and where the log is."""
-    own = [line.partition(";")[0] for line in requires("calrig") or () if "extra ==" not in line]
-    names = sorted({_name(line) for line in own})
+    required = [line.partition(";")[0] for line in requires("calrig") or () if "extra ==" not in line]
+    names = sorted({_name(line) for line in required})
     print_json(
         {
             "calrig": version("calrig"),

@@ -44,12 +44,16 @@ def check_set_pairs(dwells: Sequence[DwellRecord], events: Iterable[Event]) -> t
     first_epochs, other_plateau = _breaks(events)
     found = []
     for epoch in sorted({dwell.epoch for dwell in dwells if dwell.purpose == "check"}):
-        after = {one.step: one for one in dwells if one.purpose == "check" and one.accepted and one.epoch == epoch}
+        after = {
+            dwell.step: dwell
+            for dwell in dwells
+            if dwell.purpose == "check" and dwell.accepted and dwell.epoch == epoch
+        }
         if not after:
             continue
         first = max((begun for begun in first_epochs if begun < epoch), default=1)
         mounting = next(iter(after.values())).mounting
-        before = {step: one for step, one in first_checks(dwells, mounting, first, epoch).items() if step in after}
+        before = {step: dwell for step, dwell in first_checks(dwells, mounting, first, epoch).items() if step in after}
         if before:
             found.append(CheckSetPair(epoch, before, after, epoch not in other_plateau))
     return tuple(found)

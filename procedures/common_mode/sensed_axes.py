@@ -94,11 +94,13 @@ class KnownAxes:
         found = [dwell.readings.get(channel) for channel in self._channels]
         sizes = {reading.samples.size for reading in found if reading is not None}
         for size in sizes:  # one, as a rule
-            places = [at for at, one in enumerate(found) if one is not None and one.samples.size == size]
-            samples = np.stack([one.samples for one in found if one is not None and one.samples.size == size])
-            means[places] = samples.mean(axis=1)
-            squares[0, places] = ((samples - means[places, None]) ** 2).sum(axis=1) / size
-            squares[1, places] = size - 1
+            indices = [at for at, reading in enumerate(found) if reading is not None and reading.samples.size == size]
+            samples = np.stack(
+                [reading.samples for reading in found if reading is not None and reading.samples.size == size]
+            )
+            means[indices] = samples.mean(axis=1)
+            squares[0, indices] = ((samples - means[indices, None]) ** 2).sum(axis=1) / size
+            squares[1, indices] = size - 1
         return means, squares[0], squares[1]
 
     def learn(self, dwell: DwellRecord, plateau: int) -> None:
@@ -124,10 +126,10 @@ class KnownAxes:
         """
         known = self._degrees > 0.0
         within = np.where(known, self._squares / np.where(known, self._degrees, 1.0), 0.0)
-        earlier = [(left, turns) for place, left, turns in self._differences if place <= until]
+        earlier = [(left, turns) for visit, left, turns in self._differences if visit <= until]
         if len(earlier) < FEWEST_DIFFERENCES:
             return within, float(self._degrees[known].min(initial=np.inf)), UNKNOWN_SEATING_RAD
-        left = np.stack([one for one, _ in earlier])
+        left = np.stack([visit for visit, _ in earlier])
         seen = np.isfinite(left).sum(axis=0) >= FEWEST_DIFFERENCES
         between = np.zeros(within.size)
         between[seen] = np.nanmedian(0.5 * left[:, seen] ** 2, axis=0) / MEDIAN_OF_CHI_SQUARE_1

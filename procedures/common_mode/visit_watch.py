@@ -89,17 +89,17 @@ class VisitWatch:
         self.known.learn(dwell, self._plateau_of.get(dwell.step, 0))
         if dwell.purpose == "design":
             self._since.append(dwell.step)
-        place = self._visit_of.get(dwell.step)
-        if dwell.purpose != "reference" or place is None:
+        visit_number = self._visit_of.get(dwell.step)
+        if dwell.purpose != "reference" or visit_number is None:
             return None
-        if self._open and self._visit_of[next(iter(self._open))] != place:
+        if self._open and self._visit_of[next(iter(self._open))] != visit_number:
             self._open.clear()
         self._open[dwell.step] = dwell
-        if len(self._open) < self._attitudes[place]:
+        if len(self._open) < self._attitudes[visit_number]:
             return None
-        visit = _Visit(place, tuple(self._open.values()), taken)
+        visit = _Visit(visit_number, tuple(self._open.values()), taken)
         self._open.clear()
-        self._visits = [one for one in self._visits if one.number != place]  # one that was taken back
+        self._visits = [visit for visit in self._visits if visit.number != visit_number]  # one that was taken back
         judged = self._judged(visit)
         if judged is not None and judged.findings:
             self._visits.clear()  # it is told once: what comes is compared with this visit
@@ -119,10 +119,10 @@ class VisitWatch:
         if not self._is_watching or not pairs:
             return None
         until = self.known.taken - len(after)
-        return self._compared([one for one, _ in pairs], [two for _, two in pairs], between, until, ())
+        return self._compared([first for first, _ in pairs], [second for _, second in pairs], between, until, ())
 
     def _judged(self, visit: _Visit) -> Judged | None:
-        alike = [one for one in self._visits if self._is_alike(one, visit)]
+        alike = [earlier for earlier in self._visits if self._is_alike(earlier, visit)]
         if not alike:
             return None
         last, first = alike[-1], alike[0]
@@ -134,7 +134,7 @@ class VisitWatch:
         crept = self._compared(first.dwells, visit.dwells, slowly, last.taken, ())
         return None if crept is None else replace(crept, is_slow=True)
 
-    def _is_alike(self, one: _Visit, other: _Visit) -> bool:
+    def _is_alike(self, visit: _Visit, other: _Visit) -> bool:
         """Return whether the same mounting stood at the same temperature and at the same attitudes."""
 
         def key(visit: _Visit) -> tuple[object, ...]:
@@ -142,7 +142,7 @@ class VisitWatch:
             plateau = self._plateau_of.get(first.step, 0)
             return first.mounting, plateau, tuple(attitude_of(dwell) for dwell in visit.dwells)
 
-        return key(one) == key(other)
+        return key(visit) == key(other)
 
     def _compared(
         self,
@@ -168,7 +168,7 @@ class VisitWatch:
             dict.fromkeys(name for name, is_read in zip(self.known.axes.sensor, read, strict=True) if is_read)
         )
         findings = findings_of(common, sensors, between, self._unit, steps)
-        since_utc, until_utc = max(one.ended_utc for one in before), min(one.started_utc for one in after)
+        since_utc, until_utc = max(visit.ended_utc for visit in before), min(visit.started_utc for visit in after)
         return Judged(after[-1].step, between, common, findings, steps, since_utc, until_utc)
 
 
@@ -193,7 +193,11 @@ def judge_run(
         if pair is not None and dwell.step == list(pair.after)[-1] and dwell.purpose == "check":
             found.append(watch.compare_check_sets(pair.before, pair.after, since_check_set(pair.since)))
     design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
-    return tuple(_unspoilt(one) if _stands_on_one_side(one, design) else one for one in found if one is not None)
+    return tuple(
+        _unspoilt(finding) if _stands_on_one_side(finding, design) else finding
+        for finding in found
+        if finding is not None
+    )
 
 
 def _stands_on_one_side(judged: Judged, design: Sequence[DwellRecord]) -> bool:

@@ -10,7 +10,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
-from procedures.console.acts import ACCEPTED, ON_RUNS, WRONG, Answer, Asked, perform, read_act
+from procedures.console.acts import ACCEPTED, ON_RUNS, WRONG, Action, Answer, perform, read_act
 from procedures.console.gate import read_fields, require_token
 from procedures.console.rights import BEGINS_MOTION, STOPS, Act, refusal
 from procedures.console.shared import Console
@@ -30,24 +30,24 @@ class Acting:
 
     async def on_run(self, request: Request) -> Response:
         """Pause, continue, stop, abort, note, ack, void or redo."""
-        act = next((one for one in ON_RUNS if one == request.path_params["act"]), None)
+        act = next((known for known in ON_RUNS if known == request.path_params["act"]), None)
         if act is None:
             raise HTTPException(404, f"allowed on a run are {', '.join(ON_RUNS)}")
         folder = self._console.folder_of(request.path_params["name"])
         rig = partial(self._console.rig_of, folder)
         return await self.answer(request, act, rig, partial(self._perform, folder), f"/run/{folder.name}")
 
-    def _perform(self, folder: Path, asked: Asked) -> Answer:
-        return perform(folder, asked, self._console.clock)
+    def _perform(self, folder: Path, action: Action) -> Answer:
+        return perform(folder, action, self._console.clock)
 
     async def answer(
         self,
         request: Request,
         act: Act,
         rig: Callable[[], RigDescription | None],
-        do: Callable[[Asked], Answer],
+        do: Callable[[Action], Answer],
         back: str,
-        at_once: Callable[[Asked], object] = id,
+        at_once: Callable[[Action], object] = id,
     ) -> Response:
         """Do an act for whoever may; the same key again is answered as before. Raises: HTTPException.
 
@@ -56,26 +56,28 @@ class Acting:
         console, visitor = self._console, self._console.visitor(request)
         fields = await read_fields(request)
         require_token(request, fields, visitor)
-        place = request.client.host if request.client else ""
+        address = request.client.host if request.client else ""
         try:
-            asked = read_act(act, fields, visitor.name, place)
+            action = read_act(act, fields, visitor.name, address)
         except RequestError as error:
-            return self._told(request, Answer(WRONG, str(error)), back)
-        if not console.is_known(visitor, asked.key):
+            return self._reply(request, Answer(WRONG, str(error)), back)
+        if not console.is_known(visitor, action.key):
             is_elsewhere = console.site.is_elsewhere(request.scope)
             known_rig = await run_sync(rig) if is_elsewhere and act in BEGINS_MOTION else None
             if forbidden := refusal(act, visitor, known_rig, is_elsewhere=is_elsewhere):
-                return self._told(request, Answer(FORBIDDEN, forbidden), back)
+                return self._reply(request, Answer(FORBIDDEN, forbidden), back)
             if act not in STOPS and not console.sessions.counts_act(visitor):
-                return self._told(request, Answer(TOO_MANY, "too many acts within a minute; nothing was done"), back)
-        at_once(asked)
-        return self._told(request, await console.once(visitor, asked.key, partial(do, asked)), back)
+                return self._reply(request, Answer(TOO_MANY, "too many acts within a minute; nothing was done"), back)
+        at_once(action)
+        return self._reply(request, await console.once(visitor, action.key, partial(do, action)), back)
 
-    def _told(self, request: Request, answer: Answer, back: str) -> Response:
+    def _reply(self, request: Request, answer: Answer, back: str) -> Response:
         if "text/html" in request.headers.get("accept", ""):
             visitor = self._console.visitor(request)
-            return self._pages.shown("told.html.j2", answer.status, told=answer.told, back=back, visitor=visitor)
-        return JSONResponse({"done": answer.status == ACCEPTED, "told": answer.told}, answer.status)
+            return self._pages.shown(
+                "message.html.j2", answer.status, message=answer.message, back=back, visitor=visitor
+            )
+        return JSONResponse({"done": answer.status == ACCEPTED, "told": answer.message}, answer.status)
 
 
 def new_key() -> str:

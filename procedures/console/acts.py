@@ -29,12 +29,12 @@ ON_RUNS: tuple[Act, ...] = ("pause", "continue", "stop", "abort", "note", "ack",
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class Action:
     """One act, as the browser sent it."""
 
     act: Act
     by: str
-    place: str
+    address: str
     """The address of the browser."""
     key: str
     expects: int | None
@@ -51,10 +51,10 @@ class Answer:
     """What became of it."""
 
     status: int
-    told: str
+    message: str
 
 
-def read_act(act: Act, fields: Mapping[str, str], by: str, place: str) -> Asked:
+def read_act(act: Act, fields: Mapping[str, str], by: str, address: str) -> Action:
     """Return what a form or a program sent. Raises: RequestError naming the field that is wrong."""
     key = fields.get("key", "")
     if not key or len(key) > 80 or not key.isascii() or not key.isprintable():
@@ -64,10 +64,10 @@ def read_act(act: Act, fields: Mapping[str, str], by: str, place: str) -> Asked:
         raise RequestError(f"{act}: text: got {len(text)} characters, allowed are {LONGEST_TEXT}; nothing was done")
     if act == "note" and not text:
         raise RequestError("note: text: needed is what to write down; nothing was noted")
-    return Asked(
+    return Action(
         act,
         by,
-        place,
+        address,
         key,
         _number(act, "expects", fields),
         text,
@@ -86,75 +86,85 @@ def _number(act: Act, name: str, fields: Mapping[str, str]) -> int | None:
     return int(given)
 
 
-def perform(folder: Path, asked: Asked, clock: Clock) -> Answer:
+def perform(folder: Path, action: Action, clock: Clock) -> Answer:
     """Do it, or say why not."""
     try:
-        if asked.act == "abort":
-            return _abort(folder, asked, clock.now_utc())
-        if asked.act in ("void", "redo"):
-            return _take_back(folder, asked, clock)
+        if action.act == "abort":
+            return _abort(folder, action, clock.now_utc())
+        if action.act in ("void", "redo"):
+            return _take_back(folder, action, clock)
         if is_owned(folder):
-            return _ask(folder, asked, clock.now_utc())
-        return _write(folder, asked, clock)
+            return _ask(folder, action, clock.now_utc())
+        return _write(folder, action, clock)
     except ProcedureError as error:
         return Answer(REFUSED, str(error))
 
 
-def _abort(folder: Path, asked: Asked, now: datetime) -> Answer:
+def _abort(folder: Path, action: Action, now: datetime) -> Answer:
     """Have the guard stop the axes, then tell the engine why; without a guard the engine stops them itself.
 
     A folder that takes nothing, as that of another account, is no failure where the guard stopped the axes.
     """
     outcomes: dict[str, str] = {}
     for guard in of_run(str(folder), str(folder.parent)):
-        outcomes |= stop_by_guard(guard, None, asked.by) or {}
+        outcomes |= stop_by_guard(guard, None, action.by) or {}
     if not outcomes and not is_owned(folder):
         raise RequestError(f"{folder}: no process runs this run, so nothing moves by it; nothing was asked")
-    told = "; ".join(f"{axis}: {outcome}" for axis, outcome in sorted(outcomes.items()))
-    request = Request("abort", asked.by, now.isoformat(), asked.text, None, VIA, asked.place, asked.key)
+    outcome_text = "; ".join(f"{axis}: {outcome}" for axis, outcome in sorted(outcomes.items()))
+    request = Request("abort", action.by, now.isoformat(), action.text, None, VIA, action.address, action.key)
     try:
         Spool(folder).submit(request)
     except StorageFailed as error:
         if not outcomes:
             raise
-        told += f"; the reason was not written down: {error}"
-    return Answer(ACCEPTED, f"abort was asked for{f' ({told})' if told else ''}")
+        outcome_text += f"; the reason was not written down: {error}"
+    return Answer(ACCEPTED, f"abort was asked for{f' ({outcome_text})' if outcome_text else ''}")
 
 
-def _ask(folder: Path, asked: Asked, now: datetime) -> Answer:
-    kind: Kind = next(one for one in get_args(Kind) if one == asked.act)
-    if asked.expects is None and asked.act not in ("stop", "note"):
+def _ask(folder: Path, action: Action, now: datetime) -> Answer:
+    kind: Kind = next(kind for kind in get_args(Kind) if kind == action.act)
+    if action.expects is None and action.act not in ("stop", "note"):
         return Answer(REFUSED, f"{kind} does not say in view of which state it was asked (expects); nothing was done")
-    ask(folder, kind, asked.by, now, asked.text, expects=asked.expects, via=VIA, place=asked.place, key=asked.key)
+    ask(
+        folder,
+        kind,
+        action.by,
+        now,
+        action.text,
+        expects=action.expects,
+        via=VIA,
+        address=action.address,
+        key=action.key,
+    )
     return Answer(ACCEPTED, f"{kind} was asked for; the run says when it took it")
 
 
-def _write(folder: Path, asked: Asked, clock: Clock) -> Answer:
-    if asked.act == "note":
-        add_note(folder, asked.by, asked.text, clock, via=VIA, place=asked.place)
+def _write(folder: Path, action: Action, clock: Clock) -> Answer:
+    if action.act == "note":
+        add_note(folder, action.by, action.text, clock, via=VIA, address=action.address)
         return Answer(ACCEPTED, "noted")
-    if asked.act == "ack":
-        _require_seen(folder, asked)
-        acknowledge(folder, asked.by, asked.text, clock, via=VIA, place=asked.place)
+    if action.act == "ack":
+        _require_seen(folder, action)
+        acknowledge(folder, action.by, action.text, clock, via=VIA, address=action.address)
         return Answer(ACCEPTED, "acknowledged")
-    return Answer(REFUSED, f"cannot {asked.act}: no process runs this run; nothing was asked")
+    return Answer(REFUSED, f"cannot {action.act}: no process runs this run; nothing was asked")
 
 
-def _take_back(folder: Path, asked: Asked, clock: Clock) -> Answer:
-    if asked.number is None:
-        return Answer(WRONG, f"{asked.act}: number: needed is a step, or a replication; nothing was changed")
-    _require_seen(folder, asked)
-    word = Authorisation(asked.by, asked.text, asked.is_remounted, VIA, asked.place)
-    count = (void_from if asked.act == "void" else redo)(folder, asked.number, word, clock)
+def _take_back(folder: Path, action: Action, clock: Clock) -> Answer:
+    if action.number is None:
+        return Answer(WRONG, f"{action.act}: number: needed is a step, or a replication; nothing was changed")
+    _require_seen(folder, action)
+    word = Authorisation(action.by, action.text, action.is_remounted, VIA, action.address)
+    count = (void_from if action.act == "void" else redo)(folder, action.number, word, clock)
     return Answer(ACCEPTED, f"{count} dwells taken back; calrig resume {folder.name} measures them again")
 
 
-def _require_seen(folder: Path, asked: Asked) -> None:
+def _require_seen(folder: Path, action: Action) -> None:
     """Refuse what was asked in view of another state. Raises: RequestError."""
     with JournalReader.open(folder) as reader:
         entered = reader.last_event("state")
-    if entered is None or asked.expects != entered.sequence:
+    if entered is None or action.expects != entered.sequence:
         raise RequestError(
-            f"{asked.act} was asked in view of another state of the run (expects {asked.expects}); nothing was done; "
+            f"{action.act} was asked in view of another state of the run (expects {action.expects}); nothing was done; "
             "look again, then ask again"
         )

@@ -13,12 +13,12 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from procedures.console.acting import Acting
-from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Answer, Asked
+from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Action, Answer
 from procedures.console.shared import Console
 from procedures.errors import ProcedureError
 from procedures.kinds.read import read_procedure
 from procedures.queue.adding import add_run
-from procedures.queue.state import Place
+from procedures.queue.state import ItemState
 from rig.errors import RigError
 
 LONGEST_FILE = 1_000_000
@@ -57,41 +57,41 @@ class Additions:
 
     console: Console
     acting: Acting
-    _one: Lock = field(default_factory=Lock)
+    _busy: Lock = field(default_factory=Lock)
 
     async def act(self, request: Request) -> Response:
         """Add an item. It begins nothing: what is added by another person than armed it disarms the queue."""
         return await self.acting.answer(request, "add", lambda: None, self._perform, "/queue")
 
-    def _perform(self, asked: Asked) -> Answer:
-        if not self._one.acquire(blocking=False):
+    def _perform(self, action: Action) -> Answer:
+        if not self._busy.acquire(blocking=False):
             return Answer(REFUSED, "add: another item is being checked; nothing was added; ask again in a minute")
         try:
-            return self._add(asked)
+            return self._add(action)
         finally:
-            self._one.release()
+            self._busy.release()
 
-    def _add(self, asked: Asked) -> Answer:
+    def _add(self, action: Action) -> Answer:
         known = offered(self.console.files)
         for name, choice in (("procedure", known.procedures), ("rig", known.rigs)):
-            if asked.fields.get(name, "") not in choice:
+            if action.fields.get(name, "") not in choice:
                 allowed = ", ".join(choice) or f"none: {self.console.files} has no such file"
                 return Answer(WRONG, f"add: {name}: allowed are {allowed}; nothing was added")
-        folder, times = self.console.files, asked.fields
+        folder, times = self.console.files, action.fields
         try:
             item = add_run(
                 self.console.queues,
                 self.console.clock,
-                folder / asked.fields["procedure"],
-                folder / asked.fields["rig"],
+                folder / action.fields["procedure"],
+                folder / action.fields["rig"],
                 self.console.runs.folder,
-                asked.by,
-                title=read_procedure(folder / asked.fields["procedure"]).procedure.title,
+                action.by,
+                title=read_procedure(folder / action.fields["procedure"]).procedure.title,
                 not_before=times.get("not_before", "").strip(),
                 not_after=times.get("not_after", "").strip(),
             )
         except (ProcedureError, RigError) as error:
             return Answer(REFUSED, f"add: {error}")
-        refused = "; ".join(item.told) if item.place is Place.REFUSED else ""
+        refused = "; ".join(item.reasons) if item.state is ItemState.REFUSED else ""
         would = f"; it would be refused: {refused}" if refused else "; its check speaks against nothing"
-        return Answer(ACCEPTED, f"item {item.number}: {item.title}: {item.place}{would}")
+        return Answer(ACCEPTED, f"item {item.number}: {item.title}: {item.state}{would}")

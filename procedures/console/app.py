@@ -14,7 +14,7 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from ams.archive.desk import due_list, search_runs
+from ams.archive.due_list import due_list, search_runs
 from ams.archive.refusals import without_password
 from ams.archive.sets import list_sets
 from ams.errors import ArchiveAbsent, ArchiveError
@@ -112,8 +112,8 @@ class _Pages:
     async def night(self, request: Request) -> Response:
         console = self._console
         listed = await run_sync(console.listed)
-        told = await run_sync(night, listed, console.archive_url, console.clock.now_utc())
-        return self._shown(request, "night.html.j2", here="night", night=told, today=console.clock.now_utc().date())
+        summary = await run_sync(night, listed, console.archive_url, console.clock.now_utc())
+        return self._shown(request, "night.html.j2", here="night", night=summary, today=console.clock.now_utc().date())
 
     async def archive(self, request: Request) -> Response:
         words = request.query_params.get("q", "")
@@ -124,7 +124,7 @@ class _Pages:
             due = await run_sync(due_list, url)
         except ArchiveAbsent:  # as on every new bench: the first finished run makes it
             found, sets, due, absent = (), (), (), True
-        sensors = {one.sensor: one for one in sets}
+        sensors = {coefficients.sensor: coefficients for coefficients in sets}
         return self._shown(
             request, "archive.html.j2", here="archive", absent=absent, words=words, found=found[:100],
             count=len(found), sensors=sensors, due=due,
@@ -143,7 +143,7 @@ class _Pages:
 
     async def api_runs(self, request: Request) -> Response:
         listed = await run_sync(self._console.listed)
-        return JSONResponse({"runs": [one.to_document() for one in listed]})
+        return JSONResponse({"runs": [run.to_document() for run in listed]})
 
     async def api_run(self, request: Request) -> Response:
         page = await run_sync(self._console.page, request.path_params["name"])
@@ -161,9 +161,9 @@ class _Pages:
 
     def _metrics(self) -> str:
         return metrics_text(
-            RunFigures(one.path.name, progress_of("state", status(one.path)), read_live(one.path), one.is_alive)
-            for one in self._console.listed()
-            if not one.trouble
+            RunFigures(run.path.name, progress_of("state", status(run.path)), read_live(run.path), run.is_alive)
+            for run in self._console.listed()
+            if not run.trouble
         )
 
     async def healthz(self, request: Request) -> Response:
@@ -188,7 +188,7 @@ class _Pages:
 
     async def _tell(self, socket: WebSocket, name: str) -> None:
         """Send the changing parts of the page whenever they are others, and a sign of life between."""
-        version, offered, told_s = "", "", 0.0
+        version, offered, sent_s = "", "", 0.0
         token = token_of(socket.headers, self._console.site)
         gone = asyncio.ensure_future(_gone(socket))
         try:
@@ -202,10 +202,10 @@ class _Pages:
                         news["acts"] = self._templates.html("acts.html.j2", page=page, visitor=visitor, key=new_key())
                         offered = now_offered
                     await socket.send_text(json.dumps(news))
-                    version, told_s = page.version, now_s
-                elif now_s - told_s >= ALIVE_EVERY_S:
+                    version, sent_s = page.version, now_s
+                elif now_s - sent_s >= ALIVE_EVERY_S:
                     await socket.send_text("{}")
-                    told_s = now_s
+                    sent_s = now_s
                 await asyncio.wait([gone], timeout=LOOK_S)
             if not gone.done():
                 await socket.close(1008)
@@ -219,10 +219,10 @@ class _Pages:
     async def failed(self, request: Request, error: Exception) -> Response:
         return self._failed(request, 500, str(error))
 
-    def _failed(self, request: Request, status_code: int, told: str) -> Response:
+    def _failed(self, request: Request, status_code: int, message: str) -> Response:
         if request.method == "POST" and "text/html" not in request.headers.get("accept", ""):
-            return JSONResponse({"done": False, "told": told}, status_code)
-        return self._shown(request, "error.html.j2", status_code, told=told)
+            return JSONResponse({"done": False, "told": message}, status_code)
+        return self._shown(request, "error.html.j2", status_code, message=message)
 
     def _shown(self, request: Request, template: str, status_code: int = 200, **values: object) -> Response:
         visitor = self._console.sessions.visitor(token_of(request.headers, self._console.site))

@@ -33,12 +33,12 @@ class Bench:
     latest: dict[str, Any] = field(default_factory=dict)
     """What was last seen."""
 
-    def send(self, client: str, name: str, place: str, order: dict[str, Any]) -> None:
+    def send(self, client: str, name: str, address: str, order: dict[str, Any]) -> None:
         """Pass on what a page says; never waits."""
         line = self.process.stdin
         if line is None or line.is_closing() or line.transport.get_write_buffer_size() > MOST_UNSENT:
             return
-        line.write(json.dumps({**order, "client": client, "name": name, "place": place}).encode() + b"\n")
+        line.write(json.dumps({**order, "client": client, "name": name, "place": address}).encode() + b"\n")
 
     def has(self, client: str) -> bool:
         """Return whether a page has it, as far as was heard; the bench itself decides."""

@@ -31,7 +31,7 @@ class Entrance:
     async def login(self, request: Request) -> Response:
         """Show the form, or look at what it was filled in with."""
         if request.method != "POST":
-            return self._pages.shown("login.html.j2", told="")
+            return self._pages.shown("login.html.j2", message="")
         fields, sessions = await read_fields(request), self._console.sessions
         name, secret = fields.get("name", "")[:200], fields.get("secret", "")[:200]
         async with self._console.logging_in:
@@ -40,7 +40,7 @@ class Entrance:
                 person = await run_sync(sessions.people.identify, name, secret)
                 token = sessions.log_in(name, person, token_of(request.headers, self._console.site))
         if person is None or token is None:
-            return self._pages.shown("login.html.j2", 403, told=WRONG)
+            return self._pages.shown("login.html.j2", 403, message=WRONG)
         return self._let_in(RedirectResponse("/", 303), token)
 
     async def leave(self, request: Request) -> Response:
@@ -60,7 +60,9 @@ class Entrance:
         if not self._console.sessions.tell_code(token, fields.get("code", "")[:40]):
             raise HTTPException(403, "that is not the code, or too many were tried: then wait a minute")
         self._console.entered.set()
-        return self._pages.shown("told.html.j2", told="this browser may begin motion until its session ends", back="/")
+        return self._pages.shown(
+            "message.html.j2", message="this browser may begin motion until its session ends", back="/"
+        )
 
     def _let_in(self, response: Response, token: str) -> Response:
         site = self._console.site

@@ -112,8 +112,8 @@ class Gate:
         if len(scope["raw_path"]) + len(scope["query_string"]) > LONGEST_TARGET:
             return PlainTextResponse("calrig console: the address is too long\n", 414)
         origins = headers.getlist("origin")
-        own = [[f"{self._site.scheme}://{headers['host']}"]]
-        if ((is_socket or is_act) and origins not in own) or (origins and origins not in own):
+        same_origin = [[f"{self._site.scheme}://{headers['host']}"]]
+        if ((is_socket or is_act) and origins not in same_origin) or (origins and origins not in same_origin):
             return PlainTextResponse("calrig console: asked by a page of another site\n", 403)
         is_open = scope["path"] in OPEN and not is_socket
         if is_open and not is_act:

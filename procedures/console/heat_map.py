@@ -68,7 +68,7 @@ def heat_map(
         solved = np.linalg.lstsq(design[used], values[used], rcond=None)[0]
         scale = ARCSEC_PER_RAD / max(float(np.linalg.norm(solved[1:])), 1e-12)
         residual = (values - design @ solved) * scale
-        rows.append(tuple(round(float(one), 2) if np.isfinite(one) else None for one in residual))
+        rows.append(tuple(round(float(value), 2) if np.isfinite(value) else None for value in residual))
         sizes.append(float(np.sqrt(np.mean(residual[used] ** 2))))
     marks = tuple(dwell.record.purpose[0] if good else "x" for dwell, good in zip(known, counts, strict=True))
     return HeatMap(channels, tuple(rows), marks, tuple(dwell.record.step for dwell in known), tuple(sizes))

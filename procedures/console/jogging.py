@@ -20,7 +20,7 @@ from starlette.responses import Response
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from procedures.console.acting import Acting, new_key
-from procedures.console.acts import ACCEPTED, REFUSED, Answer, Asked
+from procedures.console.acts import ACCEPTED, REFUSED, Action, Answer
 from procedures.console.additions import offered
 from procedures.console.benches import Benches
 from procedures.console.gate import token_of
@@ -67,7 +67,7 @@ class _Page:
     since_s: float = 0.0
 
     @property
-    def place(self) -> str:
+    def address(self) -> str:
         return self.socket.client.host if self.socket.client else ""
 
     def hear(self, document: dict[str, Any]) -> None:
@@ -123,7 +123,7 @@ class Jogging:
             rig=rig.name,
             name=description.rig.name,
             is_simulated=description.is_simulated,
-            sensors={name: list(one.channels.values()) for name, one in description.sensors.items()},
+            sensors={name: list(sensor.channels.values()) for name, sensor in description.sensors.items()},
             owner=await run_sync(self._owner, rig),
             refusal=refusal("jog", visitor, description, is_elsewhere=is_elsewhere),
             is_elsewhere=is_elsewhere,
@@ -142,23 +142,23 @@ class Jogging:
     async def stop(self, request: Request) -> Response:
         rig = await run_sync(self._file, request.path_params["rig"])
 
-        def tell_bench(asked: Asked) -> None:
+        def tell_bench(action: Action) -> None:
             if (bench := self._benches.find(rig)) is not None:
-                bench.send("form", asked.by, asked.place, {"say": "stop"})
+                bench.send("form", action.by, action.address, {"say": "stop"})
 
         back = f"/jog/{request.path_params['rig']}"
         return await self._acting.answer(
             request, "halt", lambda: None, partial(self._halt, rig), back, at_once=tell_bench
         )
 
-    def _halt(self, rig: Path, asked: Asked) -> Answer:
+    def _halt(self, rig: Path, action: Action) -> Answer:
         outcomes: dict[str, str] = {}
         for guard in of_rig(str(rig)):
-            outcomes |= stop_by_guard(guard, None, asked.by) or {}
-        told = "; ".join(f"{axis}: {outcome}" for axis, outcome in sorted(outcomes.items()))
-        if not told and self._benches.find(rig) is None:
+            outcomes |= stop_by_guard(guard, None, action.by) or {}
+        outcome_text = "; ".join(f"{axis}: {outcome}" for axis, outcome in sorted(outcomes.items()))
+        if not outcome_text and self._benches.find(rig) is None:
             return Answer(REFUSED, "stop: no calrig of this machine moves that rig, so nothing moves by it")
-        return Answer(ACCEPTED, f"stop was asked for{f' ({told})' if told else ''}")
+        return Answer(ACCEPTED, f"stop was asked for{f' ({outcome_text})' if outcome_text else ''}")
 
     # The socket.
 
@@ -188,10 +188,10 @@ class Jogging:
     def _has_room_for(self, page: _Page) -> bool:
         """Take a place for a page; False where every one is that of a page that has a bench."""
         if len(self._open) >= MOST_PAGES:
-            idle = [one for one in self._open if not self._benches.has(one.client)]
+            idle = [page for page in self._open if not self._benches.has(page.client)]
             if not idle:
                 return False
-            silent = min(idle, key=lambda one: one.heard_s)
+            silent = min(idle, key=lambda page: page.heard_s)
             self._open.remove(silent)
             closing = asyncio.create_task(_put_aside(silent))  # one that takes nothing keeps nobody waiting
             self._closing.add(closing)
@@ -259,8 +259,8 @@ class Jogging:
     async def _hear(self, rig: Path, page: _Page, visitor: Visitor, order: dict[str, Any]) -> None:
         say = order.get("say")
         if say == "stop":
-            if told := refusal("halt", visitor, None, is_elsewhere=False):
-                page.hear({"told": told})
+            if complaint := refusal("halt", visitor, None, is_elsewhere=False):
+                page.hear({"told": complaint})
             else:
                 self._say(rig, page, {"say": "stop"})
         elif say == "take":
@@ -274,13 +274,13 @@ class Jogging:
 
     def _say(self, rig: Path, page: _Page, order: dict[str, Any]) -> None:
         if (bench := self._benches.find(rig)) is not None:
-            bench.send(page.client, page.name, page.place, order)
+            bench.send(page.client, page.name, page.address, order)
 
     async def _take(self, rig: Path, page: _Page, visitor: Visitor) -> None:
         """Give the bench to a page that may have it; it is opened where it is not."""
         description = await run_sync(_described, rig) if page.is_elsewhere else None
-        if told := refusal("jog", visitor, description, is_elsewhere=page.is_elsewhere):
-            page.hear({"told": told})
+        if complaint := refusal("jog", visitor, description, is_elsewhere=page.is_elsewhere):
+            page.hear({"told": complaint})
             return
         if not self._console.sessions.counts_act(visitor):
             page.hear({"told": "too many acts within a minute; nothing was done"})
@@ -292,7 +292,7 @@ class Jogging:
             return
         if bench.holder and not bench.has(page.client):
             page.hear({"told": f"{bench.holder} has the bench; nothing was done"})
-        bench.send(page.client, page.name, page.place, {"say": "take"})
+        bench.send(page.client, page.name, page.address, {"say": "take"})
 
 
 def _described(rig: Path) -> RigDescription | None:
@@ -314,11 +314,11 @@ def _order(text: str) -> dict[str, Any]:
     return found
 
 
-async def _end(page: _Page, told: str) -> None:
+async def _end(page: _Page, message: str) -> None:
     """Say why the page is heard no more, and end it."""
     with suppress(RuntimeError, WebSocketDisconnect):
         if page.socket.application_state is WebSocketState.CONNECTED:
-            await page.socket.send_text(json.dumps({"told": told}))
+            await page.socket.send_text(json.dumps({"told": message}))
         await page.socket.close(POLICY)
 
 

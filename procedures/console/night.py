@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta, tzinfo
 
-from ams.archive.desk import Due, due_list
+from ams.archive.due_list import Due, due_list
 from ams.errors import ArchiveAbsent, ArchiveError
 from procedures.console.watched_run import RunPage
 from procedures.errors import ProcedureError
@@ -65,7 +65,7 @@ def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime) -> N
     since_utc = evening_before(now_utc)
     runs = [_night_run(run) for run in listed if run.is_alive or run.modified_utc >= since_utc]
     due, trouble = _due(archive_url, now_utc.date())
-    return Night(since_utc, tuple(sorted(runs, key=lambda one: not one.to_do)), due, trouble)
+    return Night(since_utc, tuple(sorted(runs, key=lambda run: not run.to_do)), due, trouble)
 
 
 def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
@@ -75,7 +75,7 @@ def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
         return (), "Nothing is archived yet: what is due will stand here."
     except ArchiveError as error:
         return (), str(error)
-    soon = [one for one in found if (left := one.days_left(today)) is not None and left <= DUE_WITHIN_DAYS]
+    soon = [item for item in found if (left := item.days_left(today)) is not None and left <= DUE_WITHIN_DAYS]
     return tuple(soon), ""
 
 
@@ -98,11 +98,11 @@ def _night_run(run: ListedRun) -> NightRun:
 
 
 def _stops(states: list[Event]) -> Iterable[Stop]:
-    for place, event in enumerate(states):
+    for index, event in enumerate(states):
         state, by = State(str(event.detail["to"])), str(event.detail.get("by", ""))
         if not is_unasked(state, by):
             continue
-        after = states[place + 1] if place + 1 < len(states) else None
+        after = states[index + 1] if index + 1 < len(states) else None
         lasted_s = None if after is None else (after.utc - event.utc).total_seconds()
         yield Stop(event.utc, state, state_sentence(str(event.detail.get("reason", "")), by), lasted_s)
 

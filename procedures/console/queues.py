@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from procedures.console.acting import Acting, new_key
-from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Answer, Asked
+from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Action, Answer
 from procedures.console.additions import offered
 from procedures.console.rights import Act
 from procedures.console.shared import Console
@@ -20,7 +20,7 @@ from procedures.console.templates_of import Pages
 from procedures.errors import ProcedureError, RequestError
 from procedures.queue import people
 from procedures.queue.moments import moment
-from procedures.queue.state import Item, Place, Queue
+from procedures.queue.state import Item, ItemState, Queue
 from procedures.queue.store import FILE, QueueStore
 from procedures.queue.words import armed_sentence, awaited_sentence, item_document, mounted_sentence, mounted_words
 from procedures.queue.world import boot
@@ -30,7 +30,7 @@ from rig.description.rig_file import RigDescription
 from rig.errors import RigError
 
 ACTS: tuple[Act, ...] = ("arm", "disarm", "move", "remove", "attest", "decide")
-GONE = (Place.REMOVED, Place.DROPPED)
+GONE = (ItemState.REMOVED, ItemState.DROPPED)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def _shown(folder: Path, clock: Clock) -> ShownQueue:
     except ProcedureError as error:
         return ShownQueue(folder.name, Queue(), False, "", "", "", (), str(error))
     now = clock.now_utc()
-    waiting = queue.in_place(Place.WAITING)
+    waiting = queue.in_state(ItemState.WAITING)
     needs = waiting[0].needs if waiting else {}
     return ShownQueue(
         folder.name,
@@ -70,7 +70,7 @@ def _shown(folder: Path, clock: Clock) -> ShownQueue:
         armed_sentence(queue, boot(), now),
         mounted_sentence(queue),
         " ".join(f"{name}={datum}" if datum else name for name, datum in needs.items()),
-        tuple(one for one in queue.items if one.place not in GONE),
+        tuple(item for item in queue.items if item.state not in GONE),
         awaited=awaited_sentence(queue, waiting[0]) if waiting else "",
     )
 
@@ -103,20 +103,20 @@ class QueuePages:
         queues = shown_queues(self._console.queues, self._console.clock)
         documents = [
             {
-                "queue": one.name,
-                "sequence": one.queue.sequence,
-                "armed": one.is_armed,
-                "told": one.armed,
-                "items": [item_document(item) for item in one.items],
-                "trouble": one.trouble or None,
+                "queue": queue.name,
+                "sequence": queue.queue.sequence,
+                "armed": queue.is_armed,
+                "told": queue.armed,
+                "items": [item_document(item) for item in queue.items],
+                "trouble": queue.trouble or None,
             }
-            for one in queues
+            for queue in queues
         ]
         return JSONResponse({"queues": documents})
 
     async def act(self, request: Request) -> Response:
         """Arm, disarm, move, remove, attest or decide."""
-        act = next((one for one in ACTS if one == request.path_params["act"]), None)
+        act = next((known for known in ACTS if known == request.path_params["act"]), None)
         name = request.path_params["name"]
         folder = next(
             (path.parent for path in self._console.queues.glob(f"*/{FILE}") if path.parent.name == name), None
@@ -124,49 +124,49 @@ class QueuePages:
         if act is None or folder is None or folder.is_symlink():
             raise HTTPException(404, "there is no such queue, or no such act")
         store = QueueStore(folder, self._console.clock)
-        do: Callable[[Asked], Answer] = partial(_perform, store, self._console.clock)
+        do: Callable[[Action], Answer] = partial(_perform, store, self._console.clock)
         return await self._acting.answer(request, act, partial(_rig_of, store), do, "/queue")
 
 
 def _rig_of(store: QueueStore) -> RigDescription | None:
     """Return the rig file of what would run next; None where it cannot be read: then nothing is allowed by it."""
-    items = store.read().in_place(Place.RESUMING, Place.UNDECIDED, Place.WAITING)
+    items = store.read().in_state(ItemState.RESUMING, ItemState.UNDECIDED, ItemState.WAITING)
     try:
         return read_rig(Path(items[0].rig.path)) if items else None
     except RigError:
         return None
 
 
-def _perform(store: QueueStore, clock: Clock, asked: Asked) -> Answer:
+def _perform(store: QueueStore, clock: Clock, action: Action) -> Answer:
     try:
         # What was asked in view of another queue is refused; disarming is taken as it comes.
         queue = store.read()
-        if asked.act != "disarm" and asked.expects != queue.sequence:
+        if action.act != "disarm" and action.expects != queue.sequence:
             raise RequestError(
-                f"{asked.act} was asked in view of another queue (expects {asked.expects}, it is {queue.sequence}); "
+                f"{action.act} was asked in view of another queue (expects {action.expects}, it is {queue.sequence}); "
                 "nothing was changed; look again, then ask again"
             )
-        _say(store, asked, clock.now_utc())
+        _say(store, action, clock.now_utc())
     except ProcedureError as error:
         return Answer(REFUSED, str(error))
     except (KeyError, TypeError):
-        return Answer(WRONG, f"{asked.act}: something that it needs is missing; nothing was changed")
-    return Answer(ACCEPTED, f"{asked.act}: done")
+        return Answer(WRONG, f"{action.act}: something that it needs is missing; nothing was changed")
+    return Answer(ACCEPTED, f"{action.act}: done")
 
 
-def _say(store: QueueStore, asked: Asked, now_utc: datetime) -> None:
-    number = asked.number or 0
-    match asked.act:
+def _say(store: QueueStore, action: Action, now_utc: datetime) -> None:
+    number = action.number or 0
+    match action.act:
         case "arm":
-            people.arm(store, asked.by, moment(asked.fields["until"], "until", now_utc), boot(), now_utc)
+            people.arm(store, action.by, moment(action.fields["until"], "until", now_utc), boot(), now_utc)
         case "disarm":
-            people.disarm(store, asked.by)
+            people.disarm(store, action.by)
         case "move":
-            people.move(store, number, int(asked.fields.get("to", "0") or "0"), asked.by)
+            people.move(store, number, int(action.fields.get("to", "0") or "0"), action.by)
         case "remove":
-            people.remove(store, number, asked.by)
+            people.remove(store, number, action.by)
         case "attest":
-            parts = (word.partition("=") for word in asked.fields["mounted"].replace(",", " ").split())
-            people.attest(store, asked.by, {name: datum for name, _, datum in parts})
+            parts = (word.partition("=") for word in action.fields["mounted"].replace(",", " ").split())
+            people.attest(store, action.by, {name: datum for name, _, datum in parts})
         case "decide":
-            people.decide(store, number, asked.fields["choice"], asked.text, asked.by)
+            people.decide(store, number, action.fields["choice"], action.text, action.by)

@@ -65,8 +65,8 @@ def bound(listen: str, tls: tuple[Path, Path] | None = None, names: tuple[str, .
     listening = _socket(listen, host, number)
     if proxied is not None:
         return Listening(listening, proxied, is_here=False)
-    own = _names(listening, is_here, names)
-    return Listening(listening, Site(own, "http" if tls is None else "https"), is_here, tls)
+    allowed = _names(listening, is_here, names)
+    return Listening(listening, Site(allowed, "http" if tls is None else "https"), is_here, tls)
 
 
 def _socket(listen: str, host: str, number: int) -> socket.socket:
@@ -104,15 +104,17 @@ def _names(listening: socket.socket, is_here: bool, names: tuple[str, ...]) -> f
     """Return what a browser may call it. An address in figures cannot be bent to this machine, as a name can."""
     host, port = listening.getsockname()[:2]
     if is_here:
-        own = {"127.0.0.1", "localhost", "::1"}
+        here = {"127.0.0.1", "localhost", "::1"}
     else:
-        own = {host, socket.gethostname().lower()} if host not in ("0.0.0.0", "::") else _own_names()  # noqa: S104
-    ways = {f"[{name}]" if ":" in name else name for name in own | set(names)}
+        here = {host, socket.gethostname().lower()} if host not in ("0.0.0.0", "::") else _addresses_of_here()  # noqa: S104
+    ways = {f"[{name}]" if ":" in name else name for name in here | set(names)}
     return frozenset(f"{name}:{port}" for name in ways) | (frozenset(ways) if port == 443 else frozenset())
 
 
-def _own_names() -> set[str]:
-    found = {one.address for addresses in net_if_addrs().values() for one in addresses if one.family in FAMILIES}
+def _addresses_of_here() -> set[str]:
+    found = {
+        address.address for addresses in net_if_addrs().values() for address in addresses if address.family in FAMILIES
+    }
     return {socket.gethostname().lower()} | {address.partition("%")[0] for address in found}
 
 
@@ -136,13 +138,13 @@ class ImpatientProtocol(H11Protocol):
     def _make_room(self) -> None:
         while len(self.connections) >= MOST_CONNECTIONS:
             strangers = [
-                one
-                for one in self.connections
-                if isinstance(one, ImpatientProtocol) and one is not self and not one._is_known()
+                connection
+                for connection in self.connections
+                if isinstance(connection, ImpatientProtocol) and connection is not self and not connection._is_known()
             ]
             if not strangers:
                 return  # then the answer is 503
-            oldest = min(strangers, key=lambda one: one._came_s)
+            oldest = min(strangers, key=lambda stranger: stranger._came_s)
             self.connections.discard(oldest)
             oldest.transport.abort()
 
@@ -151,8 +153,8 @@ class ImpatientProtocol(H11Protocol):
         return KNOWN in (getattr(self, "scope", None) or {})  # typed as if it were always there
 
     def _end_where_silent(self) -> None:
-        has_asked = getattr(self, "cycle", None) is not None  # typed as if it were always there
-        if not has_asked and self.transport.get_protocol() is self:  # a socket of a page has gone on to another
+        has_request = getattr(self, "cycle", None) is not None  # typed as if it were always there
+        if not has_request and self.transport.get_protocol() is self:  # a socket of a page has gone on to another
             self.transport.abort()
 
 

@@ -146,7 +146,7 @@ class Sessions:
     def counts_act(self, visitor: Visitor) -> bool:
         """Count an act of a session; False where it has done too many."""
         now_s = self.clock.monotonic_s()
-        done = [one for one in self._acts.get(visitor.token, []) if now_s - one < ACTS_WITHIN_S]
+        done = [act_s for act_s in self._acts.get(visitor.token, []) if now_s - act_s < ACTS_WITHIN_S]
         is_allowed = len(done) < ACTS
         self._acts[visitor.token] = [*done, now_s] if is_allowed else done
         return is_allowed

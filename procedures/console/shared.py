@@ -101,12 +101,12 @@ class Console:
 
     async def once(self, visitor: Visitor, key: str, do: Callable[[], Answer]) -> Answer:
         """Do an act in a thread; a page that heard nothing asks again with the same key, and the act counts once."""
-        place = (visitor.token, key)
-        if place not in self._answers:
-            self._answers[place] = asyncio.get_running_loop().run_in_executor(self.hands, do)
+        slot = (visitor.token, key)
+        if slot not in self._answers:
+            self._answers[slot] = asyncio.get_running_loop().run_in_executor(self.hands, do)
             while len(self._answers) > MOST_ANSWERS:
                 self._answers.popitem(last=False)
-        return await asyncio.shield(self._answers[place])
+        return await asyncio.shield(self._answers[slot])
 
     def is_known(self, visitor: Visitor, key: str) -> bool:
         """Return whether an act came before with this key."""

@@ -31,7 +31,7 @@ class Happened:
     """One line of what happened."""
 
     utc: datetime
-    told: str
+    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +154,8 @@ class WatchedRun:
 
     def _take(self, news: News) -> None:
         for event in news.events:
-            if told := event_words(event):
-                self._happened.append(Happened(event.utc, told))
+            if message := event_words(event):
+                self._happened.append(Happened(event.utc, message))
             if event.kind == "state":
                 self._cause = str(event.detail.get("cause", ""))
             if event.kind == VOIDED:
@@ -166,7 +166,9 @@ class WatchedRun:
 
     def _last_step(self) -> int | None:
         counted = (
-            one.record for one in reversed(self._dwells) if one.record.accepted and one.record.purpose != "check"
+            dwell.record
+            for dwell in reversed(self._dwells)
+            if dwell.record.accepted and dwell.record.purpose != "check"
         )
         return next((dwell.step for dwell in counted if key_of(dwell) not in self._taken_back), None)
 

@@ -19,7 +19,7 @@ def to_dataset(run: str, tables: Mapping[str, pd.DataFrame]) -> xarray.Dataset:
     names = _channel_names(readings)
     channels = list(dict.fromkeys(names))
     first = readings.assign(name=names).drop_duplicates("name").set_index("name").reindex(channels)
-    rows, columns = _places(dwells, readings, names, channels)
+    rows, columns = _positions(dwells, readings, names, channels)
     data: dict[str, Any] = {}
     for figure in ("mean", "sd", "n"):
         grid = np.full((len(dwells), len(channels)), np.nan)
@@ -50,12 +50,12 @@ def _channel_names(table: pd.DataFrame) -> list[str]:
     ]
 
 
-def _places(dwells: pd.DataFrame, table: pd.DataFrame, names: list[str], channels: list[str]) -> tuple[Any, Any]:
+def _positions(dwells: pd.DataFrame, table: pd.DataFrame, names: list[str], channels: list[str]) -> tuple[Any, Any]:
     return dwells.index.get_indexer(table.index), pd.Index(channels).get_indexer(pd.Index(names))
 
 
 def _samples(dwells: pd.DataFrame, samples: pd.DataFrame, channels: list[str]) -> Any:
-    rows, columns = _places(dwells, samples, _channel_names(samples), channels)
+    rows, columns = _positions(dwells, samples, _channel_names(samples), channels)
     grid = np.full((len(dwells), len(channels), int(samples["sample"].max()) + 1), np.nan)
     grid[rows, columns, samples["sample"]] = samples["value"]
     return grid

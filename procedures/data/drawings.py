@@ -36,9 +36,9 @@ def means_against_pitch(dwells: pd.DataFrame, readings: pd.DataFrame, channel: s
 def attitudes_by_step(steps: pd.DataFrame) -> Drawing:
     """Draw where every axis stands, step by step, a panel an axis; the steps are those of a plan."""
     axes = [name for name in steps.columns if name.endswith("_deg")]
-    places = steps.index.to_numpy()
+    indices = steps.index.to_numpy()
     return _panels(
-        ((f"{name.removesuffix('_deg')} (°)", places, steps[name].to_numpy()) for name in axes), across="step"
+        ((f"{name.removesuffix('_deg')} (°)", indices, steps[name].to_numpy()) for name in axes), across="step"
     )
 
 
@@ -47,7 +47,7 @@ def residuals_of(sensors: Mapping[str, SolvedSensor]) -> Drawing:
 
     Straight lines have levels in place of attitudes, each axis its own: theirs stand in the order of the rows.
     """
-    solved = [(name, one.calibration) for name, one in sensors.items() if one.calibration is not None]
+    solved = [(name, sensor.calibration) for name, sensor in sensors.items() if sensor.calibration is not None]
     if solved and all(calibration.model == "linear" for _, calibration in solved):
         return _panels(
             (
@@ -58,11 +58,11 @@ def residuals_of(sensors: Mapping[str, SolvedSensor]) -> Drawing:
             across="row",
         )
     return _panels(
-        (f"{name} {axis} (µV)", np.rad2deg(one.observations.pitch_rad), solved.residuals_v * _MICROVOLTS)
-        for name, one in sensors.items()
-        if one.calibration is not None
-        for axis, solved in one.calibration.axes.items()
-        if solved.residuals_v.size == one.observations.rows
+        (f"{name} {axis} (µV)", np.rad2deg(sensor.observations.pitch_rad), solved.residuals_v * _MICROVOLTS)
+        for name, sensor in sensors.items()
+        if sensor.calibration is not None
+        for axis, solved in sensor.calibration.axes.items()
+        if solved.residuals_v.size == sensor.observations.rows
     )
 
 
@@ -70,11 +70,11 @@ def _panels(panels: Iterable[tuple[str, FloatArray, FloatArray]], across: str = 
     drawn = list(panels)
     with style():
         figure = Drawing(figsize=(WIDTH_IN, 0.6 + _PANEL_IN * max(1, len(drawn))), layout="constrained")
-        for place, (label, stations, values) in enumerate(drawn):
-            axes = figure.add_subplot(len(drawn), 1, place + 1)
+        for index, (label, stations, values) in enumerate(drawn):
+            axes = figure.add_subplot(len(drawn), 1, index + 1)
             plain_axes(axes)
             axes.axhline(0.0, color=FAINT, linewidth=0.6)
             axes.plot(stations, values, "o", color=BLUE, markersize=2.5)
             axes.set_ylabel(label)
-            axes.set_xlabel(across if place == len(drawn) - 1 else "")
+            axes.set_xlabel(across if index == len(drawn) - 1 else "")
         return figure

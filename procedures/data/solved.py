@@ -31,10 +31,14 @@ class Solved:
     @property
     def warnings(self) -> list[str]:
         """What somebody must read before the numbers are used, behind the sensor it is about."""
-        sentences = [f"{name}: {one.failure}" for name, one in self.sensors.items() if one.failure is not None]
+        sentences = [f"{name}: {sensor.failure}" for name, sensor in self.sensors.items() if sensor.failure is not None]
         for name, calibration in self._calibrations():
             sentences += [f"{name}: {warning}" for warning in calibration.warnings]
-            sentences += [f"{name} {axis}: {word}" for axis, one in calibration.axes.items() for word in one.warnings]
+            sentences += [
+                f"{name} {axis}: {word}"
+                for axis, solved_axis in calibration.axes.items()
+                for word in solved_axis.warnings
+            ]
         return sentences
 
     def plot(self) -> Any:
@@ -50,10 +54,10 @@ class Solved:
     def _rows(self) -> Iterator[tuple[object, ...]]:
         for name, calibration in self._calibrations():
             for axis, solved in calibration.axes.items():
-                for one in solved.parameters:
-                    yield name, axis, one.name, one.value, one.standard_uncertainty
+                for parameter in solved.parameters:
+                    yield name, axis, parameter.name, parameter.value, parameter.standard_uncertainty
 
     def _calibrations(self) -> Iterator[tuple[str, Calibration]]:
-        for name, one in self.sensors.items():
-            if one.calibration is not None:
-                yield name, one.calibration
+        for name, sensor in self.sensors.items():
+            if sensor.calibration is not None:
+                yield name, sensor.calibration

@@ -39,10 +39,10 @@ def events_table(events: Iterable[Event]) -> pd.DataFrame:
     """Return the audit trail, a row an event."""
     rows = [
         (
-            place,
+            index,
             [event.sequence, event.utc, event.monotonic_s, event.kind, compact_json(dict(event.detail)), event.sha256],
         )
-        for place, event in enumerate(events)
+        for index, event in enumerate(events)
     ]
     return _table("events", rows, index=None)
 
@@ -57,7 +57,7 @@ def samples_table(dwells: Iterable[Numbered], sensors: Mapping[str, Sensor]) -> 
         for owner in owners.get(reading.channel, [("", "")])
     ]
     counts = [reading.samples.size for *_, reading in parts]
-    places = np.concatenate([np.arange(count) for count in counts]) if parts else np.zeros(0, dtype=np.int64)
+    indices = np.concatenate([np.arange(count) for count in counts]) if parts else np.zeros(0, dtype=np.int64)
     started_s = np.repeat([reading.started_s for *_, reading in parts], counts)
     interval_s = np.repeat([reading.interval_s for *_, reading in parts], counts)
     columns = {
@@ -67,8 +67,8 @@ def samples_table(dwells: Iterable[Numbered], sensors: Mapping[str, Sensor]) -> 
         "axis": _repeated([owner[1] for *_, owner, _ in parts], counts),
         "channel": _repeated([reading.channel for *_, reading in parts], counts),
         "unit": _repeated([reading.unit for *_, reading in parts], counts),
-        "sample": places,
-        "time_s": started_s + places * interval_s,
+        "sample": indices,
+        "time_s": started_s + indices * interval_s,
         "value": np.concatenate([reading.samples for *_, reading in parts]) if parts else np.zeros(0),
     }
     numbers = np.repeat(np.array([number for number, *_ in parts], dtype=np.int64), counts)

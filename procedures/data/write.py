@@ -39,7 +39,7 @@ def _csv(data: RunData, tables: Tables) -> dict[str, bytes]:
         _VERSION_KEY: DATA_VERSION,
         "run": data.run,
         "tables": {
-            name: [{"name": one.name, "kind": one.kind, "meaning": one.meaning} for one in TABLES[name]]
+            name: [{"name": column.name, "kind": column.kind, "meaning": column.meaning} for column in TABLES[name]]
             for name in tables
         },
     }

@@ -34,11 +34,11 @@ from procedures.report.write import (
     REPORT_FILE,
     Drawn,
     draw_report,
-    own_document,
+    sensor_document,
     view_of,
-    write_own_document,
     write_paper,
     write_screen,
+    write_sensor_document,
 )
 from procedures.solution.lines import lines_document
 from procedures.solution.provenance import provenance_of
@@ -154,14 +154,14 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
         parts.made("html", lambda: write_screen(drawn, run.folder))
         tell("setting the paper")
         parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(sets.values())))
-        _write_own_documents(run, drawn, sets, past, parts, tell)
+        _write_sensor_documents(run, drawn, sets, past, parts, tell)
     crash_point(CrashPoint.REPORTED)
     published_to = archive_url if archived is not None else None
     page = run.folder / REPORT_FILE
     return Delivery(run, parts.in_words(), view, page, paths or {}, exports or (), published_to, archived)
 
 
-def _write_own_documents(
+def _write_sensor_documents(
     run: SolvedRun,
     drawn: Drawn,
     sets: Mapping[str, CoefficientSet],
@@ -171,17 +171,17 @@ def _write_own_documents(
 ) -> None:
     """Of several sensors each has a document of its own, which shows no other: for its customer."""
     names = list(run.sensors) if len(run.sensors) > 1 else []
-    for place, name in enumerate(names, start=1):
-        tell(f"document of {name} ({place} of {len(names)})")
+    for index, name in enumerate(names, start=1):
+        tell(f"document of {name} ({index} of {len(names)})")
         attached = [sets[name]] if name in sets else []
-        parts.made("pdf", lambda: _write_own_document(run, drawn, past, name, _attached(attached)))  # noqa: B023
+        parts.made("pdf", lambda: _write_sensor_document(run, drawn, past, name, _attached(attached)))  # noqa: B023
 
 
-def _write_own_document(
+def _write_sensor_document(
     run: SolvedRun, drawn: Drawn, past: Past | None, name: str, attachments: Sequence[Attachment]
 ) -> Path:
-    own = own_document(view_of(run.record, run.sensors, past, name), drawn.figures)
-    return write_own_document(own, run.folder, attachments)
+    document = sensor_document(view_of(run.record, run.sensors, past, name), drawn.figures)
+    return write_sensor_document(document, run.folder, attachments)
 
 
 class _Parts:
@@ -222,7 +222,7 @@ def _why_no_set(run: SolvedRun) -> str:
 
 
 def _written_sets(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[str, Path]:
-    return {name: _write(one, run.folder / "coefficients", "json") for name, one in sets.items()}
+    return {name: _write(coefficients, run.folder / "coefficients", "json") for name, coefficients in sets.items()}
 
 
 def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
@@ -232,10 +232,10 @@ def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
     """
     paths: list[Path] = []
     refusals: list[AmsError] = []
-    for one in sets.values():
+    for coefficients in sets.values():
         for kind in run.record.plan.export_formats:
             try:
-                paths.append(_write(one, run.folder / "exports", kind))
+                paths.append(_write(coefficients, run.folder / "exports", kind))
             except AmsError as error:
                 refusals.append(error)
     if refusals:
@@ -244,7 +244,7 @@ def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
 
 
 def _attached(sets: Iterable[CoefficientSet]) -> list[Attachment]:
-    return [attached for one in sets for attached in attachments(one)]
+    return [attached for coefficients in sets for attached in attachments(coefficients)]
 
 
 def sensors_document(run: SolvedRun) -> dict[str, Any]:
@@ -254,7 +254,7 @@ def sensors_document(run: SolvedRun) -> dict[str, Any]:
 
 def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
     if solved.static:
-        return {"axes": {}, "static": {axis: asdict(one) for axis, one in solved.static.items()}}
+        return {"axes": {}, "static": {axis: asdict(axis_result) for axis, axis_result in solved.static.items()}}
     if solved.calibration is None:
         return {"axes": {}, "verdict": "not usable", "error": solved.failure}
     if solved.calibration.model == "linear":
@@ -294,7 +294,12 @@ def primaries_of(run: SolvedRun) -> dict[str, dict[str, Any]]:
     A set with its test vectors and its seal takes longer than to solve it. Raises: ams.errors.SetError.
     """
     return {
-        name: {"axes": {axis: {"primary": primary_section(one, name)} for axis, one in solved.calibration.axes.items()}}
+        name: {
+            "axes": {
+                axis: {"primary": primary_section(solved_axis, name)}
+                for axis, solved_axis in solved.calibration.axes.items()
+            }
+        }
         for name, solved in run.sensors.items()
         if solved.calibration is not None and solved.calibration.model in FIELDS
     }

@@ -60,18 +60,24 @@ def learned(archive_url: str, rig: RigDescription) -> Learned:
 
 def _sums(lesson: Lesson) -> dict[str, PartSums]:
     return {
-        one.part: PartSums(one.steps, one.expected_s, one.measured_s, one.expected_s2, one.rest_s2)
-        for one in lesson.parts
+        part.part: PartSums(part.steps, part.expected_s, part.measured_s, part.expected_s2, part.rest_s2)
+        for part in lesson.parts
     }
 
 
 def _pilot(lessons: Sequence[Lesson]) -> Pilot | None:
     of_sensor: dict[tuple[str, str], list[Shown]] = {}
     of_type: dict[tuple[str, str], list[Shown]] = {}
-    for one in (component for lesson in lessons for component in lesson.components):
-        shown = Shown(one.reading_g, one.dwell_g, one.lack_of_fit_g, one.offset_drift_g, one.sensitivity_drift)
-        of_sensor.setdefault((one.sensor, one.axis), []).append(shown)
-        of_type.setdefault((one.type, one.axis), []).append(shown)
+    for component in (component for lesson in lessons for component in lesson.components):
+        shown = Shown(
+            component.reading_g,
+            component.dwell_g,
+            component.lack_of_fit_g,
+            component.offset_drift_g,
+            component.sensitivity_drift,
+        )
+        of_sensor.setdefault((component.sensor, component.axis), []).append(shown)
+        of_type.setdefault((component.type, component.axis), []).append(shown)
     if not of_sensor:
         return None
     runs = sum(bool(lesson.components) for lesson in lessons)

@@ -26,14 +26,16 @@ def past_of(
     if archived is None or archive_url is None:
         return Past(as_left(record, sensors, sets))
     try:
-        histories = {name: history(archive_url, name, until_utc=one.created_utc) for name, one in sets.items()}
+        histories = {
+            name: history(archive_url, name, until_utc=coefficients.created_utc) for name, coefficients in sets.items()
+        }
     except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
         histories = {}
     signed = {}
-    for name, one in sets.items():
+    for name, coefficients in sets.items():
         with suppress(ArchiveError):
-            signed[name] = sign_off(archive_url, one.sha256)
-    before = {name: one for name, one in histories.items() if len(one.history.labels) > 1}
+            signed[name] = sign_off(archive_url, coefficients.sha256)
+    before = {name: past for name, past in histories.items() if len(past.history.labels) > 1}
     return Past(archived.adjustments, before, signed)
 
 
@@ -42,9 +44,9 @@ def as_left(
 ) -> dict[str, Adjustment]:
     """Return the new sets on their own data: without an archive nothing is known of before."""
     adjustments = {}
-    for name, one in sets.items():
-        accepted = acceptance_of(table(one.provenance["acceptance"] or {}))
+    for name, coefficients in sets.items():
+        accepted = acceptance_of(table(coefficients.provenance["acceptance"] or {}))
         with suppress(OutsideValidity):  # a set that tells no angles (gyros, packages of CR)
             rows = sensors[name].observations
-            adjustments[name] = adjust(None, one, rows, accepted, record.plan.usage_pitch_deg)
+            adjustments[name] = adjust(None, coefficients, rows, accepted, record.plan.usage_pitch_deg)
     return adjustments

@@ -49,19 +49,19 @@ def measured_sensors(
     findings = run_findings(record)
     return [
         MeasuredSensor(
-            one,
+            coefficients,
             solved[name].observations,
             record.plan.sensors[name].check_sensor,
             (*of_sensor(findings, name), *_turns(solved[name], findings)),
         )
-        for name, one in sets.items()
+        for name, coefficients in sets.items()
     ]
 
 
 def _turns(solved: SolvedSensor, known: Sequence[Finding]) -> Iterator[Finding]:
     """Yield what the sensor's own dwells say of a table that turned, beside what is known of the run."""
     turns = () if solved.calibration is None else solved.calibration.turns
-    yield from (one for one in turns if one not in known)
+    yield from (turn for turn in turns if turn not in known)
 
 
 def run_entry(folder: Path, record: RunRecord) -> RunEntry:

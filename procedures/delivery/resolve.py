@@ -114,7 +114,7 @@ def jobs_of(
         Job(
             run.run_id,
             run.journal_sha256,
-            tuple(str(place) for place in _places(run.folder, run.run_id, elsewhere)),
+            tuple(str(folder) for folder in _folders(run.folder, run.run_id, elsewhere)),
             archived.get(run.run_id, {}),
             treatment or Treatment(),
             keep,
@@ -134,8 +134,8 @@ def number_changes(sensor: str, old: Mapping[str, Any], new: Mapping[str, Any]) 
     for axis in dict.fromkeys([*old["axes"], *new["axes"]]):
         before, after = (document["axes"].get(axis) for document in (old, new))
         if before is None or after is None:
-            old_one, new_one = (None if part is None else 1.0 for part in (before, after))
-            yield NumberChange(sensor, axis, "axis", old_one, new_one, None, None)
+            was, becomes = (None if part is None else 1.0 for part in (before, after))
+            yield NumberChange(sensor, axis, "axis", was, becomes, None, None)
             continue
         yield from _axis_changes(sensor, axis, before["primary"], after["primary"])
 
@@ -165,7 +165,7 @@ def _change(
 
 
 def _uncertainties(primary: Mapping[str, Any]) -> dict[str, float | None]:
-    diagonal = (primary["covariance"][place][place] for place in range(len(primary["order"])))
+    diagonal = (primary["covariance"][index][index] for index in range(len(primary["order"])))
     return {
         name: None if value is None else sqrt(max(value, 0.0))
         for name, value in zip(primary["order"], diagonal, strict=True)
@@ -221,7 +221,7 @@ def _of_sensor(sensor: str, old: Mapping[str, Any], new: Mapping[str, Any] | Non
     return number_changes(sensor, old, new)
 
 
-def _places(folder: str, run_id: str, elsewhere: Path | None) -> Iterator[Path]:
+def _folders(folder: str, run_id: str, elsewhere: Path | None) -> Iterator[Path]:
     if folder:
         yield Path(folder)
     if elsewhere is not None:

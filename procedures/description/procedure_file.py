@@ -38,7 +38,7 @@ Angles = Annotated[
     Discriminator(lambda value: "list" if isinstance(value, list | tuple) else "one"),
 ]
 """One angle or several."""
-OwnTable = TypeVar("OwnTable", bound=StrictTable)
+KindTable = TypeVar("KindTable", bound=StrictTable)
 
 
 class Procedure(StrictTable):
@@ -77,10 +77,10 @@ class Range(StrictTable):
         first, span = _decimal(self.start), _decimal(self.stop) - _decimal(self.start)
         if self.step is not None:
             return tuple(
-                float(first + _decimal(self.step) * place) for place in range(int(span / _decimal(self.step)) + 1)
+                float(first + _decimal(self.step) * index) for index in range(int(span / _decimal(self.step)) + 1)
             )
         assert self.count is not None
-        return tuple(float(first + span * place / max(self.count - 1, 1)) for place in range(self.count))
+        return tuple(float(first + span * index / max(self.count - 1, 1)) for index in range(self.count))
 
 
 def _range_or_list(value: object) -> str:
@@ -222,7 +222,9 @@ class CheckPlan(StrictTable):
     def tells_slip_from_tilt(self) -> bool:
         """Whether two of the attitudes differ in pitch and in roll."""
         return any(
-            one[0] != other[0] and one[1] != other[1] for one in self.attitudes_deg for other in self.attitudes_deg
+            attitude[0] != other[0] and attitude[1] != other[1]
+            for attitude in self.attitudes_deg
+            for other in self.attitudes_deg
         )
 
 
@@ -362,7 +364,7 @@ class ProcedureDescription(StrictTable):
     export: Export = Export()
     _file: TomlFile = PrivateAttr()
 
-    def own(self, table: type[OwnTable]) -> OwnTable | None:
+    def table_of(self, table: type[KindTable]) -> KindTable | None:
         """Return the kind's own table of that form; None where this procedure has none."""
         tables = (getattr(self, name) for name in type(self).model_fields)
         return next((found for found in tables if isinstance(found, table)), None)

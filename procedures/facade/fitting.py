@@ -77,7 +77,7 @@ def fit(
 
 def _lines(levels: Mapping[str, Levels], request: CalibrationRequest, sensor: str) -> Solved:
     document = linear_document(levels, request)
-    units = {axis: one.model.measured_unit for axis, one in levels.items()}
+    units = {axis: level.model.measured_unit for axis, level in levels.items()}
     rows = replace(next(iter(levels.values())).observations, units=units)
     try:
         solved = SolvedSensor(sensor, rows, calibrated_levels(levels, request), None)

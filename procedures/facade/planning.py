@@ -155,8 +155,8 @@ def plan(procedure: str | Path | Tables, rig: str | Path, *, points: Attitudes |
     with TemporaryDirectory() as folder:
         there = _points_beside(Path(folder) / _FILE_NAME)
         there.write_text(_csv(attitudes), encoding="utf-8")
-        asked = procedure_of(TomlFile(COMPOSED, _with_points(text, str(there))))
-        return PlannedRun(Path(rig), None, text, attitudes, check_plan(described, asked))
+        description = procedure_of(TomlFile(COMPOSED, _with_points(text, str(there))))
+        return PlannedRun(Path(rig), None, text, attitudes, check_plan(described, description))
 
 
 def _text(tables: Tables) -> str:

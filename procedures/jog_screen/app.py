@@ -248,7 +248,7 @@ class JogApp(App[None]):
         view = self.bench.view
         now = (view, self.selected, self.step_deg, self.size, self._prompt, self._typed, self._watched, self._page)
         # When the screen closes its parts leave one after the other, while the timer may still ask for a picture.
-        if now == self._drawn or not all(self.query(f"#{place}") for place in _PARTS):
+        if now == self._drawn or not all(self.query(f"#{part}") for part in _PARTS):
             return
         self._drawn = now
         field = self.query_one("#prompt", Static)
@@ -257,17 +257,17 @@ class JogApp(App[None]):
         key_lines = panels.MOST_KEY_LINES if self.size.height >= panels.TALL else 2
         width, room = (
             self.size.width,
-            panels.room_of(view, self.size.height, key_lines, is_asked=self._prompt is not None),
+            panels.room_of(view, self.size.height, key_lines, has_question=self._prompt is not None),
         )
         keys = panels.keys_lines(KEYS, width - 2, panels.MOST_KEY_LINES if self.size.height >= panels.TALL else 2)
         watched = self._heading.sensors.get(self._watched)
-        channels = [one for one in view.channels if watched is None or one.name in watched]
+        channels = [channel for channel in view.channels if watched is None or channel.name in watched]
         page = panels.page_of(channels, room.channels, self._page)
         self._page = page.number
         self.query_one("#around", Static).set_class(not room.has_surroundings, "left-out")
         readings = self.query_one("#channels", Static)
         readings.border_title = f"readings of {self._watched}" if self._watched else "readings"
-        readings.border_subtitle = panels.sweep_told(view.channels) or page.told
+        readings.border_subtitle = panels.sweep_text(view.channels) or page.label
         messages = self.query_one("#messages").size
         drawn: dict[str, Callable[[], object]] = {
             "#head": lambda: panels.head(self._heading, view),
@@ -278,8 +278,8 @@ class JogApp(App[None]):
             "#prompt": lambda: panels.prompt_line(self._typed),
             "#keys": lambda: keys,
         }
-        for place, text in drawn.items():
-            self.query_one(place, Static).update(text())  # type: ignore[arg-type]
+        for part, text in drawn.items():
+            self.query_one(part, Static).update(text())  # type: ignore[arg-type]
 
 
 def is_hung_up() -> bool:

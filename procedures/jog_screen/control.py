@@ -42,7 +42,7 @@ class Hands(Protocol):
     def ask(self, request: Request, asker: Asker, seen_s: float | None) -> None: ...
     def stop(self, why: str, asker: Asker) -> None: ...
     def refuse(self, why: str, asker: Asker) -> None: ...
-    def note(self, kind: str, told: str, asker: Asker) -> None: ...
+    def note(self, kind: str, text: str, asker: Asker) -> None: ...
 
 
 class Control:
@@ -56,7 +56,7 @@ class Control:
         """When each of the latest went out."""
         self._last_tick = 0
         self.holder: Asker | None = None
-        self._heard_s = self._asked_s = self._free_s = clock.boottime_s()
+        self._heard_s = self._requested_s = self._free_s = clock.boottime_s()
         self._press: int | None = None
         """The newest press of a button of the holder; None before its first beat: what was pressed then counts not."""
         self.is_over = False
@@ -77,7 +77,7 @@ class Control:
                 self.is_over = self.is_over or now_s - self._free_s > LINGER_S
             elif now_s - self._heard_s > SILENT_S:
                 self._lose(holder, f"its page was not heard for {SILENT_S:g} s")
-            elif now_s - self._asked_s > IDLE_S:
+            elif now_s - self._requested_s > IDLE_S:
                 self._lose(holder, f"nothing was asked for in {IDLE_S / 60.0:g} minutes")
 
     def hear(self, order: Order, asker: Asker) -> None:
@@ -116,7 +116,7 @@ class Control:
             self._hands.refuse(f"{asker.name} asks for the bench; {self.holder.name} has it", asker)
             return
         self.holder, self.is_over = asker, False
-        self._heard_s = self._asked_s = self._clock.boottime_s()
+        self._heard_s = self._requested_s = self._clock.boottime_s()
         self._press = None
         self._hands.note("take", f"{asker.name} has the bench", asker)
 
@@ -164,7 +164,7 @@ class Control:
                 self._hands.refuse("an order that is none; nothing moved", asker)
 
     def _ask(self, request: Request, asker: Asker, seen_s: float) -> None:
-        self._asked_s = self._clock.boottime_s()
+        self._requested_s = self._clock.boottime_s()
         self._hands.ask(request, asker, seen_s)
 
     def _moment_of(self, order: Order) -> float | None:
@@ -174,8 +174,8 @@ class Control:
     def _is_fresh(self, seen_s: float, asker: Asker) -> bool:
         late_s = self._clock.boottime_s() - seen_s
         if late_s > LATEST_S:
-            told = f"the order of {asker.name} came {late_s:.1f} s late, allowed are {LATEST_S:g} s; nothing moved"
-            self._hands.refuse(told, asker)
+            text = f"the order of {asker.name} came {late_s:.1f} s late, allowed are {LATEST_S:g} s; nothing moved"
+            self._hands.refuse(text, asker)
         return late_s <= LATEST_S
 
 

@@ -133,8 +133,8 @@ class Guard:
     def has_lease(self, axis: str, client: str | None = None) -> bool:
         """Return whether an axis may move by somebody's lease, or by that of one client."""
         return any(
-            one == axis and client in (None, whose) and not granted.lease.why_over()
-            for (one, whose), granted in list(self._leases.items())
+            page == axis and client in (None, whose) and not granted.lease.why_over()
+            for (page, whose), granted in list(self._leases.items())
         )
 
     def end_lease(self, axis: str, client: str) -> None:
@@ -162,7 +162,7 @@ class Guard:
         for names, why in due:
             self._tell(f"{' and '.join(names)}: stop: {why}")
             for name in names:
-                self._begin(partial(self._stop_one, name))
+                self._begin(partial(self._stop_axis, name))
 
     def _due(self) -> list[tuple[list[str], str]]:
         """Return which axes are to be told to stop, and why; each stop is told once."""
@@ -180,7 +180,7 @@ class Guard:
             due.append((list(self._axes()), why))
         return due
 
-    def _stop_one(self, name: str) -> None:
+    def _stop_axis(self, name: str) -> None:
         """Until the axis took it: whoever asked may not be there any more to ask again."""
         is_reported = False
         while not self._closing.is_set():

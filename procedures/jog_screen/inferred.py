@@ -48,10 +48,10 @@ class InferredAttitude:
         return AttitudeView(self._sensor, angles, str(answer["flag"][0]))
 
     def _sensor_degc(self, means_v: dict[str, float], air_degc: float | None) -> float | None:
-        own = self._wiring.temperature
-        if own is None or np.isnan(means_v.get(own.channel, np.nan)):
+        channel = self._wiring.temperature
+        if channel is None or np.isnan(means_v.get(channel.channel, np.nan)):
             return air_degc
-        return own.offset_degc + own.slope_degc_per_v * means_v[own.channel]
+        return channel.offset_degc + channel.slope_degc_per_v * means_v[channel.channel]
 
 
 def inferred_attitude(path: Path, description: RigDescription) -> InferredAttitude:

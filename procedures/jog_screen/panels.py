@@ -38,13 +38,13 @@ class Page:
 
     channels: tuple[ChannelView, ...]
     number: int
-    told: str
+    label: str
     """Which page of how many; empty where one holds them all."""
 
 
-def room_of(view: BenchView, height: int, key_lines: int, *, is_asked: bool) -> Room:
+def room_of(view: BenchView, height: int, key_lines: int, *, has_question: bool) -> Room:
     """Return the room for readings: head, axes, last message, prompt and keys come first."""
-    kept = _HEAD + len(view.axes) + _BORDER + _FEWEST_MESSAGES + _BORDER + key_lines + _PROMPT * is_asked
+    kept = _HEAD + len(view.axes) + _BORDER + _FEWEST_MESSAGES + _BORDER + key_lines + _PROMPT * has_question
     around = len(view.chambers) + (view.attitude is not None) or 1
     left = height - kept - _BORDER - 1  # the line of headings
     has_surroundings = left - around - _BORDER >= min(len(view.channels), 4)
@@ -59,7 +59,7 @@ def page_of(channels: Sequence[ChannelView], lines: int, number: int) -> Page:
     return Page(shown, number, f"page {number + 1} of {pages}" if pages > 1 else "")
 
 
-def sweep_told(channels: Sequence[ChannelView]) -> str:
+def sweep_text(channels: Sequence[ChannelView]) -> str:
     """Tell how far the first sweep over all channels is; empty once each was read."""
     seen = sum(channel.count > 0 or bool(channel.silence) for channel in channels)
     return "" if seen == len(channels) else f"first sweep: {seen} of {len(channels)} channels read"
@@ -137,8 +137,8 @@ def gauge(axis: AxisView, width: int) -> Text:
     styles = [FAINT] * width
 
     def put(degrees: float, sign: str, style: str) -> None:
-        place = round((min(max(degrees, low_deg), high_deg) - low_deg) / (high_deg - low_deg) * (width - 1))
-        cells[place], styles[place] = sign, style
+        column = round((min(max(degrees, low_deg), high_deg) - low_deg) / (high_deg - low_deg) * (width - 1))
+        cells[column], styles[column] = sign, style
 
     if low_deg < 0.0 < high_deg:
         put(0.0, "┼", FAINT)

@@ -62,7 +62,7 @@ class Polling:
         self._turn_looks: dict[str, list[TurnLook]] = {}
         self._seen: dict[str, _Seen] = {}
         """What turns, as it was last seen."""
-        self.asked = "the first look"
+        self.awaited = "the first look"
         """Whose answer is waited for now, or was last."""
         self.start_anew()
 
@@ -187,7 +187,7 @@ class Polling:
         return tuple(self._axes.values()), channels, tuple(self._chambers.values()), self._attitude
 
     def _look_at_axis(self, name: str) -> None:
-        self.asked = f"axis {name}"
+        self.awaited = f"axis {name}"
         state = self._rig.axes[name].state()
         view = self._axes[name]
         self._axes[name] = replace(
@@ -223,7 +223,7 @@ class Polling:
         self._chambers_due_s = now_s + _CHAMBERS_S
         for name, chamber in self._rig.environments.items():
             view = self._chambers[name]
-            self.asked = f"chamber {name}"
+            self.awaited = f"chamber {name}"
             try:
                 temperature_degc, setpoint_degc = chamber.temperature_degc(), chamber.setpoint_degc()
                 view = replace(view, temperature_degc=temperature_degc, setpoint_degc=setpoint_degc, silence="")
@@ -242,7 +242,7 @@ class Polling:
             wait(_AXES_S / 4.0)
             return
         readout = self._rig.readouts[name]
-        self.asked = f"{name}, channel {channel}"
+        self.awaited = f"{name}, channel {channel}"
         try:
             if name not in self._prepared:
                 readout.prepare()

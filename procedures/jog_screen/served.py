@@ -37,7 +37,7 @@ def jog_for_pages(
     snapshots: Path,
     inferred: InferredAttitude | None,
     orders: IO[bytes],
-    told: IO[bytes],
+    out: IO[bytes],
     note: Callable[[str], None],
 ) -> ExitStatus:
     """Serve until the bench is given back or the orders end; every axis is stopped then, and seen to stand.
@@ -58,7 +58,7 @@ def jog_for_pages(
     try:
         bench.start()
         Thread(target=_hear, args=(orders, control, bench), name="jog-orders", daemon=True).start()
-        _tell(told, control, bench, clock)
+        _tell(out, control, bench, clock)
     finally:
         bench.close()
         actions.close()
@@ -91,15 +91,15 @@ def _lines(orders: IO[bytes]) -> Iterator[bytes]:
             raise ValueError("an order without an end")
 
 
-def _tell(told: IO[bytes], control: Control, bench: Bench, clock: SystemClock) -> None:
+def _tell(out: IO[bytes], control: Control, bench: Bench, clock: SystemClock) -> None:
     """Count ticks and show the bench, until nobody has it, or nobody listens."""
     try:
         while not (control.is_over or bench.guard.lost):
             document: dict[str, Any] = {"tick": control.tick()}
             if document["tick"] % VIEW_EVERY == 1:
                 document |= view_document(bench.view, control.holder)
-            told.write(json.dumps(document, allow_nan=False).encode() + b"\n")
-            told.flush()
+            out.write(json.dumps(document, allow_nan=False).encode() + b"\n")
+            out.flush()
             clock.sleep(TICK_S)
             control.look()
     except OSError:
@@ -113,16 +113,16 @@ def view_document(view: BenchView, holder: Asker | None) -> dict[str, Any]:
         "doing": view.doing,
         "stopping": view.is_stopping,
         "waits": view.waits_for,
-        "axes": [_axis(one) for one in view.axes],
-        "channels": [_channel(one) for one in view.channels],
+        "axes": [_axis(axis) for axis in view.axes],
+        "channels": [_channel(channel) for channel in view.channels],
         "chambers": [
             {
-                "name": one.name,
-                "temperature_degc": one.temperature_degc,
-                "setpoint_degc": one.setpoint_degc,
-                "silence": one.silence,
+                "name": chamber.name,
+                "temperature_degc": chamber.temperature_degc,
+                "setpoint_degc": chamber.setpoint_degc,
+                "silence": chamber.silence,
             }
-            for one in view.chambers
+            for chamber in view.chambers
         ],
         "attitude": None
         if view.attitude is None
@@ -131,37 +131,37 @@ def view_document(view: BenchView, holder: Asker | None) -> dict[str, Any]:
             "angles": [[name, _finite(deg), _finite(sd_deg)] for name, deg, sd_deg in view.attitude.angles],
             "flag": view.attitude.flag,
         },
-        "messages": [[one.clock, one.tone, one.text] for one in view.messages[-SHOWN_LINES:]],
+        "messages": [[message.clock, message.tone, message.text] for message in view.messages[-SHOWN_LINES:]],
     }
 
 
-def _axis(one: AxisView) -> dict[str, Any]:
-    state = one.state
+def _axis(view: AxisView) -> dict[str, Any]:
+    state = view.state
     return {
-        "name": one.name,
-        "limits_deg": one.limits_deg,
-        "steps_deg": one.steps_deg,
-        "top_rate_dps": one.top_rate_dps,
+        "name": view.name,
+        "limits_deg": view.limits_deg,
+        "steps_deg": view.steps_deg,
+        "top_rate_dps": view.top_rate_dps,
         "position_deg": None if state is None else _finite(state.position_deg),
         "is_homed": state is not None and state.is_homed,
         "is_moving": state is not None and state.is_moving,
         "fault": "" if state is None else state.fault,
-        "target_deg": one.target_deg,
-        "rate_dps": None if one.measured is None else _finite(one.measured.rate_dps),
-        "wound_turns": one.wound_turns,
-        "silence": one.silence,
+        "target_deg": view.target_deg,
+        "rate_dps": None if view.measured is None else _finite(view.measured.rate_dps),
+        "wound_turns": view.wound_turns,
+        "silence": view.silence,
     }
 
 
-def _channel(one: ChannelView) -> dict[str, Any]:
+def _channel(view: ChannelView) -> dict[str, Any]:
     return {
-        "name": one.name,
-        "unit": one.unit,
-        "mean": _finite(one.mean),
-        "sd": _finite(one.standard_deviation),
-        "n": one.count,
-        "overloads": one.overloads,
-        "silence": one.silence,
+        "name": view.name,
+        "unit": view.unit,
+        "mean": _finite(view.mean),
+        "sd": _finite(view.standard_deviation),
+        "n": view.count,
+        "overloads": view.overloads,
+        "silence": view.silence,
     }
 
 

@@ -51,5 +51,5 @@ def _heading(rig: Rig, rig_file: Path, log: Path) -> Heading:
         if owner
         else "",
         log=f"actions: {log}",
-        sensors={name: frozenset(one.channels.values()) for name, one in description.sensors.items()},
+        sensors={name: frozenset(sensor.channels.values()) for name, sensor in description.sensors.items()},
     )

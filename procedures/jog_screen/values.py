@@ -19,7 +19,7 @@ class Asker:
     """The terminal, or one page of a browser: leases are its own."""
     name: str = ""
     """Whom the log names; empty for the login that began the session."""
-    place: str = ""
+    address: str = ""
     """The address of the browser."""
 
     @property
@@ -28,7 +28,7 @@ class Asker:
 
     def to_log(self) -> dict[str, str]:
         """Return what the log says of who asked, beside the login."""
-        return {"by": self.name, "via": "console", "place": self.place} if self.is_page else {}
+        return {"by": self.name, "via": "console", "place": self.address} if self.is_page else {}
 
 
 AT_TERMINAL = Asker("terminal")

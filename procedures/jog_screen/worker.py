@@ -132,10 +132,10 @@ class Bench:
             self._log.write("refused", why=why, **asker.to_log())
         self._tell("refused", why)
 
-    def note(self, kind: str, told: str, asker: Asker) -> None:
+    def note(self, kind: str, text: str, asker: Asker) -> None:
         """Write down and tell who comes and who goes."""
         self._log.write(kind, **asker.to_log())
-        self._tell("note", told)
+        self._tell("note", text)
 
     def turn_while_pressed(self, axis: str, rate_dps: float) -> None:
         """Turn an axis as long as its key is pressed: called when the key comes, for the first time or again."""
@@ -164,14 +164,14 @@ class Bench:
         if late_s < _LATE_S or not self._thread.is_alive():
             return ""
         if late_s < _SILENT_S:
-            return f"waiting for {self._polling.asked}, {late_s:.1f} s: values are older, stop works"
-        return f"no answer from {self._polling.asked} for {late_s:.0f} s: see its power and cable; stop works"
+            return f"waiting for {self._polling.awaited}, {late_s:.1f} s: values are older, stop works"
+        return f"no answer from {self._polling.awaited} for {late_s:.0f} s: see its power and cable; stop works"
 
     # The thread that owns the devices.
 
     def _run(self) -> None:
         try:
-            self._polling.asked = "the watchdogs to be proven"
+            self._polling.awaited = "the watchdogs to be proven"
             with suppress(WaitEnded):
                 self._watchdogs.arm(self._silent_wait)
             while not self._is_closing:
@@ -189,8 +189,8 @@ class Bench:
                 self._stop_everything("")
             elif self.guard.lost:
                 self._rig.clock.sleep(min(_IDLE_S, self._rig.clock.slice_s))
-            elif (asked := self._next()) is not None:
-                self._do(*asked)
+            elif (taken := self._next()) is not None:
+                self._do(*taken)
             elif self._lost_line:
                 self._reconnect()
             else:
@@ -216,16 +216,16 @@ class Bench:
         except Empty:
             return None
 
-    def _do(self, request: Request, asker: Asker, asked_s: float) -> None:
+    def _do(self, request: Request, asker: Asker, requested_s: float) -> None:
         is_motion = isinstance(request, MOTIONS)
         self._doing, self._waiting_motion = (str(request) if is_motion else ""), ""
         self._log.write("asked", what=type(request).__name__, asked=str(request), **asker.to_log())
-        self._polling.asked = str(request)
+        self._polling.awaited = str(request)
         self._publish()
         is_turning = False
         try:
             if is_motion and asker.is_page:
-                self._require_in_time(request, asked_s)
+                self._require_in_time(request, requested_s)
             outcome = self._done(request, asker)
             is_turning = isinstance(request, Turn)
             self._log.write("done", asked=str(request), outcome=outcome)
@@ -301,9 +301,9 @@ class Bench:
         how = "while the key is held" if is_held else "while this terminal answers"
         return f"{axis}: turns at {rate_dps:+g}°/s {'while the button is held' if asker.is_page else how}"
 
-    def _require_in_time(self, request: Request, asked_s: float) -> None:
+    def _require_in_time(self, request: Request, requested_s: float) -> None:
         """Refuse a motion that waited for a device that was being read. Raises: RequestRefused."""
-        if (late_s := self._clock.boottime_s() - asked_s) > _BEGIN_S:
+        if (late_s := self._clock.boottime_s() - requested_s) > _BEGIN_S:
             raise RequestRefused(
                 f"{request}: a device kept it waiting for {late_s:.1f} s, allowed are {_BEGIN_S:g} s; nothing moved;"
                 " ask again"
@@ -340,7 +340,7 @@ class Bench:
         while self._next() is not None:
             pass
         self._waiting_motion = ""
-        self._polling.asked = "every axis to be seen at rest"
+        self._polling.awaited = "every axis to be seen at rest"
         self._publish()
         try:
             stop_all(self._rig.axes, self._rig.clock)
@@ -359,7 +359,7 @@ class Bench:
         if self._clock.monotonic_s() - self._tried_s < _RECONNECT_S:
             return
         self._tried_s = self._clock.monotonic_s()
-        self._polling.asked = "the lines to be open again"
+        self._polling.awaited = "the lines to be open again"
         try:
             self._rig.reconnect()
             identities = self._rig.identities()

@@ -44,20 +44,20 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
     with the last event of that process: what people wrote afterwards is none.
     """
     found: list[Interruption] = []
-    open_one: Interruption | None = None
+    unended: Interruption | None = None
     last_sign: Event | None = None
     for event in events:
         state = str(event.detail.get("to", "")) if event.kind == "state" else ""
-        if open_one is None and state in NOT_GOING:
+        if unended is None and state in NOT_GOING:
             began = last_sign if last_sign is not None and state == "interrupted" else event
-            open_one = Interruption(state, began.utc, None, _who(event), _why(event))
-        elif open_one is not None and state == GOING:
-            found.append(replace(open_one, ended_utc=event.utc))
-            open_one = None
-        elif open_one is not None and state == "checking" and _who(event):
-            open_one = replace(open_one, resumed_by=_who(event), resumed_because=_why(event))
+            unended = Interruption(state, began.utc, None, _who(event), _why(event))
+        elif unended is not None and state == GOING:
+            found.append(replace(unended, ended_utc=event.utc))
+            unended = None
+        elif unended is not None and state == "checking" and _who(event):
+            unended = replace(unended, resumed_by=_who(event), resumed_because=_why(event))
         last_sign = last_sign if event.kind in OF_OTHERS else event
-    return tuple(found if open_one is None else [*found, open_one])
+    return tuple(found if unended is None else [*found, unended])
 
 
 def notes_in(events: Iterable[Event]) -> tuple[Note, ...]:

@@ -33,7 +33,7 @@ class Authorisation:
     """The package was moved: what is measured from now on belongs to a new mounting."""
     via: str = ""
     """By what it was said, where not by a command."""
-    place: str = ""
+    address: str = ""
     """From where."""
 
     def __post_init__(self) -> None:
@@ -49,14 +49,14 @@ def void_from(run_dir: Path, step: int, authorisation: Authorisation, clock: Clo
     Raises: RequestError (a process runs the run, no such dwell, no reason), JournalError, StorageFailed.
     """
     accepted = _accepted(run_dir)
-    place = next((place for place, dwell in enumerate(accepted) if dwell.step == step), None)
-    if place is None:
+    index = next((index for index, dwell in enumerate(accepted) if dwell.step == step), None)
+    if index is None:
         known = f"{accepted[0].step} to {accepted[-1].step}" if accepted else "none"
         raise RequestError(
             f"{run_dir}: no accepted dwell of step {step} (accepted steps: {known}); nothing was changed; the report "
             "and calrig handover name steps"
         )
-    return _void(run_dir, accepted[place:], "void", authorisation, clock)
+    return _void(run_dir, accepted[index:], "void", authorisation, clock)
 
 
 def redo(run_dir: Path, replication: int, authorisation: Authorisation, clock: Clock | None = None) -> int:
@@ -70,17 +70,17 @@ def redo(run_dir: Path, replication: int, authorisation: Authorisation, clock: C
 
 
 def add_note(
-    run_dir: Path, operator: str, text: str, clock: Clock | None = None, *, via: str = "", place: str = ""
+    run_dir: Path, operator: str, text: str, clock: Clock | None = None, *, via: str = "", address: str = ""
 ) -> None:
     """Add a note to a run that no process runs. Raises: RequestError, JournalError, StorageFailed."""
-    _say(run_dir, "note", operator, text, clock or SystemClock(), _whence(via, place))
+    _say(run_dir, "note", operator, text, clock or SystemClock(), _whence(via, address))
 
 
 def acknowledge(
-    run_dir: Path, operator: str, text: str, clock: Clock | None = None, *, via: str = "", place: str = ""
+    run_dir: Path, operator: str, text: str, clock: Clock | None = None, *, via: str = "", address: str = ""
 ) -> None:
     """Somebody knows of the alarm of a run that no process runs. Raises as :func:`add_note`."""
-    _say(run_dir, "ack", operator, text, clock or SystemClock(), _whence(via, place))
+    _say(run_dir, "ack", operator, text, clock or SystemClock(), _whence(via, address))
 
 
 def _say(run_dir: Path, kind: str, by: str, text: str, clock: Clock, whence: Mapping[str, str]) -> None:
@@ -88,9 +88,9 @@ def _say(run_dir: Path, kind: str, by: str, text: str, clock: Clock, whence: Map
         journal.append_event(kind, {"by": by, "text": text, "at_utc": clock.now_utc().isoformat(), **whence}, clock)
 
 
-def _whence(via: str, place: str) -> dict[str, str]:
+def _whence(via: str, address: str) -> dict[str, str]:
     """Return by what and from where it was said; nothing of a command."""
-    return {name: value for name, value in (("via", via), ("place", place)) if value}
+    return {name: value for name, value in (("via", via), ("place", address)) if value}
 
 
 def is_acknowledged(run_dir: Path) -> bool:
@@ -156,7 +156,7 @@ def _void(
         detail = void_detail(
             dwells, authorisation.operator, authorisation.reason, cause, is_remounted=authorisation.is_remounted
         )
-        journal.append_event(KIND, {**detail, **_whence(authorisation.via, authorisation.place)}, clock)
+        journal.append_event(KIND, {**detail, **_whence(authorisation.via, authorisation.address)}, clock)
         if state is State.FINISHED:
             _enter(journal, state, State.STOPPED, authorisation.operator, f"{cause}: {authorisation.reason}", clock)
     return len(dwells)

@@ -14,13 +14,13 @@ from procedures.records.dwells import DwellRecord
 UNSAVED_FILE = "unsaved-dwell.json"
 
 
-def emergency_copy(run_dir: Path, place: Path, unsaved: DwellRecord | None) -> str:
+def emergency_copy(run_dir: Path, folder: Path, unsaved: DwellRecord | None) -> str:
     """Copy, and tell where in words that follow the disk's own sentence; never raises for a disk."""
-    target = place / run_dir.name
+    target = folder / run_dir.name
     try:
         number = 2
         while (target / "journal.sqlite").exists():
-            target, number = place / f"{run_dir.name}-{number}", number + 1
+            target, number = folder / f"{run_dir.name}-{number}", number + 1
         found = salvage(run_dir, target)
         if unsaved is not None:
             with suppress(FolderNotSynced):  # it is there
@@ -34,5 +34,5 @@ def emergency_copy(run_dir: Path, place: Path, unsaved: DwellRecord | None) -> s
                     target / UNSAVED_FILE, compact_json({"record": text, "samples_v": samples}).encode("utf-8")
                 )
     except (ProcedureError, OSError, apsw.Error) as error:
-        return f"; no copy could be made in {place}: {error}"
+        return f"; no copy could be made in {folder}: {error}"
     return f"; copied to {target} ({found.dwells} dwells, {found.events} events)"

@@ -29,7 +29,7 @@ from procedures.records.dwells import (
 FLOAT = np.dtype("<f8")
 VOLTS = "v"
 _COMPACT = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-_OWN_UNITS = {ANGLE: "deg", LOOKED: "s", TAKEN: "s"}
+_UNITS_OF_COLUMNS = {ANGLE: "deg", LOOKED: "s", TAKEN: "s"}
 """Of what a run records beside the channels of the rig."""
 
 
@@ -120,7 +120,7 @@ def _readings(layout: list[list[Any]], samples: bytes | None, units: Mapping[str
         raise ValueError(f"{values.size} samples, but {announced} are announced")
     found, first = {}, 0
     for channel, count, started_s, interval_s in layout:
-        unit = units.get(channel) or _OWN_UNITS.get(channel.rpartition(".")[2], VOLTS)
+        unit = units.get(channel) or _UNITS_OF_COLUMNS.get(channel.rpartition(".")[2], VOLTS)
         found[channel] = ChannelReading(channel, values[first : first + count], started_s, interval_s, unit)
         first += count
     return found

@@ -178,7 +178,7 @@ class Follower:
             held_by=(reason or str(state)) if state in (State.HELD, State.TRIPPED) else None,
             lines=known.lines.figures(),
             reason=reason if is_stop else "",
-            asked_by=by if is_stop else "",
+            requested_by=by if is_stop else "",
             replication=0 if last is None else self._design[last],
             replications=self._replications,
             rejected=known.seen - len(known.accepted),

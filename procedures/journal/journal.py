@@ -21,7 +21,7 @@ from procedures.journal.storage import (
     fold,
     make_file,
     open_for_writing,
-    put_in_place,
+    put_under_name,
     require_journal_file,
     require_our_schema,
     storage_errors_of,
@@ -72,7 +72,7 @@ class Journal:
             begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", (document, sha256(document)))
             chain = begun._insert_event("state", {"to": State.PLANNED, "by": header.operator, "reason": ""}, clock)
         fold(new_file, begun._connection)
-        put_in_place(new_file, path)
+        put_under_name(new_file, path)
         journal = Journal(path, open_for_writing(path), header.run_id, chain, 0, chain[0])
         journal._committed(chain, 0)
         return journal

@@ -53,7 +53,7 @@ class JournalReader:
     def __init__(self, path: Path, connection: "apsw.Connection") -> None:
         self.path = path
         self._connection = connection
-        row = self._one("SELECT document, sha256 FROM header")
+        row = self._single_row("SELECT document, sha256 FROM header")
         if row is None:
             raise JournalError(f"{self.path}: holds no header; {_LEFT}")
         if sha256(row[0]) != row[1]:
@@ -92,7 +92,7 @@ class JournalReader:
 
     def last_event(self, kind: str | None = None) -> Event | None:
         """Return the newest event, of one kind if given; None where there is none."""
-        row = self._one(_LAST_EVENT, (kind, kind))
+        row = self._single_row(_LAST_EVENT, (kind, kind))
         return None if row is None else decode_event(*row)
 
     @cached_property
@@ -151,7 +151,7 @@ class JournalReader:
         return State(str(event.detail["to"]))
 
     def committed_dwells(self) -> int:
-        return int(self._one("SELECT count(*) FROM dwells")[0])  # type: ignore[index]
+        return int(self._single_row("SELECT count(*) FROM dwells")[0])  # type: ignore[index]
 
     def accepted_steps(self) -> set[int]:
         """Return the steps with an accepted dwell that was not taken back."""
@@ -184,7 +184,7 @@ class JournalReader:
             if event.kind == QUARANTINED:
                 for key in keys_in(event):
                     digests.pop(key, None)
-        return events, self._verify_dwells(digests, voided_in(one for one in events if one.kind == VOIDED))
+        return events, self._verify_dwells(digests, voided_in(event for event in events if event.kind == VOIDED))
 
     def sha256_of_content(self) -> str:
         """Return the SHA-256 of header, events and dwells as they were written.
@@ -198,7 +198,7 @@ class JournalReader:
     def contents(self) -> tuple[str, ...]:
         """Return :meth:`sha256_of_content`, and behind it what it was at each end before the present one."""
         rows, dwells = list(self._rows(_EVENT_DIGESTS)), [row[-1] for row in self._rows(_DWELL_DIGESTS)]
-        ends = [place for place, (_, kind, detail, _) in enumerate(rows) if kind == "state" and _is_finish(detail)]
+        ends = [index for index, (_, kind, detail, _) in enumerate(rows) if kind == "state" and _is_finish(detail)]
         last = len(rows)
         while last and rows[last - 1][1] in AFTERTHOUGHTS:
             last -= 1
@@ -208,15 +208,15 @@ class JournalReader:
         )
 
     def _digest(self, events: Sequence[str], dwells: Sequence[str]) -> str:
-        digest = hashlib.sha256(self._one("SELECT sha256 FROM header")[0].encode())  # type: ignore[index]
-        for one in (*events, *dwells):
-            digest.update(one.encode())
+        digest = hashlib.sha256(self._single_row("SELECT sha256 FROM header")[0].encode())  # type: ignore[index]
+        for event in (*events, *dwells):
+            digest.update(event.encode())
         return digest.hexdigest()
 
     def _require_committed(self, promised: tuple[int, int] | None) -> None:
         if promised is None:
             return
-        events = int(self._one("SELECT count(*) FROM events")[0])  # type: ignore[index]
+        events = int(self._single_row("SELECT count(*) FROM events")[0])  # type: ignore[index]
         held = (events, self.committed_dwells())
         if held[0] < promised[0] or held[1] < promised[1]:
             raise JournalError(
@@ -226,7 +226,7 @@ class JournalReader:
 
     def _verify_chain(self) -> list[Event]:
         """Verify the chain of events and return them."""
-        previous, events = self._one("SELECT sha256 FROM header")[0], []  # type: ignore[index]
+        previous, events = self._single_row("SELECT sha256 FROM header")[0], []  # type: ignore[index]
         expected = 1
         for row in self._rows(_EVENTS):
             sequence, utc, monotonic_s, kind, detail, digest = row
@@ -262,7 +262,7 @@ class JournalReader:
                 return
             last = int(rows[-1][0])  # type: ignore[arg-type]
 
-    def _one(self, query: str, bindings: tuple[object, ...] = ()) -> tuple[Any, ...] | None:
+    def _single_row(self, query: str, bindings: tuple[object, ...] = ()) -> tuple[Any, ...] | None:
         with storage_errors_of(self.path):
             row: tuple[Any, ...] | None = self._connection.execute(query, bindings).fetchone()
             return row

@@ -33,22 +33,22 @@ class LastWords:
         return f"{self.reason}; at {self.stopped_utc:%Y-%m-%d %H:%M:%S} UTC, and the journal did not take it then"
 
 
-def keep_last_words(run_dir: Path, second_place: Path | None, words: LastWords) -> None:
+def keep_last_words(run_dir: Path, second_folder: Path | None, words: LastWords) -> None:
     """Write them where a disk takes them, the run's own first; where none does, the alert has told them."""
     moment = words.stopped_utc.isoformat()
     document = {"format": FORMAT, "reason": words.reason, "stopped_utc": moment, "cause": words.cause}
-    for place in _places(run_dir, second_place):
+    for folder in _folders(run_dir, second_folder):
         with suppress(WriteFailed, OSError):
-            place.mkdir(parents=True, exist_ok=True)
-            write_whole(place / FILE, json.dumps(document, ensure_ascii=False).encode("utf-8"))
+            folder.mkdir(parents=True, exist_ok=True)
+            write_whole(folder / FILE, json.dumps(document, ensure_ascii=False).encode("utf-8"))
             return
 
 
-def read_last_words(run_dir: Path, second_place: Path | None) -> LastWords | None:
+def read_last_words(run_dir: Path, second_folder: Path | None) -> LastWords | None:
     """Return what was said since the run was last taken up; None where nothing was."""
-    for place in _places(run_dir, second_place):
+    for folder in _folders(run_dir, second_folder):
         with suppress(OSError, ValueError, KeyError, TypeError):
-            document = json.loads((place / FILE).read_text(encoding="utf-8"))
+            document = json.loads((folder / FILE).read_text(encoding="utf-8"))
             if document["format"] != FORMAT:
                 raise ValueError("other words")
             moment = datetime.fromisoformat(str(document["stopped_utc"]))
@@ -56,14 +56,14 @@ def read_last_words(run_dir: Path, second_place: Path | None) -> LastWords | Non
     return None
 
 
-def forget_last_words(run_dir: Path, second_place: Path | None) -> None:
+def forget_last_words(run_dir: Path, second_folder: Path | None) -> None:
     """Remove them: they stand in the journal now."""
-    for place in _places(run_dir, second_place):
+    for folder in _folders(run_dir, second_folder):
         with suppress(OSError):
-            (place / FILE).unlink()
+            (folder / FILE).unlink()
 
 
-def _places(run_dir: Path, second_place: Path | None) -> Iterator[Path]:
+def _folders(run_dir: Path, second_folder: Path | None) -> Iterator[Path]:
     yield run_dir
-    if second_place is not None:
-        yield second_place / run_dir.name
+    if second_folder is not None:
+        yield second_folder / run_dir.name

@@ -13,7 +13,7 @@ KIND = "links"
 class LineFigures:
     """Of one line, or of one device of several on it."""
 
-    asked: int
+    questions: int
     errors: int
     """Questions without a good answer, whether they were asked again or not."""
     stale_bytes: int
@@ -21,14 +21,14 @@ class LineFigures:
 
     def in_words(self) -> str:
         """Describe the figures in one phrase."""
-        rate = f" ({self.errors / self.asked:.2%})" if self.errors and self.asked else ""
+        rate = f" ({self.errors / self.questions:.2%})" if self.errors and self.questions else ""
         stale = f", {self.stale_bytes} bytes nobody asked for" if self.stale_bytes else ""
-        return f"{self.asked} questions, {self.errors} without a good answer{rate}{stale}"
+        return f"{self.questions} questions, {self.errors} without a good answer{rate}{stale}"
 
 
 def link_detail(counts: Mapping[str, ExchangeCounts]) -> dict[str, object]:
     """Return the counts since the lines were opened as an event's detail."""
-    return {name: [one.asked, one.errors, one.stale_bytes] for name, one in counts.items()}
+    return {name: [count.questions, count.errors, count.stale_bytes] for name, count in counts.items()}
 
 
 @dataclass(slots=True)
@@ -42,7 +42,9 @@ class LineTally:
     def take(self, event: Event) -> None:
         if event.kind == KIND:
             now = {name: _figures(numbers) for name, numbers in event.detail.items()}
-            if any(one.asked < self._since[name].asked for name, one in now.items() if name in self._since):
+            if any(
+                figures.questions < self._since[name].questions for name, figures in now.items() if name in self._since
+            ):
                 self._total = _added(self._total, self._since)
             self._since = now
         elif event.kind == "reconnect" and not event.detail.get("failed"):
@@ -74,9 +76,11 @@ def _figures(numbers: object) -> LineFigures:
 
 def _added(total: Mapping[str, LineFigures], more: Mapping[str, LineFigures]) -> dict[str, LineFigures]:
     found = dict(total)
-    for name, one in more.items():
+    for name, figures in more.items():
         before = found.get(name, LineFigures(0, 0, 0))
         found[name] = LineFigures(
-            before.asked + one.asked, before.errors + one.errors, before.stale_bytes + one.stale_bytes
+            before.questions + figures.questions,
+            before.errors + figures.errors,
+            before.stale_bytes + figures.stale_bytes,
         )
     return found

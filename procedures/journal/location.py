@@ -70,7 +70,7 @@ def require_local(folder: Path, mounts: Path = MOUNTS) -> None:
         )
 
 
-def place_of(run_dir: Path) -> dict[str, object]:
+def location_of(run_dir: Path) -> dict[str, object]:
     """Where the journal of a run lies, as it is kept in it: a copy lies elsewhere and is another file."""
     found = (run_dir / JOURNAL_FILE).stat()
     return {"path": str(run_dir.resolve()), "inode": found.st_ino, "host": platform.node()}
@@ -81,7 +81,7 @@ def is_copy(run_dir: Path, before: Mapping[str, object]) -> bool:
 
     Where the other place holds no journal any more, the run was brought here whole.
     """
-    now, this = place_of(run_dir), run_dir / JOURNAL_FILE
+    now, this = location_of(run_dir), run_dir / JOURNAL_FILE
     other = Path(str(before.get("path"))) / JOURNAL_FILE
     if now["path"] == before.get("path"):
         return now["inode"] != before.get("inode")
@@ -106,9 +106,9 @@ def file_system(folder: Path, mounts: Path = MOUNTS) -> str:
 
 
 def _synchronisers(folder: Path) -> Iterator[Path]:
-    for place in (folder, *folder.parents):
-        if SYNCED.match(place.name) or any((place / marker).exists() for marker in MARKERS):
-            yield place
+    for parent in (folder, *folder.parents):
+        if SYNCED.match(parent.name) or any((parent / marker).exists() for marker in MARKERS):
+            yield parent
 
 
 def _unescaped(point: str) -> str:

@@ -110,7 +110,7 @@ class RunList:
 
     def _is_settled(self, seen: _Seen) -> bool:
         now_ns = self._clock.now_utc().timestamp() * 1e9
-        return all(one is None or now_ns - one[1] > _SETTLED_NS for one in seen.fingerprint)
+        return all(stamp is None or now_ns - stamp[1] > _SETTLED_NS for stamp in seen.fingerprint)
 
 
 def _read(path: Path, fingerprint: Fingerprint) -> _Seen:
@@ -166,7 +166,7 @@ def _stamp(found: os.stat_result) -> tuple[int, int, int]:
 
 
 def _modified_utc(fingerprint: Fingerprint) -> datetime:
-    return datetime.fromtimestamp(max((one[1] for one in fingerprint if one is not None), default=0) / 1e9, UTC)
+    return datetime.fromtimestamp(max((stamp[1] for stamp in fingerprint if stamp is not None), default=0) / 1e9, UTC)
 
 
 def _latest_first(run: ListedRun) -> tuple[bool, float, str]:

@@ -24,7 +24,7 @@ from procedures.journal.storage import (
     CommittedCount,
     fold,
     make_file,
-    put_in_place,
+    put_under_name,
     require_journal_file,
     require_our_schema,
     storage_errors_of,
@@ -174,7 +174,7 @@ def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
         connection.executemany("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", _renumbered(whole))
         connection.execute("COMMIT")
     fold(new_file, connection)
-    put_in_place(new_file, path)
+    put_under_name(new_file, path)
     CommittedCount(path).write(str(json.loads(rows.header[0])["run_id"]), len(events), len(whole))
     names = tuple(f"step {step}, attempt {attempt}, epoch {epoch}" for step, attempt, epoch in lost)
     return Salvaged(path, len(kept), len(whole), names, promised)

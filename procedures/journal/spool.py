@@ -159,7 +159,7 @@ def ask(
     *,
     expects: int | None = None,
     via: str = "command",
-    place: str = "",
+    address: str = "",
     key: str = "",
 ) -> None:
     """Ask something of a run that another process runs.
@@ -168,7 +168,7 @@ def ask(
     Raises: RequestError where nobody would take the request, the run is in another state than the asker saw, or a text
     holds what nobody sees.
     """
-    for name, said, kept in (("by", by, ""), ("text", text, PARAGRAPHS), ("place", place, "")):
+    for name, said, kept in (("by", by, ""), ("text", text, PARAGRAPHS), ("place", address, "")):
         if complaint := hidden_complaint(said, kept):
             raise RequestError(f"{run_dir}: {kind}: {name}: {complaint}; nothing was asked")
     with JournalReader.open(run_dir) as reader:
@@ -178,7 +178,7 @@ def ask(
         raise RequestError(f"{run_dir}: cannot {kind}: no process runs this run: {reason}; nothing was asked")
     assert entered is not None  # it has a state
     seen = entered.sequence if expects is None else expects
-    request = Request(kind, by, now.isoformat(), text, seen, via, place or platform.node(), key)
+    request = Request(kind, by, now.isoformat(), text, seen, via, address or platform.node(), key)
     if complaint := request.complaint(entered.sequence):
         raise RequestError(f"{run_dir}: was asked in view of another state: {complaint}; it is {state} now")
     Spool(run_dir).submit(request)

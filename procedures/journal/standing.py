@@ -32,7 +32,7 @@ class RunStatus:
     """What happened on every line, as last recorded; no part of the JSON form."""
     reason: str = ""
     """Why it stands still; empty where it goes on."""
-    asked_by: str = ""
+    requested_by: str = ""
     """Who or what asked for that; empty where the run itself decided."""
     replication: int = 0
     """Of the newest design dwell that counts; 0 before the first."""
@@ -51,7 +51,7 @@ class RunStatus:
     @property
     def why(self) -> str:
         """Why it stands still and who or what asked for it, in one phrase."""
-        return state_sentence(self.reason, self.asked_by)
+        return state_sentence(self.reason, self.requested_by)
 
     def to_document(self) -> dict[str, Any]:
         """Return the JSON of ``calrig status --json``.
@@ -60,7 +60,7 @@ class RunStatus:
         replications, and what a request to it refers to.
         """
         is_explained = self.state in STANDING_STILL or (self.state is State.INTERRUPTED and self.reason)
-        still = {"reason": self.reason, "asked_by": self.asked_by} if is_explained else {}
+        still = {"reason": self.reason, "asked_by": self.requested_by} if is_explained else {}
         return {
             "run": self.run,
             "state": str(self.state),
@@ -112,7 +112,7 @@ def progress_of(event: str, status: RunStatus, message: str = "") -> Progress:
         rate_per_min=None,
         eta_utc=status.eta_utc,
         message=message,
-        asked_by=status.asked_by,
+        requested_by=status.requested_by,
         rejected=status.rejected,
         late_utc=status.late_utc,
     )

@@ -77,7 +77,7 @@ def checkpoint_and_close(connection: apsw.Connection) -> None:
         connection.close()
 
 
-def put_in_place(new_file: Path, path: Path) -> None:
+def put_under_name(new_file: Path, path: Path) -> None:
     """Rename and sync the folder: the name appears with the whole content. Raises: StorageFailed."""
     try:
         os.rename(new_file, path)

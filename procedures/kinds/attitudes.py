@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from ams.models.registry import own_models_at_rest
+from ams.models.registry import built_in_models_at_rest
 from procedures.description.design_kinds import DESIGNS
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
@@ -25,7 +25,7 @@ class AttitudeKind:
 
     @property
     def models(self) -> tuple[str, ...]:
-        return (*OF_ATTITUDES, *own_models_at_rest())
+        return (*OF_ATTITUDES, *built_in_models_at_rest())
 
     def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
         if DESIGNS[procedure.design.kind].is_tumble is not self.is_tumble:

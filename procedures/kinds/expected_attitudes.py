@@ -43,7 +43,9 @@ def forecast_of_design(
     usage = usage_of(procedure, plan)
     believed = beliefs_of(rig, plan.solve, plan.dwell.samples, plan.replications, plan.sensors, pilot)
     of_sensor = {
-        serial: Believed({axis: one for (name, axis), one in believed.items() if name == serial}, plan.dwell.samples)
+        serial: Believed(
+            {axis: belief for (name, axis), belief in believed.items() if name == serial}, plan.dwell.samples
+        )
         for serial in plan.sensors
     }
     rows = _planned_rows(plan)
@@ -63,7 +65,7 @@ def forecast_of_design(
     followed = recommendations(plan, believed, sensors)
     return Forecast(
         expected=tuple(_axes(sensors, believed, plan.dwell.samples)),
-        advice=(*(one.advice for one in followed if one.advice), *_advice(plan), *further),
+        advice=(*(expected.advice for expected in followed if expected.advice), *_advice(plan), *further),
         design=figures,
         angles={serial: sensor.angles for serial, sensor in sensors.items()},
         usage_pitch_deg=usage.pitch_deg,
@@ -81,10 +83,10 @@ def _planned_rows(plan: Plan) -> PlannedRows:
     """Return the rows in the order of their visits, at the plateau of every replication."""
     plateaus = plan.environment.plateaus_degc if plan.environment is not None else ()
     each = plan.replications // max(len(plateaus), 1)
-    place = {point.label: number for number, point in enumerate(plan.design.points)}
+    row_of = {point.label: number for number, point in enumerate(plan.design.points)}
     visited: dict[int, list[int]] = {}
     for dwell in plan.design_dwells:
-        visited.setdefault(dwell.replication, []).append(place[dwell.point])
+        visited.setdefault(dwell.replication, []).append(row_of[dwell.point])
     return PlannedRows(
         plan.design.points,
         plan.replications,

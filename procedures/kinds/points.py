@@ -40,9 +40,9 @@ class PointKind(ABC):
         yield from ()
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        return forecast_of_points(rig, plan, self.solver_beforehand(plan))
+        return forecast_of_points(rig, plan, self.forecast_solver(plan))
 
-    def solver_beforehand(self, plan: Plan) -> Solver | None:
+    def forecast_solver(self, plan: Plan) -> Solver | None:
         """Return what tells beforehand how well it will be solved; None where no row is known before it has run."""
         return None
 

@@ -37,7 +37,7 @@ class ProfileMotion(PointKind):
 
     def points(self, request: PlanRequest) -> Sequence[Point]:
         rig, procedure, channels = request.rig, request.procedure, request.channels
-        profile = procedure.own(Profile)
+        profile = procedure.table_of(Profile)
         assert profile is not None
         voltages = [channel for channel in channels if channel.partition(".")[0] in rig.readouts]
         if voltages:
@@ -86,12 +86,12 @@ def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profil
     if procedure.solve.model != "gyro":
         return
     edges = np.arange(round(profile.duration_s / profile.bin_s) + 1) * profile.bin_s
-    places = np.array(
+    indices = np.array(
         [[profile_deg(motion, axis, at) if axis in motion.span_deg else 0.0 for at in edges] for axis in AXES]
     )
 
-    euler = np.deg2rad((places[:, 1:] + places[:, :-1]) / 2.0).T
-    velocity = body_rates_rad_s(euler, np.deg2rad(np.diff(places)).T / profile.bin_s)
+    euler = np.deg2rad((indices[:, 1:] + indices[:, :-1]) / 2.0).T
+    velocity = body_rates_rad_s(euler, np.deg2rad(np.diff(indices)).T / profile.bin_s)
     columns = np.concatenate([np.ones((len(velocity), 1)), velocity / np.abs(velocity).max()], axis=1)
     condition = float(np.linalg.cond(columns))
     if condition > 1e3:

@@ -39,7 +39,7 @@ class ConstantRates(PointKind):
 
     def points(self, request: PlanRequest) -> Sequence[Point]:
         rig, procedure, channels = request.rig, request.procedure, request.channels
-        rates = procedure.own(Rates)
+        rates = procedure.table_of(Rates)
         assert rates is not None
         missing = [name for name in AXES if name not in rates.by_axis]
         if procedure.solve.model == "gyro" and missing:
@@ -60,7 +60,7 @@ class ConstantRates(PointKind):
     def key_of_angle(self, axis: str) -> Key:
         return "rates", f"{axis}_dps"
 
-    def solver_beforehand(self, plan: Plan) -> Solver:
+    def forecast_solver(self, plan: Plan) -> Solver:
         return by_lines if plan.solve.model == "linear" else by_model
 
     def solve(self, item: SensorRows) -> SolvedSensor:

@@ -16,8 +16,8 @@ def procedure_form() -> type[ProcedureDescription]:
     """Return the form of the whole file with the tables of every registered kind."""
     names: Any = Literal[tuple(KINDS)]
     head = create_model("Procedure", __base__=Procedure, kind=(names, ...))
-    own: dict[str, Any] = {kind.table[0]: (kind.table[1] | None, None) for kind in KINDS.values() if kind.table}
-    return create_model("ProcedureDescription", __base__=ProcedureDescription, procedure=(head, ...), **own)
+    tables: dict[str, Any] = {kind.table[0]: (kind.table[1] | None, None) for kind in KINDS.values() if kind.table}
+    return create_model("ProcedureDescription", __base__=ProcedureDescription, procedure=(head, ...), **tables)
 
 
 def read_procedure(path: Path) -> ProcedureDescription:

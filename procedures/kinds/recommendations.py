@@ -120,12 +120,12 @@ def _of_the_sensors(
     plan: Plan, believed: Mapping[tuple[str, str], AxisBelief], sensors: Mapping[str, ExpectedSensor]
 ) -> Iterator[Recommendation]:
     axes = {serial: {axis for name, axis in believed if name == serial} for serial in plan.sensors}
-    alone = [serial for serial, own in axes.items() if own == {"x"}]
+    alone = [serial for serial, senses in axes.items() if senses == {"x"}]
     wanted = [sensors[serial].angles["pitch"].u95_deg for serial in alone if "pitch" in sensors[serial].angles]
-    told = f"roll within {WORST_SIDEWAYS * min(wanted):.2g}°" if wanted else "roll to a tenth as well as pitch"
+    advice = f"roll within {WORST_SIDEWAYS * min(wanted):.2g}°" if wanted else "roll to a tenth as well as pitch"
     yield Recommendation(
         8,
-        f"a package of one axis needs {told} from another instrument at use",
+        f"a package of one axis needs {advice} from another instrument at use",
         "its misalignment turns with roll, and a wrong roll is a wrong pitch",
         True if alone else None,
     )
@@ -133,7 +133,7 @@ def _of_the_sensors(
         (9, {"x", "y", "z"}, "roll is told by y and z, and pitch beside them near the vertical"),
         (10, {"x", "y"}, "roll is told by y alone, not at all where it is ±90° or pitch is"),
     ):
-        here = [serial for serial, own in axes.items() if own == whose]
+        here = [serial for serial, senses in axes.items() if senses == whose]
         worst = max((_sideways(serial, believed, plan.dwell.samples) for serial in here), default=0.0)
         is_steep = number == 10 and max(map(abs, plan.usage_pitch_deg or (0.0,))) > SINGULAR_DEG
         yield Recommendation(
@@ -149,8 +149,8 @@ def _of_the_sensors(
 def _sideways(serial: str, believed: Mapping[tuple[str, str], AxisBelief], samples: int) -> float:
     """Return how much more than x, as an angle, the worst of the other axes scatters."""
     noise = {
-        axis: degrees(one.noise_v(samples) / float(np.linalg.norm(one.k_v_per_g)))
-        for (name, axis), one in believed.items()
+        axis: degrees(belief.noise_v(samples) / float(np.linalg.norm(belief.k_v_per_g)))
+        for (name, axis), belief in believed.items()
         if name == serial
     }
     return max(noise.values()) / noise["x"] if noise.get("x") else 1.0

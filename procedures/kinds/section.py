@@ -24,7 +24,7 @@ from rig.description.rig_file import AxisTruth, RigDescription, Sensor
 
 UnitOf = Callable[[str], str]
 """Axis to the unit of its readings."""
-LARGEST_TOLD = 0.1
+LARGEST_PRINTED = 0.1
 """An uncertainty of a clock's drift beyond says that nothing is known."""
 
 
@@ -101,24 +101,25 @@ def _accepted(dwells: Sequence[DwellRecord]) -> list[DwellRecord]:
 
 def _result(name: str, calibration: Calibration, unit_of: UnitOf) -> str:
     parts = [
-        f"{axis} {two_digits(one.standard_error_v)} {printed(unit_of(axis))}" for axis, one in calibration.axes.items()
+        f"{axis} {two_digits(solved_axis.standard_error_v)} {printed(unit_of(axis))}"
+        for axis, solved_axis in calibration.axes.items()
     ]
     return f"{name}: model {calibration.model}, standard error of one row {', '.join(parts)}"
 
 
 def _doubts(name: str, calibration: Calibration) -> Iterator[str]:
-    for axis, one in calibration.axes.items():
-        if one.replication is None:
+    for axis, solved_axis in calibration.axes.items():
+        if solved_axis.replication is None:
             yield f"{name} {axis}: one replication only, so lack of fit and drift could not be tested."
-        yield from (f"{name} {text}" for text in one.warnings)
+        yield from (f"{name} {text}" for text in solved_axis.warnings)
     yield from (f"{name}: {text}" for text in calibration.warnings)
 
 
 def _parameters(calibration: Calibration, truths: Mapping[str, Mapping[str, float]]) -> TextTable:
     rows = [
-        (axis if place == 0 else "", *_parameter_cells(estimate, truths.get(axis, {}).get(estimate.name), bool(truths)))
-        for axis, one in calibration.axes.items()
-        for place, estimate in enumerate(one.parameters)
+        (axis if index == 0 else "", *_parameter_cells(estimate, truths.get(axis, {}).get(estimate.name), bool(truths)))
+        for axis, solved_axis in calibration.axes.items()
+        for index, estimate in enumerate(solved_axis.parameters)
     ]
     simulated = ("twin's truth", "95 % interval holds it") if truths else ()
     headings = ("axis", "parameter", "unit", "value", "± (95 %)", "ν", *simulated)
@@ -142,9 +143,9 @@ def _parameter_cells(estimate: ParameterEstimate, truth: float | None, is_simula
 def _budgets(budgets: Mapping[str, AxisBudget]) -> Iterator[TextTable]:
     """Yield a table of what each source alone puts into each parameter."""
     rows = [
-        (axis if place == 0 else "", line.source, line.type, *_contributions(budget, line), line.stated)
+        (axis if index == 0 else "", line.source, line.type, *_contributions(budget, line), line.stated)
         for axis, budget in budgets.items()
-        for place, line in enumerate(budget.lines)
+        for index, line in enumerate(budget.lines)
     ]
     if rows:
         names = next(iter(budgets.values())).combined
@@ -167,20 +168,20 @@ def _fits(calibration: Calibration, sensor: Sensor, unit_of: UnitOf) -> TextTabl
         (
             axis,
             sensor.channels[axis],  # type: ignore[index]
-            f"{two_digits(one.standard_error_v)} {printed(unit_of(axis))}",
-            str(one.degrees_of_freedom),
+            f"{two_digits(solved_axis.standard_error_v)} {printed(unit_of(axis))}",
+            str(solved_axis.degrees_of_freedom),
         )
-        for axis, one in calibration.axes.items()
+        for axis, solved_axis in calibration.axes.items()
     )
     return TextTable("Fit", ("axis", "channel", "standard error of one row", "degrees of freedom"), rows)
 
 
 def _tests(calibration: Calibration) -> Iterator[TextTable]:
     rows = []
-    for axis, one in calibration.axes.items():
-        if one.replication is None:
+    for axis, solved_axis in calibration.axes.items():
+        if solved_axis.replication is None:
             continue
-        tests = {"lack of fit": one.replication.lack_of_fit, **one.replication.drift}
+        tests = {"lack of fit": solved_axis.replication.lack_of_fit, **solved_axis.replication.drift}
         for subject, test in tests.items():
             label = subject if subject == "lack of fit" else f"drift of {words_of(subject).lettered}"
             rows.append((axis, label, three_digits(test.t), three_digits(test.f_95), p_value(test.p_value)))
@@ -212,19 +213,21 @@ def _timings(rows: Sequence[DwellRecord]) -> Iterator[TextTable]:
     found: dict[str, list[tuple[int, int, float, float]]] = {}
     drifts: dict[str, list[float]] = {}
     for row in rows:
-        for one in () if row.motion is None else row.motion.streams:
-            lost = one.missing + one.doubled + one.doubtful
-            found.setdefault(one.stream, []).append((one.samples, lost, one.offset_uncertainty_s, one.drift))
-            drifts.setdefault(one.stream, []).append(one.drift_uncertainty)
+        for stream in () if row.motion is None else row.motion.streams:
+            lost = stream.missing + stream.doubled + stream.doubtful
+            found.setdefault(stream.stream, []).append(
+                (stream.samples, lost, stream.offset_uncertainty_s, stream.drift)
+            )
+            drifts.setdefault(stream.stream, []).append(stream.drift_uncertainty)
     if not found:
         return
     cells = tuple(
         (
             stream,
-            str(sum(one[0] for one in ones)),
-            str(sum(one[1] for one in ones)),
-            two_digits(1e3 * max(one[2] for one in ones)),
-            f"{1e6 * float(np.median([one[3] for one in ones])):.1f}",
+            str(sum(row[0] for row in ones)),
+            str(sum(row[1] for row in ones)),
+            two_digits(1e3 * max(row[2] for row in ones)),
+            f"{1e6 * float(np.median([row[3] for row in ones])):.1f}",
             _ppm(float(np.median(drifts[stream]))),
         )
         for stream, ones in found.items()
@@ -239,7 +242,7 @@ def _timings(rows: Sequence[DwellRecord]) -> Iterator[TextTable]:
 
 
 def _ppm(drift_uncertainty: float) -> str:
-    return two_digits(1e6 * drift_uncertainty) if drift_uncertainty < LARGEST_TOLD else "too short to tell"
+    return two_digits(1e6 * drift_uncertainty) if drift_uncertainty < LARGEST_PRINTED else "too short to tell"
 
 
 def _residual_plots(name: str, calibration: Calibration, unit_of: UnitOf) -> Iterator[Plot]:
@@ -247,7 +250,8 @@ def _residual_plots(name: str, calibration: Calibration, unit_of: UnitOf) -> Ite
     units = {unit_of(axis) for axis in calibration.axes}
     unit = printed(units.pop()) if len(units) == 1 else "channel's unit"
     curves = tuple(
-        Curve(axis, np.asarray(one.fitted_v), np.asarray(one.residuals_v)) for axis, one in calibration.axes.items()
+        Curve(axis, np.asarray(solved_axis.fitted_v), np.asarray(solved_axis.residuals_v))
+        for axis, solved_axis in calibration.axes.items()
     )
     yield Plot(
         f"{name}-residuals", "Residuals", "Reading less fit, one point a row.", f"fitted reading ({unit})",

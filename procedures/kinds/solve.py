@@ -19,7 +19,7 @@ def solve_record(record: RunRecord, tell: Tell = lambda _step: None) -> dict[str
     """Solve every sensor of a run from its accepted dwells, as its procedure asks; ``tell`` hears of each."""
     solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}", tell)
     findings = run_findings(record)
-    return {name: with_run_findings(one, of_sensor(findings, name)) for name, one in solved.items()}
+    return {name: with_run_findings(sensor, of_sensor(findings, name)) for name, sensor in solved.items()}
 
 
 def solve_sensors(
@@ -32,8 +32,8 @@ def solve_sensors(
     """Solve every sensor of a plan; a sensor that cannot be solved says why and hinders no other."""
     rows = tuple(design_dwells(dwells))
     solved = {}
-    for place, (name, sensor) in enumerate(plan.sensors.items(), start=1):
-        tell(f"solving {name} ({place} of {len(plan.sensors)})")
+    for index, (name, sensor) in enumerate(plan.sensors.items(), start=1):
+        tell(f"solving {name} ({index} of {len(plan.sensors)})")
         solved[name] = _solve_sensor(name, sensor, rows, rig, plan, source)
     return solved
 

@@ -39,7 +39,7 @@ class LongRest(PointKind):
 
     def points(self, request: PlanRequest) -> Sequence[Point]:
         rig, procedure = request.rig, request.procedure
-        static = procedure.own(Static)
+        static = procedure.table_of(Static)
         assert static is not None
         wanted = {"pitch": static.pitch_deg, "roll": static.roll_deg}
         for axis, angle in wanted.items():
@@ -80,7 +80,7 @@ class LongRest(PointKind):
         if not solved.static:
             return section_of(record, solved)
         name, axes = solved.name, solved.static
-        beyond = tuple(f"{name} {axis}: {one.verdict}" for axis, one in axes.items() if one.holds is False)
+        beyond = tuple(f"{name} {axis}: {line.verdict}" for axis, line in axes.items() if line.holds is False)
         return Section(
             _static_result(solved.name, solved.static),
             beyond,
@@ -197,27 +197,27 @@ def _verdict(drift_deg: float | None, use_s: float, allowed_deg: float) -> str:
 
 def _static_result(name: str, static: Mapping[str, StaticAxis]) -> str:
     """Say which axes hold what is allowed."""
-    one = next(iter(static.values()))
-    words = {True: f"within ±{one.allowed_deg:g}°", False: f"beyond ±{one.allowed_deg:g}°", None: "of unknown size"}
+    line = next(iter(static.values()))
+    words = {True: f"within ±{line.allowed_deg:g}°", False: f"beyond ±{line.allowed_deg:g}°", None: "of unknown size"}
     parts = [
         f"{', '.join(axis for axis, each in static.items() if each.holds is held)} {word}"
         for held, word in words.items()
         if any(each.holds is held for each in static.values())
     ]
-    return f"{name}: drift in {one.use_s:g} s {'; '.join(parts)}"
+    return f"{name}: drift in {line.use_s:g} s {'; '.join(parts)}"
 
 
 def _static_table(static: Mapping[str, StaticAxis]) -> TextTable:
     rows = tuple(
         (
             axis,
-            printed(one.unit),
-            *with_uncertainty(one.mean, one.mean_uncertainty),
-            two_digits(one.random_walk_per_sqrt_s),
-            f"{two_digits(one.bias_instability)}{'' if one.is_bottom_reached else ' at most'}",
-            one.verdict,
+            printed(line.unit),
+            *with_uncertainty(line.mean, line.mean_uncertainty),
+            two_digits(line.random_walk_per_sqrt_s),
+            f"{two_digits(line.bias_instability)}{'' if line.is_bottom_reached else ' at most'}",
+            line.verdict,
         )
-        for axis, one in static.items()
+        for axis, line in static.items()
     )
     headings = ("axis", "unit", "offset", "u", "random walk (·√s)", "bias instability", "verdict")
     note = "Zeroed by the mean over as long as it is used: √2 of the Allan deviation at that time, expanded with k = 2."
@@ -227,9 +227,9 @@ def _static_table(static: Mapping[str, StaticAxis]) -> TextTable:
 def _terms_tables(static: Mapping[str, StaticAxis]) -> Iterator[TextTable]:
     """Yield the table of the five terms, of the axes that rested long enough for them."""
     rows = tuple(
-        (axis, printed(one.unit), *(_term_in_words(term) for term in one.noise_terms))
-        for axis, one in static.items()
-        if one.noise_terms
+        (axis, printed(line.unit), *(_term_in_words(term) for term in line.noise_terms))
+        for axis, line in static.items()
+        if line.noise_terms
     )
     if not rows:
         return
@@ -243,7 +243,7 @@ def _terms_tables(static: Mapping[str, StaticAxis]) -> Iterator[TextTable]:
 
 def _part_tables(static: Mapping[str, StaticAxis]) -> Iterator[TextTable]:
     """Yield what a table of the reports says of the part beside what it showed."""
-    rows = tuple((axis, *one.beside_table) for axis, one in static.items() if one.beside_table)
+    rows = tuple((axis, *line.beside_table) for axis, line in static.items() if line.beside_table)
     if rows:
         headings = ("axis", "what", "stated", "shown", "")
         note = "White noise is a one-sided density, √2 of the random walk; a drift is expanded with k = 2."
@@ -261,12 +261,12 @@ def _per_time(term: str) -> str:
 
 
 def _allan_plot(name: str, static: Mapping[str, StaticAxis]) -> Iterator[Plot]:
-    by_unit = sorted({one.unit for one in static.values()})
+    by_unit = sorted({line.unit for line in static.values()})
     for unit in by_unit:
         curves = tuple(
-            Curve(axis, np.array(one.tau_s), np.array(one.allan_deviation))
-            for axis, one in static.items()
-            if one.unit == unit
+            Curve(axis, np.array(line.tau_s), np.array(line.allan_deviation))
+            for axis, line in static.items()
+            if line.unit == unit
         )
         yield Plot(
             f"{name}-allan", "Allan deviation", "Overlapping estimator over the averaging time.", "averaging time (s)",

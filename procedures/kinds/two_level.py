@@ -40,7 +40,7 @@ class TwoLevel(PointKind):
 
     def points(self, request: PlanRequest) -> Sequence[Point]:
         rig, procedure, sensors = request.rig, request.procedure, request.sensors
-        levels = procedure.own(Levels)
+        levels = procedure.table_of(Levels)
         assert levels is not None
         known = ", ".join(rig.field) or "none"
         name = levels.coil or (next(iter(rig.field)) if len(rig.field) == 1 else None)
@@ -72,7 +72,7 @@ class TwoLevel(PointKind):
         )
         return replace(forecast, advice=(*forecast.advice, sentence))
 
-    def solver_beforehand(self, plan: Plan) -> Solver:
+    def forecast_solver(self, plan: Plan) -> Solver:
         return by_lines
 
     def solve(self, item: SensorRows) -> SolvedSensor:
@@ -89,7 +89,10 @@ def _attitudes_along(
     chosen: list[dict[str, float]] = []
     for serial, sensor in sensors.items():
         for axis, sense in product(sensor.channels, (1.0, -1.0)):
-            found = next((one for one in attitudes if _component(sensor, str(axis), one, unit) * sense > ALONG), None)
+            found = next(
+                (attitude for attitude in attitudes if _component(sensor, str(axis), attitude, unit) * sense > ALONG),
+                None,
+            )
             if found is None:
                 raise procedure.error(
                     ("levels",),

@@ -20,7 +20,7 @@ from ams.archive.refusals import without_password
 from ams.errors import ArchiveAbsent, ArchiveError
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
-from rig.lines.lock import account, place_of_locks
+from rig.lines.lock import account, folder_of_locks
 
 LAPSES_S, RENEWED_S = 120.0, 30.0
 """How long a lease outlives its holder, and how often it is renewed."""
@@ -55,10 +55,10 @@ def look(archive_url: str, resources: Sequence[str], clock: Clock | None = None)
     except ArchiveError as error:
         return Looked(unguarded=(f"{_names(resources)}: nothing guards against a second computer now: {error}",))
     return Looked(
-        refusals=tuple(_refusal(lease, shown) for lease in others if lease.holder.place != (place_of_locks() or None)),
+        refusals=tuple(_refusal(lease, shown) for lease in others if lease.holder.place != (folder_of_locks() or None)),
         guarded=tuple(
-            f"{name_of(one)}: guarded by a lease in {shown} against computers that use the same archive"
-            for one in resources
+            f"{name_of(resource)}: guarded by a lease in {shown} against computers that use the same archive"
+            for resource in resources
         ),
     )
 
@@ -107,7 +107,7 @@ class LeaseKeeper:
         """When the database last said that all is ours, by this machine's clock."""
         self._failure = ""
         self._taken_by = ""
-        self._told = ""
+        self._announced = ""
         """The loss that was told and is not over."""
         self._news: deque[LeaseNews] = deque()
         self._turn = Lock()
@@ -121,7 +121,7 @@ class LeaseKeeper:
         """
         if self._archive_url is None or not resources:
             return
-        self._holder = replace(self._holder, place=place_of_locks())
+        self._holder = replace(self._holder, place=folder_of_locks())
         try:
             found = self._ask(resources, all_or_none=True)
         except ArchiveError as error:
@@ -150,11 +150,11 @@ class LeaseKeeper:
         with self._turn:
             found = [self._news.popleft() for _ in range(len(self._news))]
             loss = self._taken_by or self._lapsed()
-            if loss and loss != self._told:
+            if loss and loss != self._announced:
                 found.append(LeaseNews(f"{loss}; the run goes on", is_lost=True))
-            elif self._told and not loss:
+            elif self._announced and not loss:
                 found.append(LeaseNews(f"the lease of {_names(self._resources)} is held again", is_lost=False))
-            self._told = loss
+            self._announced = loss
         return found
 
     def close(self) -> None:
@@ -197,11 +197,11 @@ class LeaseKeeper:
             if found.others:
                 self._taken_by = "; ".join(_taken(lease) for lease in found.others)
                 return
-            if not self._taken_by and (gone := [one for one in found.begun if one in self._held]):
-                self._told = (
+            if not self._taken_by and (gone := [resource for resource in found.begun if resource in self._held]):
+                self._announced = (
                     f"the lease of {_names(gone)} had lapsed and was not kept: another computer may have had the device"
                 )
-                self._news.append(LeaseNews(f"{self._told}; the run goes on", is_lost=True))
+                self._news.append(LeaseNews(f"{self._announced}; the run goes on", is_lost=True))
             self._held |= set(resources)
             self._taken_by = ""
             self._last_s = self._clock.monotonic_s()
@@ -222,8 +222,8 @@ class LeaseKeeper:
         """Say that nobody knows any more whose it is, once; what the database said last stands with it."""
         if self._last_s is not None and self._clock.monotonic_s() - self._last_s < self._lapses_s:
             return ""
-        if self._told:
-            return self._told
+        if self._announced:
+            return self._announced
         names, why = _names(self._resources), f" ({self._failure})" if self._failure else ""
         if self._last_s is None:
             return f"no lease of {names} could be taken{why}: nothing guards against a second computer"

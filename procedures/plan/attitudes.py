@@ -93,9 +93,9 @@ def _replication(
     order, check = procedure.design.order, procedure.check
     chance = None if seed is None else np.random.default_rng([seed, replication])
     points = sequence(design, order, chance)
-    for place, point in enumerate(points, start=(replication - 1) * len(points) + 1):
+    for index, point in enumerate(points, start=(replication - 1) * len(points) + 1):
         yield _dwell(next(numbers), "design", replication, point.label, axes, point)
-        if check is not None and place % check.reference_every == 0:
+        if check is not None and index % check.reference_every == 0:
             for pitch_deg, roll_deg in check.attitudes_deg:
                 at = DesignPoint(0, pitch_deg, roll_deg)
                 yield _dwell(next(numbers), "reference", replication, 0, axes, at)
@@ -113,7 +113,7 @@ def check_points(design: Design) -> tuple[DesignPoint, ...]:
         if apart.max() == 0.0:
             break
         chosen.append(int(apart.argmax()))
-    return tuple(points[place] for place in chosen)
+    return tuple(points[index] for index in chosen)
 
 
 def _turned_deg(point: DesignPoint) -> float:

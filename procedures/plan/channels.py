@@ -33,6 +33,6 @@ def channels_of(rig: RigDescription, sensors: Mapping[str, Sensor]) -> tuple[str
 def temperature_source(rig: RigDescription, sensor: Sensor) -> TemperatureChannel | str | None:
     """Return the sensor's own channel, else the rig's only environment, else None."""
     if sensor.temperature is not None:
-        own = sensor.temperature
-        return TemperatureChannel(own.channel, own.offset_degc, own.slope_degc_per_v)
+        temperature = sensor.temperature
+        return TemperatureChannel(temperature.channel, temperature.offset_degc, temperature.slope_degc_per_v)
     return next(iter(rig.environment)) if len(rig.environment) == 1 else None

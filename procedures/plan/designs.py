@@ -121,13 +121,13 @@ def with_yaw(design: Design, yaw_deg: Sequence[float]) -> Design:
     """Return every attitude of a design at every yaw, yaw by yaw."""
     yaws = tuple(sorted(set(yaw_deg)))
     turned = [replace(point, yaw_deg=yaw) for yaw in yaws for point in design.points]
-    points = tuple(replace(point, label=place) for place, point in enumerate(turned, start=1))
+    points = tuple(replace(point, label=index) for index, point in enumerate(turned, start=1))
     return replace(design, points=points, yaw_values_deg=yaws)
 
 
 def scattered(kind: str, attitudes_deg: Sequence[tuple[float, ...]]) -> Design:
     """Any list of (pitch, roll) or (pitch, roll, yaw), labelled in the order given."""
-    points = tuple(DesignPoint(place, *attitude) for place, attitude in enumerate(attitudes_deg, start=1))
+    points = tuple(DesignPoint(index, *attitude) for index, attitude in enumerate(attitudes_deg, start=1))
     pitch, roll = ({point.pitch_deg for point in points}, {point.roll_deg for point in points})
     yaw = {point.yaw_deg for point in points}
     return Design(kind, points, tuple(sorted(pitch)), tuple(sorted(roll)), tuple(sorted(yaw)))
@@ -156,7 +156,7 @@ def read_points(path: Path) -> Design:
 
 def uniform_circle_deg(count: int, repeat: bool = False) -> tuple[float, ...]:
     """``count`` roll values uniform on [−180°, 180° − 360°/count]; ``repeat`` adds +180°."""
-    values = tuple(float(Fraction(360 * place, count) - 180) for place in range(count))
+    values = tuple(float(Fraction(360 * index, count) - 180) for index in range(count))
     return with_repeated_roll(values) if repeat else values
 
 
@@ -182,7 +182,7 @@ def require_uniform_circle(roll_deg: Sequence[float]) -> None:
 def require_uniform_symmetric(pitch_deg: Sequence[float]) -> None:
     """Check that a pitch set is uniform and symmetric about 0°, each value once. Raises: PlanError."""
     values, last = sorted(pitch_deg), len(pitch_deg) - 1
-    uniform = [-values[last] + 2.0 * values[last] * place / max(last, 1) for place in range(last + 1)]
+    uniform = [-values[last] + 2.0 * values[last] * index / max(last, 1) for index in range(last + 1)]
     if last < 1 or values[last] <= 0.0 or not _agree(values, uniform):
         raise PlanError(
             f"pitch: got {_span(values)}, allowed for D1 are two or more values uniform and symmetric about 0°; "
@@ -195,7 +195,7 @@ def _thinned(
 ) -> Design:
     pitch, roll = tuple(sorted(pitch_deg)), tuple(sorted(roll_deg))
     kept = [(a, r) for row, a in enumerate(pitch) for column, r in enumerate(roll) if keeps(row, column)]
-    points = tuple(DesignPoint(place, *attitude) for place, attitude in enumerate(kept, start=1))
+    points = tuple(DesignPoint(index, *attitude) for index, attitude in enumerate(kept, start=1))
     return Design(kind, points, pitch, roll)
 
 

@@ -28,7 +28,7 @@ def expected_duration(
     p50_s, p90_s, by_part = learned.durations(parts)
     if not learned.is_known:
         dwells = sum(isinstance(step, Dwell) for step in steps)
-        one_window_s = window_s(rig, dwell, channels[0])
+        single_window_s = window_s(rig, dwell, channels[0])
         taken_s = sum(part.expected_s for part in parts if part.name != SOAK and not part.name.startswith(MOVE))
-        p90_s = p50_s + dwells * one_window_s + REPEATED * (taken_s + dwells * one_window_s)
+        p90_s = p50_s + dwells * single_window_s + REPEATED * (taken_s + dwells * single_window_s)
     return Expectation(p50_s, p90_s, by_part, learned.runs)

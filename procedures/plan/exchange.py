@@ -61,15 +61,15 @@ def _improved(candidates: FloatArray, design: list[int], kept: int, region: Floa
     design = list(design)
     for _ in range(MOST_ROUNDS):
         changed = False
-        for place in range(kept, len(design)):
-            others = np.delete(np.array(design), place)
+        for index in range(kept, len(design)):
+            others = np.delete(np.array(design), index)
             moments = candidates[others].T @ candidates[others]
             gains = _gains(candidates, np.linalg.inv(moments + _ridge(moments)), region)
-            mine = gains[design[place]]
+            mine = gains[design[index]]
             gains[others] = -np.inf
             other = int(np.argmax(gains))
             if gains[other] > mine + _GAIN * abs(mine):
-                design[place], changed = other, True
+                design[index], changed = other, True
         if not changed:
             break
     return design

@@ -50,7 +50,7 @@ class PartSums:
 
 def sums_of(pairs: Sequence[tuple[float, float]]) -> PartSums:
     """Return the sums of (expected, measured) seconds of the steps of one run; some is expected."""
-    expected_s, measured_s = (sum(pair[place] for pair in pairs) for place in (0, 1))
+    expected_s, measured_s = (sum(pair[index] for pair in pairs) for index in (0, 1))
     ratio = measured_s / expected_s
     return PartSums(
         count=len(pairs),
@@ -145,11 +145,13 @@ class LearnedTimes:
                 each_s,
                 each_s + student * each_deviation * expected_s / count,
             )
-        together_s2 = self._together_s2({name: one[1] for name, one in sums.items()})
+        together_s2 = self._together_s2({name: part_sums[1] for name, part_sums in sums.items()})
         late_s = p50_s + student * sqrt(max(variance_s2 + together_s2, 0.0))
         if not self.past:
             return p50_s, late_s, found
-        would_take_s = p50_s + self._apart_s({name: (one[1], one[2]) for name, one in sums.items()}, together_s2)
+        would_take_s = p50_s + self._apart_s(
+            {name: (part_sums[1], part_sums[2]) for name, part_sums in sums.items()}, together_s2
+        )
         ranked_s = np.quantile(would_take_s, (0.5, 0.9), method="weibull")
         is_ranked = self.runs >= FEWEST_RANKED
         return float(ranked_s[0]), float(ranked_s[1] if is_ranked else max(late_s, ranked_s[0])), found
@@ -167,16 +169,16 @@ class LearnedTimes:
             for name, (expected_s, expected_s2) in known.items()
         )
         apart_s = np.zeros(len(self.past))
-        for place, run in enumerate(self.past):
+        for index, run in enumerate(self.past):
             run_s2 = shared_s2
             for name, (expected_s, expected_s2) in known.items():
                 part, sums = self.parts[name], run.get(name)
                 share = expected_s2 / max(expected_s, 1e-300) ** 2
                 if sums is not None:
-                    apart_s[place] += (sums.ratio - part.ratio) * expected_s
+                    apart_s[index] += (sums.ratio - part.ratio) * expected_s
                     share = sums.expected_s2 / sums.expected_s**2
                 run_s2 += (part.between_variance + part.step_variance * share) * expected_s**2
-            apart_s[place] *= sqrt(plan_s2 / run_s2) if run_s2 > 0.0 else 1.0
+            apart_s[index] *= sqrt(plan_s2 / run_s2) if run_s2 > 0.0 else 1.0
         return apart_s
 
     def _together_s2(self, expected_s: Mapping[str, float]) -> float:
@@ -205,11 +207,11 @@ def _planned(parts: Iterable[StepPart]) -> dict[str, list[float]]:
     """Return of every part of a plan how often it comes, what is expected of it, and the sum of the squares of that."""
     sums: dict[str, list[float]] = {}
     for part in parts:
-        one = sums.setdefault(part.name, [0.0, 0.0, 0.0])
-        one[0] += 1
-        one[1] += part.expected_s
-        one[2] += part.expected_s**2
-    taken_s, taken_s2 = (sum(one[place] for one in sums.values()) for place in (1, 2))
+        part_sums = sums.setdefault(part.name, [0.0, 0.0, 0.0])
+        part_sums[0] += 1
+        part_sums[1] += part.expected_s
+        part_sums[2] += part.expected_s**2
+    taken_s, taken_s2 = (sum(part_sums[index] for part_sums in sums.values()) for index in (1, 2))
     sums[AGAIN] = [1, REPEATED * taken_s, REPEATED**2 * taken_s2]
     return sums
 
@@ -220,8 +222,11 @@ def again_of(undisturbed: Iterable[PartSums], again_s: Sequence[float]) -> PartS
     ``again_s``: what each step that was took too long.
     """
     taken = list(undisturbed)
-    expected_s, expected_s2 = REPEATED * sum(one.expected_s for one in taken), sum(one.expected_s2 for one in taken)
-    ratio, count = sum(again_s) / expected_s, sum(one.count for one in taken)
+    expected_s, expected_s2 = (
+        REPEATED * sum(attempt.expected_s for attempt in taken),
+        sum(attempt.expected_s2 for attempt in taken),
+    )
+    ratio, count = sum(again_s) / expected_s, sum(attempt.count for attempt in taken)
     rest_s2 = sum(seconds**2 for seconds in again_s) + ratio**2 * REPEATED**2 * expected_s2
     return PartSums(count + len(again_s), expected_s, sum(again_s), REPEATED**2 * expected_s2, rest_s2)
 

@@ -48,13 +48,13 @@ def _optimal(wanted: Wanted) -> Design:
             f"optimal design: {table.points} points asked for, the lattice has {len(lattice)}; no design was made; "
             "give fewer points or more angles"
         )
-    kept = [_place(lattice, pair) for pair in table.keep_deg]
+    kept = [_nearest(lattice, pair) for pair in table.keep_deg]
     if len(set(kept)) != len(kept) or len(kept) > table.points:
         raise PlanError("optimal design: keep_deg names a point twice, or more than points; no design was made")
     columns = terms(np.deg2rad(np.array(lattice)), table.terms, with_roll=wanted.with_roll)
     region = _region(table, pitch_deg, with_roll=wanted.with_roll) if table.criterion == "I" else None
     chosen = exchanged(columns, table.points, np.random.default_rng(table.seed), region, kept)
-    points = tuple(DesignPoint(label, *lattice[place]) for label, place in enumerate(chosen, start=1))
+    points = tuple(DesignPoint(label, *lattice[index]) for label, index in enumerate(chosen, start=1))
     return Design(
         "optimal",
         points,
@@ -63,9 +63,9 @@ def _optimal(wanted: Wanted) -> Design:
     )
 
 
-def _place(lattice: list[tuple[float, float]], pair: tuple[float, float]) -> int:
+def _nearest(lattice: list[tuple[float, float]], pair: tuple[float, float]) -> int:
     if pair not in lattice:
-        nearest = min(lattice, key=lambda one: abs(one[0] - pair[0]) + abs(one[1] - pair[1]))
+        nearest = min(lattice, key=lambda point: abs(point[0] - pair[0]) + abs(point[1] - pair[1]))
         raise PlanError(
             f"optimal design: keep_deg: pitch {pair[0]:g}°, roll {pair[1]:g}° is no point of the lattice, nearest is "
             f"pitch {nearest[0]:g}°, roll {nearest[1]:g}°; no design was made; add its angles to pitch_deg and roll_deg"

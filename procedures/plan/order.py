@@ -64,7 +64,8 @@ def sequence(design: Design, order: Order, chance: np.random.Generator | None = 
 def travel_deg(attitudes_deg: Iterable[Sequence[float]]) -> tuple[float, ...]:
     """Sum of the distances that each axis goes between consecutive attitudes."""
     steps = [
-        [abs(there - here) for here, there in zip(one, other, strict=True)] for one, other in pairwise(attitudes_deg)
+        [abs(there - here) for here, there in zip(attitude, other, strict=True)]
+        for attitude, other in pairwise(attitudes_deg)
     ]
     return tuple(float(sum(axis)) for axis in zip(*steps, strict=True))
 
@@ -81,7 +82,7 @@ def _out_and_back(rows: Rows) -> Rows:
 
 def _snake(rows: Rows) -> list[DesignPoint]:
     """Roll alternates its sense from row to row, so that no row begins with a long way back."""
-    return [point for place, row in enumerate(rows) for point in (row[::-1] if place % 2 else row)]
+    return [point for index, row in enumerate(rows) for point in (row[::-1] if index % 2 else row)]
 
 
 def _shuffled(points: Sequence[DesignPoint], order: Order, chance: np.random.Generator) -> tuple[DesignPoint, ...]:
@@ -94,9 +95,9 @@ def _shuffled(points: Sequence[DesignPoint], order: Order, chance: np.random.Gen
     if order == "blocks":
         rows = _rows(points)
         return tuple(
-            rows[row][place] for row in chance.permutation(len(rows)) for place in chance.permutation(len(rows[row]))
+            rows[row][index] for row in chance.permutation(len(rows)) for index in chance.permutation(len(rows[row]))
         )
-    return tuple(points[place] for place in chance.permutation(len(points)))
+    return tuple(points[index] for index in chance.permutation(len(points)))
 
 
 def _neighbours(rows: Rows, chance: np.random.Generator) -> tuple[DesignPoint, ...]:
@@ -111,8 +112,8 @@ def _neighbours(rows: Rows, chance: np.random.Generator) -> tuple[DesignPoint, .
 
 def _dealt(rows: Rows, blocks: int, chance: np.random.Generator) -> list[Rows]:
     """Deal each set of neighbouring rows over the blocks, one each: every block spans the whole range."""
-    places = np.concatenate([chance.permutation(blocks) for _ in range(-(-len(rows) // blocks))])[: len(rows)]
-    return [[row for row, place in zip(rows, places, strict=True) if place == block] for block in range(blocks)]
+    block_of = np.concatenate([chance.permutation(blocks) for _ in range(-(-len(rows) // blocks))])[: len(rows)]
+    return [[row for row, number in zip(rows, block_of, strict=True) if number == block] for block in range(blocks)]
 
 
 def _through(blocks: list[Rows], chance: np.random.Generator) -> list[DesignPoint]:
@@ -127,9 +128,13 @@ def _through(blocks: list[Rows], chance: np.random.Generator) -> list[DesignPoin
     return path
 
 
-def _apart_deg(one: DesignPoint, other: DesignPoint) -> float:
-    return abs(one.pitch_deg - other.pitch_deg) + abs(one.yaw_deg - other.yaw_deg) + abs(one.roll_deg - other.roll_deg)
+def _apart_deg(point: DesignPoint, other: DesignPoint) -> float:
+    return (
+        abs(point.pitch_deg - other.pitch_deg)
+        + abs(point.yaw_deg - other.yaw_deg)
+        + abs(point.roll_deg - other.roll_deg)
+    )
 
 
 def _length_deg(points: Sequence[DesignPoint]) -> float:
-    return sum(_apart_deg(one, other) for one, other in pairwise(points))
+    return sum(_apart_deg(point, other) for point, other in pairwise(points))

@@ -28,5 +28,5 @@ def acceleration_dps2(motion: Follow, axis: str) -> float:
 
 def range_deg(motion: Follow, axis: str) -> tuple[float, float]:
     """Lowest and highest angle from the start."""
-    places = [profile_deg(motion, axis, motion.seconds * part / 1000.0) for part in range(1001)]
-    return min(places), max(places)
+    angles_deg = [profile_deg(motion, axis, motion.seconds * part / 1000.0) for part in range(1001)]
+    return min(angles_deg), max(angles_deg)

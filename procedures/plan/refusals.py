@@ -37,7 +37,7 @@ def shared_refusals(
     environment: EnvironmentPlan | None,
 ) -> Iterator[PlanError]:
     """Tell what a plan of no kind may have: unknown packages, unmeasured temperatures, plateaus out of reach."""
-    yield from _gravity_of_another_place(rig)
+    yield from _gravity_of_another_site(rig)
     yield from _unknown_packages(rig, procedure)
     yield from _nothing_to_fit_jointly(rig, procedure)
     yield from _temperature_terms(rig, procedure, sensors, environment)
@@ -48,12 +48,12 @@ def shared_refusals(
     yield from _bursts_too_long(rig, procedure, channels_of(rig, sensors))
 
 
-def _gravity_of_another_place(rig: RigDescription) -> Iterator[PlanError]:
+def _gravity_of_another_site(rig: RigDescription) -> Iterator[PlanError]:
     """Say that gravity and latitude of the rig file cannot be of one place; smaller doubts stand with the result."""
-    place = rig.rig
-    if place.latitude_deg is None:
+    location = rig.rig
+    if location.latitude_deg is None:
         return
-    found = disagreement(place.gravity_mps2, place.latitude_deg, place.height_m)
+    found = disagreement(location.gravity_mps2, location.latitude_deg, location.height_m)
     if found is not None and found.kind == "refused":
         yield PlanError(f"rig file: rig.gravity_mps2: {found.text}")
 
@@ -205,7 +205,7 @@ def _undetermined(
     design: Design,
     models: Mapping[tuple[str, str], Model],
 ) -> Iterator[PlanError]:
-    model = max(models.values(), key=lambda one: len(one.primary_names))
+    model = max(models.values(), key=lambda candidate: len(candidate.primary_names))
     needed = len(model.primary_names)
     warmed = 2 * procedure.solve.temperature_order if procedure.solve.temperature == "estimate" else 0
     estimated = needed + warmed + (procedure.solve.time_term == "linear")

@@ -56,8 +56,8 @@ def step_parts(
     """Yield the parts of every step in the order given, then those of the run as a whole."""
     together = rig.moving_together()
     readings = _Readings.of(rig, dwell, channels)
-    one_window_s = window_s(rig, dwell, channels[0])
-    settling_s = earliest_settling_s(dwell, one_window_s)
+    single_window_s = window_s(rig, dwell, channels[0])
+    settling_s = earliest_settling_s(dwell, single_window_s)
     axes: Collection[str] = ()
     stands_deg = {name: axis.home_attitude_deg for name, axis in rig.axes.items()}
     degc, applied = LABORATORY_DEGC, None
@@ -93,16 +93,16 @@ class _Readings:
     """Of streams, all at once."""
     starting_s: float
     """Until the slowest of the streams that are read has sent what is wanted."""
-    told_s: float
+    reference_s: float
     """What a reference tells of the attitude before."""
 
     @classmethod
     def of(cls, rig: RigDescription, dwell: DwellSettings, channels: Sequence[str]) -> "_Readings":
         reference = rig.attitude_reference
-        told_s = 0.0
+        reference_s = 0.0
         if reference is not None:
-            told_s = sum(burst_s(rig, channel, reference.samples) for channel in reference.channels.values())
-            told_s *= 2.0 if reference.closes_loop else 1.0
+            reference_s = sum(burst_s(rig, channel, reference.samples) for channel in reference.channels.values())
+            reference_s *= 2.0 if reference.closes_loop else 1.0
         readout_s: dict[str, float] = {}
         for channel in channels:
             name = channel.partition(".")[0]
@@ -116,7 +116,7 @@ class _Readings:
             resting_s=in_turn_s - sum(beside_s) + max(beside_s, default=0.0),
             streamed_s=max((readout_s[name] for name in streams), default=0.0),
             starting_s=max((_starting_s(rig.streams[name].samples_hz()) for name in streams), default=0.0),
-            told_s=told_s,
+            reference_s=reference_s,
         )
 
 
@@ -144,8 +144,8 @@ def _reading_s(rig: RigDescription, step: Dwell, readings: _Readings) -> float:
         case Follow() as follow:
             return follow.seconds + LEADING_S
         case Rest() as rest:
-            return max(rest.rest_seconds + readings.starting_s, readings.resting_s) + readings.told_s
-    return max(readings.resting_s, readings.streamed_s) + readings.told_s
+            return max(rest.rest_seconds + readings.starting_s, readings.resting_s) + readings.reference_s
+    return max(readings.resting_s, readings.streamed_s) + readings.reference_s
 
 
 def _sweeping_s(axis: AxisSettings, turn: Turn, starting_s: float) -> float:
@@ -236,9 +236,9 @@ def window_s(rig: RigDescription, dwell: DwellSettings, channel: str) -> float:
     return max(dwell.settle.window_s, burst_s(rig, channel, FEWEST_READINGS, dwell.settle_nplc))
 
 
-def earliest_settling_s(dwell: DwellSettings, one_window_s: float) -> float:
+def earliest_settling_s(dwell: DwellSettings, single_window_s: float) -> float:
     """Return the shortest time in which a package can be found at rest: whole windows."""
-    return max(dwell.settle.windows, ceil(dwell.settle.min_s / one_window_s)) * one_window_s
+    return max(dwell.settle.windows, ceil(dwell.settle.min_s / single_window_s)) * single_window_s
 
 
 def burst_s(rig: RigDescription, channel: str, samples: int, nplc: float | None = None) -> float:

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from procedures.errors import RequestError
-from procedures.queue.state import OVER, Item, Place, Queue, Source
+from procedures.queue.state import OVER, Item, ItemState, Queue, Source
 from procedures.queue.store import Change, QueueStore
 from rig.description.rig_file import RigDescription
 
 Choice = Literal["resume", "again", "drop"]
 Check = Callable[[Path, Path, Path], Sequence[str]]
 """Procedure, rig file and folder of runs to what speaks against starting; empty where nothing does."""
-MOVABLE = (Place.WAITING, Place.REFUSED)
-REMOVABLE = (Place.WAITING, Place.REFUSED, Place.RESUMING)
+MOVABLE = (ItemState.WAITING, ItemState.REFUSED)
+REMOVABLE = (ItemState.WAITING, ItemState.REFUSED, ItemState.RESUMING)
 
 
 def source_of(path: Path) -> Source:
@@ -98,12 +98,12 @@ def arm(store: QueueStore, by: str, until_utc: datetime, boot: str, now_utc: dat
         raise RequestError(f"queue arm: got a time that is over ({until_utc:%Y-%m-%d %H:%M} UTC); nothing was armed")
 
     def decide(queue: Queue) -> Change:
-        if undecided := queue.in_place(Place.UNDECIDED):
+        if undecided := queue.in_state(ItemState.UNDECIDED):
             raise RequestError(
-                f"queue arm: item {undecided[0].number} needs a decision first ({'; '.join(undecided[0].told)}); "
+                f"queue arm: item {undecided[0].number} needs a decision first ({'; '.join(undecided[0].reasons)}); "
                 "nothing was armed; calrig queue decide"
             )
-        waiting = [one.number for one in queue.items if one.place not in (*OVER, Place.REFUSED)]
+        waiting = [item.number for item in queue.items if item.state not in (*OVER, ItemState.REFUSED)]
         if not waiting:
             raise RequestError("queue arm: nothing waits; nothing was armed; calrig queue add")
         return "arm", {"by": by, "until_utc": until_utc.isoformat(), "boot": boot, "items": waiting}
@@ -134,7 +134,7 @@ def decide(store: QueueStore, number: int, choice: str, reason: str, by: str) ->
         raise RequestError("queue decide: needs a reason; nothing was decided; give --reason")
 
     def decided(queue: Queue) -> Change:
-        item = _require(queue, number, (Place.UNDECIDED,), "decide")
+        item = _require(queue, number, (ItemState.UNDECIDED,), "decide")
         if choice == "resume" and not item.run:
             raise RequestError(f"queue decide: item {number} has no run that could be resumed; take again, or drop")
         return "decide", {"item": number, "choice": choice, "reason": reason, "by": by}
@@ -142,13 +142,13 @@ def decide(store: QueueStore, number: int, choice: str, reason: str, by: str) ->
     return store.change(decided)
 
 
-def _require(queue: Queue, number: int, places: Sequence[Place], act: str) -> Item:
+def _require(queue: Queue, number: int, states: Sequence[ItemState], act: str) -> Item:
     item = queue.item(number)
     if item is None:
         raise RequestError(f"queue {act}: there is no item {number}; nothing was changed; calrig queue list")
-    if item.place not in places:
+    if item.state not in states:
         raise RequestError(
-            f"queue {act}: item {number} is {item.place}, needed is {' or '.join(places)}; nothing was changed"
+            f"queue {act}: item {number} is {item.state}, needed is {' or '.join(states)}; nothing was changed"
         )
     return item
 

@@ -11,13 +11,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Protocol
 
-from procedures.queue.state import AT_WORK, Arming, Attestation, Item, Place, Queue
+from procedures.queue.state import AT_WORK, Arming, Attestation, Item, ItemState, Queue
 from procedures.queue.store import Change, QueueStore
 from procedures.queue.words import awaited_sentence
 from procedures.records.states import ACTIVE, State
 from rig.clock import Clock
 
-WAITING_TOLD_S = 600.0
+WAITING_NOTICE_S = 600.0
 """What is due waits for somebody, for the rig or for what is mounted: people are told after so long."""
 SHUTDOWN = "signal SIGTERM"
 """Who asked for a stop where the machine was shut down in order."""
@@ -81,21 +81,21 @@ class Runner:
     """For people who are not there: what does not happen tonight; title, word and sentences."""
     _waits_since: tuple[str, float] | None = None
     """What is waited for, and since when."""
-    _told: set[str] = field(default_factory=set)
+    _announced: set[str] = field(default_factory=set)
     _rung: set[str] = field(default_factory=set)
 
     def step(self) -> Queue:
         """Do what is next; returns the queue as it was found. Raises: ProcedureError."""
         queue, now_utc = self.store.read(), self.clock.now_utc()
-        for item in queue.in_place(Place.WAITING):
+        for item in queue.in_state(ItemState.WAITING):
             if item.is_late(now_utc):
                 if self._add(queue, "expired", {"item": item.number}) and queue.is_armed(self.world.boot(), now_utc):
                     self._ring(item, "expired", "its window was over before it could start")
                 return queue
-        at_work = queue.in_place(*AT_WORK)
+        at_work = queue.in_state(*AT_WORK)
         if at_work:
             self._follow(queue, at_work[0])
-        elif queue.is_armed(self.world.boot(), now_utc) and not queue.in_place(Place.UNDECIDED):
+        elif queue.is_armed(self.world.boot(), now_utc) and not queue.in_state(ItemState.UNDECIDED):
             self._begin_next(queue, now_utc)
         else:
             self._waits_since = None
@@ -103,7 +103,7 @@ class Runner:
 
     def _follow(self, queue: Queue, item: Item) -> None:
         look = self.world.look(item)
-        if look.run is not None and item.place is Place.STARTING:
+        if look.run is not None and item.state is ItemState.STARTING:
             if queue.attestation is not None and not item.run:
                 self.world.note(look.run, queue.attestation)
             self._add(queue, "began", {"item": item.number, "run": str(look.run)})
@@ -132,10 +132,10 @@ class Runner:
         return (is_cut or is_shut_down) and self.world.is_stopped_by_something(item)
 
     def _begin_next(self, queue: Queue, now_utc: datetime) -> None:
-        due = queue.in_place(Place.RESUMING) or queue.in_place(Place.WAITING)
+        due = queue.in_state(ItemState.RESUMING) or queue.in_state(ItemState.WAITING)
         if not due or (item := due[0]).is_early(now_utc):
             return
-        if item.place is Place.WAITING and (awaited := awaited_sentence(queue, item)):
+        if item.state is ItemState.WAITING and (awaited := awaited_sentence(queue, item)):
             self._tell_once(f"item {item.number} {awaited}")
             self._wait(item, awaited)
             return
@@ -144,7 +144,7 @@ class Runner:
                 self._tell_once(f"item {item.number} {words}")
             return
         self._waits_since = None
-        if item.place is Place.RESUMING:
+        if item.state is ItemState.RESUMING:
             self._begin(queue, item, "resume", lambda _arming: self.world.resume(item, item.decided_by, item.reason))
             return
         if refused := list(self.world.check(item)):
@@ -193,7 +193,7 @@ class Runner:
         text, now_s = f"item {item.number} {words}", self.clock.monotonic_s()
         if self._waits_since is None or self._waits_since[0] != text:
             self._waits_since = (text, now_s)
-        is_long = now_s - self._waits_since[1] >= WAITING_TOLD_S
+        is_long = now_s - self._waits_since[1] >= WAITING_NOTICE_S
         if is_long and text not in self._rung:
             self._rung.add(text)
             self._ring(item, "waits", text)
@@ -216,6 +216,6 @@ class Runner:
         return is_added
 
     def _tell_once(self, text: str) -> None:
-        if text not in self._told:
-            self._told.add(text)
+        if text not in self._announced:
+            self._announced.add(text)
             self.tell(text)

@@ -27,7 +27,7 @@ from procedures.records.states import State
 Detail = Mapping[str, Any]
 
 
-class Place(StrEnum):
+class ItemState(StrEnum):
     """Where an item stands."""
 
     WAITING = "waiting"
@@ -42,9 +42,9 @@ class Place(StrEnum):
     REMOVED = "removed"
 
 
-AT_WORK = (Place.STARTING, Place.RUNNING)
+AT_WORK = (ItemState.STARTING, ItemState.RUNNING)
 """It has the rig."""
-OVER = (Place.FINISHED, Place.EXPIRED, Place.DROPPED, Place.REMOVED)
+OVER = (ItemState.FINISHED, ItemState.EXPIRED, ItemState.DROPPED, ItemState.REMOVED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +81,8 @@ class Item:
     not_before_utc: datetime | None
     not_after_utc: datetime | None
     resumes_after_power_cut: bool
-    place: Place = Place.WAITING
-    told: tuple[str, ...] = ()
+    state: ItemState = ItemState.WAITING
+    reasons: tuple[str, ...] = ()
     """Why it is refused, or what ended it."""
     run: str = ""
     """The folder of its run, once that is known."""
@@ -150,10 +150,10 @@ class Queue:
         )
 
     def item(self, number: int) -> Item | None:
-        return next((one for one in self.items if one.number == number), None)
+        return next((item for item in self.items if item.number == number), None)
 
-    def in_place(self, *places: Place) -> tuple[Item, ...]:
-        return tuple(one for one in self.items if one.place in places)
+    def in_state(self, *states: ItemState) -> tuple[Item, ...]:
+        return tuple(item for item in self.items if item.state in states)
 
     def is_mounted(self, item: Item) -> bool:
         """Whether what the item needs is what is said to be mounted."""
@@ -178,10 +178,10 @@ def _after(queue: Queue, event: Event) -> Queue:
         case "move":
             return _changed_by(_moved(queue, int(detail["item"]), int(detail["to"])), str(detail["by"]), "reordered")
         case "remove":
-            return _with(queue, detail, place=Place.REMOVED)
+            return _with(queue, detail, state=ItemState.REMOVED)
         case "checked":
             refused = tuple(map(str, detail["refused"]))
-            return _with(queue, detail, place=Place.REFUSED if refused else Place.WAITING, told=refused)
+            return _with(queue, detail, state=ItemState.REFUSED if refused else ItemState.WAITING, reasons=refused)
         case "arm":
             until = datetime.fromisoformat(str(detail["until_utc"]))
             return replace(queue, arming=Arming(str(detail["by"]), until, str(detail["boot"])), disarmed_because="")
@@ -192,16 +192,16 @@ def _after(queue: Queue, event: Event) -> Queue:
         case "start" | "resume":
             return _started(queue, event)
         case "began":
-            return _with(queue, detail, place=Place.RUNNING, run=str(detail["run"]))
+            return _with(queue, detail, state=ItemState.RUNNING, run=str(detail["run"]))
         case "unbegun" if detail["busy"]:
-            return _with(queue, detail, place=Place.WAITING, told=(str(detail["reason"]),))
+            return _with(queue, detail, state=ItemState.WAITING, reasons=(str(detail["reason"]),))
         case "unbegun":
-            told = str(detail["reason"])
-            return _disarmed(_with(queue, detail, place=Place.UNDECIDED, told=(told,)), told)
+            reason = str(detail["reason"])
+            return _disarmed(_with(queue, detail, state=ItemState.UNDECIDED, reasons=(reason,)), reason)
         case "ended":
             return _ended(queue, detail, event.utc)
         case "expired":
-            return _with(queue, detail, place=Place.EXPIRED, told=("its window was over before it could start",))
+            return _with(queue, detail, state=ItemState.EXPIRED, reasons=("its window was over before it could start",))
         case "decide":
             return _decided(queue, detail)
     return queue
@@ -220,8 +220,8 @@ def _item(detail: Detail) -> Item:
         not_before_utc=_moment(detail["not_before_utc"]),
         not_after_utc=_moment(detail["not_after_utc"]),
         resumes_after_power_cut=bool(detail["resumes_after_power_cut"]),
-        place=Place.REFUSED if refused else Place.WAITING,
-        told=refused,
+        state=ItemState.REFUSED if refused else ItemState.WAITING,
+        reasons=refused,
     )
 
 
@@ -231,7 +231,9 @@ def _moment(text: object) -> datetime | None:
 
 def _with(queue: Queue, detail: Detail, **changed: Any) -> Queue:
     number = int(detail["item"])
-    return replace(queue, items=tuple(replace(one, **changed) if one.number == number else one for one in queue.items))
+    return replace(
+        queue, items=tuple(replace(item, **changed) if item.number == number else item for item in queue.items)
+    )
 
 
 def _disarmed(queue: Queue, reason: str) -> Queue:
@@ -245,10 +247,10 @@ def _changed_by(queue: Queue, by: str, how: str) -> Queue:
 
 
 def _moved(queue: Queue, number: int, to: int) -> Queue:
-    others = [one for one in queue.items if one.number != number]
-    (moved,) = [one for one in queue.items if one.number == number]
-    place = next((n for n, one in enumerate(others) if one.number == to), len(others))
-    return replace(queue, items=(*others[:place], moved, *others[place:]))
+    others = [item for item in queue.items if item.number != number]
+    (moved,) = [item for item in queue.items if item.number == number]
+    index = next((n for n, other in enumerate(others) if other.number == to), len(others))
+    return replace(queue, items=(*others[:index], moved, *others[index:]))
 
 
 def _started(queue: Queue, event: Event) -> Queue:
@@ -258,8 +260,8 @@ def _started(queue: Queue, event: Event) -> Queue:
     return _with(
         queue,
         event.detail,
-        place=Place.STARTING,
-        told=(),
+        state=ItemState.STARTING,
+        reasons=(),
         boot=str(event.detail["boot"]),
         started_utc=event.utc,
         starts=item.starts + 1,
@@ -271,20 +273,22 @@ def _ended(queue: Queue, detail: Detail, utc: datetime) -> Queue:
     item = queue.item(int(detail["item"]))
     assert item is not None
     if detail["state"] == State.FINISHED:
-        found = _with(queue, detail, place=Place.FINISHED, told=())
+        found = _with(queue, detail, state=ItemState.FINISHED, reasons=())
         said, began = queue.attestation, item.started_utc
         if said is not None and began is not None and said.said_utc >= began:
             return found  # somebody has said since what is mounted: that is newer than what the run has shown
         return replace(found, attestation=Attestation("the run that finished", item.needs, utc))
-    told = f"{detail['state']}{f': {reason}' if (reason := detail['reason']) else ''}"
-    return _disarmed(_with(queue, detail, place=Place.UNDECIDED, told=(told,)), f"item {item.number}: {told}")
+    message = f"{detail['state']}{f': {reason}' if (reason := detail['reason']) else ''}"
+    return _disarmed(
+        _with(queue, detail, state=ItemState.UNDECIDED, reasons=(message,)), f"item {item.number}: {message}"
+    )
 
 
 def _decided(queue: Queue, detail: Detail) -> Queue:
     by, reason = str(detail["by"]), str(detail["reason"])
     match detail["choice"]:
         case "resume":
-            return _with(queue, detail, place=Place.RESUMING, reason=reason, decided_by=by)
+            return _with(queue, detail, state=ItemState.RESUMING, reason=reason, decided_by=by)
         case "again":
-            return _with(queue, detail, place=Place.WAITING, run="", told=(), resumed_itself=0)
-    return _with(queue, detail, place=Place.DROPPED, told=(reason,))
+            return _with(queue, detail, state=ItemState.WAITING, run="", reasons=(), resumed_itself=0)
+    return _with(queue, detail, state=ItemState.DROPPED, reasons=(reason,))

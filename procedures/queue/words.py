@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 
-from procedures.queue.state import OVER, Item, Place, Queue
+from procedures.queue.state import OVER, Item, ItemState, Queue
 from procedures.records.progress import at_both
 from rig.plain_text import one_line
 
@@ -12,12 +12,12 @@ def queue_lines(queue: Queue, boot: str, now_utc: datetime) -> Iterator[str]:
     """Yield where the queue stands, then its items in order; those that are over last."""
     yield armed_sentence(queue, boot, now_utc)
     yield mounted_sentence(queue)
-    due = next(iter(queue.in_place(Place.WAITING)), None)
-    for item in sorted(queue.items, key=lambda one: one.place in OVER):
-        if item.place is Place.REMOVED:
+    due = next(iter(queue.in_state(ItemState.WAITING)), None)
+    for item in sorted(queue.items, key=lambda item: item.state in OVER):
+        if item.state is ItemState.REMOVED:
             continue
-        told = f": {one_line('; '.join(item.told))}" if item.told else ""
-        yield f"{item.number:>4}  {item.place:<16} {one_line(item.title)}{_window(item)}{told}"
+        messages = f": {one_line('; '.join(item.reasons))}" if item.reasons else ""
+        yield f"{item.number:>4}  {item.state:<16} {one_line(item.title)}{_window(item)}{messages}"
         if item is due and (awaited := awaited_sentence(queue, item)):
             yield f"      {awaited}"
         if item.run:
@@ -59,7 +59,7 @@ def item_document(item: Item) -> dict[str, object]:
     """Return an item as ``calrig queue list --json`` has it."""
     return {
         "item": item.number,
-        "place": str(item.place),
+        "place": str(item.state),
         "title": item.title,
         "procedure": item.procedure.path,
         "procedure_sha256": item.procedure.sha256,
@@ -70,7 +70,7 @@ def item_document(item: Item) -> dict[str, object]:
         "added_by": item.added_by,
         "not_before_utc": None if item.not_before_utc is None else item.not_before_utc.isoformat(),
         "not_after_utc": None if item.not_after_utc is None else item.not_after_utc.isoformat(),
-        "told": list(item.told),
+        "told": list(item.reasons),
         "run": item.run or None,
     }
 

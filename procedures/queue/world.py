@@ -17,12 +17,12 @@ import psutil
 
 from procedures.alerts.reader import read_by_us
 from procedures.errors import ProcedureError, RequestError
+from procedures.journal.announced_folder import announced_folder
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
 from procedures.journal.run_list import RunList
 from procedures.journal.spool import ask
 from procedures.journal.standing import derived_state
-from procedures.journal.told_folder import told_folder
 from procedures.queue.people import source_of
 from procedures.queue.runner import Look
 from procedures.queue.state import Attestation, Item
@@ -86,7 +86,7 @@ class RigWorld:
         self._children = [child for child in self._children if child.poll() is None]
         is_alive = self._is_locked(item)
         log = self._log(item, item.starts)
-        run = Path(item.run) if item.run else told_folder(log) or self._run_of(item)
+        run = Path(item.run) if item.run else announced_folder(log) or self._run_of(item)
         if run is None:
             said = _last_words(log)
             return Look(is_alive, None, was_busy=BUSY_WORDS in said, said=said)
@@ -149,13 +149,13 @@ class RigWorld:
         """Return the run that was begun since the start from the very same files: a power cut may take the log back."""
         if item.started_utc is None:
             return None
-        for one in RunList(Path(item.out)).read():
-            if one.started_utc is None or one.started_utc < item.started_utc - timedelta(seconds=1):
+        for run in RunList(Path(item.out)).read():
+            if run.started_utc is None or run.started_utc < item.started_utc - timedelta(seconds=1):
                 continue
-            with JournalReader.open(one.path) as reader:
+            with JournalReader.open(run.path) as reader:
                 header = reader.header
             if (header.procedure_sha256, header.rig_sha256) == (item.procedure.sha256, item.rig.sha256):
-                return one.path
+                return run.path
         return None
 
 
@@ -181,7 +181,7 @@ def checked(procedure: Path, rig: Path, out: Path, command: Sequence[str] = COMM
     except (ValueError, KeyError, TypeError):
         refusals = []
     said = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
-    return [str(one) for one in refusals] or said or [f"calrig check ended with status {done.returncode}"]
+    return [str(refusal) for refusal in refusals] or said or [f"calrig check ended with status {done.returncode}"]
 
 
 def _last_words(log: Path) -> str:

@@ -149,8 +149,10 @@ class Measurement:
         """Return the mean position of before and after the readings; a reference's where there is one."""
         after = self.after.axes
         reference = self.reference_deg or {}
-        own = {name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in self.before.axes.items()}
-        return {**own, **reference}
+        positions_deg = {
+            name: 0.5 * (state.position_deg + after[name].position_deg) for name, state in self.before.axes.items()
+        }
+        return {**positions_deg, **reference}
 
     def mean_temperature_degc(self) -> dict[str, float]:
         """Return the mean temperature of before and after; what is not finite is left out."""

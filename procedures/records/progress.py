@@ -28,7 +28,7 @@ class Progress:
     """Design dwells a minute of rig time in this epoch; None before the first."""
     eta_utc: datetime | None
     message: str
-    asked_by: str = ""
+    requested_by: str = ""
     """Who or what asked for the state; empty where the run itself decided."""
     rejected: int = 0
     """Dwells that do not count."""

@@ -44,12 +44,12 @@ def assemble_view(
     known, findings = past or Past(), run_findings(record)
     sensors = tuple(
         replace(
-            _as_the_run_is(_sensor_view(record, name, sensor, solved.get(name), place), findings),
+            _as_the_run_is(_sensor_view(record, name, sensor, solved.get(name), index), findings),
             adjustment=known.adjustments.get(name),
             history=known.histories.get(name),
             signed=known.signed.get(name),
         )
-        for place, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
+        for index, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
         if only in (None, name)
     )
     labels = _labels(record, sensors)
@@ -98,7 +98,7 @@ def assemble_view(
     )
 
 
-def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSensor | None, place: int) -> SensorView:
+def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSensor | None, index: int) -> SensorView:
     observations = None if solved is None else solved.observations
     calibration = None if solved is None else solved.calibration
     failure = "it was not solved" if solved is None else solved.why_not_usable
@@ -122,7 +122,7 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
         warnings=() if calibration is None else calibration.warnings,
         remarks=() if calibration is None else calibration.remarks,
         failure=failure,
-        place=place,
+        number=index,
         findings=()
         if calibration is None
         else tuple(

@@ -90,14 +90,14 @@ def _stationed(stations_rad: FloatArray, visited: Attitude, along: Along) -> Att
     return replace(grid, pitch_rad=angle_rad) if along == "pitch" else replace(grid, roll_rad=angle_rad)
 
 
-def _taken(attitude: Attitude, places: IntArray) -> Attitude:
+def _taken(attitude: Attitude, indices: IntArray) -> Attitude:
     """Return the rows at the places, which may repeat."""
     return Attitude(
-        attitude.pitch_rad[places],
-        attitude.roll_rad[places],
-        None if attitude.yaw_rad is None else attitude.yaw_rad[places],
-        None if attitude.temperature_degc is None else attitude.temperature_degc[places],
-        None if attitude.euler_rate_rad_s is None else attitude.euler_rate_rad_s[places],
+        attitude.pitch_rad[indices],
+        attitude.roll_rad[indices],
+        None if attitude.yaw_rad is None else attitude.yaw_rad[indices],
+        None if attitude.temperature_degc is None else attitude.temperature_degc[indices],
+        None if attitude.euler_rate_rad_s is None else attitude.euler_rate_rad_s[indices],
     )
 
 

@@ -125,7 +125,7 @@ def _angle_scale(angles_deg: FloatArray, most: float) -> tuple[list[float], tupl
     first = -(-(lowest - 1e-6) // step) * step
     count = int((highest - first) / step + 1e-6) + 1
     margin = 0.035 * span if span > 0.0 else 0.5
-    return [first + step * place for place in range(count)], (lowest - margin, highest + margin)
+    return [first + step * index for index in range(count)], (lowest - margin, highest + margin)
 
 
 def date_axis(axes: "Axes") -> None:
@@ -145,13 +145,13 @@ def legend_entry(**properties: Any) -> "Line2D":
     return Line2D([], [], **properties)
 
 
-def series_style(place: int, count: int) -> tuple[Any, str]:
+def series_style(index: int, count: int) -> tuple[Any, str]:
     """Colour and symbol of one replication among ``count``; beyond eight the colours run from dark to light."""
     if count <= len(SERIES):
-        return SERIES[place], SYMBOLS[place]
+        return SERIES[index], SYMBOLS[index]
     import matplotlib
 
-    return matplotlib.colormaps["cividis"](0.9 * place / (count - 1)), SYMBOLS[place % len(SYMBOLS)]
+    return matplotlib.colormaps["cividis"](0.9 * index / (count - 1)), SYMBOLS[index % len(SYMBOLS)]
 
 
 def widest_in(labels: "Iterable[Text]") -> float:
@@ -159,6 +159,7 @@ def widest_in(labels: "Iterable[Text]") -> float:
     from matplotlib.textpath import TextPath
 
     paths = (
-        TextPath((0, 0), one.get_text(), float(one.get_fontsize()), prop=one.get_fontproperties()) for one in labels
+        TextPath((0, 0), label.get_text(), float(label.get_fontsize()), prop=label.get_fontproperties())
+        for label in labels
     )
     return max((float(path.get_extents().width) for path in paths), default=0.0) / 72.0

@@ -48,7 +48,7 @@ def _shorten_names(root: ElementTree.Element) -> None:
             used[target[1:]] += 1
         used.update(name for value in element.attrib.values() for name in _REFERENCE.findall(value))
     often = sorted(used, key=lambda name: (-used[name], name))
-    short = {name: _name(place) for place, name in enumerate(often)}
+    short = {name: _name(index) for index, name in enumerate(often)}
     for element in root.iter():
         name = element.get("id")
         if name is not None and name in short:
@@ -62,9 +62,9 @@ def _shorten_names(root: ElementTree.Element) -> None:
                 element.set(key, _REFERENCE.sub(lambda found: f"url(#{short[found[1]]})", value))
 
 
-def _name(place: int) -> str:
+def _name(index: int) -> str:
     letters = "abcdefghijklmnopqrstuvwxyz"
-    return letters[place] if place < len(letters) else _name(place // len(letters) - 1) + letters[place % len(letters)]
+    return letters[index] if index < len(letters) else _name(index // len(letters) - 1) + letters[index % len(letters)]
 
 
 def _shorten(element: ElementTree.Element) -> None:
@@ -134,10 +134,10 @@ def _name_styles(root: ElementTree.Element) -> None:
     if sheet is None:
         return
     rules = [" ".join((sheet.text or "").split())]
-    for place, (style, elements) in enumerate(one for one in said.items() if len(one[1]) > 1):
-        rules.append(f".{_name(place)}{{{style}}}")
+    for index, (style, elements) in enumerate(entry for entry in said.items() if len(entry[1]) > 1):
+        rules.append(f".{_name(index)}{{{style}}}")
         for element in elements:
-            element.set("class", _name(place))
+            element.set("class", _name(index))
             for key in ("style", "clip-path"):
                 if key in element.attrib:
                     del element.attrib[key]

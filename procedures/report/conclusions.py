@@ -28,7 +28,11 @@ NEGLIGIBLE = 1e-3
 def sensitivity_of(calibration: AxisCalibration) -> float:
     """Return what turns volts into angles: |k|, or the largest parameter per g of a model without a k of its own."""
     along = float(np.linalg.norm(np.nan_to_num(calibration.sensitive_axis_v_per_g)))
-    per_g = (one.value for one in calibration.parameters if one.name.endswith("_v_per_g") and one.value is not None)
+    per_g = (
+        parameter.value
+        for parameter in calibration.parameters
+        if parameter.name.endswith("_v_per_g") and parameter.value is not None
+    )
     return along or max(map(abs, per_g), default=along)
 
 
@@ -144,10 +148,10 @@ def mean_residuals(
     calibration: AxisCalibration, observations: Observations
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Pitch (°), roll (°) and mean residual over the replications (V) of every design point, by label."""
-    labels, place = np.unique(observations.point, return_inverse=True)
-    visits = np.bincount(place, minlength=labels.size)
+    labels, index = np.unique(observations.point, return_inverse=True)
+    visits = np.bincount(index, minlength=labels.size)
     columns = (np.rad2deg(observations.pitch_rad), np.rad2deg(observations.roll_rad), calibration.residuals_v)
-    pitch, roll, residual = (np.bincount(place, column, labels.size) / visits for column in columns)
+    pitch, roll, residual = (np.bincount(index, column, labels.size) / visits for column in columns)
     return pitch, roll, residual
 
 
@@ -206,7 +210,9 @@ def _drift_row(calibration: AxisCalibration, replication: Replication, name: str
     size = _size(parameter, float(np.ptp([*by_replication(replication, parameter).values()] or [np.nan])), sensitivity)
     conclusion = f"No change of {name} from replication to replication found."
     if test.is_significant:
-        is_confounded = any(one.is_significant and one.kind == "time-confounded" for one in calibration.findings)
+        is_confounded = any(
+            finding.is_significant and finding.kind == "time-confounded" for finding in calibration.findings
+        )
         conclusion = f"{name.capitalize()} changed between the replications by {size} (largest less smallest). " + (
             "What of it went on inside the replications is not in the stated uncertainties, as the order of the points "
             "has it."

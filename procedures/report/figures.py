@@ -18,7 +18,7 @@ from procedures.report.view import RunView, SensorView
 
 MOST_WITH_ALL = 4
 """Sensors whose figures all stand on one page; of more some stand in each sensor's own document."""
-IN_OWN_DOCUMENT = ("drift", "distribution")
+IN_SENSOR_DOCUMENT = ("drift", "distribution")
 
 
 def are_left_out(view: RunView) -> bool:
@@ -31,7 +31,7 @@ def for_page(view: RunView, figures: "Figures") -> "Figures":
     if not are_left_out(view):
         return figures
     kept = {
-        name: tuple(one for one in of_sensor if one.name.rpartition("-")[2] not in IN_OWN_DOCUMENT)
+        name: tuple(figure for figure in of_sensor if figure.name.rpartition("-")[2] not in IN_SENSOR_DOCUMENT)
         for name, of_sensor in figures.sensors.items()
     }
     return Figures(figures.run, kept)
@@ -54,15 +54,18 @@ def draw_figures(view: RunView, tell: Callable[[str], None] = lambda _step: None
         tell("drawing the run")
         of_run, of_sensors = tuple(run_figures(view)), {}
         for sensor in view.sensors:
-            tell(f"drawing {sensor.name} ({sensor.place} of {len(view.sensors)})")
+            tell(f"drawing {sensor.name} ({sensor.number} of {len(view.sensors)})")
             of_sensors[sensor.name] = _of_sensor(view, sensor)
         return Figures(of_run, of_sensors)
 
 
-def figures_of_one(view: RunView, whole: Figures) -> Figures:
+def figures_of_sensor(view: RunView, whole: Figures) -> Figures:
     """Return the figures of a view that holds one sensor of those of the whole: what shows others is drawn anew."""
     with style():
-        of_run = (*(one for one in whole.run if not one.name.startswith("reference")), *reference_figures(view))
+        of_run = (
+            *(figure for figure in whole.run if not figure.name.startswith("reference")),
+            *reference_figures(view),
+        )
     return Figures(of_run, {sensor.name: whole.sensors[sensor.name] for sensor in view.sensors})
 
 

@@ -99,7 +99,7 @@ def primary_label(name: str) -> str:
     return "b" if name == "offset_v" else words_of(name).label
 
 
-def primary_own(axis: AxisView) -> list[str]:
+def primary_linear(axis: AxisView) -> list[str]:
     """Return the names of the primary parameters without the terms of higher order, which stand among the others."""
     return [name for name in axis.calibration.primary_names if name not in TERM_NAMES]
 
@@ -203,8 +203,8 @@ def largest_at(errors: AngleErrors) -> str:
 
 def largest_level_error(errors: LevelErrors) -> str:
     """Return the error in the unit of what is sensed, to the place of its uncertainty."""
-    place = errors.worst
-    value, _ = with_uncertainty(float(errors.error[place]), float(errors.expanded[place]))
+    worst = errors.worst
+    value, _ = with_uncertainty(float(errors.error[worst]), float(errors.expanded[worst]))
     return f"{_minus(value)} {printed_unit(errors.unit)}"
 
 
@@ -232,7 +232,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "as_change": as_change,
     "microvolt": microvolt,
     "primary_label": primary_label,
-    "primary_own": primary_own,
+    "primary_linear": primary_linear,
     "as_stated": as_stated,
     "remarks_once": remarks_once,
     "primary_texts": primary_texts,

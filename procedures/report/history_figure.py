@@ -46,20 +46,20 @@ def history_figure(found: SensorHistory) -> Figure:
     with canvas.style():
         figure = canvas.canvas(HEAD_IN + ROW_IN * count)
         grid = figure.subplots(count, width, squeeze=False, sharex=True)
-        for places, row in zip(grid, rows, strict=False):
-            for axes, chart in zip(places, row, strict=False):
+        for panels, row in zip(grid, rows, strict=False):
+            for axes, chart in zip(panels, row, strict=False):
                 _draw_chart(axes, when, chart)
                 _mark(axes, when, found, chart)
-        for places, part in zip(grid[len(rows) :], components, strict=True):
-            for axes, component in zip(places, part, strict=False):
+        for panels, part in zip(grid[len(rows) :], components, strict=True):
+            for axes, component in zip(panels, part, strict=False):
                 _draw_component(axes, when, component)
         for axes in grid.ravel():
             if not axes.has_data():
                 axes.set_axis_off()
                 continue
             canvas.date_axis(axes)
-        for places in grid:
-            places[0].set_ylabel("change, arc seconds")
+        for panels in grid:
+            panels[0].set_ylabel("change, arc seconds")
         figure.suptitle(_title(found), fontsize=9.5, x=0.01, ha="left")
         figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.985))
         svg = canvas.to_svg(figure)
@@ -95,17 +95,17 @@ def _draw_component(axes: "Axes", when: Any, chart: ComponentChart) -> None:
 def _mark(axes: "Axes", when: Any, found: SensorHistory, chart: Chart) -> None:
     """Mark every finding in the panels that told it."""
     value = _as_arcsec(chart, chart.value)
-    places = {label.sha256: place for place, label in enumerate(found.history.labels)}
+    index_of = {label.sha256: index for index, label in enumerate(found.history.labels)}
     for finding in found.history.findings:
         if chart.name not in finding.characteristics:
             continue
-        place = places[finding.at.sha256]
-        _ring(axes, when[[place]], value[[place]])
-        axes.axvline(when[place], color=canvas.RED, linewidth=0.7, linestyle=(0, (2, 2)))
+        index = index_of[finding.at.sha256]
+        _ring(axes, when[[index]], value[[index]])
+        axes.axvline(when[index], color=canvas.RED, linewidth=0.7, linestyle=(0, (2, 2)))
         axes.annotate(
-            SIGNS[finding.kind], (when[place], 1.0), xycoords=("data", "axes fraction"), xytext=(2, -8),
+            SIGNS[finding.kind], (when[index], 1.0), xycoords=("data", "axes fraction"), xytext=(2, -8),
             textcoords="offset points", fontsize=7.0, color=canvas.RED,
-            ha="left" if place < 0.75 * len(when) else "right",
+            ha="left" if index < 0.75 * len(when) else "right",
         )  # fmt: skip
 
 
@@ -129,8 +129,8 @@ def _shared(charts: Sequence[ComponentChart]) -> list[list[ComponentChart]]:
 
 def _title(found: SensorHistory) -> str:
     history = found.history
-    own = [SIGNS[finding.kind] for finding in history.findings]
+    found_signs = [SIGNS[finding.kind] for finding in history.findings]
     shared = [] if found.check is None else [finding.component for finding in found.check.findings]
     unjudged = found.check is not None and not found.check.is_judged
-    signs = ", ".join(dict.fromkeys([*own, *shared])) or ("cannot judge yet" if unjudged else "nothing found")
+    signs = ", ".join(dict.fromkeys([*found_signs, *shared])) or ("cannot judge yet" if unjudged else "nothing found")
     return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {signs}"

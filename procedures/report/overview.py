@@ -50,7 +50,7 @@ Statement = tuple[str, str, str]
 """Sensor, axis (empty for all of it), and what is said of it."""
 
 
-def told_once(statements: Iterable[Statement], everyone: Sequence[str]) -> list[str]:
+def stated_once(statements: Iterable[Statement], everyone: Sequence[str]) -> list[str]:
     """Return each text once, with everybody whom it is about: ``SN1 x, y; SN2: text``, or ``all 8 sensors: text``."""
     found: dict[str, dict[str, list[str]]] = {}
     for sensor, axis, text in statements:
@@ -76,7 +76,7 @@ def _row(sensor: SensorView) -> OverviewRow:
     widest = widest_arcsec(sensor)
     adjustment = sensor.adjustment
     found = (finding for axis in sensor.findings for finding in axis.findings)
-    significant = dict.fromkeys(one.kind.replace("-", " ") for one in found if one.is_significant)
+    significant = dict.fromkeys(finding.kind.replace("-", " ") for finding in found if finding.is_significant)
     return OverviewRow(
         sensor=sensor.name,
         anchor=f"sensor-{sensor.slug}",

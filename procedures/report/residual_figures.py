@@ -131,8 +131,8 @@ def _stacked(sensor: SensorView, draw: "Callable[[Axes, AxisView], None]", label
 def _points(axes: "Axes", abscissa: FloatArray, view: AxisView, observations: Observations) -> None:
     labels = np.unique(observations.replication)
     dense = observations.rows > RASTERISE_FROM
-    for place, label in enumerate(labels):
-        colour, symbol = series_style(place, labels.size)
+    for index, label in enumerate(labels):
+        colour, symbol = series_style(index, labels.size)
         rows = observations.replication == label
         axes.plot(
             abscissa[rows],
@@ -148,18 +148,18 @@ def _points(axes: "Axes", abscissa: FloatArray, view: AxisView, observations: Ob
 
 def _dodged(angle_deg: FloatArray, replication: IntArray) -> FloatArray:
     """Abscissas with the replications side by side instead of on top of each other."""
-    labels, place = np.unique(replication, return_inverse=True)
+    labels, index = np.unique(replication, return_inverse=True)
     steps = np.diff(np.unique(np.round(angle_deg, 3)))
     if labels.size < 2 or steps.size == 0:
         return angle_deg
     width = DODGE * min(float(steps.min()), float(np.ptp(angle_deg)) / 12.0)
-    return angle_deg + width * (place / (labels.size - 1) - 0.5)
+    return angle_deg + width * (index / (labels.size - 1) - 0.5)
 
 
 def _legend(figure: "Canvas", observations: Observations, *, with_bands: bool) -> None:
     labels = np.unique(observations.replication)
     shown = range(labels.size) if labels.size <= 8 else (0, labels.size - 1)
-    entries = [_entry(place, labels) for place in shown]
+    entries = [_entry(index, labels) for index in shown]
     if with_bands:
         entries.append(legend_entry(color=INK, linestyle=(0, (1, 1.5)), label="confidence 95 %"))
         entries.append(legend_entry(color=INK, linestyle=(0, (6, 2, 1, 2)), label="prediction 95 %"))
@@ -169,9 +169,9 @@ def _legend(figure: "Canvas", observations: Observations, *, with_bands: bool) -
     )  # fmt: skip
 
 
-def _entry(place: int, labels: IntArray) -> "Line2D":
-    colour, symbol = series_style(place, labels.size)
-    return legend_entry(linestyle="", marker=symbol, color=colour, markersize=4, label=f"repl. {labels[place]}")
+def _entry(index: int, labels: IntArray) -> "Line2D":
+    colour, symbol = series_style(index, labels.size)
+    return legend_entry(linestyle="", marker=symbol, color=colour, markersize=4, label=f"repl. {labels[index]}")
 
 
 def _by_attitude(sensor: SensorView, observations: Observations) -> Figure:

@@ -169,9 +169,9 @@ def _design_map(design: DesignView) -> Figure:
         design.roll_deg, design.pitch_deg, c=np.arange(1, design.points + 1), cmap="cividis", s=16, zorder=2,
         edgecolors="white", linewidths=0.3,
     )  # fmt: skip
-    for place, symbol, name in ((0, "o", "first"), (-1, "s", "last")):
+    for index, symbol, name in ((0, "o", "first"), (-1, "s", "last")):
         axes.plot(
-            design.roll_deg[place], design.pitch_deg[place], symbol, markersize=9, markerfacecolor="none",
+            design.roll_deg[index], design.pitch_deg[index], symbol, markersize=9, markerfacecolor="none",
             markeredgecolor=RED, markeredgewidth=1.3, linestyle="", label=name, clip_on=False,
         )  # fmt: skip
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
@@ -195,8 +195,8 @@ def _temperature(view: RunView) -> Figure:
     axes = figure.subplots()
     figure.subplots_adjust(left=0.085, right=0.985, top=0.9, bottom=0.2)
     plain_axes(axes)
-    for place, trace in enumerate(view.temperature):
-        colour, _ = series_style(place, len(view.temperature))
+    for index, trace in enumerate(view.temperature):
+        colour, _ = series_style(index, len(view.temperature))
         axes.plot(trace.hours, trace.temperature_degc, color=colour, linewidth=0.8, label=trace.name)
     mark_interruptions(axes, view)
     axes.set(xlabel="time since the first dwell (h)", ylabel="temperature (°C)")
@@ -215,8 +215,8 @@ def reference_figures(view: RunView) -> Iterator[Figure]:
     for trace in view.reference:
         factor, unit = as_drawn(trace.sensitivity_v_per_g, trace.unit)
         by_unit.setdefault(unit, []).append((trace, factor))
-    for place, (unit, traces) in enumerate(by_unit.items()):
-        yield _reference(view, traces, unit, "reference" if place == 0 else f"reference-{place + 1}")
+    for index, (unit, traces) in enumerate(by_unit.items()):
+        yield _reference(view, traces, unit, "reference" if index == 0 else f"reference-{index + 1}")
 
 
 def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str) -> Figure:
@@ -227,8 +227,8 @@ def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], un
     axes = figure.subplots()
     figure.subplots_adjust(left=0.085, right=0.985, top=0.88, bottom=0.18)
     plain_axes(axes, zero_line=True)
-    for place, (trace, factor) in enumerate(traces):
-        colour, symbol = series_style(place, len(traces))
+    for index, (trace, factor) in enumerate(traces):
+        colour, symbol = series_style(index, len(traces))
         axes.plot(
             trace.hours,
             trace.change * factor,
@@ -269,7 +269,7 @@ def _reference_map(traces: Sequence[tuple[ReferenceTrace, float]], unit: str, na
         left=min(widest_in(axes.get_yticklabels()) / figure.get_figwidth() + LABEL_MARGIN, WIDEST_LABELS)
     )
     axes.set_xticks([0, visits - 1] if visits > 1 else [0])
-    axes.set_xticklabels([f"{traces[0][0].hours[place]:.1f} h" for place in ((0, visits - 1) if visits > 1 else (0,))])
+    axes.set_xticklabels([f"{traces[0][0].hours[index]:.1f} h" for index in ((0, visits - 1) if visits > 1 else (0,))])
     axes.tick_params(length=0)
     axes.set_xlabel(f"{visits} visits, in their order")
     bar = figure.colorbar(image, cax=figure.add_axes((0.9, 0.5 / height, 0.014, 1 - 0.62 / height)))

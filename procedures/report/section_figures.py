@@ -18,8 +18,8 @@ def _drawn(plot: Plot) -> bytes:
     figure = canvas(HEIGHT_IN)
     axes = figure.subplots()
     plain_axes(axes, zero_line=not plot.is_logarithmic)
-    for place, curve in enumerate(plot.curves):
-        colour, symbol = SERIES[place % len(SERIES)], SYMBOLS[place % len(SYMBOLS)]
+    for index, curve in enumerate(plot.curves):
+        colour, symbol = SERIES[index % len(SERIES)], SYMBOLS[index % len(SYMBOLS)]
         line = "-" if plot.is_logarithmic else "none"
         axes.plot(curve.x, curve.y, marker=symbol, markersize=3.0, color=colour, label=curve.label, linestyle=line)
     if plot.is_logarithmic:

@@ -38,20 +38,20 @@ def reference_traces(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[Ref
     """
     hours = run_times_s(dwells) / 3600.0
     groups: dict[str, list[int]] = {}
-    for place, dwell in enumerate(dwells):
+    for index, dwell in enumerate(dwells):
         if dwell.accepted and dwell.purpose == "reference":
-            groups.setdefault(attitude(dwell.targets_deg), []).append(place)
+            groups.setdefault(attitude(dwell.targets_deg), []).append(index)
     return tuple(
         ReferenceTrace(
             f"{label}, {where}" if len(groups) > 1 else label,
-            hours[places],
-            _change([dwells[place] for place in places], channel),
+            hours[indices],
+            _change([dwells[index] for index in indices], channel),
             sensitivity,
-            dwells[places[0]].readings[channel].unit,
+            dwells[indices[0]].readings[channel].unit,
         )
         for channel, (label, sensitivity) in labels.items()
-        for where, places in groups.items()
-        if len(places) > 1 and all(channel in dwells[place].readings for place in places)
+        for where, indices in groups.items()
+        if len(indices) > 1 and all(channel in dwells[index].readings for index in indices)
     )
 
 
@@ -61,8 +61,8 @@ def check_comparisons(
     """Compare the check set of every later epoch with the first that counts, attitude by attitude, and judge it."""
     found = []
     for pair in check_set_pairs(dwells, events):
-        visits = [one for one in dwells if one.accepted and one.epoch < pair.epoch]
-        stepped = {one.channel for one in compare(pair.before, pair.after, visits) if one.is_step and pair.is_alike}
+        visits = [dwell for dwell in dwells if dwell.accepted and dwell.epoch < pair.epoch]
+        stepped = {step.channel for step in compare(pair.before, pair.after, visits) if step.is_step and pair.is_alike}
         first, later = (_by_attitude(members.values()) for members in (pair.before, pair.after))
         for channel, label in labels.items():
             comparison = _compare(pair.epoch, first, later, channel, label)
@@ -74,10 +74,10 @@ def check_comparisons(
 def restart_steps(checks: Sequence[CheckComparison]) -> tuple[str, ...]:
     """Return what a check set after a restart found changed beyond its limit, the worst channel of each epoch."""
     found = []
-    for _, members in groupby(checks, key=lambda one: one.epoch):
-        stepped = [one for one in members if one.is_step]
+    for _, members in groupby(checks, key=lambda check: check.epoch):
+        stepped = [check for check in members if check.is_step]
         if stepped:
-            worst = max(stepped, key=lambda one: abs(one.largest_change))
+            worst = max(stepped, key=lambda step: abs(step.largest_change))
             others = f", and {len(stepped) - 1} other channels" if len(stepped) > 1 else ""
             found.append(
                 f"restart {worst.epoch - 1}: {worst.label} changed by {worst.largest_change:.3g} "

@@ -91,8 +91,8 @@ def text_table(name: str, content: TextTable) -> Table:
         pad_edge=False,
         collapse_padding=True,
     )
-    for place, heading in enumerate(content.headings):
-        whole = [cell for row in content.rows for cell in row[place : place + 1] if len(cell) <= WHOLE]
+    for index, heading in enumerate(content.headings):
+        whole = [cell for row in content.rows for cell in row[index : index + 1] if len(cell) <= WHOLE]
         table.add_column(heading, min_width=max(map(len, (*whole, *heading.split())), default=0), overflow="fold")
     for row in content.rows:
         table.add_row(*(Text(cell) for cell in row))
@@ -108,9 +108,9 @@ def sensor_table(view: RunView, sensor: SensorView) -> Table:
         table.add_column(heading, justify="left" if heading == "unit" else "right", no_wrap=True)
     for axis in sensor.axes:
         shown = [row for row in axis.parameters if row.name not in TERM_NAMES]  # they stand in the report
-        for place, row in enumerate(shown):
+        for index, row in enumerate(shown):
             table.add_row(
-                axis.axis if place == 0 else "",
+                axis.axis if index == 0 else "",
                 row.label,
                 *_cells(row, is_simulated=view.is_simulated),
                 end_section=row is shown[-1],

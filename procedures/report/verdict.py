@@ -13,7 +13,7 @@ from ams.arrays import FloatArray
 from ams.findings import Finding, significant_texts, turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
-from procedures.report.overview import Statement, told_once, widest_arcsec
+from procedures.report.overview import Statement, stated_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
 from procedures.solution.type_b import NO_LEVEL
 
@@ -48,9 +48,11 @@ def judge(
         *_explained(sensors, table_arcsec),
         *_went_on(interruptions),
         *_rejected(counts),
-        *told_once((remark for sensor in sensors for remark in _remarks(sensor)), [one.name for one in sensors]),
+        *stated_once(
+            (remark for sensor in sensors for remark in _remarks(sensor)), [sensor.name for sensor in sensors]
+        ),
     ]
-    is_level_read = not any(told.startswith(NO_LEVEL) for told in _told(sensors))
+    is_level_read = not any(doubt.startswith(NO_LEVEL) for doubt in _remark_texts(sensors))
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
     result += "" if is_level_read else ", without the level of the base, which is not declared"
@@ -109,7 +111,7 @@ def _doubts_of_sensors(sensors: Sequence[SensorView], said: Sequence[str]) -> It
     """Yield what speaks against sensors, each thing once with all of whom it is true."""
     yield from (doubt for sensor in sensors if sensor.section is not None for doubt in sensor.section.doubts)
     doubts = (doubt for sensor in sensors if sensor.section is None for doubt in _sensor_doubts(sensor, said))
-    yield from told_once(doubts, [sensor.name for sensor in sensors])
+    yield from stated_once(doubts, [sensor.name for sensor in sensors])
 
 
 def _sensor_doubts(sensor: SensorView, said: Sequence[str]) -> Iterable[Statement]:
@@ -125,7 +127,7 @@ def _sensor_doubts(sensor: SensorView, said: Sequence[str]) -> Iterable[Statemen
     yield from ((sensor.name, "", warning) for warning in sensor.warnings if warning not in said)
 
 
-def _told(sensors: Sequence[SensorView]) -> Iterable[str]:
+def _remark_texts(sensors: Sequence[SensorView]) -> Iterable[str]:
     return (text for sensor in sensors for _, _, text in _remarks(sensor))
 
 

@@ -148,7 +148,7 @@ class SensorView:
     warnings: tuple[str, ...]
     failure: str | None
     """Why there is no solution; None where there is one."""
-    place: int
+    number: int
     """1-based among the sensors of the run."""
     remarks: tuple[str, ...] = ()
     """What a reader should know of the solution; no reservation."""
@@ -169,7 +169,7 @@ class SensorView:
     def slug(self) -> str:
         """Unique among the sensors and safe in a file name and an anchor."""
         letters = (letter.lower() if letter.isascii() and letter.isalnum() else "-" for letter in self.name)
-        return f"{self.place}-{''.join(letters)}"
+        return f"{self.number}-{''.join(letters)}"
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 from ams.whole_file import write_whole
 from procedures.journal.verdict_file import VERDICT_FILE
 from procedures.report.assemble import assemble_view
-from procedures.report.figures import Figures, draw_figures, figures_of_one, for_page, write_figures
+from procedures.report.figures import Figures, draw_figures, figures_of_sensor, for_page, write_figures
 from procedures.report.overview import overview_rows
 from procedures.report.page import render_page
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
@@ -51,13 +51,13 @@ def draw_report(view: RunView, tell: Callable[[str], None] = lambda _step: None)
     return Drawn(view, figures, render_page(view, for_page(view, figures)))
 
 
-def own_document(view: RunView, whole: Figures) -> Drawn:
+def sensor_document(view: RunView, whole: Figures) -> Drawn:
     """Draw the document of one sensor, of a view that holds no other; ``whole``: the figures of the run."""
-    figures = figures_of_one(view, whole)
+    figures = figures_of_sensor(view, whole)
     return Drawn(view, figures, render_page(view, figures))
 
 
-def write_own_document(drawn: Drawn, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
+def write_sensor_document(drawn: Drawn, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:
     """``documents/SENSOR.html`` and ``.pdf``; returns the page's path. Raises: WriteFailed."""
     (folder / DOCUMENTS_FOLDER).mkdir(exist_ok=True)
     path = folder / DOCUMENTS_FOLDER / f"{drawn.view.sensors[0].slug}.html"

@@ -19,7 +19,7 @@ from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.readiness import readiness
 from procedures.run.services import RunServices, with_run_limits
-from procedures.run.unbegun import told_where_nothing_is_stored
+from procedures.run.unbegun import telling_where_nothing_is_stored
 from procedures.run.watch.disk_space import require_room
 from rig.assembly.open_rig import open_rig
 from rig.clock import Clock
@@ -48,7 +48,7 @@ def begin(
         ready.require(header.rig_path)
     require_room(run_dir, plan, services.free_bytes(run_dir), services.run_limits.min_free_mb)
     with owning(run_dir, idle_clock):
-        with told_where_nothing_is_stored(run_dir, plan, 0, rig, observer, services):
+        with telling_where_nothing_is_stored(run_dir, plan, 0, rig, observer, services):
             journal = Journal.create(run_dir / JOURNAL_FILE, header, rig.clock)
             crash_point(CrashPoint.RUN_CREATED)
             try:

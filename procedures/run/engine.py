@@ -30,7 +30,7 @@ from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import STORAGE, LastWords, forget_last_words, keep_last_words, read_last_words
 from procedures.journal.live import LiveFile
-from procedures.journal.location import place_of
+from procedures.journal.location import location_of
 from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
@@ -139,7 +139,7 @@ def run(
     is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
 
     def tell_why() -> None:
-        explain(progress_log.folder, positions_deg=resting_deg(rig), second_place=services.second_place)
+        explain(progress_log.folder, positions_deg=resting_deg(rig), second_folder=services.second_folder)
 
     context = RunContext(plan, rig, progress_log, steering, watch, services, tell_why, watchdogs, live, is_attended)
     with signals_steer(steering):
@@ -147,18 +147,18 @@ def run(
             outcome = _closed(journal, _Engine(context, start, history))
         except BaseException:
             # A defect of ours: the rig is safe, the page tells of it, and it goes on its way.
-            explain(progress_log.folder, second_place=services.second_place)
+            explain(progress_log.folder, second_folder=services.second_folder)
             raise
         finally:
             live.remove()
             left = [outcome for kind, outcome in unwritten if kind == ALERTED]  # what its disk took no more
-            keep_outcomes(progress_log.folder, services.second_place, left)
+            keep_outcomes(progress_log.folder, services.second_folder, left)
         if outcome.state is State.INTERRUPTED:
             words = LastWords(outcome.reason, rig.clock.now_utc())
-            keep_last_words(progress_log.folder, services.second_place, words)
+            keep_last_words(progress_log.folder, services.second_folder, words)
         if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
             page = explain(
-                progress_log.folder, outcome.reason, outcome.positions_deg, services.second_place, outcome.cause
+                progress_log.folder, outcome.reason, outcome.positions_deg, services.second_folder, outcome.cause
             )
             if page is not None and page.parent != progress_log.folder:
                 return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
@@ -233,9 +233,9 @@ class _Engine:
         if not is_left_as_it_was or cause == STORAGE:
             self._announce(state, "; ".join(reasons), ending.by)
         if cause == STORAGE:  # the axes rest and people know: copying takes what time a bad disk takes
-            place = self._context.services.second_place
+            folder = self._context.services.second_folder
             reasons[0] += (
-                "" if place is None else emergency_copy(self._progress_log.folder, place, self._progress_log.unsaved)
+                "" if folder is None else emergency_copy(self._progress_log.folder, folder, self._progress_log.unsaved)
             )
         in_words = state_sentence("; ".join(reasons), ending.by)
         try:
@@ -247,7 +247,7 @@ class _Engine:
                 self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
                 self._progress_log.enter(state, "; ".join(reasons), ending.by, cause, is_said=True)
         except StorageFailed as error:
-            in_words = "; ".join([*reasons, *([] if any(str(error) in one for one in reasons) else [str(error)])])
+            in_words = "; ".join([*reasons, *([] if any(str(error) in reason for reason in reasons) else [str(error)])])
             if cause != STORAGE:
                 self._announce(State.INTERRUPTED, in_words, "")
             state, cause = State.INTERRUPTED, STORAGE
@@ -292,15 +292,15 @@ class _Engine:
         start = self._start
         opened = {"operator": start.operator, "reason": regained or start.reason, "epoch": self._history.epoch}
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
-        self._progress_log.event("opened", opened | process | {"place": place_of(self._progress_log.folder)})
+        self._progress_log.event("opened", opened | process | {"place": location_of(self._progress_log.folder)})
         if (guarded := read_guard_record(self._progress_log.folder)) is not None:
             self._progress_log.event(GUARDED, guarded)
             forget_guard_record(self._progress_log.folder)
         if not regained:
-            second_place = self._context.services.second_place
-            for outcome in read_outcomes(self._progress_log.folder, second_place):
+            second_folder = self._context.services.second_folder
+            for outcome in read_outcomes(self._progress_log.folder, second_folder):
                 self._progress_log.event(ALERTED, outcome)
-            forget_outcomes(self._progress_log.folder, second_place)
+            forget_outcomes(self._progress_log.folder, second_folder)
             self._wait.discard_pending(owned_since(self._progress_log.folder))
             if start.state in ACTIVE and self._history.epoch > 1:
                 self._enter_interrupted()
@@ -309,13 +309,13 @@ class _Engine:
 
     def _enter_interrupted(self) -> None:
         """Enter what became of the process before, in its own words where it left some: then people were told."""
-        folder, second_place = self._progress_log.folder, self._context.services.second_place
-        words = read_last_words(folder, second_place)
+        folder, second_folder = self._progress_log.folder, self._context.services.second_folder
+        words = read_last_words(folder, second_folder)
         if words is not None and any(dwell.ended_utc > words.stopped_utc for dwell in self._history.dwells[-1:]):
             words = None  # of a time before somebody else took the run up
         reason, cause = ("the process ended without a last line", "") if words is None else (str(words), words.cause)
         self._progress_log.enter(State.INTERRUPTED, reason, cause=cause, is_said=words is not None)
-        forget_last_words(folder, second_place)
+        forget_last_words(folder, second_folder)
 
     def _regain(self, lost: TrustLost, restarts: int) -> None:
         """Held, the axes told to stop, until every line answers again. Raises: RunEnds, WaitEnded."""

@@ -290,13 +290,15 @@ class Epoch:
 
         A check set that is measured again has chance of its own, and the drift of the moment.
         """
-        told = partial(self._live.phase, dwell=dwell)
+        announce = partial(self._live.phase, dwell=dwell)
         if dwell.purpose != "check":
-            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read", told)
+            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "read", announce)
         if self._is_first_check_set:
-            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "check", told)
+            return Announcement(dwell.step, attempt, self._replications[dwell.step], "settle", "check", announce)
         epoch = self._history.epoch
-        return Announcement(dwell.step, attempt, self._replications_so_far(), f"settle-{epoch}", f"check-{epoch}", told)
+        return Announcement(
+            dwell.step, attempt, self._replications_so_far(), f"settle-{epoch}", f"check-{epoch}", announce
+        )
 
     def _replications_so_far(self) -> float:
         steps = agenda(self._plan.steps, self._history.accepted_steps)

@@ -20,7 +20,7 @@ from rig.plain_text import one_line
 _MOST = 8
 
 
-def handover(run_dir: Path, second_place: Path | None = None) -> str:
+def handover(run_dir: Path, second_folder: Path | None = None) -> str:
     """Text of at most a page. Raises: JournalError."""
     stands = status(run_dir)
     with JournalReader.open(run_dir) as reader:
@@ -33,7 +33,7 @@ def handover(run_dir: Path, second_place: Path | None = None) -> str:
     lines = [
         one_line(header.title),
         f"run        {run_dir}",
-        f"state      {_standing(stands.state, last, events[-1], read_last_words(run_dir, second_place))}",
+        f"state      {_standing(stands.state, last, events[-1], read_last_words(run_dir, second_folder))}",
         f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design",
         *(
             [f"ends       {at_both(stands.eta_utc)}, as it goes now"]

@@ -45,7 +45,9 @@ class LiveDwells:
         self.live.tell(positions_deg=dict(positions_deg))
 
     def saw(self, measured: Measurement) -> None:
-        readings = {channel: Figure(_finite(one.mean), one.unit) for channel, one in measured.readings.items()}
+        readings = {
+            channel: Figure(_finite(reading.mean), reading.unit) for channel, reading in measured.readings.items()
+        }
         self.live.tell(readings=readings, temperature_degc=dict(measured.after.temperature_degc))
 
     def soaks(self, step: Soak) -> Callable[[float, float], None]:

@@ -52,8 +52,8 @@ class Plateaus:
         self._rig.chance.announce(step.step, "soak", self._epoch, self._replications[step.step])
         self._progress_log.tell("soak", f"{step.environment} to {step.setpoint_degc:g} degC for {step.soak_s:g} s")
         environment = self._rig.environments[step.environment]
-        told = self._live.soaks(step)
-        degc = soak(environment, step, self._rig.clock, self._context.wait_unless_stopped, told)
+        announced = self._live.soaks(step)
+        degc = soak(environment, step, self._rig.clock, self._context.wait_unless_stopped, announced)
         self._progress_log.event("soaked", {"step": step.step, "temperature_degc": degc})
         self._now = step
         self._suspects.forget()

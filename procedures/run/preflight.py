@@ -102,7 +102,7 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, today: date) -> Ite
         )
     )
     if not rig.is_simulated:
-        yield from (f"{LACKING}{one}" for one in ready.missing if not one.startswith("approved_by"))
+        yield from (f"{LACKING}{lack}" for lack in ready.missing if not lack.startswith("approved_by"))
     ends = today + timedelta(days=ceil(plan.expected.p90_s / 86_400.0))
     for name, standard in rig.standards.items():
         if standard.due < ends:
@@ -128,4 +128,4 @@ def _refused(checks: list[Callable[[], None]]) -> Iterator[str]:
 def _nearest(folder: Path) -> Path:
     """Return the innermost folder that is there."""
     folder = folder.resolve()
-    return next(place for place in (folder, *folder.parents) if place.exists())
+    return next(parent for parent in (folder, *folder.parents) if parent.exists())

@@ -164,7 +164,7 @@ class RunScreen:
         rows = Table.grid(padding=(0, 2), expand=True)
         rows.add_column(style="dim", no_wrap=True)
         rows.add_column(overflow="fold", ratio=1)
-        for name, told in rows_of(self._last, self._reason, live, self._clock.now_utc()):
-            rows.add_row(Text(name), Text(told, style=COLOURS.get(self._last.state, "") if name == "state" else ""))
+        for name, text in rows_of(self._last, self._reason, live, self._clock.now_utc()):
+            rows.add_row(Text(name), Text(text, style=COLOURS.get(self._last.state, "") if name == "state" else ""))
         rows.add_row("", bar)
         return rows

@@ -75,7 +75,7 @@ class ProgressLog:
             self.tell("refused", taken.complaint)
             return
         if request.kind in ("note", "ack"):
-            self.event(request.kind, {name: told for name, told in request.to_document().items() if name != "kind"})
+            self.event(request.kind, {name: value for name, value in request.to_document().items() if name != "kind"})
         else:
             self.event("request", taken.detail())
         if request.kind in ("ack", "continue"):
@@ -143,7 +143,7 @@ class ProgressLog:
                 rate_per_min=None if pace is None else pace.rate_per_min(now_s),
                 eta_utc=ends,
                 message=message,
-                asked_by=by,
+                requested_by=by,
                 rejected=self._rejected,
                 late_utc=None if pace is None or ends is None else ends + pace.spread(left, self.dwells_planned),
             )

@@ -30,7 +30,7 @@ from procedures.run.ending import Outcome
 from procedures.run.engine import Start, run
 from procedures.run.judgement.history import History, read_history
 from procedures.run.services import RunServices, with_run_limits
-from procedures.run.unbegun import told_where_nothing_is_stored
+from procedures.run.unbegun import telling_where_nothing_is_stored
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock
 from rig.description.read import rig_from_json
@@ -122,7 +122,7 @@ def _go_on(
     services = with_run_limits(services, found.header)
     done = sum(dwell.accepted and dwell.purpose == "design" for dwell in found.history.dwells)
     new = [sentence for change in found.changes if (sentence := str(change)) not in found.answered]
-    with told_where_nothing_is_stored(run_dir, found.plan, done, rig, observer, services):
+    with telling_where_nothing_is_stored(run_dir, found.plan, done, rig, observer, services):
         journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
         if new:
             detail = {"by": authorisation.operator, "reason": authorisation.reason, "differences": new}
@@ -162,9 +162,9 @@ def _taken_over(run_dir: Path, authorisation: ResumeAuthorisation, clock: Clock 
             reason=authorisation.reason,
         )
         if found.changes:
-            own = found.header
-            rig_json = with_what_may_change(own.rig_json, Path(own.rig_path), found.changes)
-            found = replace(found, header=replace(own, rig_json=rig_json))
+            header = found.header
+            rig_json = with_what_may_change(header.rig_json, Path(header.rig_path), found.changes)
+            found = replace(found, header=replace(header, rig_json=rig_json))
         yield found
 
 

@@ -44,7 +44,7 @@ class RunServices:
     """Of the disk that holds a folder."""
     begun: Callable[[], None] = _tell_nobody
     """Called when nothing refuses the run any more: it is owned and its journal is open, and nothing has moved."""
-    second_place: Path | None = None
+    second_folder: Path | None = None
     """Where an emergency copy of the journal goes when its own disk fails."""
     claim: Claim = claimed_by_nobody_else
     """Of devices that other computers reach as well, where this process opens the rig."""

@@ -55,8 +55,8 @@ def require_no_step(
     before = {step: at_declared(dwell, chains) for step, dwell in earlier.items()}
     after = {step: at_declared(dwell, chains) for step, dwell in checks.items()}
     found = compare(before, after, (at_declared(dwell, chains) for dwell in history.visits))
-    steps = [one for one in found if one.is_step]
-    worst = max(found, key=lambda one: abs(one.t) / one.t_limit)
+    steps = [step for step in found if step.is_step]
+    worst = max(found, key=lambda step: abs(step.t) / step.t_limit)
     sentence = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
     is_turned = judged is not None and judged.holds
     detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": sentence}

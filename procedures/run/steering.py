@@ -28,7 +28,7 @@ _TERMINATES = present("SIGTERM", "SIGBREAK")
 """SIGBREAK is how Windows asks: Ctrl-Break, and a console that is closed."""
 _SIGNALS = (signal.SIGINT, *present("SIGQUIT"), *_TERMINATES, *HANG_UP)
 JOB_CONTROL = present("SIGTSTP", "SIGTTIN", "SIGTTOU")
-_ASKED_BY = {
+_SENDER_OF = {
     "SIGINT": "Ctrl-C",
     "SIGQUIT": "Ctrl-\\",
     "SIGTERM": "told to end, as by a shutdown, systemd or kill",
@@ -167,7 +167,7 @@ class Steering:
         self._interrupts += number is signal.SIGINT
         is_stop = number in _TERMINATES or (number is signal.SIGINT and self._interrupts == 1)
         at_utc = self._idle_clock.now_utc().isoformat()
-        request = Request("stop" if is_stop else "abort", f"signal {number.name}", at_utc, _ASKED_BY[number.name])
+        request = Request("stop" if is_stop else "abort", f"signal {number.name}", at_utc, _SENDER_OF[number.name])
         self._take(Taken("", request))
         if number in _TERMINATES:
             self.terminated = request

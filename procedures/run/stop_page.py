@@ -57,11 +57,11 @@ def explain(
     run_dir: Path,
     reason: str = "",
     positions_deg: Mapping[str, float] | None = None,
-    second_place: Path | None = None,
+    second_folder: Path | None = None,
     cause: str = "",
     utc: datetime | None = None,
 ) -> Path | None:
-    """Write both, where the disk of the run refuses them in a folder of the run's name in ``second_place``.
+    """Write both, where the disk of the run refuses them in a folder of the run's name in ``second_folder``.
 
     Returns the page; None where no place took it: that never keeps a run from its safe state. ``reason``, ``cause``
     and the moment ``utc``: where the journal could not take them. ``positions_deg``: read back at rest.
@@ -72,12 +72,12 @@ def explain(
     except ProcedureError as error:
         why = _unread(run_dir, reason or str(error), positions_deg)
     page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why)
-    for place in (run_dir, *([] if second_place is None else [second_place / run_dir.name])):
+    for folder in (run_dir, *([] if second_folder is None else [second_folder / run_dir.name])):
         with suppress(WriteFailed, OSError):
-            place.mkdir(parents=True, exist_ok=True)
-            write_whole(place / TEXT, text_of(why).encode("utf-8"))
-            write_whole(place / PAGE, page.encode("utf-8"))
-            return place / PAGE
+            folder.mkdir(parents=True, exist_ok=True)
+            write_whole(folder / TEXT, text_of(why).encode("utf-8"))
+            write_whole(folder / PAGE, page.encode("utf-8"))
+            return folder / PAGE
     return None
 
 
@@ -197,7 +197,7 @@ def _plain(value: object) -> str:
         case float():
             return f"{value:g}"
         case Mapping():
-            return " ".join(f"{name} {_plain(one)}" for name, one in value.items())
+            return " ".join(f"{name} {_plain(item)}" for name, item in value.items())
         case list() | tuple():
             return ", ".join(map(_plain, value))
     return str(value)

@@ -20,21 +20,21 @@ from procedures.run.watch.safe_state import resting_deg
 
 
 @contextmanager
-def told_where_nothing_is_stored(
+def telling_where_nothing_is_stored(
     run_dir: Path, plan: Plan, done: int, rig: OpenRig, observer: RunObserver | None, services: RunServices
 ) -> Iterator[None]:
     """Tell people first, then write the page and the last words where a disk takes them; the error goes on its way."""
     try:
         yield
     except StorageFailed as error:
-        told = error if (run_dir / JOURNAL_FILE).exists() else _without_a_run(run_dir, error)
-        reason = str(told)
+        failure = error if (run_dir / JOURNAL_FILE).exists() else _without_a_run(run_dir, error)
+        reason = str(failure)
         if observer is not None:
             with suppress(Exception):  # the rim, as of the engine: a screen that fails keeps nobody from the page
                 observer.on_event(_interrupted(plan, done, reason))
-        keep_last_words(run_dir, services.second_place, LastWords(reason, rig.clock.now_utc()))
-        explain(run_dir, reason, resting_deg(rig), services.second_place, STORAGE)
-        raise told from error
+        keep_last_words(run_dir, services.second_folder, LastWords(reason, rig.clock.now_utc()))
+        explain(run_dir, reason, resting_deg(rig), services.second_folder, STORAGE)
+        raise failure from error
 
 
 def _without_a_run(run_dir: Path, error: StorageFailed) -> StorageFailed:

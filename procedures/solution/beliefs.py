@@ -48,9 +48,9 @@ class AxisBelief:
         """Return the standard deviation of the mean of a dwell."""
         return hypot(self.dwell_v, self.reading_v / sqrt(samples))
 
-    def integrated(self, cycles_over_own: float) -> "AxisBelief":
+    def integrated(self, cycles_ratio: float) -> "AxisBelief":
         """Return the belief for readings of another integration time: their noise falls with its square root."""
-        return replace(self, reading_v=self.reading_v / sqrt(cycles_over_own))
+        return replace(self, reading_v=self.reading_v / sqrt(cycles_ratio))
 
     def belief(self, samples: int) -> Belief:
         """Return it as the mathematics takes it, by the names of primary parameters."""
@@ -77,7 +77,7 @@ class Shown:
 class Pilot:
     """What a run of the same rig showed."""
 
-    told: str
+    source: str
     """Its name, for the forecast."""
     shown: Mapping[tuple[str, str], Shown]
     """Sensor and axis."""
@@ -102,14 +102,14 @@ def beliefs_of(
     if pilot is None:
         return beliefs
     return {
-        (serial, axis): _as_shown(one, serial, axis, sensors[serial].model, pilot)
-        for (serial, axis), one in beliefs.items()
+        (serial, axis): _as_shown(belief, serial, axis, sensors[serial].model, pilot)
+        for (serial, axis), belief in beliefs.items()
     }
 
 
 def _as_shown(belief: AxisBelief, serial: str, axis: str, model: str, pilot: Pilot) -> AxisBelief:
     shown = pilot.shown.get((serial, axis))
-    told = pilot.told if shown is not None else f"{pilot.told}, its {model}"
+    source = pilot.source if shown is not None else f"{pilot.source}, its {model}"
     shown = shown or pilot.of_type.get((model, axis))
     if shown is None:
         return belief
@@ -121,8 +121,8 @@ def _as_shown(belief: AxisBelief, serial: str, axis: str, model: str, pilot: Pil
         lack_of_fit_v=shown.lack_of_fit_g * v_per_g,
         offset_drift_v=shown.offset_drift_g * v_per_g,
         sensitivity_drift=shown.sensitivity_drift,
-        noise_source=told,
-        components_source=f"lack of fit and drift of {told}",
+        noise_source=source,
+        components_source=f"lack of fit and drift of {source}",
     )
 
 

@@ -22,13 +22,13 @@ def profile_observations(item: SensorRows) -> Observations:
     """Return one row a bin of every dwell: mean rates between two looks, mean readings of the samples between."""
     rows, plan, channels, source = item.at_declared(), item.plan, item.channels, item.source
     parts = [_bins(row, plan, channels, source) for row in rows]
-    place = {name: np.concatenate([part.angles_rad[name] for part in parts]) for name in AXES}
+    angles_rad = {name: np.concatenate([part.angles_rad[name] for part in parts]) for name in AXES}
     found = Observations(
         replication=np.repeat([row.replication for row in rows], [part.count for part in parts]),
         point=np.concatenate([np.arange(1, part.count + 1) for part in parts]),
-        pitch_rad=place["pitch"],
-        roll_rad=place["roll"],
-        yaw_rad=place["yaw"],
+        pitch_rad=angles_rad["pitch"],
+        roll_rad=angles_rad["roll"],
+        yaw_rad=angles_rad["yaw"],
         outputs={axis: np.concatenate([part.outputs[axis] for part in parts]) for axis in channels},
         time_s=np.concatenate(
             [part.middle_s + start_s for part, start_s in zip(parts, run_times_s(rows), strict=True)]
@@ -63,9 +63,9 @@ def _bins(row: DwellRecord, plan: Plan, channels: Mapping[str, str], source: str
     bins = (first_s.size - 1) // every
     ticks_s = first_s[: bins * every + 1]
     angles = np.stack([np.full(ticks_s.size, row.targets_deg.get(name, 0.0)) for name in AXES], axis=-1)
-    for place, name in enumerate(AXES):
+    for index, name in enumerate(AXES):
         if name in looked:
-            angles[:, place] = np.interp(ticks_s, *looked[name])
+            angles[:, index] = np.interp(ticks_s, *looked[name])
     middles, rates = _mean_motion(np.deg2rad(angles), ticks_s, every)
     edges_s = ticks_s[::every]
     return _Bins(
@@ -89,7 +89,7 @@ def _mean_motion(angles_rad: FloatArray, ticks_s: FloatArray, every: int) -> tup
     edges_s = ticks_s[::every]
     mean = np.add.reduceat(velocity * seconds, np.arange(0, seconds.size, every)) / np.diff(edges_s)[:, None]
     halves = (edges_s[1:] + edges_s[:-1]) / 2.0
-    middles = np.stack([np.interp(halves, ticks_s, angles_rad[:, place]) for place in range(3)], axis=-1)
+    middles = np.stack([np.interp(halves, ticks_s, angles_rad[:, index]) for index in range(3)], axis=-1)
     return middles, euler_rates_rad_s(middles, mean)
 
 

@@ -59,8 +59,8 @@ def on_the_sting(rows: Observations) -> Observations:
 def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor:
     """Solve a sensor by the model of its procedure, with everything that the rig declares. Raises: AmsError."""
     solve = item.plan.solve
-    asked = request_of(item.name, item.rig, item.sensor, solve, observations)
-    request = replace(asked, tested_axes=item.tested_axes, counts_temperature=item.plan.counts_temperature)
+    request_of_sensor = request_of(item.name, item.rig, item.sensor, solve, observations)
+    request = replace(request_of_sensor, tested_axes=item.tested_axes, counts_temperature=item.plan.counts_temperature)
     if solve.joint:
         solved = calibrate_jointly(observations, request, joint_priors(item.rig, solve))
     else:

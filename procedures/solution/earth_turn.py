@@ -25,7 +25,7 @@ from rig.description.rig_file import RigDescription, Sensor
 
 EARTH_DPS: Final = degrees(EARTH_RATE_RAD_S)
 _HORIZONTAL, _VERTICAL = (0, 1), (2,)
-_PLACES: Final = 180
+_STEPS: Final = 180
 """Of an axis that turns while it is read; equally spaced, they are exact for whole turns."""
 
 
@@ -91,11 +91,11 @@ def mean_rotations(rows: tuple[DwellRecord, ...], plan: Plan, at: Mapping[str, F
     """
     motions = {step.step: step.motion for step in plan.dwells}
     found = []
-    for place, row in enumerate(rows):
-        angles = {name: np.full(_PLACES, at[name][place]) for name in AXES}
+    for index, row in enumerate(rows):
+        angles = {name: np.full(_STEPS, at[name][index]) for name in AXES}
         motion = motions.get(row.step)
         if isinstance(motion, Turn):
             low, high = (0.0, 360.0) if motion.sweep_deg is None else sorted(motion.sweep_deg)
-            angles[motion.turned_axis] = np.deg2rad(low + (high - low) * (np.arange(_PLACES) + 0.5) / _PLACES)
+            angles[motion.turned_axis] = np.deg2rad(low + (high - low) * (np.arange(_STEPS) + 0.5) / _STEPS)
         found.append(from_level_axes(angles["pitch"], angles["yaw"], angles["roll"]).mean(axis=0))
     return np.stack(found)

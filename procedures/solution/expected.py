@@ -48,11 +48,11 @@ class PlannedRows:
     def time_s(self) -> FloatArray:
         """Return (n × K) when each row is measured, replication by replication."""
         count = len(self.points)
-        places = np.tile(np.arange(count), (self.replications, 1))
+        indices = np.tile(np.arange(count), (self.replications, 1))
         if self.visited is not None:
-            np.put_along_axis(places, np.array(self.visited), np.arange(count)[None, :], axis=1)
+            np.put_along_axis(indices, np.array(self.visited), np.arange(count)[None, :], axis=1)
         start = np.arange(self.replications)[:, None] * count
-        return np.asarray((start + places).ravel() * self.replication_s / count)
+        return np.asarray((start + indices).ravel() * self.replication_s / count)
 
 
 @dataclass(frozen=True)
@@ -126,27 +126,35 @@ def expected_each(
     observations = planned_observations(solve.model_of(serial, rolls=sensor.rolls), rows, axes, rolls=sensor.rolls)
     request = request_of(serial, rig, sensor, solve, observations)
     found = expect_each(
-        observations, request, [{axis: one.belief(own.samples) for axis, one in own.axes.items()} for own in beliefs]
+        observations,
+        request,
+        [
+            {axis: axis_belief.belief(sensor_beliefs.samples) for axis, axis_belief in sensor_beliefs.axes.items()}
+            for sensor_beliefs in beliefs
+        ],
     )
     temperature = observations.temperature_degc
     low, high = usage.pitch_deg
     box = UsageBox((radians(low), radians(high)), None if temperature is None else float(temperature.mean()))
-    return [ExpectedSensor(one, _angles(one, own, usage, box)) for one, own in zip(found, beliefs, strict=True)]
+    return [
+        ExpectedSensor(expectation, _angles(expectation, sensor_beliefs, usage, box))
+        for expectation, sensor_beliefs in zip(found, beliefs, strict=True)
+    ]
 
 
 def _angles(found: Expectation, believed: Believed, usage: Usage, box: UsageBox) -> dict[str, ExpectedAngle]:
     known = [
-        KnownAxis(one.model, one.primary, _reading_v(axis, believed, usage), one.added)
-        for axis, one in found.axes.items()
+        KnownAxis(expected_axis.model, expected_axis.primary, _reading_v(axis, believed, usage), expected_axis.added)
+        for axis, expected_axis in found.axes.items()
     ]
     return {
         name: ExpectedAngle(
-            degrees(one.u95_rad),
-            degrees(one.calibration_rad),
-            {PARTS.get(source, source): degrees(share) for source, share in one.shares_rad.items()},
-            one.counted,
+            degrees(angle.u95_rad),
+            degrees(angle.calibration_rad),
+            {PARTS.get(source, source): degrees(share) for source, share in angle.shares_rad.items()},
+            angle.counted,
         )
-        for name, one in angle_uncertainties(known, found.package.components, box).items()
+        for name, angle in angle_uncertainties(known, found.package.components, box).items()
     }
 
 
@@ -173,7 +181,7 @@ def planned_observations(
         pitch_rad=np.tile(attitude.pitch_rad, n),
         roll_rad=np.tile(attitude.roll_rad, n) if rolls else np.zeros(n * count),
         yaw_rad=np.tile(yaw, n) if has_yaw else None,
-        outputs={axis: np.tile(one.offset_v + force @ one.k_v_per_g, n) for axis, one in believed.items()},
+        outputs={axis: np.tile(belief.offset_v + force @ belief.k_v_per_g, n) for axis, belief in believed.items()},
         temperature_degc=None if rows.temperature_degc is None else np.repeat(rows.temperature_degc, count),
         time_s=rows.time_s(),
         source="plan",

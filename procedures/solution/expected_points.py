@@ -65,7 +65,9 @@ def expected_points(
 ) -> dict[str, ExpectedPoints]:
     """Return every axis whose noise the twin knows; of the others nothing is guessed. Raises: ams.errors.AmsError."""
     known = {} if rig.twin is None else {str(axis): truth for axis, truth in rig.twin.truth.get(name, {}).items()}
-    channels = {axis: one for axis, one in sensor.channels.items() if str(axis) in known and known[str(axis)].noise}
+    channels = {
+        axis: channel for axis, channel in sensor.channels.items() if str(axis) in known and known[str(axis)].noise
+    }
     if not channels:
         return {}
     truths = {str(axis): known[str(axis)] for axis in channels}
@@ -75,7 +77,7 @@ def expected_points(
     sensed = _sensed(item, rows)
     rows = replace(rows, outputs={axis: _output(item, axis, truths[axis], sensed) for axis in truths})
     noise = {axis: _noise(item, axis, truth.noise) for axis, truth in truths.items()}
-    solutions = solver(item, rows, {axis: Belief(one) for axis, one in noise.items()})
+    solutions = solver(item, rows, {axis: Belief(noise_belief) for axis, noise_belief in noise.items()})
     return {axis: ExpectedPoints(solution, noise[axis], truths[axis]) for axis, solution in solutions.items()}
 
 

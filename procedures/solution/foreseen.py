@@ -47,10 +47,10 @@ def foreseen_warnings(
 def _of_axes(axes: Mapping[str, AxisCalibration]) -> Iterator[str]:
     for axis in axes.values():
         facts = [
-            one
-            for one in axis.findings
-            if (one.kind in FACTS and one.p_value is None)
-            or (one.kind == TEMPERATURE and one.details.get("test") == "temperature with attitude")
+            finding
+            for finding in axis.findings
+            if (finding.kind in FACTS and finding.p_value is None)
+            or (finding.kind == TEMPERATURE and finding.details.get("test") == "temperature with attitude")
         ]
-        tested = significant_texts([one for one in axis.findings if one not in facts])
+        tested = significant_texts([finding for finding in axis.findings if finding not in facts])
         yield from (text for text in axis.warnings if text not in tested)

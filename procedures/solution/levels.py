@@ -29,7 +29,7 @@ LEAST_ALONG = 0.5
 STEP_RAD = 1e-4
 """Of the differences that tell how a level changes with an attitude; smooth functions of size one, so 1e-8 is kept."""
 BASE_ABOUT_PITCH, BASE_ACROSS = "base about pitch", "base across"
-PLACES = (*AXES, BASE_ABOUT_PITCH, BASE_ACROSS)
+ANGLES = (*AXES, BASE_ABOUT_PITCH, BASE_ACROSS)
 """What may be turned by a little: the angles that the axes stand at, and the base."""
 OF_BASE = {"pitch": BASE_ABOUT_PITCH, "base-tilt": BASE_ACROSS}
 """Effect of a level's error to the base's turn."""
@@ -58,15 +58,15 @@ class LevelRows:
     """±1: along or against a coil beside which an unknown field stands."""
     errors: tuple[LevelError, ...] = field(default=())
 
-    def kept(self, places: IntArray) -> "LevelRows":
+    def kept(self, indices: IntArray) -> "LevelRows":
         """Return the rows at these places only."""
         return replace(
             self,
-            rows=self.rows[places],
-            level=self.level[places],
-            reading=self.reading[places],
-            sense=None if self.sense is None else self.sense[places],
-            errors=tuple(replace(one, columns=one.columns[places]) for one in self.errors),
+            rows=self.rows[indices],
+            level=self.level[indices],
+            reading=self.reading[indices],
+            sense=None if self.sense is None else self.sense[indices],
+            errors=tuple(replace(error, columns=error.columns[indices]) for error in self.errors),
         )
 
 
@@ -180,8 +180,8 @@ def _errors(
         yield LevelError(SharedError("table", "level", 1.0, "standard", table_in_words(item.rig)), columns)
     for error in shared_errors(item.rig, item.sensor, counts_earth=item.plan.counts_earth)[axis]:
         if error.effect in OF_BASE:
-            place, u_rad = OF_BASE[error.effect], error.standard_uncertainty
-            columns = np.stack([slope[place] * u_rad, curvature[place] * u_rad**2 / 2.0], axis=-1)
+            angle, u_rad = OF_BASE[error.effect], error.standard_uncertainty
+            columns = np.stack([slope[angle] * u_rad, curvature[angle] * u_rad**2 / 2.0], axis=-1)
             yield LevelError(replace(error, effect="level", standard_uncertainty=1.0), columns)
             continue
         if error.effect == "rotation" and observations.from_level is not None:
@@ -197,10 +197,10 @@ def _changes(level_of: LevelOf, level: FloatArray) -> tuple[dict[str, FloatArray
     """Return the first and second derivatives of every row's level by the turn of each place."""
     rows = range(level.size)
     slope, curvature = {}, {}
-    for place in PLACES:
-        ahead, behind = (np.array([level_of(row, {place: sense * STEP_RAD}) for row in rows]) for sense in (1.0, -1.0))
-        slope[place] = (ahead - behind) / (2.0 * STEP_RAD)
-        curvature[place] = (ahead - 2.0 * level + behind) / STEP_RAD**2
+    for angle in ANGLES:
+        ahead, behind = (np.array([level_of(row, {angle: sense * STEP_RAD}) for row in rows]) for sense in (1.0, -1.0))
+        slope[angle] = (ahead - behind) / (2.0 * STEP_RAD)
+        curvature[angle] = (ahead - 2.0 * level + behind) / STEP_RAD**2
     return slope, curvature
 
 
@@ -222,7 +222,9 @@ def _of_coils(item: SensorRows, observations: Observations, along: FloatArray) -
     applied: dict[str, list[float]] = {}
     for row in item.dwells:
         for coil in () if row.motion is None else row.motion.field_ut:
-            applied[coil] = [0.0 if one.motion is None else one.motion.field_ut.get(coil, 0.0) for one in item.dwells]
+            applied[coil] = [
+                0.0 if dwell.motion is None else dwell.motion.field_ut.get(coil, 0.0) for dwell in item.dwells
+            ]
     for coil, fields_ut in applied.items():
         u_ut, largest_ut = item.rig.field[coil].uncertainty_ut, max(map(abs, fields_ut))
         if u_ut > 0.0 and largest_ut > 0.0:
@@ -242,20 +244,20 @@ def _magnet_levels(rows: Sequence[DwellRecord], reading: FloatArray) -> LevelRow
     for replication in sorted({row.replication for row in rows}):
         off, on = (
             {
-                tuple(row.targets_deg.items()): place
-                for place, row in enumerate(rows)
+                tuple(row.targets_deg.items()): index
+                for index, row in enumerate(rows)
                 if row.replication == replication
                 and (row.motion is not None and any(row.motion.field_ut.values())) == is_on
             }
             for is_on in (False, True)
         )
         changed = {attitude: reading[on[attitude]] - reading[off[attitude]] for attitude in off if attitude in on}
-        up, down = max(changed, key=lambda one: changed[one]), min(changed, key=lambda one: changed[one])
+        up, down = max(changed, key=lambda coil: changed[coil]), min(changed, key=lambda coil: changed[coil])
         found = magnet_difference(
             with_magnet=(float(reading[on[up]]), float(reading[on[down]])),
             without_magnet=(float(reading[off[up]]), float(reading[off[down]])),
         )
         kept += [off[up], off[down]]
         levels += found.real
-    places = np.array(kept, dtype=np.int64)
-    return LevelRows(places, np.array(levels), reading[places])
+    indices = np.array(kept, dtype=np.int64)
+    return LevelRows(indices, np.array(levels), reading[indices])

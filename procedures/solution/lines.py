@@ -119,7 +119,7 @@ def _of_triad(item: SensorRows, observations: Observations, label: str, axis: Tr
         level_errors=_columns(axis.errors),
         source=f"{observations.source}, axis {label}",
     )
-    of_field = [replace(one, error=replace(one.error, effect="field")) for one in axis.errors]
+    of_field = [replace(error, error=replace(error.error, effect="field")) for error in axis.errors]
     return Line(axis.model, rows, _errors(item, label, of_field))
 
 
@@ -141,12 +141,16 @@ def _across(item: SensorRows, labels: Sequence[str]) -> Iterator[str]:
 
 def _errors(item: SensorRows, label: str, errors: Sequence[LevelError]) -> tuple[SharedError, ...]:
     """Return the meter's errors as they are, and everything else as an error of the known levels."""
-    of_reading = [one for one in shared_errors(item.rig, item.sensor)[label] if one.effect in ("reading", "gain")]
-    ends = np.cumsum([one.columns.shape[1] for one in errors]).tolist()
+    of_reading = [
+        shared_error
+        for shared_error in shared_errors(item.rig, item.sensor)[label]
+        if shared_error.effect in ("reading", "gain")
+    ]
+    ends = np.cumsum([error.columns.shape[1] for error in errors]).tolist()
     starts = [0, *ends]
     of_level = [
-        replace(one.error, columns=tuple(range(start, end)))
-        for one, start, end in zip(errors, starts, ends, strict=False)
+        replace(error.error, columns=tuple(range(start, end)))
+        for error, start, end in zip(errors, starts, ends, strict=False)
     ]
     return (*of_reading, *of_level)
 
@@ -169,7 +173,7 @@ def _rows(observations: Observations, label: str, levels: LevelRows) -> Observat
 
 
 def _columns(errors: Sequence[LevelError]) -> FloatArray | None:
-    return np.concatenate([one.columns for one in errors], axis=1) if errors else None
+    return np.concatenate([error.columns for error in errors], axis=1) if errors else None
 
 
 def lines_document(calibration: Calibration, budgets: Mapping[str, AxisBudget]) -> dict[str, Any]:
@@ -179,7 +183,10 @@ def lines_document(calibration: Calibration, budgets: Mapping[str, AxisBudget]) 
         solved = calibration.axes[label]
         measured = solved.parameters[0].name.rpartition("_per_")[2]
         kept = {key: value for key, value in section.items() if not key.endswith(("_v", "_per_g"))}
-        intervals = {one.name: None if one.interval_95 is None else list(one.interval_95) for one in solved.parameters}
+        intervals = {
+            parameter.name: None if parameter.interval_95 is None else list(parameter.interval_95)
+            for parameter in solved.parameters
+        }
         for name, interval in intervals.items():
             kept["parameters"][name]["interval_95"] = interval
         standard_error = {f"standard_error_{measured}": section["standard_error_v"]}

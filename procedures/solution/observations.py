@@ -140,10 +140,10 @@ def _means(
     supplies_v = _read(rows, chain.supply_channel, source) if chain.ratiometric and chain.supply_channel else None
     factors = [
         chain.factor(
-            None if supplies_v is None else float(supplies_v[place]),
+            None if supplies_v is None else float(supplies_v[index]),
             None if chain.load_resistor_at is None else row.temperature_degc.get(chain.load_resistor_at),
         )
-        for place, row in enumerate(rows)
+        for index, row in enumerate(rows)
     ]
     return np.asarray(means / np.array(factors, dtype=float))
 

@@ -88,7 +88,7 @@ def _take(taken: _Taken, parts: list[StepPart], step: _Step) -> None:
 
 def _steps(record: RunRecord) -> Iterator[tuple[int, _Step]]:
     """Yield number and times of every step that was ended, in the order in which they were."""
-    dwells: dict[Key, DwellRecord] = {(one.step, one.attempt, one.epoch): one for one in record.dwells}
+    dwells: dict[Key, DwellRecord] = {(dwell.step, dwell.attempt, dwell.epoch): dwell for dwell in record.dwells}
     follows = {here.step: there.step for here, there in zip(record.plan.steps, record.plan.steps[1:], strict=False)}
     last: int | None = None
     first = record.plan.steps[0].step if record.plan.steps else 0

@@ -53,7 +53,7 @@ def shown_in(record: RunRecord, sensors: Mapping[str, SolvedSensor]) -> dict[tup
 
 def mean_of_shown(found: Sequence[Shown]) -> Shown:
     """Return the root mean square of what several runs showed: variances are what adds up."""
-    return Shown(*np.sqrt(np.mean(np.square([astuple(one) for one in found]), axis=0)).tolist())
+    return Shown(*np.sqrt(np.mean(np.square([astuple(shown) for shown in found]), axis=0)).tolist())
 
 
 def _readings(record: RunRecord, name: str, label: str) -> tuple[float, int]:

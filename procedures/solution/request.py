@@ -169,7 +169,7 @@ def budgets_of(
     ``priors_in_words``: what else was declared of the table.
     """
     gravity = None if rig is None else gravity_of(rig)
-    of_table = [] if rig is None else [one for one in (table_in_words(rig), priors_in_words) if one]
+    of_table = [] if rig is None else [words for words in (table_in_words(rig), priors_in_words) if words]
     stated = {} if rig is None else {"table": "; ".join(of_table)}
     return {
         label: axis_budget(axis, request.shared_errors.get(label, ()), gravity, stated=stated, trials=trials)

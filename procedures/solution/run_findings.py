@@ -19,16 +19,16 @@ def run_findings(record: RunRecord) -> tuple[Finding, ...]:
     has_term = record.plan.solve.time_term == "linear"
     return tuple(
         replace(finding, is_significant=False)
-        if has_term and one.is_slow and finding.kind == "sensor-change"
+        if has_term and judged_visit.is_slow and finding.kind == "sensor-change"
         else finding
-        for one in record.judged_visits
-        for finding in one.findings
+        for judged_visit in record.judged_visits
+        for finding in judged_visit.findings
     )
 
 
 def of_sensor(findings: Sequence[Finding], sensor: str) -> tuple[Finding, ...]:
     """Return the findings that concern a sensor."""
-    return tuple(one for one in findings if one.details.get("sensor", sensor) == sensor)
+    return tuple(finding for finding in findings if finding.details.get("sensor", sensor) == sensor)
 
 
 def with_run_findings(solved: SolvedSensor, findings: Sequence[Finding]) -> SolvedSensor:

@@ -42,11 +42,11 @@ def _judged(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord], repl
         item = SensorRows(serial, sensor, tuple(dwells), rig, plan, f"replication {replications}, {serial}")
         observations = observed(item)
         found = shown(observations, request_of(serial, rig, sensor, plan.solve, observations))
-        own = {axis: _as_shown(believed[serial, axis], one) for axis, one in found.items()}
+        shown_axes = {axis: _as_shown(believed[serial, axis], belief) for axis, belief in found.items()}
         rows = PlannedRows(plan.design.points, replications)
-        angles = expected_sensor(rig, plan.solve, serial, sensor, rows, Believed(own, 1), usage).angles
+        angles = expected_sensor(rig, plan.solve, serial, sensor, rows, Believed(shown_axes, 1), usage).angles
         halves[serial] = max((angle.u95_deg for angle in angles.values()), default=0.0)
-        drifting += [f"{serial} {axis} {name}" for axis, one in found.items() for name in one.drifting]
+        drifting += [f"{serial} {axis} {name}" for axis, axis_belief in found.items() for name in axis_belief.drifting]
     worst = max(halves, key=lambda name: halves[name])
     sentence = f"replication {replications}: U95 {halves[worst]:.3g}° ({worst}), wanted {rule.half_width_deg:g}°"
     is_met = halves[worst] <= rule.half_width_deg

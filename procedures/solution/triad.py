@@ -71,7 +71,9 @@ def triad_of(
     if not all(np.isfinite(reading).all() for reading in readings.values()):
         return {}
     along = {label: turned[:, AXES.index(label)] for label in readings}
-    readings = {label: one for label, one in readings.items() if _follows(along[label], direction, applied, one)}
+    readings = {
+        label: reading for label, reading in readings.items() if _follows(along[label], direction, applied, reading)
+    }
     if not readings:
         return {}
     if levels.surroundings_ut is not None:
@@ -121,18 +123,20 @@ def _solved(
     turned = to_package(mounted, observations)
     lies = {label: row / row[AXES.index(label)] for label, row in found.matrix.items()}
     beside = {label: found.across + coil * along for label, along in found.along.items()}
-    own = {
+    errors_of = {
         label: errors_of_field(item, observations, label, _in_stage(mounted, lies[label]), beside[label])
         for label in lies
     }
-    reached = _reached(own, found)
+    reached = _reached(errors_of, found)
     axes: dict[str, TriadAxis] = {}
     scatter = SharedError(ACROSS, "field", 1.0)
-    for label, errors in own.items():
+    for label, errors in errors_of.items():
         share = turned.transpose(0, 2, 1) @ lies[label]
         carried = [
-            replace(one, columns=one.columns - share @ reached[one.error.name]) if one.error.name in reached else one
-            for one in errors
+            replace(error, columns=error.columns - share @ reached[error.error.name])
+            if error.error.name in reached
+            else error
+            for error in errors
         ]
         model = FieldTriad(
             label,
@@ -147,14 +151,14 @@ def _solved(
     return axes
 
 
-def _reached(own: Mapping[str, tuple[LevelError, ...]], found: FieldAcross) -> Mapping[str, FloatArray]:
+def _reached(errors_of: Mapping[str, tuple[LevelError, ...]], found: FieldAcross) -> Mapping[str, FloatArray]:
     """Return by error the (3, q) that it does to the field across, by the readings of all axes."""
     reached: dict[str, FloatArray] = {}
-    for label, errors in own.items():
+    for label, errors in errors_of.items():
         slope = found.matrix[label][AXES.index(label)]
-        for one in errors:
-            effect = found.gain[label] @ (slope * one.columns)
-            reached[one.error.name] = reached.get(one.error.name, np.zeros((3, 1))) + effect
+        for error in errors:
+            effect = found.gain[label] @ (slope * error.columns)
+            reached[error.error.name] = reached.get(error.error.name, np.zeros((3, 1))) + effect
     return reached
 
 
@@ -168,8 +172,8 @@ def _in_stage(mounted: tuple[Vector, Vector, Vector], lies: FloatArray) -> Float
 
 
 def _lies(label: str, slope: float, *across: float) -> FloatArray:
-    own = AXES.index(label)
-    return np.insert(np.array(across) / slope, own, 1.0)
+    along = AXES.index(label)
+    return np.insert(np.array(across) / slope, along, 1.0)
 
 
 def _vector(components: FloatArray) -> Vector:

@@ -135,10 +135,10 @@ def level_remarks(rig: RigDescription) -> tuple[str, ...]:
 
 def gravity_warnings(rig: RigDescription, sensor: Sensor) -> tuple[str, ...]:
     """Say that the stated gravity is not that of the place; what a sensor gives per local g stands all the same."""
-    place = rig.rig
-    if sensor.measures != "acceleration" or place.latitude_deg is None:
+    location = rig.rig
+    if sensor.measures != "acceleration" or location.latitude_deg is None:
         return ()
-    found = disagreement(place.gravity_mps2, place.latitude_deg, place.height_m)
+    found = disagreement(location.gravity_mps2, location.latitude_deg, location.height_m)
     return (
         () if found is None else (f"{found.text}; sensitivities per local g do not depend on it, use elsewhere does",)
     )
@@ -204,13 +204,13 @@ def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
 def _level(rig: RigDescription) -> Iterator[SharedError]:
     """Yield the errors of the base, as it was read before and after, and of the instrument itself (a limit)."""
     read = [reading for reading in (rig.level.before, rig.level.after) if reading is not None]
-    own_arcsec = rig.level.uncertainty_arcsec
-    places: tuple[tuple[str, Effect], ...] = (("about_pitch", "pitch"), ("about_roll", "base-tilt"))
-    for key, effect in places:
+    level_arcsec = rig.level.uncertainty_arcsec
+    directions: tuple[tuple[str, Effect], ...] = (("about_pitch", "pitch"), ("about_roll", "base-tilt"))
+    for key, effect in directions:
         largest_arcsec = max((abs(getattr(reading, f"{key}_arcsec")) for reading in read), default=0.0)
-        u_rad = radians(hypot(largest_arcsec, own_arcsec) / sqrt(3.0) / ARCSEC_PER_DEG)
+        u_rad = radians(hypot(largest_arcsec, level_arcsec) / sqrt(3.0) / ARCSEC_PER_DEG)
         if u_rad > 0.0:
-            stated = f"level: read up to {largest_arcsec:g}″, instrument ±{own_arcsec:g}″"
+            stated = f"level: read up to {largest_arcsec:g}″, instrument ±{level_arcsec:g}″"
             yield SharedError(f"level of the base {key.replace('_', ' ')}", effect, u_rad, "limit", stated)
 
 

@@ -15,7 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from rig.assembly.open_rig import Claim, Rig, claimed_by_nobody_else, open_rig
-from rig.assembly.questions import Answers, asked
+from rig.assembly.questions import Answers, answers_of
 from rig.clock import Clock, VirtualClock
 from rig.description.rig_file import RigDescription
 from rig.drivers.twin_lines import without_twin
@@ -79,14 +79,14 @@ def prove(
                 claim=claim,
             )
         )
-        device = asked(real, motion)
+        device = answers_of(real, motion)
     alone = without_twin(description)
     on_twins = _without(description.all_on_twins(), alone)
     with ExitStack() as files:
         now = VirtualClock(datetime(2024, 1, 1, tzinfo=UTC))
         twins = open_rig(on_twins, clock=now, line_source=recording(folder / "twin", files))
         moved = None if f"axes.{motion}" in alone else motion
-        twin = asked(_homed_like(files.enter_context(twins), device, moved), moved)
+        twin = answers_of(_homed_like(files.enter_context(twins), device, moved), moved)
     wire = {key: tuple(_wire_differences(folder, key)) for key in device if key not in alone}
     stated = _stated(description)
     return tuple(
@@ -100,7 +100,7 @@ def prove(
 def _without(description: RigDescription, devices: Collection[str]) -> RigDescription:
     """Return a rig without some devices, named such as ``axes.pitch``."""
     tables = {
-        table: {name: one for name, one in getattr(description, table).items() if f"{table}.{name}" not in devices}
+        table: {name: part for name, part in getattr(description, table).items() if f"{table}.{name}" not in devices}
         for table in ("axes", "readouts", "environment", "streams", "field")
     }
     return description.model_copy(update=tables)
@@ -115,7 +115,7 @@ def _through(kept: LineSource, inner: LineSource | None) -> LineSource:
 def _homed_like(twins: Rig, device: Mapping[str, Answers], motion: str | None) -> Rig:
     """Twins wake without a home: those of axes that have one are homed, so that they are asked in the same state."""
     for name, axis in twins.axes.items():
-        if name == motion or device[f"axes.{name}"].told.get("is_homed") == "true":
+        if name == motion or device[f"axes.{name}"].recorded.get("is_homed") == "true":
             home_and_arrive(axis, twins.clock, twins.clock.sleep)
     return twins
 
@@ -145,12 +145,12 @@ def _differences(device: Answers, twin: Answers, stated: str | None) -> Iterator
         if said is not None and said != expected:
             yield Difference(name, said, expected or "nothing")
     yield from _other_sizes(device, twin)
-    yield from _swapped(device.told, twin.told)
+    yield from _swapped(device.recorded, twin.recorded)
 
 
 def _other_sizes(device: Answers, twin: Answers) -> Iterator[Difference]:
     for name, tolerance in (("gravity", SAME_GRAVITY), ("samples_hz", SAME_RATE)):
-        said, expected = device.told.get(name), twin.told.get(name)
+        said, expected = device.recorded.get(name), twin.recorded.get(name)
         if isinstance(said, float) and isinstance(expected, float) and abs(said - expected) > tolerance * abs(expected):
             yield Difference(name, f"{said:.4g}", f"{expected:.4g}")
 
@@ -159,17 +159,17 @@ def _swapped(device: Mapping[str, float | str], twin: Mapping[str, float | str])
     """Pairs of channels of which each reads what the other's twin reads."""
     names = [name for name in device if "." in name and isinstance(device[name], float) and name in twin]
 
-    def is_same(one: str, other: str) -> bool:
-        said, expected = float(device[one]), float(twin[other])
+    def is_same(first: str, second: str) -> bool:
+        said, expected = float(device[first]), float(twin[second])
         return abs(said - expected) <= SAME_VOLTS * max(abs(said), abs(expected), 1e-3)
 
-    for place, one in enumerate(names):
-        for other in names[place + 1 :]:
-            if is_same(one, other) and is_same(other, one) and not (is_same(one, one) or is_same(other, other)):
+    for index, name in enumerate(names):
+        for other in names[index + 1 :]:
+            if is_same(name, other) and is_same(other, name) and not (is_same(name, name) or is_same(other, other)):
                 yield Difference(
-                    f"channels {one} and {other}",
-                    f"{device[one]:.6g} and {device[other]:.6g}",
-                    f"{twin[one]:.6g} and {twin[other]:.6g}: they changed places",
+                    f"channels {name} and {other}",
+                    f"{device[name]:.6g} and {device[other]:.6g}",
+                    f"{twin[name]:.6g} and {twin[other]:.6g}: they changed places",
                 )
 
 
@@ -222,9 +222,10 @@ def document_of(proofs: tuple[DeviceProof, ...]) -> dict[str, object]:
             {
                 "device": proof.key,
                 "answers": proof.answers.compared,
-                "told": json.loads(json.dumps(proof.answers.told)),
+                "told": json.loads(json.dumps(proof.answers.recorded)),
                 "differences": [
-                    {"field": one.field, "device": one.device, "twin": one.twin} for one in proof.differences
+                    {"field": difference.field, "device": difference.device, "twin": difference.twin}
+                    for difference in proof.differences
                 ],
             }
             for proof in proofs

@@ -20,13 +20,13 @@ STOP_LOOK_S, STOP_LIMIT_S = 0.2, 30.0
 
 @dataclass
 class Answers:
-    """What one device told: ``compared`` must be as the twin's, ``told`` is for the record."""
+    """What one device told: ``compared`` must be as the twin's, ``recorded`` is for the record."""
 
     compared: dict[str, str] = field(default_factory=dict)
-    told: dict[str, float | str] = field(default_factory=dict)
+    recorded: dict[str, float | str] = field(default_factory=dict)
 
 
-def asked(rig: Rig, motion: str | None) -> dict[str, Answers]:
+def answers_of(rig: Rig, motion: str | None) -> dict[str, Answers]:
     """Ask every device of an open rig; ``motion`` names an axis that moves by at most 5 degrees."""
     answers = {key: Answers() for key in rig.by_table()}
     for key, device in rig.by_table().items():
@@ -57,10 +57,11 @@ def _try(answers: Answers, name: str, ask: Callable[[], str]) -> bool:
 
 def _ask_axis(axis: Axis, answers: Answers) -> None:
     def state() -> str:
-        told = axis.state()
-        answers.told |= {"position_deg": told.position_deg, "is_homed": str(told.is_homed).lower()}
-        seat = "seated" if told.is_seated else "not seated"
-        return f"{'moving' if told.is_moving else 'at rest'}, {seat}{f', {told.fault}' if told.fault else ''}"
+        axis_state = axis.state()
+        answers.recorded |= {"position_deg": axis_state.position_deg, "is_homed": str(axis_state.is_homed).lower()}
+        motion = "moving" if axis_state.is_moving else "at rest"
+        seat = "seated" if axis_state.is_seated else "not seated"
+        return f"{motion}, {seat}{f', {axis_state.fault}' if axis_state.fault else ''}"
 
     _try(answers, "state", state)
 
@@ -76,7 +77,7 @@ def _ask_readout(readout: Readout, wait: Wait, answers: Answers) -> None:
 
         def burst(channel: str = channel) -> str:
             read = readout.read(channel, READINGS, wait)
-            answers.told[channel] = float(read.samples.mean())
+            answers.recorded[channel] = float(read.samples.mean())
             return f"{read.samples.size} readings{', overload' if read.overload.any() else ''}"
 
         _try(answers, f"reading {channel}", burst)
@@ -84,7 +85,7 @@ def _ask_readout(readout: Readout, wait: Wait, answers: Answers) -> None:
 
 def _ask_environment(chamber: Environment, answers: Answers) -> None:
     def look() -> str:
-        answers.told |= {"temperature_degc": chamber.temperature_degc(), "setpoint_degc": chamber.setpoint_degc()}
+        answers.recorded |= {"temperature_degc": chamber.temperature_degc(), "setpoint_degc": chamber.setpoint_degc()}
         return "temperature and set point are told"
 
     _try(answers, "temperature", look)
@@ -101,10 +102,10 @@ def _ask_stream(stream: Stream, clock: Clock, answers: Answers) -> None:
         means = {
             channel.rpartition(".")[2]: float(values.mean()) for channel, values in block.values.items() if values.size
         }
-        answers.told |= {f"mean {name}": mean for name, mean in means.items()}
-        answers.told["samples_hz"] = block.samples / STREAM_S
+        answers.recorded |= {f"mean {name}": mean for name, mean in means.items()}
+        answers.recorded["samples_hz"] = block.samples / STREAM_S
         if {"ax", "ay", "az"} <= means.keys():
-            answers.told["gravity"] = sum(means[name] ** 2 for name in ("ax", "ay", "az")) ** 0.5
+            answers.recorded["gravity"] = sum(means[name] ** 2 for name in ("ax", "ay", "az")) ** 0.5
         return f"samples{'' if block.samples else ' are missing'}{', some are refused' if block.refused > 1 else ''}"
 
     _try(answers, "stream", samples)
@@ -127,10 +128,10 @@ def _move(axis: Axis, clock: Clock, answers: Answers) -> None:
         except DeviceRefused:
             _await_rest(axis, clock)
             return "there is no stop"
-        place_deg = _await_rest(axis, clock)
+        rest_deg = _await_rest(axis, clock)
         low_deg, high_deg = sorted((from_deg, far_deg))
-        if not low_deg - axis.arrival_tolerance_deg <= place_deg <= high_deg + axis.arrival_tolerance_deg:
-            raise DeviceFault(f"{axis.name}: it stopped at {place_deg:g} deg, beyond its move; look at the machine")
+        if not low_deg - axis.arrival_tolerance_deg <= rest_deg <= high_deg + axis.arrival_tolerance_deg:
+            raise DeviceFault(f"{axis.name}: it stopped at {rest_deg:g} deg, beyond its move; look at the machine")
         move_and_arrive(axis, from_deg, clock, clock.sleep)
         return "stopped inside the move"
 

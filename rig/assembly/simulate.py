@@ -88,7 +88,7 @@ def at_addresses(description: RigDescription, addresses: Mapping[str, str], time
         table, _, name = key.partition(".")
         device = getattr(description, table)[name]
         keys_of_address = {"port": address, "resource": address, "scanner_resource": None}
-        keys = {place: value for place, value in keys_of_address.items() if place in type(device).model_fields}
+        keys = {key: value for key, value in keys_of_address.items() if key in type(device).model_fields}
         changed[table][name] = device.model_copy(update=keys)
     twin = (description.twin or TwinSection()).model_copy(update={"control": addresses[CONTROL], "time": time})
     return description.model_copy(update={**changed, "twin": twin})

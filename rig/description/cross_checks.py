@@ -72,10 +72,10 @@ def _unknown_channels(file: TomlFile, rig: RigDescription, known: set[str], sens
         elif channel not in _of_sensors(rig):
             yield from _chain_of_no_output(file, rig, channel)
         if chain.load_resistor_at is not None and chain.load_resistor_at not in rig.environment:
-            allowed_places = ", ".join(sorted(rig.environment)) or "none"
+            allowed_chambers = ", ".join(sorted(rig.environment)) or "none"
             yield file.complaint(
                 ("chain", channel, "load_resistor_at"),
-                f"no environment {chain.load_resistor_at!r} (allowed: {allowed_places})",
+                f"no environment {chain.load_resistor_at!r} (allowed: {allowed_chambers})",
             )
         if chain.supply_channel is not None and chain.supply_channel not in known:
             yield file.complaint(
@@ -215,9 +215,9 @@ def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
     """Yield axes of one controller with the same number; two twins without numbers are two controllers."""
     taken: dict[tuple[str, str, tuple[int, ...]], str] = {}
     for name, axis in rig.axes.items():
-        address = (axis.driver, axis.port, axis.place)
+        address = (axis.driver, axis.port, axis.address)
         if axis.port != TWIN_PORT and address in taken:
-            number = ", ".join(map(str, axis.place))
+            number = ", ".join(map(str, axis.address))
             yield file.complaint(("axes", name, "axis"), f"axis {number} at {axis.port} is already {taken[address]}")
         taken[address] = name
     named: dict[tuple[str, str, str], str] = {}
@@ -231,7 +231,7 @@ def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
             )
 
 
-PLACES = ("unit", "address", "loop", "channel")
+ADDRESS_PARTS = ("unit", "address", "loop", "channel")
 """Keys that tell several devices of one line apart."""
 
 
@@ -248,8 +248,8 @@ def _instrument_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
             where = getattr(device, key, None)
             if where in (None, TWIN_PORT):
                 continue
-            place = tuple(getattr(device, part, None) for part in PLACES)
-            if (other := taken.setdefault((where, *place), f"{table}.{name}")) != f"{table}.{name}":
+            address = tuple(getattr(device, part, None) for part in ADDRESS_PARTS)
+            if (other := taken.setdefault((where, *address), f"{table}.{name}")) != f"{table}.{name}":
                 yield file.complaint(
                     (table, name, key),
                     f"{where} is already {other}; two devices need two addresses: correct one, or leave it out",

@@ -50,11 +50,24 @@ BOTH_WAYS = frozenset(
 )
 """Kinds that may befall a question as well as a reply (``on``); the others are replies by their nature."""
 MOTION = frozenset({"stall", "slip", "lag"})
-ONE_LINE = MOTION | {"swap"}
+ONE_LINE_ONLY = MOTION | {"swap"}
 """Kinds that need one line named."""
 MODBUS_DRIVERS = frozenset({"watlow-f4", "watlow-f4t", "oriental-az"})
 _TRIGGERS = ("nth", "every", "at_s", "probability")
-_OWN = ("delay_s", "keep", "byte", "bit", "text", "code", "away_s", "other", "for_s", "slip_deg", "seen", "lag_s")
+_FIELDS_OF_KINDS = (
+    "delay_s",
+    "keep",
+    "byte",
+    "bit",
+    "text",
+    "code",
+    "away_s",
+    "other",
+    "for_s",
+    "slip_deg",
+    "seen",
+    "lag_s",
+)
 
 
 class FaultRule(StrictTable):
@@ -109,10 +122,12 @@ class FaultRule(StrictTable):
         missing = [name for name in needed if getattr(self, name) is None]
         if missing:
             raise ValueError(f"{self.kind} needs {' and '.join(missing)}")
-        strange = [name for name in _OWN if getattr(self, name) is not None and name not in (*needed, *known)]
+        strange = [
+            name for name in _FIELDS_OF_KINDS if getattr(self, name) is not None and name not in (*needed, *known)
+        ]
         if strange:
             raise ValueError(f"{self.kind} has no {strange[0]} (allowed: {', '.join((*needed, *known)) or 'none'})")
-        if self.kind in ONE_LINE and self.line == EVERY_LINE:
+        if self.kind in ONE_LINE_ONLY and self.line == EVERY_LINE:
             raise ValueError(f"{self.kind} happens on one line; name it in place of {EVERY_LINE!r}")
         if self.kind not in BOTH_WAYS and self.on != "reply":
             raise ValueError(f"{self.kind} happens to a reply; leave out `on`")

@@ -69,11 +69,11 @@ def _form_of(tables: tuple[tuple[str, tuple[type, ...]], ...]) -> type[RigDescri
     fields: dict[str, Any] = {}
     for table, classes in tables:
         default = Field(min_length=1) if table == "axes" else {}
-        fields[table] = (dict[Name, _one_of(classes)], default)  # type: ignore[misc]
+        fields[table] = (dict[Name, _tagged_union(classes)], default)  # type: ignore[misc]
     return create_model("RigFile", __base__=RigDescription, **fields)
 
 
-def _one_of(classes: Sequence[type]) -> Any:
+def _tagged_union(classes: Sequence[type]) -> Any:
     return Annotated[reduce(or_, classes), Field(discriminator="driver")] if len(classes) > 1 else classes[0]
 
 

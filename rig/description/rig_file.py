@@ -155,7 +155,7 @@ class Sensor(StrictTable):
         return self
 
     @model_validator(mode="after")
-    def _stage_is_one(self) -> "Sensor":
+    def _stage_is_a_rotation(self) -> "Sensor":
         if self.stage is not None and self.stage not in STAGES:
             raise ValueError(
                 f"stage names the axes that carry the sensor, from outside in: got {list(self.stage)}, allowed are "

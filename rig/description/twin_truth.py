@@ -47,7 +47,7 @@ class AxisTruth(StrictTable):
         return as_tuple(value)
 
     @model_validator(mode="after")
-    def _one_sensitivity(self) -> "AxisTruth":
+    def _sensitivity_given_once(self) -> "AxisTruth":
         names = ("sensitivity_v_per_g", "sensitivity_v_per_dps", "sensitivity_v_per_ut")
         given = {name for name in names if getattr(self, name)}
         sources = [*sorted(given), *(["reading"] if self.reading is not None else [])]
@@ -131,7 +131,7 @@ class TwinBase(StrictTable):
 
     @field_validator("earth", mode="before")
     @classmethod
-    def _place_as_tuple(cls, value: object) -> object:
+    def _position_as_tuple(cls, value: object) -> object:
         return as_tuple(value)
 
 

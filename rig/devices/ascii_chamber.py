@@ -114,7 +114,7 @@ class AsciiChamber:
                 f"{self.name}: a program runs or is held: the chamber would follow it and not a set point; nothing was"
                 " changed; end it at the panel"
             )
-        self._refuse_beyond_its_own_limits(setpoint_degc, is_fahrenheit)
+        self._refuse_beyond_controller_limits(setpoint_degc, is_fahrenheit)
         value = self._written(setpoint_degc, is_fahrenheit)
         self._tell(self._words.write.replace(b"%s", format_temperature(value)))
         if activity == "stopped" or self._words.starts_always:
@@ -140,7 +140,7 @@ class AsciiChamber:
             )
         return value
 
-    def _refuse_beyond_its_own_limits(self, setpoint_degc: float, is_fahrenheit: bool) -> None:
+    def _refuse_beyond_controller_limits(self, setpoint_degc: float, is_fahrenheit: bool) -> None:
         look = self._look()
         if look.lowest is None or look.highest is None:
             return

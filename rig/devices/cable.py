@@ -86,7 +86,7 @@ class CableGuard:
             raise RequestRefused(
                 f"{self.name}: its cables were wound {self.wound_deg / TURN_DEG:+.2f} revolutions, and the machine has"
                 " lost its count since, so nobody knows how far they are wound now; nothing moved; look at them,"
-                f" unwind them by hand, then remove {self._memory.place}"
+                f" unwind them by hand, then remove {self._memory.location}"
             )
         end_deg = self.wound_deg + turn_deg
         if abs(end_deg) > self._limit_deg and abs(end_deg) > abs(self.wound_deg):

@@ -37,7 +37,7 @@ class Winding:
 class CableMemory(Protocol):
     """Keeps the winding of one axis."""
 
-    place: str
+    location: str
     """Where it is kept, for messages."""
 
     def read(self) -> Winding | None:
@@ -53,7 +53,7 @@ class CableMemory(Protocol):
 class Unkept:
     """A :class:`CableMemory` that ends with its process."""
 
-    place = "this process"
+    location = "this process"
 
     def __init__(self) -> None:
         self._winding: Winding | None = None
@@ -69,7 +69,7 @@ class KeptInFile:
     """A :class:`CableMemory` in one file."""
 
     def __init__(self, path: Path, write: WriteFile | None) -> None:
-        self.place = str(path)
+        self.location = str(path)
         self._path = path
         self._write = write
 

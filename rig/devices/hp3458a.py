@@ -57,7 +57,7 @@ class Hp3458aChecks(MeterChecks):
     reference_scanner: Annotated[int, Field(ge=0, le=599)] | None = None
     """As in ``channels``: below 100 it means slot 1."""
 
-    def places(self) -> dict[str, int | None]:
+    def channel_numbers(self) -> dict[str, int | None]:
         named = {"short": self.short_scanner, "reference": self.reference_scanner}
         return {name: None if number is None else _scanner_channel(number) for name, number in named.items()}
 
@@ -104,7 +104,7 @@ class Hp3458aSettings(ReadoutSettings):
         fitting, card = scanner_wire.cards_for(numbers), self.card_of_slot().get(slot)
         if card is not None and card not in fitting:
             lacking = next(number for number in numbers if not scanner_wire.has_channel(card, number))
-            allowed = ", ".join(f"{100 * slot + place}" for place in sorted(scanner_wire.SWITCHED_BY[card]))
+            allowed = ", ".join(f"{100 * slot + number}" for number in sorted(scanner_wire.SWITCHED_BY[card]))
             raise ValueError(
                 f"scanner channel {lacking}: the {card} in slot {slot} (cards) has no such channel (allowed: {allowed})"
             )
@@ -223,9 +223,9 @@ class Hp3458aReadout:
             degc = self._calibrated_degc = self.meter.temperature_degc()
             self._calibrated_s = self._clock.monotonic_s()
 
-        def read(place: int, range_v: float) -> Burst:
+        def read(channel: int, range_v: float) -> Burst:
             return self._burst(
-                f"{self.name}, checks", ScannedChannel(scanner=place, range_v=range_v), checks.samples, wait
+                f"{self.name}, checks", ScannedChannel(scanner=channel, range_v=range_v), checks.samples, wait
             )
 
         return MeterLook(proofs(checks, self._settings.ranges_v(), read), degc, is_calibrated_anew)
@@ -262,7 +262,7 @@ def _scanner_channel(number: int) -> int:
 def _scanner_channels(settings: Hp3458aSettings) -> list[int]:
     """Return all scanner channels that are used, those of the checks included."""
     sensors = [entry.scanner_channel for entry in settings.channels.values()]
-    return [*sensors, *(place for place in settings.checks.places().values() if place is not None)]
+    return [*sensors, *(channel for channel in settings.checks.channel_numbers().values() if channel is not None)]
 
 
 def scanner_resource(settings: Hp3458aSettings) -> GpibResource:

@@ -233,8 +233,8 @@ class Hp3458aMeter:
         self._require(query, self._ask(query, wire.parse_number), need)
 
     def _require_pair(self, query: bytes, need: tuple[float, float]) -> None:
-        for got_one, need_one in zip(self._ask(query, wire.parse_pair), need, strict=True):
-            self._require(query, got_one, need_one)
+        for got, needed in zip(self._ask(query, wire.parse_pair), need, strict=True):
+            self._require(query, got, needed)
 
     def _require(self, query: bytes, got: float, need: float) -> None:
         if abs(got - need) > READ_BACK_TOLERANCE * abs(need):

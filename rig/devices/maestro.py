@@ -217,7 +217,7 @@ class MaestroAxis:
     :class:`rig.devices.abilities.Watchdog`.
     """
 
-    def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController, place: int) -> None:
+    def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController, index: int) -> None:
         """Make the axis; ``place`` is that among the axes of the controller, from 1."""
         self.name = name
         self.limits_deg = settings.limits_deg
@@ -227,7 +227,7 @@ class MaestroAxis:
         self.watchdog_s = settings.watchdog_s
         self._settings = settings
         self._controller = controller
-        self._place = place
+        self._index = index
         self._calibration = PulseCalibration(settings.points)
         step_deg = 1.0 / (self._calibration.smallest_us_per_deg * wire.QUARTERS_PER_US)
         self.arrival_tolerance_deg = max(settings.arrival_tolerance_deg, step_deg)
@@ -258,7 +258,7 @@ class MaestroAxis:
 
     def turn_look(self, clock: Clock) -> TurnLook:
         return rates.look(
-            lambda: self._attitude_deg(self._controller.position(self._settings.axis, self._place)), clock
+            lambda: self._attitude_deg(self._controller.position(self._settings.axis, self._index)), clock
         )
 
     def _start(self, target_deg: float, speed: int) -> None:
@@ -285,7 +285,7 @@ class MaestroAxis:
 
     def state(self) -> AxisState:
         self._controller.poll_errors()
-        position = self._controller.position(self._settings.axis, self._place)
+        position = self._controller.position(self._settings.axis, self._index)
         failed = self._trusted_failures is not None and self._trusted_failures != self._controller.failures
         return AxisState(
             position_deg=self._attitude_deg(position),
@@ -299,7 +299,7 @@ class MaestroAxis:
 
     def stop(self) -> None:
         """Make the pulse that is sent now the target."""
-        position = self._controller.position(self._settings.axis, self._place)
+        position = self._controller.position(self._settings.axis, self._index)
         if position not in (0, self._target):
             self._target = position
             self._controller.tell(wire.set_target(self._settings.axis, position))
@@ -311,7 +311,7 @@ class MaestroAxis:
         return (StopStep(question, aim=ServoAim(channel, codec.device, codec.has_crc)),)
 
     def home_mark(self) -> Mapping[str, float]:
-        return {"pulse": float(self._controller.position(self._settings.axis, self._place))}
+        return {"pulse": float(self._controller.position(self._settings.axis, self._index))}
 
     def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:  # noqa: ARG002 pulses tell no time
         """Trust the position that was left where nothing happened to the servo; else return why not.
@@ -320,7 +320,7 @@ class MaestroAxis:
         """
         failures = self._controller.failures
         self._controller.poll_errors()
-        position = self._controller.position(self._settings.axis, self._place)
+        position = self._controller.position(self._settings.axis, self._index)
         if self._controller.failures != failures:
             return f"the controller reports {wire.error_words(self._controller.errors)}; home it"
         if position != mark["pulse"]:
@@ -374,8 +374,8 @@ def connect(axes: Mapping[str, MaestroSettings], stream: ByteStream) -> dict[str
     )
     controller = MaestroController(exchange, MaestroCodec(first.device_number, first.crc))
     return {
-        name: MaestroAxis(name, settings, controller, place)
-        for place, (name, settings) in enumerate(axes.items(), start=1)
+        name: MaestroAxis(name, settings, controller, index)
+        for index, (name, settings) in enumerate(axes.items(), start=1)
     }
 
 

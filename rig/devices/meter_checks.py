@@ -30,21 +30,21 @@ class MeterChecks(StrictTable):
     action: Literal["trip", "hold"] = "trip"
     """What a reading beyond its limit does: ``hold`` goes on when a person says so and the next reading is good."""
 
-    def places(self) -> dict[str, int | None]:
+    def channel_numbers(self) -> dict[str, int | None]:
         """Return where ``short`` and ``reference`` are, None where there is none."""
         raise NotImplementedError
 
     @property
     def asks_for_anything(self) -> bool:
-        return any(place is not None for place in self.places().values())
+        return any(channel is not None for channel in self.channel_numbers().values())
 
     @model_validator(mode="after")
     def _whole(self) -> "MeterChecks":
-        places = self.places()
-        if (places["reference"] is None) != (self.reference_v is None):
+        channels = self.channel_numbers()
+        if (channels["reference"] is None) != (self.reference_v is None):
             raise ValueError("reference_v and the channel of the reference belong together: give both or neither")
         for name, limit_v in (("short", self.short_limit_v), ("reference", self.reference_limit_v)):
-            if limit_v is not None and places[name] is None:
+            if limit_v is not None and channels[name] is None:
                 raise ValueError(f"{name}_limit_v stands there, but there is no channel of the {name}")
         return self
 
@@ -54,10 +54,10 @@ class MeterChecks(StrictTable):
         Raises: ValueError where a check's channel is a sensor's, or no used range holds the reference.
         """
         taken = set(used)
-        for name, place in self.places().items():
-            if place in taken:
-                raise ValueError(f"checks: the {name} is on channel {place}, which belongs to a sensor; use another")
-            taken |= set() if place is None else {place}
+        for name, channel in self.channel_numbers().items():
+            if channel in taken:
+                raise ValueError(f"checks: the {name} is on channel {channel}, which belongs to a sensor; use another")
+            taken |= set() if channel is None else {channel}
         if self.reference_v is not None and reference_range_v(self.reference_v, ranges_v) is None:
             raise ValueError(f"checks: reference_v = {self.reference_v:g} V fits on no range that a channel uses")
 
@@ -70,15 +70,15 @@ def reference_range_v(reference_v: float, ranges_v: Iterable[float]) -> float | 
 def proofs(
     checks: MeterChecks, ranges_v: Iterable[float], read: Callable[[int, float], Burst]
 ) -> tuple[MeterProof, ...]:
-    """Read what is there. ``read(place, range_v)`` measures one of the channels of :meth:`MeterChecks.places`."""
-    places, used_v = checks.places(), sorted(set(ranges_v))
-    wanted = [] if places["short"] is None else [("short", places["short"], 0.0, range_v) for range_v in used_v]
-    if places["reference"] is not None and checks.reference_v is not None:
+    """Read what is there. ``read(channel, range_v)`` measures one of :meth:`MeterChecks.channel_numbers`."""
+    channels, used_v = checks.channel_numbers(), sorted(set(ranges_v))
+    wanted = [] if channels["short"] is None else [("short", channels["short"], 0.0, range_v) for range_v in used_v]
+    if channels["reference"] is not None and checks.reference_v is not None:
         range_v = reference_range_v(checks.reference_v, used_v)
         assert range_v is not None, "the settings were checked"
-        wanted.append(("reference", places["reference"], checks.reference_v, range_v))
+        wanted.append(("reference", channels["reference"], checks.reference_v, range_v))
     limits_v = {"short": checks.short_limit_v, "reference": checks.reference_limit_v}
     return tuple(
-        MeterProof(f"{name} on {range_v:g} V", float(read(place, range_v).samples.mean()), expected_v, limits_v[name])
-        for name, place, expected_v, range_v in wanted
+        MeterProof(f"{name} on {range_v:g} V", float(read(channel, range_v).samples.mean()), expected_v, limits_v[name])
+        for name, channel, expected_v, range_v in wanted
     )

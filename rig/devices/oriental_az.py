@@ -312,7 +312,7 @@ class OrientalAzAxis:
         """
         with self._turn:
             words = self._modbus.read_holding(address, 2 * values)
-        return [wire.value_of(words[place], words[place + 1]) for place in range(0, 2 * values, 2)]
+        return [wire.value_of(words[index], words[index + 1]) for index in range(0, 2 * values, 2)]
 
     def _steps(self, angle_deg: float) -> int:
         return round(angle_deg / self._settings.step_deg)

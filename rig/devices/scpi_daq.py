@@ -66,8 +66,8 @@ class ScpiDaqReadout:
                 f" (readouts.{self.name}: model); nothing was set; correct the rig file or the address"
             )
         numbers = [entry.channel for entry in self._inputs.values()]
-        numbers += [place for place in self._settings.checks.places().values() if place is not None]
-        slots = sorted({number // self._model.slot_place for number in numbers})
+        numbers += [channel for channel in self._settings.checks.channel_numbers().values() if channel is not None]
+        slots = sorted({number // self._model.numbers_per_slot for number in numbers})
         cards = [f"{self._card(slot, numbers)} in slot {slot}" for slot in slots]
         carrier = self._line.identify()
         return ", ".join([f"{maker} {model} {serial} {firmware}".strip(), *cards, *([carrier] if carrier else [])])
@@ -127,8 +127,10 @@ class ScpiDaqReadout:
     def check_itself(self, wait: Wait) -> MeterLook:
         checks = self._settings.checks
 
-        def read(place: int, range_v: float) -> Burst:
-            return self._burst(f"{self.name}, checks", DaqChannel(channel=place, range_v=range_v), checks.samples, wait)
+        def read(channel: int, range_v: float) -> Burst:
+            return self._burst(
+                f"{self.name}, checks", DaqChannel(channel=channel, range_v=range_v), checks.samples, wait
+            )
 
         return MeterLook(proofs(checks, self._settings.ranges_v(), read), None, is_calibrated_anew=False)
 
@@ -236,22 +238,22 @@ class ScpiDaqReadout:
             raise
 
     def _card(self, slot: int, numbers: Sequence[int]) -> str:
-        query = b"SYST:CTYP? %d" % (slot * self._model.card_place)
+        query = b"SYST:CTYP? %d" % (slot * self._model.numbers_per_card)
         _, card, _, _ = self._line.ask(query, scpi.parse_identity, idempotent=True)
         if card == "0":
             raise FileContradicted(
                 f"{self.name}: slot {slot} is empty, but the rig file uses its channels (readouts.{self.name}:"
                 " channels); nothing was switched; put the card in or correct the file"
             )
-        told = self._settings.card_of_slot().get(slot, card)
-        if told != card:
+        stated = self._settings.card_of_slot().get(slot, card)
+        if stated != card:
             raise FileContradicted(
-                f"{self.name}: slot {slot} has a {card}, the rig file says {told} (readouts.{self.name}: cards);"
+                f"{self.name}: slot {slot} has a {card}, the rig file says {stated} (readouts.{self.name}: cards);"
                 " nothing was switched; put that card in or correct the file"
             )
         last = CARD_CHANNELS.get(card, self._model.most_channels)
         for number in numbers:
-            if number // self._model.slot_place == slot and number % self._model.slot_place > last:
+            if number // self._model.numbers_per_slot == slot and number % self._model.numbers_per_slot > last:
                 raise FileContradicted(
                     f"{self.name}: the {card} in slot {slot} measures volts on channels 1 to {last}, the rig file uses"
                     f" channel {number} (readouts.{self.name}: channels); nothing was switched; correct the file"

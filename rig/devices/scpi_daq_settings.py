@@ -30,9 +30,9 @@ class Model:
     names: tuple[str, ...]
     """As ``*IDN?`` gives them."""
     slots: int
-    slot_place: int
+    numbers_per_slot: int
     """Channel 101 or 1001: the slot is the channel divided by this."""
-    card_place: int
+    numbers_per_card: int
     """``SYST:CTYP?`` asks for slot × this."""
     most_channels: int
     """Of any multiplexer card."""
@@ -91,7 +91,7 @@ class DaqChecks(MeterChecks):
     short_channel: Annotated[int, Field(ge=101, le=8999)] | None = None
     reference_channel: Annotated[int, Field(ge=101, le=8999)] | None = None
 
-    def places(self) -> dict[str, int | None]:
+    def channel_numbers(self) -> dict[str, int | None]:
         return {"short": self.short_channel, "reference": self.reference_channel}
 
 
@@ -129,10 +129,10 @@ class ScpiDaqSettings(ReadoutSettings):
         self.checks.refuse_conflicts(used, self.ranges_v())
         if absent := [slot for slot in self.card_of_slot() if slot > model.slots]:
             raise ValueError(f"cards: a {self.model} has no slot {absent[0]} (allowed: 1 to {model.slots})")
-        for number in [*used, *(place for place in self.checks.places().values() if place is not None)]:
-            slot, place = divmod(number, model.slot_place)
-            if not (1 <= slot <= model.slots and 1 <= place <= model.most_channels):
-                first, last = model.slot_place + 1, model.slots * model.slot_place + model.most_channels
+        for number in [*used, *(channel for channel in self.checks.channel_numbers().values() if channel is not None)]:
+            slot, channel = divmod(number, model.numbers_per_slot)
+            if not (1 <= slot <= model.slots and 1 <= channel <= model.most_channels):
+                first, last = model.numbers_per_slot + 1, model.slots * model.numbers_per_slot + model.most_channels
                 raise ValueError(
                     f"a {self.model} has no channel {number} (allowed: {first} to {last}, the last two digits or three"
                     f" from 1 to {model.most_channels})"
@@ -141,10 +141,10 @@ class ScpiDaqSettings(ReadoutSettings):
                 raise ValueError(f"channel {number} is used by more than one name; each needs its own")
             card = self.card_of_slot().get(slot, "")
             last = CARD_CHANNELS.get(card, model.most_channels)
-            if place > last:
+            if channel > last:
                 raise ValueError(
                     f"channel {number}: the {card} in slot {slot} (cards) measures volts on channels 1 to "
-                    f"{last} (allowed: {slot * model.slot_place + 1} to {slot * model.slot_place + last})"
+                    f"{last} (allowed: {slot * model.numbers_per_slot + 1} to {slot * model.numbers_per_slot + last})"
                 )
         return self
 

@@ -95,15 +95,15 @@ class Wrapping:
 def count_gaps(counts: Floats, last: float | None) -> tuple[StreamGap, ...]:
     """Return where unwrapped counts do not go up by one."""
     steps, offset = _steps(counts, last)
-    places = np.flatnonzero(steps != 1.0)
-    return tuple(_count_gap(int(place) + offset, float(steps[place])) for place in places)
+    indices = np.flatnonzero(steps != 1.0)
+    return tuple(_count_gap(int(index) + offset, float(steps[index])) for index in indices)
 
 
 def time_gaps(times_s: Floats, last_s: float | None, rate_hz: float) -> tuple[StreamGap, ...]:
     """Return where device time does not go on by about a sample interval."""
     steps_s, offset = _steps(times_s, last_s)
-    places = np.flatnonzero((steps_s <= 0.0) | (steps_s * rate_hz > 1.5))
-    return tuple(_time_gap(int(place) + offset, float(steps_s[place]), rate_hz) for place in places)
+    indices = np.flatnonzero((steps_s <= 0.0) | (steps_s * rate_hz > 1.5))
+    return tuple(_time_gap(int(index) + offset, float(steps_s[index]), rate_hz) for index in indices)
 
 
 def refusal_gaps(refused: tuple[Refusal, ...]) -> tuple[StreamGap, ...]:

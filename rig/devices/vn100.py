@@ -199,10 +199,10 @@ class Vn100:
             received += more
             *lines, received = received.split(b"\n")
             received = received[-LONGEST_LINE:]
-            for place, line in enumerate(lines):
+            for index, line in enumerate(lines):
                 parts = self._parts(line + b"\n")
                 if parts and _is_answer(parts, payload.decode("ascii").split(",")):
-                    self._received = b"\n".join([*lines[place + 1 :], received])
+                    self._received = b"\n".join([*lines[index + 1 :], received])
                     return parts
             if self._stream.clock.monotonic_s() >= deadline_s:
                 break

@@ -213,8 +213,8 @@ class WatlowF4T:
             # Replies on RTU have no number: a word of the upper limit must answer rightly after every doubt.
             constant = pairs[1]
             if isinstance(self._registers, ModbusRtu):
-                place = 0 if constant[0] else 1
-                self._registers.set_sentinel((HIGH_LIMIT + self._offset) + place, constant[place])
+                first = 0 if constant[0] else 1
+                self._registers.set_sentinel((HIGH_LIMIT + self._offset) + first, constant[first])
             self._limits_degc = self._from_wire(pairs[0]), self._from_wire(pairs[1])
         return self._limits_degc
 

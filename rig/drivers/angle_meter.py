@@ -23,10 +23,10 @@ def _twin(name: str, settings: AngleMeterSettings, world: World) -> tuple[Twin, 
     dialect = load_angle_dialect(settings.dialect)
     units = (settings.values, dialect.unit, *dialect.units.values())
     unit: AngleUnit = next(unit for unit in units if unit is not None)
-    places = {(channel.axis, channel.value): channel for channel in settings.channels.values()}
+    channel_of = {(channel.axis, channel.value): channel for channel in settings.channels.values()}
 
     def reading_deg(axis: int, value: str, now_s: float) -> float:
-        channel = places.get((axis, "x" if value == "x" else "y"))
+        channel = channel_of.get((axis, "x" if value == "x" else "y"))
         if channel is None:
             return 0.0
         return channel.reading_deg(world.read_attitude_deg(name, channel.about, now_s))

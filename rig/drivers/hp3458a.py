@@ -35,7 +35,7 @@ def _twin(name: str, settings: Hp3458aSettings, world: World) -> tuple[Twin, str
     fitting = {slot: scanner_wire.cards_for(numbers)[0] for slot, numbers in scanner_wire.by_slot(wiring).items()}
     scanner = Hp3488aTwin(fitting | settings.card_of_slot())
     twin = Hp3458aTwin(ScannedInput(source, scanner, wiring))
-    twin.own_degc = source.own_degc
+    twin.inside_degc = source.inside_degc
     instruments: dict[int, GpibInstrument] = {
         meter_wire.DEFAULT_ADDRESS: twin,
         scanner_wire.DEFAULT_ADDRESS: scanner,

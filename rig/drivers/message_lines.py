@@ -21,7 +21,7 @@ def message_line(
     Raises: LinkLost, RigBusy, RequestRefused, DeviceSilent, DeviceNonsense.
     """
     if is_on_a_bus(resource):
-        place = parse_resource(resource, default_address)
-        return GpibMessages(lines.bus(key, place), place.address)
+        parsed = parse_resource(resource, default_address)
+        return GpibMessages(lines.bus(key, parsed), parsed.address)
     stream = lines.stream(key, resource, baud_rate, parity=parity, data_bits=data_bits, stop_bits=stop_bits)
     return StreamMessages(stream)

@@ -9,7 +9,7 @@ from rig.twins.world import World
 def wired_checks(checks: MeterChecks) -> dict[int, str]:
     """Return channel number to what is wired to it."""
     names = {"short": SHORT, "reference": REFERENCE}
-    return {place: names[name] for name, place in checks.places().items() if place is not None}
+    return {channel: names[name] for name, channel in checks.channel_numbers().items() if channel is not None}
 
 
 def known_voltages(name: str, checks: MeterChecks, world: World) -> KnownVoltages:

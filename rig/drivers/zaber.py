@@ -12,11 +12,12 @@ from rig.twins.zaber import Stage, ZaberTwin
 
 def _twin(axes: Mapping[str, ZaberSettings], world: World, _time_factor: float) -> Twin:
     stages = {
-        axis.place: (name, Stage(axis.microstep_deg, velocity_scale=axis.velocity_scale)) for name, axis in axes.items()
+        axis.address: (name, Stage(axis.microstep_deg, velocity_scale=axis.velocity_scale))
+        for name, axis in axes.items()
     }
     twin = ZaberTwin(stages, world)
     for axis in axes.values():  # a file that asks for no checksums is that of a stage which sends none
-        twin.axes[axis.place].settings["comm.checksum"] = int(axis.require_checksum)
+        twin.axes[axis.address].settings["comm.checksum"] = int(axis.require_checksum)
     return twin
 
 

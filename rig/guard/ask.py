@@ -59,7 +59,7 @@ def stop(guard: dict[str, str], axes: list[str] | None, by: str) -> dict[str, st
         return None
     finally:
         line.close()
-    outcomes = dict(one.split("\t", 1) for one in answer.decode().splitlines() if "\t" in one)
+    outcomes = dict(line.split("\t", 1) for line in answer.decode().splitlines() if "\t" in line)
     return outcomes or None
 
 
@@ -79,9 +79,9 @@ def of_rig(rig_file: str) -> list[dict[str, str]]:
 
 def of_run(run: str | None, runs: str) -> list[dict[str, str]]:
     """Return the guards of a run: its folder, its journal, its name under ``runs``; None is any run under ``runs``."""
-    own = [guard for guard in guards() if guard["run"]]
+    running = [guard for guard in guards() if guard["run"]]
     if run is None:
-        return [guard for guard in own if os.path.dirname(guard["run"]) == os.path.realpath(runs)]
+        return [guard for guard in running if os.path.dirname(guard["run"]) == os.path.realpath(runs)]
     path = os.path.realpath(run)
-    places = {path, os.path.dirname(path), os.path.realpath(f"{runs}/{run}")}
-    return [guard for guard in own if guard["run"] in places]
+    folders = {path, os.path.dirname(path), os.path.realpath(f"{runs}/{run}")}
+    return [guard for guard in running if guard["run"] in folders]

@@ -37,5 +37,5 @@ def ask_for_short_slices() -> None:
     """Since Linux 6.12 who asks for short slices is put before who runs for long; before, it changes nothing."""
     if sys.platform.startswith("linux") and (number := SCHED_SETATTR.get(os.uname().machine)) is not None:
         nice = os.getpriority(os.PRIO_PROCESS, 0)
-        asked = SCHED_ATTR.pack(SCHED_ATTR.size, os.SCHED_OTHER, 0, nice, 0, SLICE_NS, 0, 0)
-        ctypes.CDLL(None).syscall(number, 0, asked, 0)
+        attributes = SCHED_ATTR.pack(SCHED_ATTR.size, os.SCHED_OTHER, 0, nice, 0, SLICE_NS, 0, 0)
+        ctypes.CDLL(None).syscall(number, 0, attributes, 0)

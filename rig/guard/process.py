@@ -64,17 +64,17 @@ class Line:
 
     def stop_now(self, axes: list[str] | None, outcomes: dict[str, str]) -> bool:
         """Tell every axis without ever waiting; False where that cannot be: then :meth:`stop` takes its time."""
-        told = {axis: steps for axis, steps in self.axes.items() if axes is None or axis in axes}
+        stopped = {axis: steps for axis, steps in self.axes.items() if axes is None or axis in axes}
         # One pause or one question would keep all other lines from their stop.
-        waits = any("aim" in step or step.get("pause_s", 0.0) for steps in told.values() for step in steps)
+        waits = any("aim" in step or step.get("pause_s", 0.0) for steps in stopped.values() for step in steps)
         if waits or self.descriptor == GIVEN_BACK or not select.select([], [self.descriptor], [], 0.0)[1]:
             return False
         try:
-            for steps in told.values():
+            for steps in stopped.values():
                 self._send_all(steps)
         except OSError:
             return False
-        outcomes.update(dict.fromkeys(told, "told to stop"))
+        outcomes.update(dict.fromkeys(stopped, "told to stop"))
         return True
 
     def stop(self, axes: list[str] | None, outcomes: dict[str, str]) -> None:
@@ -304,7 +304,7 @@ class Guard:
         assert self.listener is not None
         caller, _ = self.listener.accept()
         now_s = CLOCK.monotonic_s()
-        for silent in [one for one, until_s in self.callers.items() if until_s < now_s]:
+        for silent in [caller for caller, until_s in self.callers.items() if until_s < now_s]:
             del self.callers[silent]
             silent.close()
         self.callers[caller] = now_s + LINE_S

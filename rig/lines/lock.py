@@ -161,7 +161,7 @@ def is_on_network(resource: str) -> bool:
     return identity_of(resource).startswith("tcp ")
 
 
-def place_of_locks() -> str:
+def folder_of_locks() -> str:
     """Return what tells this folder of locks from every other in the world; empty where nothing does.
 
     The kernel that keeps the locks, by its start, and the folder by its numbers there. Containers of one machine have
@@ -182,9 +182,9 @@ def address_of(host: str) -> str:
         found = sorted({_plain(str(entry[4][0])) for entry in socket.getaddrinfo(host, None, type=socket.SOCK_STREAM)})
     except OSError:
         return host
-    if any(_is_of_this_machine(one) for one in found):
+    if any(_is_of_this_machine(address) for address in found):
         return _HERE
-    return next((one for one in found if ":" not in one), found[0])
+    return next((address for address in found if ":" not in address), found[0])
 
 
 def _plain(address: str) -> str:

@@ -66,7 +66,7 @@ class Lines:
 
         It is by device where there are several on it.
         """
-        return {name: one for key, stream in self._counted.items() for name, one in stream.by_slave(key).items()}
+        return {name: counts for key, stream in self._counted.items() for name, counts in stream.by_slave(key).items()}
 
     def descriptor(self, port: str) -> int | None:
         """Return what the system knows an open port by; None where it is none of the system's (a twin, a terminal)."""
@@ -78,11 +78,11 @@ class Lines:
 
         Raises as :meth:`stream`, and DeviceSilent, DeviceNonsense.
         """
-        place = (key if resource.carrier == "twin" else resource.carrier, resource.port)
-        if place not in self._buses:
-            self._buses[place] = self._open_bus(key, resource)
-            self._opened.callback(self._buses[place].close)
-        return self._buses[place]
+        bus_key = (key if resource.carrier == "twin" else resource.carrier, resource.port)
+        if bus_key not in self._buses:
+            self._buses[bus_key] = self._open_bus(key, resource)
+            self._opened.callback(self._buses[bus_key].close)
+        return self._buses[bus_key]
 
     def _open(self, key: str, port: str, line: LineSettings) -> ByteStream:
         if port == TWIN_PORT:

@@ -10,7 +10,7 @@ from rig.link.byte_stream import ByteStream
 class ExchangeCounts:
     """Since the line was opened."""
 
-    asked: int = 0
+    questions: int = 0
     repeated: int = 0
     silent: int = 0
     nonsense: int = 0
@@ -44,9 +44,9 @@ class CountedStream:
 
         A device is called ``name`` and its own where it is one of several; a single device is the line.
         """
-        if len(self.slaves) <= 1 and not self.counts.asked:
+        if len(self.slaves) <= 1 and not self.counts.questions:
             return {name: next(iter(self.slaves.values()), self.counts)}
-        line = {name: self.counts} if self.counts.asked or not self.slaves else {}
+        line = {name: self.counts} if self.counts.questions or not self.slaves else {}
         return line | {f"{name}, {slave}": counts for slave, counts in self.slaves.items()}
 
 

@@ -101,7 +101,7 @@ class Exchange:
 
         Raises: DeviceSilent, DeviceNonsense, LinkLost, LinkClosed.
         """
-        self.counts.asked += 1
+        self.counts.questions += 1
         try:
             return self._parsed(request, parse, self.read_line(timeout_s, request))
         except (DeviceSilent, DeviceNonsense) as error:
@@ -188,7 +188,7 @@ class Exchange:
     def _ask_once(
         self, request: bytes, parse: Callable[[bytes], Reply], timeout_s: float, length: int | None, lines: int
     ) -> Reply:
-        self.counts.asked += 1
+        self.counts.questions += 1
         self.stream.write(request)
         if length is None:
             reply = self.read_line(timeout_s, request, lines)

@@ -171,7 +171,7 @@ class ModbusRtu:
 
     def _exchange(self, request: ModbusPDU) -> bytes:
         clock = self.stream.clock
-        self.counts.asked += 1
+        self.counts.questions += 1
         clock.sleep(self._gap_s)
         question = self._framer.buildFrame(request)
         self.stream.write(question)

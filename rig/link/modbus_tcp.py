@@ -85,7 +85,7 @@ class ModbusTcp:
         """Ask one question and take the reply with its number."""
         if self._misframed:
             raise self._without_frames(request)
-        self.counts.asked += 1
+        self.counts.questions += 1
         self._transaction = (self._transaction + 1) % _TRANSACTIONS
         request.transaction_id = self._transaction
         self.stream.write(self._framer.buildFrame(request))
@@ -113,7 +113,7 @@ class ModbusTcp:
         """Return the length of the frame that is arriving; None while its header is not whole."""
         if len(self._received) < _HEADER:
             return None
-        protocol, following = (int.from_bytes(self._received[place : place + 2], "big") for place in (2, 4))
+        protocol, following = (int.from_bytes(self._received[start : start + 2], "big") for start in (2, 4))
         if protocol or following not in _LENGTHS:
             raise self._lost(request)
         return _HEADER + following

@@ -147,16 +147,16 @@ def _beside(axis: Axis, target_deg: float) -> float | None:
     """Return the next tooth inside the limits; None where there is no room."""
     low_deg, high_deg = axis.limits_deg
     by_deg = axis.increment_deg or _BESIDE_DEG
-    places = (target_deg - by_deg, target_deg + by_deg)
-    return next((place for place in places if low_deg <= place <= high_deg), None)
+    stands_deg = (target_deg - by_deg, target_deg + by_deg)
+    return next((stand_deg for stand_deg in stands_deg if low_deg <= stand_deg <= high_deg), None)
 
 
-def _lift_to(axis: Axis, place_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
+def _lift_to(axis: Axis, stand_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
     """Move to a place; whether the axis seats there does not matter: nothing is measured."""
-    axis.check_target(place_deg)
-    axis.start_move(place_deg)
-    limit_s = abs(place_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
-    return _watch(axis, f"move to {place_deg:g} deg", place_deg, limit_s, clock, wait)
+    axis.check_target(stand_deg)
+    axis.start_move(stand_deg)
+    limit_s = abs(stand_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
+    return _watch(axis, f"move to {stand_deg:g} deg", stand_deg, limit_s, clock, wait)
 
 
 def trusted_state(axis: Axis) -> AxisState:
@@ -218,7 +218,7 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
     Raises: DeviceFault naming every axis that could not be stopped or still moves.
     """
     failures: dict[str, str] = {}
-    threads = [Thread(target=_stop_one, args=(axis, clock, limit_s, failures), daemon=True) for axis in axes.values()]
+    threads = [Thread(target=_stop_axis, args=(axis, clock, limit_s, failures), daemon=True) for axis in axes.values()]
     for thread in threads:
         thread.start()
     for thread, name in zip(threads, axes, strict=True):
@@ -230,7 +230,7 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
         raise DeviceFault(f"stop: not every axis is known to stand still: {faults}; use the stop button at the machine")
 
 
-def _stop_one(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]) -> None:
+def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]) -> None:
     try:
         axis.stop()
         _see_standstill(axis, clock, limit_s)

@@ -150,13 +150,13 @@ class SupervisedAxis:
 
     def _take_abilities(self) -> None:
         """Whether a device can turn, remember or watch its host is asked by its members (:mod:`abilities`)."""
-        own: dict[str, Callable[..., Any]] = {
+        abilities: dict[str, Callable[..., Any]] = {
             "start_rate": self._start_rate,
             "start_sweep": self._start_sweep,
             "turn_look": self._turn_look,
             "arm_watchdog": self._arm_watchdog,
         }
-        for name, member in own.items():
+        for name, member in abilities.items():
             if hasattr(self._axis, name):
                 setattr(self, name, member)
         for name in ("check_rate", "top_rate_dps", "stop_steps", *_REMEMBERING, *_WATCHDOG):

@@ -53,7 +53,7 @@ def keep_promises(rig: Rig, key: str, *, sets_speed: bool = True) -> None:
 
 def _keep_axis(axis: Axis, rig: Rig, *, sets_speed: bool) -> None:
     settings = rig.description.axes[axis.name]
-    ends_deg = _two_places(settings)
+    ends_deg = _two_targets(settings)
     others = {name: other for name, other in rig.axes.items() if other is not axis}
     keep_axis_promises(
         axis,
@@ -71,7 +71,7 @@ def _keep_axis(axis: Axis, rig: Rig, *, sets_speed: bool) -> None:
         keep_axis_safe(rig.description, axis.name, ends_deg, CLOSE_DEG, sets_speed=sets_speed)
 
 
-def _two_places(settings: AxisSettings) -> tuple[float, float]:
+def _two_targets(settings: AxisSettings) -> tuple[float, float]:
     """Return two places where the axis may stop, a quarter of its range but at most 90 degrees apart."""
     low_deg, high_deg = allowed_range_deg(settings)
     middle_deg, reach_deg = 0.5 * (low_deg + high_deg), min(0.125 * (high_deg - low_deg), FARTHEST_DEG)

@@ -56,7 +56,7 @@ class Chance:
                 key = self._keys[source] = _hash(f"{self.seed}|{source}", 16)
             now = self._announcement
             words = (now.step % _WORD, _hash(now.phase, 8), now.attempt % _WORD)
-            counter = sum(word << 64 * place for place, word in enumerate(words, start=1))
+            counter = sum(word << 64 * index for index, word in enumerate(words, start=1))
             running = self._running[source] = _normals(np.random.Generator(np.random.Philox(key=key, counter=counter)))
         return next(running)
 

@@ -66,20 +66,20 @@ class CsvImuTwin:
 
     def _line(self, number: int, at_s: float) -> bytes:
         read = {column: self._reading(column, at_s) for column in self._columns}
-        felt = {column: value for column, value in read.items() if value is not None}
-        if any(column in QUANTITIES and column not in felt for column in self._columns):
+        sensed = {column: value for column, value in read.items() if value is not None}
+        if any(column in QUANTITIES and column not in sensed for column in self._columns):
             motion = self._source.motion(self._stream, at_s)
             values = (*motion.force_g, *motion.rate_dps, *motion.field_ut)
-            felt = dict(zip(QUANTITIES, values, strict=True)) | felt
-        return format_row([self._field(column, number, felt) for column in self._columns], self._shape)
+            sensed = dict(zip(QUANTITIES, values, strict=True)) | sensed
+        return format_row([self._field(column, number, sensed) for column in self._columns], self._shape)
 
-    def _field(self, column: str, number: int, felt: Mapping[str, float]) -> bytes:
+    def _field(self, column: str, number: int, sensed: Mapping[str, float]) -> bytes:
         if column in self._count:
             return b"%d" % _wrapped(number, self._count[column])
         if column in self._time:
             wraps_at, units_per_s = self._time[column]
             return b"%d" % _wrapped(round(number / self._rate_hz * units_per_s), wraps_at)
-        return b"%d" % round(self._counts(column, felt.get(column, 0.0)))
+        return b"%d" % round(self._counts(column, sensed.get(column, 0.0)))
 
 
 def _wrapped(number: int, modulus: float | None) -> int:

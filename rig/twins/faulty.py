@@ -116,11 +116,11 @@ class FaultyTwin:
         return b"".join(self._inbound.leave(now_s))
 
     def next_event_s(self) -> float | None:
-        own_s = self.twin.next_event_s()
+        twin_s = self.twin.next_event_s()
         due_s = [due_s for way in (self._outbound, self._inbound) for due_s, _ in way.parts]
         due_s += [armed.at_s for armed in self._timed() if armed.at_s is not None]
         due_s += [until_s for until_s in (self._away_until_s,) if not math.isinf(until_s)]
-        due_s += [] if own_s is None else [own_s]
+        due_s += [] if twin_s is None else [twin_s]
         return min(due_s, default=None)
 
     def _deliver(self, now_s: float) -> None:
@@ -227,9 +227,11 @@ class FaultyTwin:
 
     def _flip(self, rule: FaultRule) -> Fault:
         def flipped(data: bytes) -> tuple[Part, ...]:
-            place = int(self._chance.integers(len(data))) if rule.byte is None else rule.byte
+            byte_index = int(self._chance.integers(len(data))) if rule.byte is None else rule.byte
             bit = int(self._chance.integers(8)) if rule.bit is None else rule.bit
-            return faults.flip_bit(place, bit)(data) if -len(data) <= place < len(data) else faults.intact(data)
+            return (
+                faults.flip_bit(byte_index, bit)(data) if -len(data) <= byte_index < len(data) else faults.intact(data)
+            )
 
         return flipped
 

@@ -86,7 +86,7 @@ class Hp3458aTwin:
     def __init__(self, input_v: Callable[[float], float], *, decimals: int = 9) -> None:
         """``decimals`` of a reading: 8 are the 15 characters of the guide, 9 the 16 that logs of units show."""
         self._decimals = decimals
-        self.own_degc: Callable[[float], float] = lambda _now_s: TEMPERATURE_DEGC
+        self.inside_degc: Callable[[float], float] = lambda _now_s: TEMPERATURE_DEGC
         """What ``TEMP?`` tells at a time."""
         self.calibrated_s: list[float] = []
         """When it began to calibrate itself."""
@@ -193,7 +193,7 @@ class Hp3458aTwin:
             return
         name, words = match[1], [word.strip() for word in match[2].split(",")]
         if name == "TEMP?":
-            self._say(b"%.1f" % self.own_degc(now_s))
+            self._say(b"%.1f" % self.inside_degc(now_s))
         elif name.endswith("?"):
             self._answer(name[:-1])
         elif name in self._actions:

@@ -27,7 +27,7 @@ class KnownVoltages:
             return self.reference_v + off_v
         return self.source.read_voltage_v(channel, now_s)
 
-    def own_degc(self, now_s: float) -> float:
+    def inside_degc(self, now_s: float) -> float:
         """Return the meter's own temperature."""
         return self.truth.own_temperature_degc + self.truth.own_temperature_drift_degc_per_h * self._hours(now_s)
 

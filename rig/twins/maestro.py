@@ -72,8 +72,8 @@ class ServoChannel:
         """Set a new target, brought inside the channel's own limits; 0 switches the pulses off."""
         if target == 0:
             if self._pulses is not None:
-                place = self._pulses.at(now_s)
-                self._follow(Ramp(place, place, now_s, math.inf))
+                position = self._pulses.at(now_s)
+                self._follow(Ramp(position, position, now_s, math.inf))
             self._pulses = None
             return
         aimed = min(max(target, self.settings.low), self.settings.high)
@@ -180,8 +180,8 @@ class MaestroTwin:
             case wire.SET_TARGET:
                 self._aim(data[0], wire.value_of(data[1], data[2]), now_s)
             case wire.SET_MULTIPLE_TARGETS:
-                for place in range(data[0]):
-                    self._aim(data[1] + place, wire.value_of(*data[2 + 2 * place : 4 + 2 * place]), now_s)
+                for index in range(data[0]):
+                    self._aim(data[1] + index, wire.value_of(*data[2 + 2 * index : 4 + 2 * index]), now_s)
             case wire.SET_SPEED | wire.SET_ACCELERATION:
                 self._limit(request.command, data, now_s)
             case wire.GET_POSITION:

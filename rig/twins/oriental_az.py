@@ -70,22 +70,22 @@ class OrientalAzRegisters:
         self.hear(now_s)
         known = self._registers(now_s)
         addresses = range(address, address + count)
-        if not all(place in known for place in addresses):
+        if not all(address in known for address in addresses):
             return None
-        return self._ordered([known[place] for place in addresses])
+        return self._ordered([known[address] for address in addresses])
 
     def write(self, address: int, values: Sequence[int], now_s: float) -> int:
         """Write the values; return the exception to answer with, 0 when written."""
         self.hear(now_s)
         values = self._ordered(values)
-        places = range(address, address + len(values))
-        if all(place in _BLOCK for place in places):
-            return self._operate(places, values, now_s)
-        if places[0] in (wire.INPUTS, wire.AUTO_INPUTS) and len(values) == 2:
-            return self._switch(values[1], is_kept=places[0] == wire.INPUTS, now_s=now_s)
-        if places == range(wire.INPUTS + 1, wire.INPUTS + 2):
+        addresses = range(address, address + len(values))
+        if all(register in _BLOCK for register in addresses):
+            return self._operate(addresses, values, now_s)
+        if addresses[0] in (wire.INPUTS, wire.AUTO_INPUTS) and len(values) == 2:
+            return self._switch(values[1], is_kept=addresses[0] == wire.INPUTS, now_s=now_s)
+        if addresses == range(wire.INPUTS + 1, wire.INPUTS + 2):
             return self._switch(values[0], is_kept=True, now_s=now_s)
-        if places == range(wire.SILENCE_MS, wire.SILENCE_MS + 2):
+        if addresses == range(wire.SILENCE_MS, wire.SILENCE_MS + 2):
             silence_ms = wire.value_of(*values)
             if not 0 <= silence_ms <= wire.LONGEST_SILENCE_MS:
                 return ILLEGAL_VALUE
@@ -105,7 +105,7 @@ class OrientalAzRegisters:
         """Return the words of values of 32 bits as the drive is set to send and take them."""
         if not self.low_word_first or len(words) % 2:
             return list(words)
-        return [words[place ^ 1] for place in range(len(words))]
+        return [words[index ^ 1] for index in range(len(words))]
 
     def _registers(self, now_s: float) -> dict[int, int]:
         position = round(self.servo.position_deg(now_s) / self._step_deg)
@@ -113,12 +113,12 @@ class OrientalAzRegisters:
         rpm = round(self.servo.rate_dps(now_s) / 6.0)
         words = dict(zip(_BLOCK, self._block, strict=True))
         signals = self._signals(now_s) if self.has_signals else ()
-        words |= {wire.SIGNALS + place: word for place, word in enumerate(signals)}
+        words |= {wire.SIGNALS + index: word for index, word in enumerate(signals)}
         lower, upper = self.software_limits or (0, 0)
         overtravel = wire.NO_OVERTRAVEL if self.software_limits is None else 1
         parameters = (*self.gear, 0, overtravel, upper, lower, 0, int(self.wraps)) if self.has_parameters else ()
-        for place, value in enumerate(parameters):
-            first = wire.PARAMETERS + 2 * place
+        for index, value in enumerate(parameters):
+            first = wire.PARAMETERS + 2 * index
             words[first], words[first + 1] = wire.words(value)
         for address, value in (
             (wire.INPUTS, self._inputs),
@@ -151,11 +151,13 @@ class OrientalAzRegisters:
         second |= wire.ALARM_A if self.alarm else 0
         return (first, second, *(0,) * (wire.SIGNAL_WORDS - 2))
 
-    def _operate(self, places: range, values: Sequence[int], now_s: float) -> int:
-        for place, value in zip(places, values, strict=True):
-            self._block[place - wire.DIRECT_DATA] = value
+    def _operate(self, addresses: range, values: Sequence[int], now_s: float) -> int:
+        for address, value in zip(addresses, values, strict=True):
+            self._block[address - wire.DIRECT_DATA] = value
         trigger = wire.value_of(*self._block[14:16])
-        starts = wire.TRIGGER + 1 in places if trigger == wire.START_ALL else _FIELDS_BY_TRIGGER.get(trigger) in places
+        starts = (
+            wire.TRIGGER + 1 in addresses if trigger == wire.START_ALL else _FIELDS_BY_TRIGGER.get(trigger) in addresses
+        )
         return self._start(now_s) if starts else 0
 
     def _start(self, now_s: float) -> int:

@@ -35,18 +35,18 @@ class PiGcsTwin:
 
     def __init__(self, bodies: Mapping[int, tuple[str, str]], world: World) -> None:
         self.stages = {name: PiStage(ServoAxis(world.axes[body], world)) for name, body in bodies.values()}
-        self._places = {name: place for place, (name, _) in bodies.items()}
+        self._index_of = {name: index for index, (name, _) in bodies.items()}
         self.error = wire.NO_ERROR
         self._received = self._due = b""
 
     def receive(self, data: bytes, now_s: float) -> None:
-        for byte in (data[place : place + 1] for place in range(len(data))):
+        for byte in (data[index : index + 1] for index in range(len(data))):
             if byte == b"\n":
                 line, self._received = self._received, b""
                 self._take(line.decode("latin-1").strip(), now_s)
             elif byte[0] < 32 and byte != b"\r":
                 if byte == wire.MOVING:
-                    moving = (s.servo.is_moving(now_s) << (self._places[name] - 1) for name, s in self.stages.items())
+                    moving = (s.servo.is_moving(now_s) << (self._index_of[name] - 1) for name, s in self.stages.items())
                     self._due += b"%X\n" % sum(moving)
                 elif byte == b"\x07":
                     self._due += _READY + b"\n"

@@ -27,7 +27,7 @@ class _Leg:
     """A piece of constant acceleration."""
 
     start_s: float
-    place: float
+    position: float
     speed: float
     acceleration: float
     duration_s: float
@@ -38,7 +38,7 @@ class _Leg:
 
     def at(self, now_s: float) -> float:
         after_s = now_s - self.start_s
-        return self.place + self.speed * after_s + 0.5 * self.acceleration * after_s * after_s
+        return self.position + self.speed * after_s + 0.5 * self.acceleration * after_s * after_s
 
     def speed_at(self, now_s: float) -> float:
         return self.speed + self.acceleration * (now_s - self.start_s)
@@ -52,7 +52,7 @@ class Ramp:
 
     def __init__(
         self,
-        place: float,
+        position: float,
         target: float,
         start_s: float,
         top_speed: float,
@@ -63,7 +63,7 @@ class Ramp:
         self._target = target
         self._legs: list[_Leg] = []
         self._end_s = start_s
-        self._run(place, target, top_speed, speed, acceleration)
+        self._run(position, target, top_speed, speed, acceleration)
 
     @property
     def arrival_s(self) -> float:
@@ -77,35 +77,35 @@ class Ramp:
         leg = self._leg(now_s)
         return 0.0 if leg is None else leg.speed_at(now_s)
 
-    def _run(self, place: float, target: float, top_speed: float, speed: float, acceleration: float) -> None:
+    def _run(self, position: float, target: float, top_speed: float, speed: float, acceleration: float) -> None:
         if math.isinf(acceleration):
-            self._cruise(place, target, top_speed)
+            self._cruise(position, target, top_speed)
             return
         braking = 0.5 * speed * abs(speed) / acceleration
-        if speed * (target - place) < 0.0 or abs(braking) > abs(target - place):
-            place = self._add(place, speed, -math.copysign(acceleration, speed), abs(speed) / acceleration)
+        if speed * (target - position) < 0.0 or abs(braking) > abs(target - position):
+            position = self._add(position, speed, -math.copysign(acceleration, speed), abs(speed) / acceleration)
             speed = 0.0
-        ahead = math.copysign(1.0, target - place)
+        ahead = math.copysign(1.0, target - position)
         start = abs(speed)
-        peak = min(max(top_speed, start), math.sqrt(acceleration * abs(target - place) + 0.5 * start * start))
-        place = self._add(place, speed, ahead * acceleration, (peak - start) / acceleration)
+        peak = min(max(top_speed, start), math.sqrt(acceleration * abs(target - position) + 0.5 * start * start))
+        position = self._add(position, speed, ahead * acceleration, (peak - start) / acceleration)
         to_brake = 0.5 * peak * peak / acceleration
         if peak > 0.0:
-            place = self._add(place, ahead * peak, 0.0, max(abs(target - place) - to_brake, 0.0) / peak)
-        self._add(place, ahead * peak, -ahead * acceleration, peak / acceleration)
+            position = self._add(position, ahead * peak, 0.0, max(abs(target - position) - to_brake, 0.0) / peak)
+        self._add(position, ahead * peak, -ahead * acceleration, peak / acceleration)
 
-    def _cruise(self, place: float, target: float, top_speed: float) -> None:
-        distance = target - place
+    def _cruise(self, position: float, target: float, top_speed: float) -> None:
+        distance = target - position
         if distance and not math.isinf(top_speed):
-            self._add(place, math.copysign(top_speed, distance), 0.0, abs(distance) / top_speed)
+            self._add(position, math.copysign(top_speed, distance), 0.0, abs(distance) / top_speed)
 
-    def _add(self, place: float, speed: float, acceleration: float, duration_s: float) -> float:
+    def _add(self, position: float, speed: float, acceleration: float, duration_s: float) -> float:
         """Append a leg; returns where it ends."""
-        leg = _Leg(self._end_s, place, speed, acceleration, duration_s)
+        leg = _Leg(self._end_s, position, speed, acceleration, duration_s)
         if duration_s > 0.0:
             self._legs.append(leg)
             self._end_s = leg.end_s
-        return leg.at(self._end_s) if duration_s > 0.0 else place
+        return leg.at(self._end_s) if duration_s > 0.0 else position
 
     def _leg(self, now_s: float) -> _Leg | None:
         if not self._legs or now_s >= self._end_s:
@@ -119,10 +119,10 @@ class Spin:
     arrival_s = math.inf
 
     def __init__(
-        self, place: float, rate: float, start_s: float, *, speed: float = 0.0, acceleration: float = math.inf
+        self, position: float, rate: float, start_s: float, *, speed: float = 0.0, acceleration: float = math.inf
     ) -> None:
         change = 0.0 if math.isinf(acceleration) else (rate - speed) / acceleration
-        self._ramp = _Leg(start_s, place, speed, math.copysign(acceleration, change) if change else 0.0, abs(change))
+        self._ramp = _Leg(start_s, position, speed, math.copysign(acceleration, change) if change else 0.0, abs(change))
         self._cruise = _Leg(self._ramp.end_s, self._ramp.at(self._ramp.end_s), rate, 0.0, math.inf)
 
     def at(self, now_s: float) -> float:

@@ -33,8 +33,8 @@ class DaqModel:
     """What tells one unit from the other."""
 
     identity: bytes
-    slot_place: int
-    card_place: int
+    numbers_per_slot: int
+    numbers_per_card: int
     card: str
     card_channels: int
     slots: int
@@ -99,7 +99,9 @@ class ScpiDaqTwin:
         self._source = source
         self._wiring = dict(wiring)
         self._model = MODELS[model]
-        self.cards = dict.fromkeys(sorted({number // self._model.slot_place for number in wiring}), self._model.card)
+        self.cards = dict.fromkeys(
+            sorted({number // self._model.numbers_per_slot for number in wiring}), self._model.card
+        )
         """Slot to card; what is not here is an empty slot."""
         self.card_channels: dict[int, int] = {}
         """Slot to the highest channel for volts, where its card is another than the model's usual one."""
@@ -188,7 +190,7 @@ class ScpiDaqTwin:
         self._scan_list: tuple[int, ...] = ()
         self._sweeps = 1
         self._shape = dict.fromkeys(SHAPES, False)
-        self._own_high_impedance = False
+        self._is_high_impedance = False
         """Of the internal meter of a 34980A, which no channel list names."""
         self._closed: set[int] = set()
         if not self._model.keeps_autozero:
@@ -204,7 +206,7 @@ class ScpiDaqTwin:
         """Channels still to be measured in this scan."""
 
     def _card(self, text: str) -> bytes:
-        slot, between = divmod(int(text), self._model.card_place)
+        slot, between = divmod(int(text), self._model.numbers_per_card)
         _require(1 <= slot <= self._model.slots and not between, OUT_OF_RANGE)
         maker = self._model.identity.partition(b",")[0]
         card = self.cards.get(slot)
@@ -227,15 +229,15 @@ class ScpiDaqTwin:
         return tuple(sorted(found))
 
     def _has(self, number: int) -> bool:
-        slot, place = divmod(number, self._model.slot_place)
-        return slot in self.cards and 1 <= place <= self.card_channels.get(slot, self._model.card_channels)
+        slot, channel = divmod(number, self._model.numbers_per_slot)
+        return slot in self.cards and 1 <= channel <= self.card_channels.get(slot, self._model.card_channels)
 
     def _impedance(self, text: str) -> bytes:
         if text:
             return self._each(text, lambda number: b"%d" % self._channel(number).high_impedance)
         if self._model.keeps_autozero:
             return b",".join(b"%d" % self._channel(number).high_impedance for number in self._scan_list)
-        return b"%d" % self._own_high_impedance
+        return b"%d" % self._is_high_impedance
 
     def _set_impedance(self, text: str, _now_s: float) -> None:
         """Without a list a 34970A takes its scan list, a 34980A the meter inside."""
@@ -244,7 +246,7 @@ class ScpiDaqTwin:
             listed = text if "(" in text else f"{text} (@{','.join(map(str, self._scan_list))})"
             self._change(listed, lambda word: {"high_impedance": SWITCH[word]})
         else:
-            self._own_high_impedance = SWITCH[word]
+            self._is_high_impedance = SWITCH[word]
 
     def _set_autozero(self, text: str) -> None:
         word, at, listed = text.partition("(")

@@ -102,7 +102,7 @@ class World:
         self._thermometers = {thermometer.channel: thermometer for thermometer in thermometers if thermometer}
         self._chains = ChainTruth(description)
         self._steady_v: dict[str, float] = {}
-        self._felt: tuple[tuple[str, str, bool, float], Vector] | None = None
+        self._last_sensed: tuple[tuple[str, str, bool, float], Vector] | None = None
         self._noise_v = {channel: sensor.noise_v for channel, sensor in self._sensors.items()}
 
     @property
@@ -117,7 +117,7 @@ class World:
     def _forget(self) -> None:
         """Forget what was worked out before: something has changed."""
         self._steady_v.clear()
-        self._felt = None
+        self._last_sensed = None
 
     def rotate(self, axis: str, target_deg: float, start_s: float) -> float:
         """Turn an axis to a table angle; returns the arrival in rig seconds."""
@@ -258,11 +258,11 @@ class World:
     def _sensed(self, channel: str, now_s: float) -> Vector:
         """Return what the sensors of one kind feel at one moment, worked out once."""
         key = (self._senses[channel], channel.partition(".")[0], channel in self._unrolled, now_s)
-        if self._felt is None or self._felt[0] != key:
-            self._felt = (key, self._felt_by(channel, now_s))
-        return self._felt[1]
+        if self._last_sensed is None or self._last_sensed[0] != key:
+            self._last_sensed = (key, self._sense(channel, now_s))
+        return self._last_sensed[1]
 
-    def _felt_by(self, channel: str, now_s: float) -> Vector:
+    def _sense(self, channel: str, now_s: float) -> Vector:
         rolls = channel not in self._unrolled
         match self._senses[channel]:
             case "rate":

@@ -146,7 +146,8 @@ class ZaberTwin:
 
     def __init__(self, stages: Mapping[tuple[int, ...], tuple[str, Stage]], world: World) -> None:
         self.axes = {
-            place: ZaberStage(ServoAxis(world.axes[name], world), stage) for place, (name, stage) in stages.items()
+            axis_number: ZaberStage(ServoAxis(world.axes[name], world), stage)
+            for axis_number, (name, stage) in stages.items()
         }
         self.stages: dict[int, ZaberStage] = {}
         """The first axis of every device: it answers for the whole."""

@@ -16,7 +16,7 @@ DECIMALS = 1
 """Of every temperature that is written."""
 
 _TEMPERATURE = r"[+-]?\d{1,3}(?:\.\d{1,3})?"
-_ONE = re.compile(rf"[ ]*({_TEMPERATURE})[ ]*".encode())
+_SINGLE = re.compile(rf"[ ]*({_TEMPERATURE})[ ]*".encode())
 _FOUR = re.compile(rf"({_TEMPERATURE}),({_TEMPERATURE}),({_TEMPERATURE}),({_TEMPERATURE})".encode())
 _CONSTANT = re.compile(rf"({_TEMPERATURE}),(ON|OFF)".encode())
 _TEXT = re.compile(rb"[ -~]{1,80}")
@@ -69,9 +69,9 @@ class ChamberWords:
     """Rest behind a write."""
 
 
-def parse_one(line: bytes) -> float:
+def parse_temperature(line: bytes) -> float:
     """Parse one temperature. Raises: DeviceNonsense."""
-    if (found := _ONE.fullmatch(line)) is None:
+    if (found := _SINGLE.fullmatch(line)) is None:
         raise DeviceNonsense("the chamber answers with one temperature such as 25.3")
     return float(found[1])
 
@@ -94,8 +94,8 @@ def format_temperature(value: float) -> bytes:
     return b"%.*f" % (DECIMALS, value + 0.0)
 
 
-def _one_look(line: bytes) -> Look:
-    return Look(parse_one(line))
+def _single_look(line: bytes) -> Look:
+    return Look(parse_temperature(line))
 
 
 def _espec_look(line: bytes) -> Look:
@@ -157,9 +157,9 @@ def _thermotron(name: str, channel: int) -> ChamberWords:
         command_end=b"\r",
         identity=(b"IDEN?", b"VRSN?") if is_8800 else (b"IDEN?",),
         look=b"PVAR%d?" % channel,
-        parse_look=_one_look,
+        parse_look=_single_look,
         setpoint=b"SETP%d?" % channel,
-        parse_setpoint=parse_one,
+        parse_setpoint=parse_temperature,
         write=b"SETP%d,%%s" % channel,
         start=b"RUNM",
         activity=b"SCOD?" if is_8800 else b"MODE?",

@@ -14,9 +14,9 @@ Form = TypeVar("Form", bound=StrictTable)
 
 
 @cache
-def shipped_in(place: str, form: type[Form]) -> dict[str, Form]:
+def shipped_in(parent: str, form: type[Form]) -> dict[str, Form]:
     """Return the dialects of a folder inside the package, by name."""
-    with as_file(files("rig").joinpath(place)) as folder:
+    with as_file(files("rig").joinpath(parent)) as folder:
         return {path.stem: read_toml(path).validate(form) for path in sorted(folder.glob("*.toml"))}
 
 

@@ -67,7 +67,9 @@ def slot_of(channel: int) -> int:
 def by_slot(channels: Iterable[int]) -> dict[int, list[int]]:
     """Return the channels of every slot that has some, slot by slot."""
     numbers = sorted(channels)
-    return {slot: [one for one in numbers if slot_of(one) == slot] for slot in sorted(set(map(slot_of, numbers)))}
+    return {
+        slot: [number for number in numbers if slot_of(number) == slot] for slot in sorted(set(map(slot_of, numbers)))
+    }
 
 
 def has_channel(card: str, channel: int) -> bool:

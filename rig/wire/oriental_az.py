@@ -96,7 +96,7 @@ def encode(operation: Operation) -> tuple[int, ...]:
 def decode(registers: Sequence[int]) -> Operation:
     """Return the operation in sixteen registers."""
     number, kind, position, speed_hz, starting, stopping, current, _ = (
-        value_of(registers[place], registers[place + 1]) for place in range(0, 16, 2)
+        value_of(registers[index], registers[index + 1]) for index in range(0, 16, 2)
     )
     return Operation(kind, position, speed_hz, starting, stopping, current, number)
 

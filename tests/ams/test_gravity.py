@@ -26,7 +26,7 @@ def test_its_mean_over_the_ellipsoid_is_the_published_one() -> None:
     """Weighted by the area of a zone, (1 − e²) cos φ / (1 − e² sin² φ)²."""
     squared, latitude = 0.00669437999014, np.deg2rad(np.linspace(-90.0, 90.0, 20_001))
     area = np.cos(latitude) / (1.0 - squared * np.sin(latitude) ** 2) ** 2
-    gravity = np.array([normal_gravity_mps2(one) for one in np.rad2deg(latitude)])
+    gravity = np.array([normal_gravity_mps2(entry) for entry in np.rad2deg(latitude)])
     assert np.sum(gravity * area) / np.sum(area) == pytest.approx(MEAN_MPS2, abs=1e-8)
 
 

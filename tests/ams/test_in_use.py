@@ -33,12 +33,12 @@ def test_a_scalar_gives_a_scalar_and_an_array_its_shape(stored: str | Path) -> N
     assert found.pitch_deg.shape == found.codes.shape == (2, 3)
     np.testing.assert_allclose(found.pitch_deg, pitch, atol=1e-9)
     np.testing.assert_allclose(found.roll_deg, roll, atol=1e-9)
-    one = package.attitude(volts[1, 2])
-    assert isinstance(one.pitch_deg, float)
-    assert (one.pitch_deg, one.roll_deg) == pytest.approx((pitch[1, 2], roll[1, 2]), abs=1e-9)
-    assert one.pitch_sd_deg > 0
-    assert one.is_good
-    assert one.flags == ("",)
+    entry = package.attitude(volts[1, 2])
+    assert isinstance(entry.pitch_deg, float)
+    assert (entry.pitch_deg, entry.roll_deg) == pytest.approx((pitch[1, 2], roll[1, 2]), abs=1e-9)
+    assert entry.pitch_sd_deg > 0
+    assert entry.is_good
+    assert entry.flags == ("",)
     by_name = package.attitude(dict(zip("zyx", volts[0, 1, ::-1].tolist(), strict=True)))
     assert by_name.pitch_deg == pytest.approx(pitch[0, 1], abs=1e-9)
 
@@ -143,7 +143,7 @@ def test_gyros_come_as_a_stream_alone_and_with_accelerometers(tmp_path: Path) ->
 
 def test_a_set_is_printed_as_one_line_that_says_which_it_is(stored: str | Path) -> None:
     package = ams.load(stored)
-    told = repr(package)
-    assert "\n" not in told
-    assert f"CoefficientSet(TP1: {package.coefficients.model}, axes x, y, z, " in told
-    assert package.coefficients.sha256[:12] in told
+    text = repr(package)
+    assert "\n" not in text
+    assert f"CoefficientSet(TP1: {package.coefficients.model}, axes x, y, z, " in text
+    assert package.coefficients.sha256[:12] in text

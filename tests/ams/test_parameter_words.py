@@ -6,7 +6,7 @@ from ams.parameter_words import words_of
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "expected"),
     [
         ("coning_deg", ("coning angle", "Ω", "°")),  # TP, list of symbols
         ("sensitivity_v_per_g", ("sensitivity", "S", "V/g")),
@@ -19,8 +19,8 @@ from ams.parameter_words import words_of
         ("reading per unit", ("reading per unit", "", "")),
     ],
 )
-def test_a_name_is_told_in_words(name: str, told: tuple[str, str, str]) -> None:
-    assert words_of(name) == told
+def test_a_name_is_told_in_words(name: str, expected: tuple[str, str, str]) -> None:
+    assert words_of(name) == expected
 
 
 def test_the_letters_of_a_line_stand_behind_its_words_and_no_others() -> None:

@@ -15,13 +15,13 @@ def test_equal_contents_are_computed_once_and_others_anew() -> None:
         calls.append(times)
         return values * times
 
-    one = np.arange(3.0)
-    first, again = doubled(one), doubled(one.copy())
+    index = np.arange(3.0)
+    first, again = doubled(index), doubled(index.copy())
     assert first is again
     assert len(calls) == 1
-    for other in (one + 1e-9, one.astype(int), one.reshape(3, 1), -0.0 * one):
+    for other in (index + 1e-9, index.astype(int), index.reshape(3, 1), -0.0 * index):
         np.testing.assert_array_equal(doubled(other), other * 2)
-    doubled(one, times=3)
+    doubled(index, times=3)
     assert len(calls) == 6
     with pytest.raises(ValueError, match="read-only"):
         first[0] = 1.0
@@ -63,8 +63,8 @@ def test_arrays_in_a_tuple_or_a_value_are_read_only_as_well() -> None:
     def both(values: np.ndarray) -> tuple[np.ndarray, FTestColumns]:
         return values + 1.0, FTestColumns(values + 2.0, 1.0, values + 3.0, 1.0, 1.0, values > 0.0)
 
-    one, other = both(np.zeros(3))
-    for array in (one, other.t):
+    entry, other = both(np.zeros(3))
+    for array in (entry, other.t):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
 

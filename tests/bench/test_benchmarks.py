@@ -33,7 +33,7 @@ def test_a_benchmark_runs_and_every_figure_is_a_number_beside_its_target(name: s
         assert math.isfinite(figure.value), figure
         assert figure.value >= 0.0, figure
         assert figure.target >= 0.0, figure
-    peers = [one.what.split("/")[0].strip() for one in found if one.is_gated]
+    peers = [entry.what.split("/")[0].strip() for entry in found if entry.is_gated]
     assert [peer for peer in peers if not peer.startswith("ahrs ")] == PEERS.get(name, [])  # where it is installed
 
 
@@ -55,9 +55,9 @@ def test_a_ratio_to_a_peer_out_of_its_bound_fails_and_a_missed_time_does_not(
 
     monkeypatch.setattr(bench.__main__, "figures_of", figures)
     assert main([]) == status
-    told = capsys.readouterr()
-    assert verdict in told.out
-    assert ("peer / ours" in told.err) == bool(status)
+    found = capsys.readouterr()
+    assert verdict in found.out
+    assert ("peer / ours" in found.err) == bool(status)
 
 
 def test_a_name_of_no_benchmark_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -148,9 +148,9 @@ def _make(name: str, case: Case, folder: Path, archive: str) -> None:
     shutil.move(finished["run"], folder / "finished")
     solved = _called("solve", folder / "finished", "--archive", archive, "--json")
     (folder / "numbers.json").write_text(solved, encoding="utf-8")
-    for one in (folder / "finished" / "coefficients").glob("*.json"):
+    for entry in (folder / "finished" / "coefficients").glob("*.json"):
         for kind in case.exports:
-            _export(one, folder / "finished" / "exports", kind)
+            _export(entry, folder / "finished" / "exports", kind)
     _calrig("run", folder, crash=_passage(case.crash, folder / "finished" / "journal.sqlite"))
     (killed,) = (folder / "out").glob("*-*")
     shutil.move(killed, folder / "interrupted")
@@ -163,10 +163,10 @@ def _note_where_resuming_differs(folder: Path) -> None:
     """A motion begins elsewhere after a break, so its samples meet it at other moments: its numbers are kept too."""
     copy = Path(shutil.copytree(folder / "interrupted", folder / "resumed"))
     resume(copy, "tester")
-    told = json.loads(json.dumps({"sensors": sensors_document(solve_run(copy))}, allow_nan=False))
+    found = json.loads(json.dumps({"sensors": sensors_document(solve_run(copy))}, allow_nan=False))
     shutil.rmtree(copy)
-    if told != json.loads((folder / "numbers.json").read_text(encoding="utf-8")):
-        (folder / "resumed.json").write_text(json.dumps(told), encoding="utf-8")
+    if found != json.loads((folder / "numbers.json").read_text(encoding="utf-8")):
+        (folder / "resumed.json").write_text(json.dumps(found), encoding="utf-8")
 
 
 def _write_files(case: Case, folder: Path) -> None:
@@ -199,15 +199,15 @@ def _look_up(folder: Path, archive: str) -> None:
     """What the archive answers, beside it: its list, one set, and two calibrations of one sensor compared."""
     where = ("--archive", archive, "--json")
     listed = json.loads(_called("archive", "list", *where))["sets"]
-    grids = [one["sha256"] for one in listed if one["run_id"].endswith("small-grid")]
+    grids = [entry["sha256"] for entry in listed if entry["run_id"].endswith("small-grid")]
     old, new = grids[0], grids[-1]
-    told = {
+    found = {
         "list": listed,
         "show": {old: json.loads(_called("archive", "show", old[:12], *where))},
         "compared": [old, new],
         "compare": json.loads(_called("archive", "compare", old[:12], new[:12], *where)),
     }
-    (folder / "archive.json").write_text(json.dumps(told), encoding="utf-8")
+    (folder / "archive.json").write_text(json.dumps(found), encoding="utf-8")
 
 
 def _passage(crash: str, finished: Path) -> str:
@@ -260,8 +260,8 @@ def _keep(folder: Path, target: Path) -> None:
         for run in ("finished", "interrupted"):
             for left in (*NOT_KEPT, "journal.sqlite-shm"):
                 _remove(folder / name / run / left)
-            for one in (folder / name / run).glob("coefficients/*.json"):
-                _remove(folder / name / run / "exports" / one.name)  # the same bytes
+            for entry in (folder / name / run).glob("coefficients/*.json"):
+                _remove(folder / name / run / "exports" / entry.name)  # the same bytes
     shutil.copytree(folder, target)
 
 

@@ -18,7 +18,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGES = [
     Path("README.md"),
     Path("CONTRIBUTING.md"),
-    *sorted(one.relative_to(ROOT) for one in (ROOT / "docs").rglob("*.md")),
+    *sorted(entry.relative_to(ROOT) for entry in (ROOT / "docs").rglob("*.md")),
 ]
 FENCED = re.compile(r"^```[a-z]*\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 INLINE = re.compile(r"`(calrig [^`\n]+)`")
@@ -31,14 +31,14 @@ def _typed(page: Path) -> list[str]:
     text = (ROOT / page).read_text(encoding="utf-8")
     lines = [line.removeprefix("$ ") for block in FENCED.findall(text) for line in block.splitlines()]
     typed = [line for line in lines if line.startswith("calrig ")] + INLINE.findall(FENCED.sub("", text))
-    return [one for one in typed if one not in NOT_TYPED]
+    return [entry for entry in typed if entry not in NOT_TYPED]
 
 
 @cache
 def _help(command: tuple[str, ...]) -> str:
-    with contextlib.redirect_stdout(io.StringIO()) as told:
+    with contextlib.redirect_stdout(io.StringIO()) as output:
         assert run_command([*command, "--help"]) == 0
-    return told.getvalue()
+    return output.getvalue()
 
 
 def _command_of(words: list[str]) -> tuple[str, ...]:
@@ -53,8 +53,8 @@ def _unknown_in(typed: str) -> list[str]:
         return sorted(options - {"--help", "--version", "--json", "--install-completion"})
     if words[0] not in NAMES:
         return words[:1]
-    told = _help(_command_of(words))
-    return [one for one in sorted(options) if f"{one} " not in told]
+    found = _help(_command_of(words))
+    return [option for option in sorted(options) if f"{option} " not in found]
 
 
 @pytest.mark.usefixtures("wide_terminal")
@@ -65,7 +65,7 @@ def test_every_command_on_a_page_exists_with_its_options(page: Path) -> None:
 
 def test_the_readme_leads_to_every_page() -> None:
     pages = [page.as_posix() for page in PAGES if page.parent.as_posix() in ("docs", "docs/studies")]
-    assert [one for one in pages if f"]({one})" not in README] == []
+    assert [page for page in pages if f"]({page})" not in README] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=str)

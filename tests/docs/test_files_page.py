@@ -69,15 +69,15 @@ def test_every_key_on_the_page_is_one_of_the_file(name: str) -> None:
 
 @pytest.mark.parametrize("name", FORMS)
 def test_every_key_that_no_driver_brings_is_on_the_page(name: str) -> None:
-    told: dict[str, set[str]] = {}
+    found: dict[str, set[str]] = {}
     for tables, key, row in documented(name):
         for table in tables:
-            told.setdefault(table, set()).add(key)
-            told.setdefault(f"{table}.{key}", set()).update(WORD.findall(row))
-            told.setdefault(f"{table}.{key}.*", set()).update(WORD.findall(row))
+            found.setdefault(table, set()).add(key)
+            found.setdefault(f"{table}.{key}", set()).update(WORD.findall(row))
+            found.setdefault(f"{table}.{key}.*", set()).update(WORD.findall(row))
     everywhere = [key for key, is_drivers in keys(FORMS[name]()).items() if not is_drivers and key not in TOP_LEVEL]
     assert len(everywhere) > 80
-    assert [key for key in everywhere if key.rpartition(".")[2] not in told.get(key.rpartition(".")[0], set())] == []
+    assert [key for key in everywhere if key.rpartition(".")[2] not in found.get(key.rpartition(".")[0], set())] == []
 
 
 def test_every_key_that_a_driver_brings_is_on_some_page() -> None:

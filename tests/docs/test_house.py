@@ -1,6 +1,7 @@
 """The house is as its page draws it: no circle, no knot, and nothing is imported late but what is named here."""
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from functools import cache
@@ -51,6 +52,48 @@ LATER = {
     "procedures.data.dataset": {"procedures/data/write.py"},  # xarray
 }
 """What is imported inside functions, and the only files that may."""
+
+WORDS = {
+    "told": "message",
+    "asked": "request",
+    "one": "item",
+    "own": "settings",
+    "place": "location",
+    "places": "locations",
+    "felt": "specific_force",
+    "seam": "restart_step",
+    "desk": "dispatcher",
+    "courier": "channel",
+    "couriers": "channels",
+    "conduct": "context",
+    "kids": "children",
+    "signoff": "signatures",
+    "takeover": "upgrade",
+    "admission": "start_checks",
+    "beforehand": "preflight",
+    "precautions": "run_limits",
+    "inhibit": "keep_awake",
+    "widened": "added_parameters",
+    "belonging": "applicability",
+    "native": "plain_values",
+    "seal": "checksum_line",
+}
+"""Words that say nothing of what a name holds, and what was written instead where they stood."""
+RIGHT = {
+    # the number 1
+    "BEYOND_ONE_G", "ONE_AXIS_WORDS", "ONE_LINE_ONLY", "ON_ONE_SIDE", "OneAxis", "_ONE", "_ONE_OF_TWO", "_ONE_SIDE",
+    "_ON_ONE_LINE", "_at_one_gravity", "_is_one_of_many", "_is_one_plain_line", "_of_one_and_two", "_one_axis",
+    "_of_one_temperature", "_one_or_several", "_one_replication", "_one_sided", "_one_thread", "_stands_on_one_side",
+    "_stop_one_after_the_other", "_tells_its_unit_in_one_way", "draw_one_axis", "dwells_on_one_clock",
+    "is_of_one_channel", "on_one_clock", "on_one_line", "on_one_side", "one_axis", "one_axis_codes", "one_axis_factor",
+    "one_line", "one_thread",
+    # keys of files, journals and the archive: what is stored keeps its name
+    "own_temperature_degc", "own_temperature_drift_degc_per_h",
+    # of a decimal
+    "decimal_place", "last_place", "to_place",
+}  # fmt: skip
+STORED = {("procedures/journal/spool.py", "place"), ("ams/archive/leases.py", "place")}
+"""Fields whose names are keys of what is stored."""
 
 
 @pytest.fixture(scope="module")
@@ -149,3 +192,40 @@ def test_rig_and_ams_register_in_one_way() -> None:
     assert (ROOT / "rig/registry.py").read_text(encoding="utf-8") == (ROOT / "ams/registry.py").read_text(
         encoding="utf-8"
     )
+
+
+def test_names_say_what_they_hold(trees) -> None:
+    """Modules, classes, functions, fields, parameters and variables, in the tests' support as well."""
+    beside = [
+        path for folder in ("bench", "docs", "examples", "tests/support") for path in (ROOT / folder).rglob("*.py")
+    ]
+    every = trees | {path.relative_to(ROOT).as_posix(): tree_of(path) for path in beside}
+    vague = {
+        (path, name, word)
+        for path, tree in every.items()
+        for name in {Path(path).stem, *_names_in(tree)} - RIGHT
+        for word in _words_of(name)
+        if word in WORDS and (path, name) not in STORED
+    }
+    assert sorted(f"{path}: {name}: for example {WORDS[word]}" for path, name, word in vague) == []
+
+
+def _names_in(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        match node:
+            case (
+                ast.FunctionDef(name=name)
+                | ast.AsyncFunctionDef(name=name)
+                | ast.ClassDef(name=name)
+                | ast.ExceptHandler(name=str(name))
+            ):
+                yield name
+            case ast.arg(arg=name) | ast.MatchAs(name=str(name)) | ast.MatchStar(name=str(name)):
+                yield name
+            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
+                yield name
+
+
+@cache
+def _words_of(name: str) -> list[str]:
+    return re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name).lower().split("_")

@@ -31,8 +31,8 @@ def test_the_two_terminals_run_to_the_end_beside_the_faults(
     rig, written = served[2], served[served.index("--write") + 1]
     others = [word for word in served[3:] if word not in ("--write", written)]
     with simulated(rig, Path(written), *others):
-        told = call(capsys, *run[1:], "--archive", f"sqlite:///{tmp_path / 'archive.sqlite'}")
-    assert told.status == 0, told.err
+        outcome = call(capsys, *run[1:], "--archive", f"sqlite:///{tmp_path / 'archive.sqlite'}")
+    assert outcome.status == 0, outcome.err
 
 
 def test_what_it_shows_in_python_is_what_happens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

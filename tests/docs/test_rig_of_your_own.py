@@ -23,18 +23,20 @@ def test_every_piece_of_the_page_stands_in_its_files() -> None:
 
 
 def test_check_takes_the_example_and_expects_every_package(capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "check", str(EXAMPLE / "procedure.toml"), "--rig", str(EXAMPLE / "rig.toml"))
-    assert told.status == 0, told.err
+    outcome = call(capsys, "check", str(EXAMPLE / "procedure.toml"), "--rig", str(EXAMPLE / "rig.toml"))
+    assert outcome.status == 0, outcome.err
     rig = read_rig(EXAMPLE / "rig.toml")
     assert len(rig.sensors) == 8
     assert [serial for serial, sensor in rig.sensors.items() if sensor.check_sensor] == ["CHECK1"]
-    assert [serial for serial in rig.sensors if f"{serial} " not in told.out] == []
+    assert [serial for serial in rig.sensors if f"{serial} " not in outcome.out] == []
 
 
 def test_its_relays_are_where_the_page_says_they_are() -> None:
     channels = read_rig(EXAMPLE / "rig.toml").readouts["dmm"].channels
-    for place, axis in enumerate("xyz", start=1):
-        assert [channels[f"p{one}{axis}"].scanner for one in range(1, 9)] == list(range(100 * place, 100 * place + 8))
+    for index, axis in enumerate("xyz", start=1):
+        assert [channels[f"p{index}{axis}"].scanner for index in range(1, 9)] == list(
+            range(100 * index, 100 * index + 8)
+        )
 
 
 def test_its_procedure_and_its_alerts_are_read() -> None:

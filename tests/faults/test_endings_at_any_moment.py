@@ -46,17 +46,17 @@ class Brothers:
 
     small: Bench
     clean: Path
-    told: int
+    events: int
 
 
 @pytest.fixture(scope="module")
 def brothers(tmp_path_factory: pytest.TempPathFactory) -> Brothers:
     folder = tmp_path_factory.mktemp("brothers")
-    small, told = bench(folder), 0
+    small, found = bench(folder), 0
     with _at_work(small, folder / "clean") as (_, heard):
         while os.read(heard, 1):
-            told += 1
-    return Brothers(small, folder / "clean", told)
+            found += 1
+    return Brothers(small, folder / "clean", found)
 
 
 @contextmanager
@@ -105,7 +105,7 @@ def test_fault_76_an_orderly_ending_at_any_moment_costs_no_run(
     end, state = ENDINGS[how]
     run_dir, chance = tmp_path / "run", np.random.default_rng([seed, len(how)])
     with _at_work(brothers.small, run_dir) as (child, heard):
-        for _ in range(int(chance.integers(1, brothers.told))):
+        for _ in range(int(chance.integers(1, brothers.events))):
             os.read(heard, 1)
         CLOCK.sleep(float(chance.uniform(0.0, LATEST_S)))
         end(child, run_dir)

@@ -130,8 +130,8 @@ KINDS = ("drop", "truncate", "garble")
 @pytest.mark.parametrize(
     ("devices", "kind"),
     [
-        pytest.param(devices, kind, marks=() if place % len(KINDS) == rank else pytest.mark.thorough)
-        for place, devices in enumerate(RIGS)
+        pytest.param(devices, kind, marks=() if index % len(KINDS) == rank else pytest.mark.thorough)
+        for index, devices in enumerate(RIGS)
         for rank, kind in enumerate(KINDS)
     ],
 )

@@ -105,7 +105,7 @@ def _ran(
     def around(rig: Rig) -> FaultyRig:
         return FaultyRig(rig, spoil=spoil)
 
-    return run_unattended(small, run, RunServices(pulse=run.alerts.pulse, second_place=second), around)
+    return run_unattended(small, run, RunServices(pulse=run.alerts.pulse, second_folder=second), around)
 
 
 def _page_in(*folders: Path) -> str:
@@ -161,7 +161,7 @@ def test_fault_79_a_disk_that_stays_full_between_dwells_is_told_explained_and_re
     assert "full" in _page_in(tmp_path / "second")
     disk.free()
     add_note(run.run_dir, "anna", "I make room")
-    taken_up = resume(run.run_dir, "tester", services=RunServices(second_place=tmp_path / "second"))
+    taken_up = resume(run.run_dir, "tester", services=RunServices(second_folder=tmp_path / "second"))
     assert taken_up.state is State.FINISHED
     assert measured_in(run.run_dir) == measured_in(clean)
     _require_cause_on_record(run.run_dir)

@@ -180,8 +180,8 @@ def readers(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, Reader]:
         "count": Reader([b'{"run": "r", "events": 11, "dwells": 5}'.ljust(128)], _read_count, name="journal.count"),
         "request": Reader([REQUEST], _take, name="1.json"),
         **{
-            f"set as {kind}": Reader([one.to_bytes(coefficients)], load_set, name=one.file_name("SN1"))
-            for kind, one in FORMATS.items()
+            f"set as {kind}": Reader([form.to_bytes(coefficients)], load_set, name=form.file_name("SN1"))
+            for kind, form in FORMATS.items()
         },
     }
 

@@ -18,18 +18,18 @@ from rig.wire.table_dialect import load_dialect
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "expected"),
     [
         ("[rig]", "[rig]\nx = " + "[" * 3000, "not valid TOML: brackets in brackets without an end"),
         ("[rig]", "[rig]\nx = " + "9" * 5000, "not valid TOML: Exceeds the limit"),
         ("limits_deg = [-180.0, 180.0]", "limits_deg = [-180.0]", "limits_deg"),
     ],
 )
-def test_a_rig_file_is_refused_with_a_sentence(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_a_rig_file_is_refused_with_a_sentence(tmp_path: Path, old: str, new: str, expected: str) -> None:
     text = EXAMPLE_RIG.read_text(encoding="utf-8")
     assert old in text
     (tmp_path / "rig.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(DescriptionError, match=told):
+    with pytest.raises(DescriptionError, match=expected):
         read_rig(tmp_path / "rig.toml")
 
 

@@ -95,7 +95,7 @@ class Asks:
 
 
 @pytest.mark.parametrize(
-    ("point", "asked"),
+    ("point", "question"),
     [
         (CrashPoint.PAUSED, "pause"),
         (CrashPoint.HELD, ""),
@@ -105,18 +105,18 @@ class Asks:
     ],
 )
 def test_fault_01_killed_while_it_stands_still_or_gives_up_a_run_is_resumed(
-    target: MakeTarget, point: CrashPoint, asked: str
+    target: MakeTarget, point: CrashPoint, question: str
 ) -> None:
     """Held: the meter's line is pulled out. What was asked of the dead process is not asked of the next."""
     aimed = target("table-3458a")
     run_dir = aimed.new_folder()
     cut = {"line": "readouts.dmm", "kind": "hang-up", "away_s": 20.0, "at_s": 60.0}
-    faults = None if asked else FaultPlan.model_validate({"fault": {"cut": cut}})
+    faults = None if question else FaultPlan.model_validate({"fault": {"cut": cut}})
 
     def work(seen: RunObserver) -> Outcome:
         run_dir.mkdir()
         with open_rig(aimed.bench.rig, faults=faults) as rig:
-            person = Person(run_dir, Asks(seen, run_dir, asked))
+            person = Person(run_dir, Asks(seen, run_dir, question))
             return begin(run_dir, aimed.bench.header(run_dir), aimed.bench.plan, rig, person, person)
 
     ended = run_child(work, f"{point}:1")

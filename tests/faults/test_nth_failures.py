@@ -122,8 +122,8 @@ def test_fault_21_the_nth_question_finds_the_port_gone_and_the_run_ends_with_the
 ) -> None:
     aimed = target(devices)
     lines = [line for line in drivers_of(aimed.bench.rig) if line != "axes.roll"]  # on the line of axes.pitch
-    for place, line in enumerate(lines):
-        for piece in range(1 + place, 400, every):
+    for index, line in enumerate(lines):
+        for piece in range(1 + index, 400, every):
             if not _break_line(aimed, line, piece):
                 break
 

@@ -30,7 +30,7 @@ class Recording:
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     """A journal made, filled, closed, opened again, filled and closed, with checkpoints in between."""
     folder, clock = tmp_path_factory.mktemp("disk"), a_clock()
-    told: list[str] = []
+    messages: list[str] = []
     with recorded(folder, checkpoint_pages=40) as recorder:
         journal = Journal.create(folder / JOURNAL_FILE, HEADER, clock)
         for step in range(DWELLS):
@@ -39,14 +39,14 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
                 journal = Journal.open_for_append(folder / JOURNAL_FILE)
             clock.sleep(1.0)
             journal.append_event("intent", {"step": step}, clock)
-            told.append(journal.commit_dwell(a_dwell(step, samples=150), clock).sha256)
-            recorder.acknowledge(len(told))
+            messages.append(journal.commit_dwell(a_dwell(step, samples=150), clock).sha256)
+            recorder.acknowledge(len(messages))
         journal.close()
-    written = [one for one in recorder.operations if isinstance(one, Write)]
-    checkpointed = [one for one in written if one.file == JOURNAL_FILE]
+    written = [operation for operation in recorder.operations if isinstance(operation, Write)]
+    checkpointed = [entry for entry in written if entry.file == JOURNAL_FILE]
     assert len(checkpointed) > 40, "checkpoints happened"
-    assert sum(isinstance(one, Sync) for one in recorder.operations) > 2 * DWELLS, "every commit is synced"
-    return Recording(recorder.operations, told)
+    assert sum(isinstance(operation, Sync) for operation in recorder.operations) > 2 * DWELLS, "every commit is synced"
+    return Recording(recorder.operations, messages)
 
 
 def _require_intact_prefix(image: Image, folder: Path, recording: Recording) -> int:
@@ -116,7 +116,11 @@ def test_fault_02_the_disk_after_every_single_write_holds_an_intact_prefix(
 
 def test_a_disk_that_forgets_synced_writes_is_caught(recording: Recording, tmp_path: Path) -> None:
     """The harness itself: without the syncs of the journal, dwells that were acknowledged are missed."""
-    forgetful = [one for one in recording.operations if not (isinstance(one, Sync) and one.file.endswith("-wal"))]
+    forgetful = [
+        operation
+        for operation in recording.operations
+        if not (isinstance(operation, Sync) and operation.file.endswith("-wal"))
+    ]
     chance, caught = np.random.default_rng(3), 0
     for number in range(20):
         image = image_at(forgetful, len(forgetful) // 2, chance)

@@ -23,7 +23,9 @@ def test_fault_68_a_sensor_mixed_up_with_another_is_named_with_its_partner() -> 
     """
     archive = synthetic_archive(np.random.default_rng(68), Story(sensors=12, years=5))
     for sensor, partner in (archive.mixed_up, archive.mixed_up[::-1]):
-        (finding,) = [one for one in history_of(archive.population, sensor).findings if one.kind == "mix-up"]
+        (finding,) = [
+            finding for finding in history_of(archive.population, sensor).findings if finding.kind == "mix-up"
+        ]
         assert finding.partner == partner
         assert sensor in finding.sentence or partner in finding.sentence
 
@@ -56,9 +58,9 @@ def test_fault_69_a_wrong_rig_file_is_refused_by_line_before_any_port_is_opened(
     assert old in RIG
     path = tmp_path / "rig.toml"
     path.write_text(RIG.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(DescriptionError, match=r"rig\.toml:\d+") as told:
+    with pytest.raises(DescriptionError, match=r"rig\.toml:\d+") as refusal:
         read_rig(path)
-    assert "Traceback" not in str(told.value)
+    assert "Traceback" not in str(refusal.value)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +113,7 @@ def test_fault_71_no_coning_has_no_azimuth_and_says_so() -> None:
     axis = calibrate(_rows(pitch.ravel().tolist(), roll.ravel().tolist(), 0.0), CalibrationRequest(extended="no")).axes[
         "x"
     ]
-    found = {one.name: one for one in axis.parameters}
+    found = {parameter.name: parameter for parameter in axis.parameters}
     assert (found["coning_deg"].value, found["azimuth_deg"].value) == (None, None)
     assert found["sensitivity_v_per_g"].value == pytest.approx(2.5, abs=1e-5)
     assert "null" in str(axis.warnings)

@@ -14,7 +14,7 @@ from small_run import Bench, bench, dwells_of, in_child, measured, resumed
 from unattended_run import UnattendedRun, events, run_unattended
 
 from ams.whole_file import write_whole
-from procedures.cli.places import new_run_folder
+from procedures.cli.locations import new_run_folder
 from procedures.delivery.deliver import solve_run
 from procedures.errors import ExitStatus, JournalError
 from procedures.journal.journal_reader import JournalReader

@@ -32,11 +32,11 @@ def clean(small: Bench) -> Path:
 def _unharmed(small: Bench, clean: Path, run_dir: Path, **rules: dict[str, object]) -> list[str]:
     """Run with the faults, and see that they happened and changed no number; what they were."""
     unattended = UnattendedRun(run_dir, at={number: asks("continue") for number in range(40, 4000, 40)})
-    outcome, told = run_with_faults(small, unattended, faults(**rules))
+    outcome, found = run_with_faults(small, unattended, faults(**rules))
     assert outcome.state is State.FINISHED, outcome.reason
-    assert told, "no fault happened"
+    assert found, "no fault happened"
     assert measured(dwells_of(run_dir)) == measured(dwells_of(clean))
-    return told
+    return found
 
 
 @pytest.mark.parametrize("line", [TABLE, METER, CHAMBER])
@@ -68,7 +68,10 @@ def _ask_everything(small: Bench, rule: dict[str, object]) -> None:
     [
         (TABLE, 4),
         (METER, 9),
-        *[pytest.param(*one, marks=pytest.mark.thorough) for one in ((TABLE, 1), (TABLE, 9), (METER, 1), (METER, 4))],
+        *[
+            pytest.param(*entry, marks=pytest.mark.thorough)
+            for entry in ((TABLE, 1), (TABLE, 9), (METER, 1), (METER, 4))
+        ],
     ],
 )
 def test_fault_25_a_partial_reply_is_never_used(
@@ -85,8 +88,8 @@ def test_fault_25_a_reply_that_trickles_is_put_together(small: Bench, clean: Pat
         f"at{keep}": {"line": TABLE, "kind": "split", "keep": keep, "delay_s": 0.05, "every": 40 + keep}
         for keep in range(1, 10)
     }
-    told = _unharmed(small, clean, tmp_path / "run", **rules)
-    assert len(told) > 20
+    file = _unharmed(small, clean, tmp_path / "run", **rules)
+    assert len(file) > 20
 
 
 @pytest.mark.parametrize("line", dealt([TABLE, METER, CHAMBER], every=3, first=1))
@@ -237,7 +240,7 @@ def test_fault_23_lines_that_are_swapped_in_mid_run_measure_nothing_more(
 ) -> None:
     unattended = UnattendedRun(tmp_path / "run", at={600: asks("stop")})
     swapped = {"line": METER, "kind": "swap", "other": CHAMBER, "at_s": 80.0}
-    outcome, told = run_with_faults(small, unattended, faults(swapped=swapped))
-    assert told
+    outcome, found = run_with_faults(small, unattended, faults(swapped=swapped))
+    assert found
     assert outcome.state in (State.STOPPED, State.TRIPPED)
     assert measured(dwells_of(unattended.run_dir)).items() <= measured(dwells_of(clean)).items()

@@ -28,35 +28,37 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 class SwappedReadout(FaultyReadout):
     """From the n-th dwell reading on, channels carry one another's sensors: a connector put in the wrong socket."""
 
-    def __init__(self, readout: Readout, places: Mapping[str, str], from_reading: int, to_reading: int = 10**9) -> None:
+    def __init__(
+        self, readout: Readout, indices: Mapping[str, str], from_reading: int, to_reading: int = 10**9
+    ) -> None:
         super().__init__(readout, lambda _number, burst: burst)
-        self._places, self._from, self._to = places, from_reading, to_reading
+        self._places, self._from, self._to = indices, from_reading, to_reading
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         is_wrong = self._from <= self.read_so_far <= self._to
-        asked = self._places.get(channel, channel) if is_wrong else channel
-        return replace(super().read(asked, samples, wait, nplc), channel=channel)
+        request = self._places.get(channel, channel) if is_wrong else channel
+        return replace(super().read(request, samples, wait, nplc), channel=channel)
 
 
 class Rewired(FaultyRig):
-    def __init__(self, rig: Rig, places: Mapping[str, str], from_reading: int, to_reading: int = 10**9) -> None:
+    def __init__(self, rig: Rig, indices: Mapping[str, str], from_reading: int, to_reading: int = 10**9) -> None:
         super().__init__(rig)
-        self.meter = SwappedReadout(rig.readouts["dmm"], places, from_reading, to_reading)
+        self.meter = SwappedReadout(rig.readouts["dmm"], indices, from_reading, to_reading)
 
 
 @pytest.mark.parametrize(
-    "places",
+    "indices",
     [{"dmm.y": "dmm.z", "dmm.z": "dmm.y"}, {"dmm.x": "dmm.y", "dmm.y": "dmm.z", "dmm.z": "dmm.x"}],
     ids=["swapped", "off by one"],
 )
 def test_fault_60_channels_that_change_places_in_mid_run_trip_within_three_points(
-    small: Bench, tmp_path: Path, places: dict[str, str]
+    small: Bench, tmp_path: Path, indices: dict[str, str]
 ) -> None:
     """Detected: the running fit of every axis: a channel reads what another should.
     Response: trip within three points; dwells at which it would not have shown are taken back.
     """
     unattended = UnattendedRun(tmp_path / "run")
-    outcome = run_unattended(small, unattended, rig_of=lambda rig: Rewired(rig, places, 45))
+    outcome = run_unattended(small, unattended, rig_of=lambda rig: Rewired(rig, indices, 45))
     assert outcome.state is State.TRIPPED
     assert "reads what" in outcome.reason
     assert "channels changed places; look at scanner and wiring" in outcome.reason
@@ -73,7 +75,7 @@ def test_fault_60_after_the_wiring_is_put_right_the_numbers_are_those_of_the_cle
     run_unattended(small, unattended, rig_of=lambda rig: Rewired(rig, {"dmm.y": "dmm.z", "dmm.z": "dmm.y"}, 45))
     with open_rig(small.rig) as rig:
         assert resume_on(unattended.run_dir, rig, "carla", "connector put right").state is State.FINISHED
-    again = {step: told for step, (*_, told) in measured(dwells_of(unattended.run_dir)).items()}
+    again = {step: found for step, (*_, found) in measured(dwells_of(unattended.run_dir)).items()}
     assert again.keys() == measured(dwells_of(tmp_path / "clean")).keys()
     solved = solve_run(unattended.run_dir).sensors["SN1"]
     assert solved.failure is None
@@ -99,7 +101,7 @@ def test_fault_61_a_sensor_that_is_unplugged_is_dropped_and_the_others_go_on(
     assert outcome.state is State.FINISHED
     (dropped,) = events(unattended.run_dir, "dropped")
     assert dropped.detail["sensor"] == "SN2"
-    assert any(one.event == "dropped" for one in unattended.told)
+    assert any(entry.event == "dropped" for entry in unattended.heard)
     solved = solve_run(unattended.run_dir).sensors
     assert solved["SN1"].failure is None
     assert "it was dropped while the run went on without it" in str(solved["SN2"].failure)
@@ -109,8 +111,8 @@ def test_fault_61_a_sensor_that_is_unplugged_is_dropped_and_the_others_go_on(
     assert solved["SN1"].calibration is not None
     assert clean is not None
     for axis, found in solved["SN1"].calibration.axes.items():
-        for one, other in zip(found.parameters, clean.axes[axis].parameters, strict=True):
-            assert one.value == pytest.approx(other.value, abs=8.0 * float(other.standard_uncertainty or 0.0))
+        for parameter, other in zip(found.parameters, clean.axes[axis].parameters, strict=True):
+            assert parameter.value == pytest.approx(other.value, abs=8.0 * float(other.standard_uncertainty or 0.0))
 
 
 def test_fault_61_a_dropped_sensor_stays_dropped_over_a_resume_and_the_report_names_it(tmp_path: Path) -> None:
@@ -281,8 +283,10 @@ def _holds_the_truth(run_dir: Path, most_u: float) -> None:
     solved = solve_run(run_dir).sensors["SN1"].calibration
     assert solved is not None
     for axis, values in TRUTH.items():
-        for one, true in zip(solved.axes[axis].parameters, values, strict=True):
-            assert one.value == pytest.approx(true, abs=most_u * float(one.standard_uncertainty or 0.0)), one.name
+        for parameter, true in zip(solved.axes[axis].parameters, values, strict=True):
+            assert parameter.value == pytest.approx(true, abs=most_u * float(parameter.standard_uncertainty or 0.0)), (
+                parameter.name
+            )
 
 
 def test_fault_64_a_table_that_creeps_after_its_move_is_waited_for(tmp_path: Path) -> None:
@@ -299,7 +303,7 @@ def test_fault_64_a_table_that_creeps_after_its_move_is_waited_for(tmp_path: Pat
     solved = solve_run(unattended.run_dir).sensors["SN1"].calibration
     assert solved is not None
     for axis, (offset_v, sensitivity, coning_deg, _) in TRUTH.items():
-        found = {one.name: float(one.value or 0.0) for one in solved.axes[axis].parameters}
+        found = {parameter.name: float(parameter.value or 0.0) for parameter in solved.axes[axis].parameters}
         assert found["offset_v"] == pytest.approx(offset_v, abs=6e-5), "5 arc seconds of the 60"
         assert found["sensitivity_v_per_g"] == pytest.approx(sensitivity, abs=6e-5)
         assert found["coning_deg"] == pytest.approx(coning_deg, abs=5.0 / 3600.0)
@@ -327,5 +331,5 @@ def _holds_the_truth_of_sensitivity(run_dir: Path) -> None:
     solved = solve_run(run_dir).sensors["SN1"].calibration
     assert solved is not None
     for axis, (_, sensitivity, _, _) in TRUTH.items():
-        one = solved.axes[axis].parameters[1]
-        assert one.value == pytest.approx(sensitivity, abs=5.0 * float(one.standard_uncertainty or 0.0))
+        entry = solved.axes[axis].parameters[1]
+        assert entry.value == pytest.approx(sensitivity, abs=5.0 * float(entry.standard_uncertainty or 0.0))

@@ -208,9 +208,9 @@ def _away_in_u(run_dir: Path) -> float:
     assert solved is not None
     truth = {"x": (0.005, 2.5, 0.5, 35.0), "z": (0.008, 2.52, 0.4, 160.0)}
     return max(
-        abs(float(one.value or 0.0) - true) / float(one.standard_uncertainty or 1.0)
+        abs(float(parameter.value or 0.0) - true) / float(parameter.standard_uncertainty or 1.0)
         for axis, values in truth.items()
-        for one, true in zip(solved.axes[axis].parameters, values, strict=True)
+        for parameter, true in zip(solved.axes[axis].parameters, values, strict=True)
     )
 
 
@@ -234,8 +234,8 @@ def test_fault_49_a_one_sided_approach_keeps_backlash_out_of_the_parameters(
     unattended = UnattendedRun(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
     assert run_unattended(small, unattended, rig_of=Backlash).state is State.FINISHED
     scatter_v = {
-        axis: one.standard_error_v
-        for axis, one in solve_run(unattended.run_dir).sensors["SN1"].calibration.axes.items()  # type: ignore[union-attr]
+        axis: solved_axis.standard_error_v
+        for axis, solved_axis in solve_run(unattended.run_dir).sensors["SN1"].calibration.axes.items()  # type: ignore[union-attr]
     }
     if approach_deg:
         assert _away_in_u(unattended.run_dir) < 5.0
@@ -252,9 +252,9 @@ def test_fault_51_a_servo_that_follows_late_is_waited_for(clean: Path, tmp_path:
     unattended = UnattendedRun(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
     slow, patience = ("speed_dps = 180.0", "speed_dps = 20.0"), (QUICK_SETTLE, "settle = { window_s = 1.5 }")
     patient = bench(tmp_path, rig=(slow,), procedure=(patience,))
-    outcome, told = run_with_faults(patient, unattended, faults(late=rule))
+    outcome, found = run_with_faults(patient, unattended, faults(late=rule))
     assert outcome.state is State.FINISHED
-    assert told
+    assert found
     late = {
         dwell.step: dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.purpose == "design"
     }
@@ -336,8 +336,8 @@ def test_fault_45_a_controller_that_loses_power_at_any_moment_is_homed_before_an
     """Whole lines, whole twins: power fails for three seconds; no number comes from a false zero."""
     unattended = UnattendedRun(tmp_path / "run", at={n: asks("continue") for n in range(200, 4000, 200)})
     cut = {"line": "axes.pitch", "kind": "power-cycle", "at_s": at_s, "away_s": 3.0}
-    outcome, told = run_with_faults(small, unattended, faults(cut=cut))
-    assert told
+    outcome, said = run_with_faults(small, unattended, faults(cut=cut))
+    assert said
     if outcome.state is not State.FINISHED:
         assert outcome.state is State.TRIPPED, outcome.reason
         with open_rig(small.rig) as rig:

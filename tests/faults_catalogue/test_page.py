@@ -28,7 +28,7 @@ def test_the_page_is_what_the_tests_say() -> None:
 
 
 def test_every_file_that_the_page_names_holds_a_test_of_its_entry() -> None:
-    held = {(one.entry, one.file) for one in TESTS}
+    held = {(test.entry, test.file) for test in TESTS}
     rows = re.findall(r"^\| (\d+) \|.*\| ([^|]+) \|$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
     assert len(rows) == len(TITLES)
     for entry, links in rows:

@@ -75,7 +75,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for folder in folders:
         subprocess.run([*UV, "build", "--quiet", "--sdist", "--wheel", "--out-dir", str(folder), str(ROOT)], check=True)
     first, second = ([*folder.glob("*.whl"), *folder.glob("*.tar.gz")] for folder in folders)
-    assert [one.read_bytes() for one in first] == [one.read_bytes() for one in second]
+    assert [entry.read_bytes() for entry in first] == [entry.read_bytes() for entry in second]
     return first[0]
 
 
@@ -90,8 +90,8 @@ class Installation:
         self.folder, self.extra = folder, extra
         venv.create(folder)
         self.bin = folder / ("Scripts" if os.name == "nt" else "bin")
-        asked = f"{wheel}[{extra}]" if extra else str(wheel)
-        index = [*UV, "pip", "install", "--quiet", "--python", str(self.bin / "python"), asked, *beside]
+        text = f"{wheel}[{extra}]" if extra else str(wheel)
+        index = [*UV, "pip", "install", "--quiet", "--python", str(self.bin / "python"), text, *beside]
         subprocess.run(index, check=True)
 
     def run(self, *words: object, statuses: tuple[int, ...] = (0,)) -> str:
@@ -135,9 +135,9 @@ def test_the_whole_job_with_what_is_installed(installation: Installation, tmp_pa
     missing = {line.partition(":")[0] for line in undelivered}
     assert missing == HELD_BY["all"] - HELD_BY.get(installation.extra, set())
 
-    told = installation.json("run", procedure, "--rig", rig, "--out", runs, statuses=(0, 1))
-    run = Path(told["run"])
-    assert told["state"] == "finished"
+    text = installation.json("run", procedure, "--rig", rig, "--out", runs, statuses=(0, 1))
+    run = Path(text["run"])
+    assert text["state"] == "finished"
     assert {name for name in ("report.html", "report.pdf") if not (run / name).exists()} == missing - {"export hdf5"}
 
     document = json.loads((run / "coefficients" / "SN1047.json").read_text(encoding="utf-8"))
@@ -161,8 +161,8 @@ def test_the_whole_job_with_what_is_installed(installation: Installation, tmp_pa
 
 def test_the_run_of_the_demo_is_the_same_by_page_and_by_data_door(wheel: Path, tmp_path: Path) -> None:
     installation = Installation(tmp_path / "env", wheel, "all")
-    told = installation.json("demo", "--out", tmp_path / "demo")
-    run = Path(told["run"])
+    text = installation.json("demo", "--out", tmp_path / "demo")
+    run = Path(text["run"])
     document = json.loads((run / "coefficients" / "SN1047.json").read_text(encoding="utf-8"))
     facade = json.loads(
         installation.run("python", "-c", FACADE, run, ROOT / "examples" / "observations.csv", EXAMPLE_RIG)
@@ -201,9 +201,9 @@ def test_ams_needs_numpy_alone(wheel: Path, tmp_path: Path, statement: str) -> N
     subprocess.run([*into, "numpy"], check=True)
     one_set = ROOT / "tests" / "data" / "coefficient_set_v1.json"
     code = f"{AMS_ALONE}\n{statement}"
-    told = subprocess.run([str(python), "-c", code, one_set], capture_output=True, text=True, cwd=tmp_path)
-    assert told.returncode == 0, told.stderr
-    assert told.stdout.strip()
+    done = subprocess.run([str(python), "-c", code, one_set], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip()
 
 
 def test_the_manual_page_and_the_examples_come_along(wheel: Path, tmp_path: Path) -> None:

@@ -30,16 +30,16 @@ def _brought() -> dict[str, str]:
         wanted = waiting.pop()
         name = re.sub("[-_.]+", "-", wanted.name).lower()
         try:
-            told = metadata(wanted.name)
+            said = metadata(wanted.name)
         except PackageNotFoundError:
             continue  # of another system or Python
         is_new = name not in found
-        classifiers = [line.rpartition("::")[2] for line in told.get_all("Classifier") or [] if "License ::" in line]
-        found[name] = told.get("License-Expression") or "; ".join(classifiers) or (told.get("License") or "?")[:40]
+        classifiers = [line.rpartition("::")[2] for line in said.get_all("Classifier") or [] if "License ::" in line]
+        found[name] = said.get("License-Expression") or "; ".join(classifiers) or (said.get("License") or "?")[:40]
         if is_new or wanted.extras:
             for line in requires(wanted.name) or ():
                 needed = Requirement(line)
                 extras = [{"extra": extra} for extra in wanted.extras] or [{"extra": ""}]
-                if needed.marker is None or any(needed.marker.evaluate(one) for one in extras):
+                if needed.marker is None or any(needed.marker.evaluate(extra) for extra in extras):
                     waiting.append(needed)
     return found

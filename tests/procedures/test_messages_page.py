@@ -17,7 +17,7 @@ COMMANDS = (
     "detach.py",
     "follow.py",
     "people.py",
-    "places.py",
+    "locations.py",
     "run.py",
     "steer.py",
 )
@@ -56,4 +56,4 @@ def test_every_message_on_the_page_can_still_be_met() -> None:
 
 
 def test_every_advice_is_on_the_page() -> None:
-    assert not [cause for cause, told in ADVICE.items() if f"| {cause} | {told} |" not in PAGE]
+    assert not [cause for cause, found in ADVICE.items() if f"| {cause} | {found} |" not in PAGE]

@@ -61,8 +61,8 @@ def test_angles_and_durations_read_as_people_write_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("dof", "told"),
+    ("dof", "expected"),
     [(None, "—"), (math.nan, "—"), (5.0, "5"), (5.46, "5.5"), (59.4, "59"), (10_000.4, "> 10 000"), (math.inf, "∞")],
 )
-def test_degrees_of_freedom_have_the_digits_that_say_something(dof: float | None, told: str) -> None:
-    assert degrees_of_freedom(dof) == told
+def test_degrees_of_freedom_have_the_digits_that_say_something(dof: float | None, expected: str) -> None:
+    assert degrees_of_freedom(dof) == expected

@@ -77,13 +77,13 @@ def _solve_as_it_was(case: StoredCase, patch: pytest.MonkeyPatch) -> None:
 
 
 def _coefficients_moved(then: object, now: object) -> list[str]:
-    return [told for told in moved(then, now, *BETWEEN_PROCESSORS) if not is_of_uncertainty(told.split(":")[0])]
+    return [found for found in moved(then, now, *BETWEEN_PROCESSORS) if not is_of_uncertainty(found.split(":")[0])]
 
 
 def _uncertainties_moved(then: object, now: object) -> list[str]:
     """Return what moved; advice may be said in better words, the numbers that it is made from stand beside it."""
-    told = [(one.split(":")[0], one) for one in moved(then, now, *BETWEEN_PROCESSORS)]
-    return [one for path, one in told if is_of_uncertainty(path) and "/advice/sentences/" not in path]
+    text = [(entry.split(":")[0], entry) for entry in moved(then, now, *BETWEEN_PROCESSORS)]
+    return [entry for path, entry in text if is_of_uncertainty(path) and "/advice/sentences/" not in path]
 
 
 def test_every_kind_is_stored() -> None:
@@ -163,7 +163,7 @@ def test_a_stored_set_is_the_one_that_its_run_gives(case: StoredCase, tmp_path: 
     sets = sets_of(solve_run(case.copy("finished", tmp_path / "run")))
     stored = {path.stem: path for path in (case.folder / "finished" / "coefficients").glob("*.json")}
     # Straight lines leave a set since version 4 of its form; what left one then leaves it now.
-    assert stored.keys() == {name for name, one in sets.items() if one.convention != "SR"}
+    assert stored.keys() == {name for name, coefficients in sets.items() if coefficients.convention != "SR"}
     for name, path in stored.items():
         assert (
             _coefficients_moved(json.loads(path.read_text(encoding="utf-8"))["axes"], sets[name].document["axes"]) == []
@@ -186,7 +186,7 @@ def test_every_reading_of_a_stored_run_is_in_the_unit_of_its_channel(case: Store
 
 @pytest.mark.parametrize(
     "case",
-    [one if name_of(one) in GO_ON else pytest.param(one, marks=pytest.mark.thorough) for one in CASES],
+    [case if name_of(case) in GO_ON else pytest.param(case, marks=pytest.mark.thorough) for case in CASES],
     ids=name_of,
 )
 def test_a_stored_interrupted_run_goes_on_to_the_numbers_of_its_brother(
@@ -216,9 +216,9 @@ def _beyond_uncertainty(then: dict[str, Any], now: dict[str, Any]) -> Iterator[s
 
 def test_an_interrupted_run_is_told_as_such_by_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for case in CASES:
-        told = call(capsys, "status", case.copy("interrupted", tmp_path / name_of(case)), "--json").document
-        assert told["state"] == "interrupted", case
-        assert 0 < told["dwells_done"] < told["dwells_planned"], case
+        outcome = call(capsys, "status", case.copy("interrupted", tmp_path / name_of(case)), "--json").document
+        assert outcome["state"] == "interrupted", case
+        assert 0 < outcome["dwells_done"] < outcome["dwells_planned"], case
 
 
 @EVERY_VERSION
@@ -266,9 +266,9 @@ def test_a_plan_s_hash_is_that_of_its_stored_text(journal: Path, tmp_path: Path)
 @pytest.mark.parametrize("journal", JOURNALS, ids=lambda path: "-".join(path.parts[-4:-1]))
 def test_what_header_and_plan_gained_since_has_a_default(journal: Path, tmp_path: Path) -> None:
     header = header_of(Path(shutil.copytree(journal.parent, tmp_path / "run")) / "journal.sqlite")
-    assert [one.name for one in fields(RunHeader) if one.name not in header and not _has_default(one)] == []
+    assert [field.name for field in fields(RunHeader) if field.name not in header and not _has_default(field)] == []
     plan = json.loads(header["plan_json"])
-    assert [one.name for one in fields(Plan) if one.name not in plan and not _has_default(one)] == []
+    assert [field.name for field in fields(Plan) if field.name not in plan and not _has_default(field)] == []
 
 
 @EVERY
@@ -276,15 +276,15 @@ def test_a_plan_is_read_without_the_fields_that_have_defaults(case: StoredCase, 
     """As it would have been stored by a version that did not know them yet."""
     text = header_of(case.copy("finished", tmp_path / "run") / "journal.sqlite")["plan_json"]
     plan, document = Plan.from_json(text), json.loads(text)
-    for one in fields(Plan):
-        if _has_default(one) and one.name != "version":
-            without = {key: value for key, value in document.items() if key != one.name}
+    for field in fields(Plan):
+        if _has_default(field) and field.name != "version":
+            without = {key: value for key, value in document.items() if key != field.name}
             read = Plan.from_json(json.dumps(without))
-            assert read.steps == plan.steps, one.name
+            assert read.steps == plan.steps, field.name
 
 
-def _has_default(one: "Field[Any]") -> bool:
-    return one.default is not MISSING or one.default_factory is not MISSING
+def _has_default(entry: "Field[Any]") -> bool:
+    return entry.default is not MISSING or entry.default_factory is not MISSING
 
 
 @EVERY
@@ -343,6 +343,6 @@ def test_the_demonstration_gives_the_stored_numbers(
 ) -> None:
     """All 247 attitudes; ``make test`` measures the same rig at fewer, above."""
     then = json.loads((version / "demo.json").read_text(encoding="utf-8"))
-    told = call(capsys, "demo", "--out", tmp_path / "demo", "--json")
-    assert told.status == 0, told.err
-    assert _coefficients_moved(then["sensors"], told.document["sensors"]) == []
+    outcome = call(capsys, "demo", "--out", tmp_path / "demo", "--json")
+    assert outcome.status == 0, outcome.err
+    assert _coefficients_moved(then["sensors"], outcome.document["sensors"]) == []

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from command import call
 from example_files import EXAMPLE_RIG
-from own_axis_rig import own_axis_rig
 from table_bench import virtual_clock
+from turner_rig import turner_rig
 
 from procedures.records.dwells import Event
 from procedures.report.conditions import condition_sections
@@ -37,7 +37,7 @@ REAL_PORT = "socket://127.0.0.1:9"
 
 @pytest.fixture
 def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    return own_axis_rig(tmp_path, monkeypatch)
+    return turner_rig(tmp_path, monkeypatch)
 
 
 def _axis_class() -> Any:
@@ -62,15 +62,15 @@ def test_an_axis_that_nobody_stops_is_told_by_check_and_devices(
     assert "nothing stops it" not in call(capsys, "check", "--rig", _only_positions(path)).out
     monkeypatch.delattr(_axis_class(), "stop_steps")
     for command in ("check", "devices"):
-        told = call(capsys, command, "--rig", path)
-        assert told.status == 0
-        assert UNSTOPPED in told.out.replace("\n", " ")
+        outcome = call(capsys, command, "--rig", path)
+        assert outcome.status == 0
+        assert UNSTOPPED in outcome.out.replace("\n", " ")
 
 
 def test_a_run_tells_it_of_axes_at_real_ports_and_the_page_keeps_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = read_rig(_only_positions(own_axis_rig(tmp_path, monkeypatch, REAL_PORT)))
+    real = read_rig(_only_positions(turner_rig(tmp_path, monkeypatch, REAL_PORT)))
     assert unguarded_sentences(real) == ()
     monkeypatch.delattr(_axis_class(), "stop_steps")
     assert unguarded_sentences(real)[0] == UNSTOPPED
@@ -90,9 +90,9 @@ def test_an_axis_that_lacks_a_member_is_refused_with_its_name(
     sentence = f"axes.pitch: driver 'turner': its Turner has no {member}, which Axis in"
     with pytest.raises(DescriptionError, match=sentence):
         open_rig(read_rig(path))
-    told = call(capsys, "check", "--rig", path)
-    assert told.status == 2
-    assert sentence in told.err
+    outcome = call(capsys, "check", "--rig", path)
+    assert outcome.status == 2
+    assert sentence in outcome.err
 
 
 def test_an_axis_that_turns_must_say_how_it_is_stopped(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,7 +118,7 @@ def test_two_axes_of_one_zaber_are_told_apart(tmp_path: Path) -> None:
 def test_a_device_without_a_twin_is_proven_alone_and_its_neighbours_beside_theirs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rig = read_rig(own_axis_rig(tmp_path, monkeypatch, REAL_PORT))
+    rig = read_rig(turner_rig(tmp_path, monkeypatch, REAL_PORT))
     clock = virtual_clock()
     stages = {name: rig.axes[name].model_copy(update={"port": "twin"}) for name in rig.axes}
     at_the_bench = import_module("turner.twin").twin(stages, World(rig.all_on_twins()), 1.0)
@@ -142,9 +142,9 @@ def test_a_defect_of_a_driver_is_named_as_that_drivers(
 ) -> None:
     codec = import_module("turner.codec")
     monkeypatch.setattr(codec, "UNITS_PER_DEG", 0.0)  # a division by it, in a line of the driver
-    told = call(capsys, "jog", "--rig", path, "--read")
-    assert "this is a defect of the driver 'turner' of turner 1.0: ZeroDivisionError" in told.err
-    assert "to whoever made it" in told.err
+    outcome = call(capsys, "jog", "--rig", path, "--read")
+    assert "this is a defect of the driver 'turner' of turner 1.0: ZeroDivisionError" in outcome.err
+    assert "to whoever made it" in outcome.err
 
 
 def test_a_defect_of_calrig_is_its_own() -> None:

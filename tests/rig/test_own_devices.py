@@ -114,7 +114,7 @@ def test_no_damage_to_its_line_makes_a_wrong_number(example: Example, tmp_path: 
 @pytest.fixture
 def axis_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     install_example("own_axis", tmp_path / "site", monkeypatch)
-    (axis,) = [one for one in EXAMPLES if one.folder == "own_axis"]
+    (axis,) = [example for example in EXAMPLES if example.folder == "own_axis"]
     return axis.rig_file(tmp_path)
 
 

@@ -46,7 +46,7 @@ def a_sensor(
     """A sensor as the run of that day measured it; ``gain`` is its x axis' against nominal."""
     chance, count = np.random.default_rng(day), len(GRID_DEG)
     grown = {**_CLEAN, "x": gain * _CLEAN["x"]}
-    outputs = {axis: np.tile(one, 3) + 1e-6 * chance.normal(size=3 * count) for axis, one in grown.items()}
+    outputs = {axis: np.tile(entry, 3) + 1e-6 * chance.normal(size=3 * count) for axis, entry in grown.items()}
     rows = Observations(
         np.repeat([1, 2, 3], count), np.tile(np.arange(count), 3), np.tile(_PITCH, 3), np.tile(_ROLL, 3), outputs
     )

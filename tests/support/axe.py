@@ -10,8 +10,8 @@ def serious_findings(page: Page) -> list[str]:
     """Return the serious and critical findings: rule, and the elements it is about."""
     found = Axe().run(page).response["violations"]
     return [
-        f"{one['id']}: {node['html'][:90]} {node.get('failureSummary', '')[:200]}"
-        for one in found
-        if one["impact"] in SERIOUS
-        for node in one["nodes"]
+        f"{entry['id']}: {node['html'][:90]} {node.get('failureSummary', '')[:200]}"
+        for entry in found
+        if entry["impact"] in SERIOUS
+        for node in entry["nodes"]
     ]

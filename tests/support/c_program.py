@@ -22,5 +22,5 @@ def printed(folder: Path, headers: dict[str, bytes], main: str) -> list[list[flo
     command = [str(COMPILER), *FLAGS, "-o", str(program), str(source), "-lm"]
     compiled = subprocess.run(command, capture_output=True, text=True, check=False)
     assert compiled.returncode == 0, compiled.stderr
-    told = subprocess.run([program], capture_output=True, text=True, check=True).stdout
-    return [[float(number) for number in line.split()] for line in told.splitlines()]
+    done = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    return [[float(number) for number in line.split()] for line in done.splitlines()]

@@ -25,7 +25,7 @@ RELEASED = {
 def set_with_findings(**declared: object) -> CoefficientSet:
     """Return a set whose y axis is cubic and has two wrong dwells, and whose quadratic term stood its test."""
     kinds: tuple[FindingKind, ...] = ("quadratic", "cubic", "wrong-dwell", "wrong-dwell")
-    told = tuple(Finding(kind, f"said of {kind}.", kind != "quadratic", 0.001) for kind in kinds)
+    found = tuple(Finding(kind, f"said of {kind}.", kind != "quadratic", 0.001) for kind in kinds)
     plain = solved_package()
-    axes = {**plain.axes, "y": replace(plain.axes["y"], findings=told)}
+    axes = {**plain.axes, "y": replace(plain.axes["y"], findings=found)}
     return build_set(replace(plain, axes=axes), provenance(**{**RELEASED, **declared}))  # type: ignore[arg-type]

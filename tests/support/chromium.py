@@ -30,13 +30,13 @@ def chromium(proxy: str | None = None) -> Iterator[Browser]:
 @contextmanager
 def _short_folder() -> Iterator[None]:
     """Playwright makes the profile where the environment says when it starts."""
-    own = os.environ.get("TMPDIR")
+    given = os.environ.get("TMPDIR")
     if len(str(Path(tempfile.gettempdir()))) > LONGEST_FOLDER:
         os.environ["TMPDIR"] = SHORT_FOLDER
     try:
         yield
     finally:
-        if own is not None:
-            os.environ["TMPDIR"] = own
+        if given is not None:
+            os.environ["TMPDIR"] = given
         else:
             os.environ.pop("TMPDIR", None)

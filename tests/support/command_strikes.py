@@ -46,10 +46,10 @@ DECELERATION_DPS2 = {"oriental-az": 20.0}
 
 def turned_digit(text: bytes, chance: np.random.Generator) -> bytes:
     """One digit of the number turned over, so that it is another number."""
-    places = [place for place, byte in enumerate(text) if chr(byte).isdigit()]
-    place = int(chance.choice(places))
-    other = (text[place] - 48 + int(chance.integers(1, 10))) % 10 + 48
-    return text[:place] + bytes([other]) + text[place + 1 :]
+    indices = [index for index, byte in enumerate(text) if chr(byte).isdigit()]
+    index = int(chance.choice(indices))
+    other = (text[index] - 48 + int(chance.integers(1, 10))) % 10 + 48
+    return text[:index] + bytes([other]) + text[index + 1 :]
 
 
 def signed(text: bytes) -> bytes:
@@ -124,7 +124,7 @@ def _oriental(data: bytes, kind: str, chance: np.random.Generator) -> bytes | No
     elif kind in ("value", "sign"):
         if is_home:
             return None
-        words = [int.from_bytes(data[place : place + 2], "big") for place in range(7, len(data) - 2, 2)]
+        words = [int.from_bytes(data[index : index + 2], "big") for index in range(7, len(data) - 2, 2)]
         operation = oriental_az.decode(words)
         name = "position" if operation.kind == oriental_az.ABSOLUTE else "speed_hz"
         value: int = getattr(operation, name)
@@ -135,8 +135,8 @@ def _oriental(data: bytes, kind: str, chance: np.random.Generator) -> bytes | No
     return head + FramerRTU.compute_CRC(head).to_bytes(2, "big")
 
 
-def value_at(data: bytes, place: int) -> int:
-    return int.from_bytes(data[place : place + 4], "big")
+def value_at(data: bytes, index: int) -> int:
+    return int.from_bytes(data[index : index + 4], "big")
 
 
 def _maestro(data: bytes, kind: str, chance: np.random.Generator) -> bytes | None:
@@ -257,10 +257,10 @@ def strike(driver: str, task: str, kind: str, seed: int, on: StrikeOn = a_comman
     target_deg = float(chance.integers(-80, 81))
     line = on(driver, kind, chance)
     bench.stream._faults = line
-    return _told(bench, clock, line, driver, pitch, roll, task, start_deg, target_deg, chance)
+    return _narrated(bench, clock, line, driver, pitch, roll, task, start_deg, target_deg, chance)
 
 
-def _told(
+def _narrated(
     bench: MotionBench,
     clock: SampledClock,
     line: Struck,

@@ -20,7 +20,7 @@ class ServedConsole:
     """Where it listens, and the links that it tells."""
 
     process: subprocess.Popen[str]
-    told: IO[str]
+    output: IO[str]
     _unused: str = ""
 
     @property
@@ -34,7 +34,7 @@ class ServedConsole:
         if self._unused:
             link, self._unused = self._unused, ""
             return link
-        for line in self.told:
+        for line in self.output:
             if found := _LINK.search(line):
                 return found[0]
         raise AssertionError("the console ended before it told a link")

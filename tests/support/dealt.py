@@ -10,6 +10,6 @@ def dealt(*values: Iterable[object], every: int, first: int = 0) -> list[object]
     """Return all combinations of the values; each but the ``every``-th, from ``first``, is left to `make thorough`."""
     cases = list(product(*values))
     return [
-        pytest.param(*case, marks=() if place % every == first else pytest.mark.thorough)
-        for place, case in enumerate(cases)
+        pytest.param(*case, marks=() if index % every == first else pytest.mark.thorough)
+        for index, case in enumerate(cases)
     ]

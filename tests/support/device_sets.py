@@ -91,8 +91,8 @@ SHORTER = CAMPAIGN.replace("[-180.0, -90.0, 0.0, 90.0]", "[-120.0, 0.0, 120.0]")
 
 def _axes(driver: str, extra: str = "", first: int = 1, tolerance_deg: float = 0.001) -> str:
     return "".join(
-        AXIS.format(axis=axis, driver=driver, number=first + place, extra=extra, tolerance_deg=tolerance_deg)
-        for place, axis in enumerate(("pitch", "roll"))
+        AXIS.format(axis=axis, driver=driver, number=first + index, extra=extra, tolerance_deg=tolerance_deg)
+        for index, axis in enumerate(("pitch", "roll"))
     )
 
 

@@ -51,9 +51,9 @@ def simulate_visits(
         plateau = np.repeat(np.asarray(plateaus_degc), replications_a_visit)[:, None]
         temperature = plateau + rng.uniform(-0.3, 0.3, (n, points))
         rise = temperature - REFERENCE_DEGC
-        own = TRUTH + np.repeat(spread * rng.standard_normal((visits, 4)), replications_a_visit, axis=0)
-        sensed = own[:, 1:] @ basis[:, 1:].T
-        output = own[:, :1] + OFFSET_TC * rise + (1.0 + SENSITIVITY_TC * rise) * sensed
+        by_replication = TRUTH + np.repeat(spread * rng.standard_normal((visits, 4)), replications_a_visit, axis=0)
+        sensed = by_replication[:, 1:] @ basis[:, 1:].T
+        output = by_replication[:, :1] + OFFSET_TC * rise + (1.0 + SENSITIVITY_TC * rise) * sensed
         output = (
             output + lack_of_fit * NOISE_V * rng.standard_normal(points) + NOISE_V * rng.standard_normal(rise.shape)
         )
@@ -70,11 +70,11 @@ def simulate_visits(
 
 
 def stacked(solved: Sequence[SolvedColumns]) -> Stacked:
-    names = dict.fromkeys(part.name for one in solved for part in one.components)
+    names = dict.fromkeys(part.name for entry in solved for part in entry.components)
     return Stacked(
-        np.concatenate([one.primary for one in solved]),
-        np.concatenate([one.primary_covariance for one in solved]),
-        np.concatenate([one.primary_dof for one in solved]),
+        np.concatenate([entry.primary for entry in solved]),
+        np.concatenate([entry.primary_covariance for entry in solved]),
+        np.concatenate([entry.primary_dof for entry in solved]),
         [_part(name, solved) for name in names],
     )
 
@@ -82,7 +82,7 @@ def stacked(solved: Sequence[SolvedColumns]) -> Stacked:
 def _part(name: str, solved: Sequence[SolvedColumns]) -> ComponentColumns:
     """Nothing where a campaign found none of it."""
     nothing = ComponentColumns(name, np.zeros_like(solved[0].primary_covariance), np.ones(1))
-    parts = [next((part for part in one.components if part.name == name), nothing) for one in solved]
+    parts = [next((part for part in entry.components if part.name == name), nothing) for entry in solved]
     return ComponentColumns(
         name, np.concatenate([part.covariance for part in parts]), np.concatenate([part.dof for part in parts])
     )

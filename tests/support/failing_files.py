@@ -34,8 +34,8 @@ class FailingFiles:
 
     def of_sqlite(self) -> None:
         if self._fails():
-            told = os.strerror(self.error)
-            raise apsw.FullError(told) if self.error == errno.ENOSPC else apsw.IOError(told)
+            found = os.strerror(self.error)
+            raise apsw.FullError(found) if self.error == errno.ENOSPC else apsw.IOError(found)
 
     def of_system(self, path: object) -> None:
         if str(path).startswith(str(self.folder)) and self._fails():

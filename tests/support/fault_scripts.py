@@ -174,8 +174,8 @@ def require_rest(rig: Rig, outcome: Outcome) -> None:
     before = {name: body.table_deg(rig.clock.monotonic_s()) for name, body in world.axes.items()}
     rig.clock.sleep(100.0)
     for name, body in world.axes.items():
-        told_moving = name in outcome.reason and "still" in outcome.reason
-        assert told_moving or body.table_deg(rig.clock.monotonic_s()) == before[name], f"{name} moves after the end"
+        is_named = name in outcome.reason and "still" in outcome.reason
+        assert is_named or body.table_deg(rig.clock.monotonic_s()) == before[name], f"{name} moves after the end"
 
 
 def require_inside_limits(rig: Rig) -> None:
@@ -222,9 +222,9 @@ def random_script(bench: Bench, seed: int, duration_s: float) -> FaultPlan:
 
 def _rule(chance: np.random.Generator, drivers: Mapping[str, str], duration_s: float) -> dict[str, object]:
     table = (BYTES, BYTES, BYTES, LINES, MOTION)[int(chance.integers(5))]
-    kind = _one_of(chance, sorted(table))
+    kind = _choice_of(chance, sorted(table))
     lines = [line for line in drivers if table is not MOTION or line.startswith("axes.")]
-    rule: dict[str, object] = {"kind": kind, "line": _one_of(chance, lines)}
+    rule: dict[str, object] = {"kind": kind, "line": _choice_of(chance, lines)}
     rule |= {key: _drawn(chance, wanted) for key, wanted in table[kind].items()}
     if table is not BYTES:
         return rule | {"at_s": float(chance.uniform(0.0, duration_s))}
@@ -244,8 +244,8 @@ def _drawn(chance: np.random.Generator, wanted: object) -> object:
         return int(chance.integers(wanted[0], wanted[1] + 1))
     if len(wanted) == 2 and isinstance(wanted[0], float):
         return float(chance.uniform(*wanted))
-    return _one_of(chance, wanted)
+    return _choice_of(chance, wanted)
 
 
-def _one_of(chance: np.random.Generator, choices: Sequence[Any]) -> Any:
+def _choice_of(chance: np.random.Generator, choices: Sequence[Any]) -> Any:
     return choices[int(chance.integers(len(choices)))]

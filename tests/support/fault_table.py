@@ -141,12 +141,12 @@ def fault_tests(folder: Path = ROOT / "tests") -> list[FaultTest]:
             continue
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.FunctionDef) and (named := re.match(r"test_fault_(\d+)_", node.name)):
-                told = dict(_fields(ast.get_docstring(node) or ""))
+                said = dict(_fields(ast.get_docstring(node) or ""))
                 where = path.relative_to(folder.parent).as_posix()
                 found.append(
-                    FaultTest(int(named[1]), node.name, where, told.get("Detected", ""), told.get("Response", ""))
+                    FaultTest(int(named[1]), node.name, where, said.get("Detected", ""), said.get("Response", ""))
                 )
-    return sorted(found, key=lambda one: (one.entry, one.file, one.name))
+    return sorted(found, key=lambda entry: (entry.entry, entry.file, entry.name))
 
 
 def _fields(docstring: str) -> Iterator[tuple[str, str]]:
@@ -157,7 +157,7 @@ def _fields(docstring: str) -> Iterator[tuple[str, str]]:
 
 def described(entry: int, tests: list[FaultTest]) -> FaultTest | None:
     """The test that says how this entry is met."""
-    return next((one for one in tests if one.entry == entry and one.detected and one.response), None)
+    return next((test for test in tests if test.entry == entry and test.detected and test.response), None)
 
 
 def page(tests: list[FaultTest], standstill_s: Mapping[int, float]) -> str:
@@ -166,12 +166,12 @@ def page(tests: list[FaultTest], standstill_s: Mapping[int, float]) -> str:
 
 
 def _row(entry: int, tests: list[FaultTest], seconds: float | None) -> str:
-    one, own = described(entry, tests), [test for test in tests if test.entry == entry]
-    assert one is not None, f"no test of entry {entry} says how it is detected and answered"
-    files = sorted({test.file for test in own})
+    each, of_entry = described(entry, tests), [test for test in tests if test.entry == entry]
+    assert each is not None, f"no test of entry {entry} says how it is detected and answered"
+    files = sorted({test.file for test in of_entry})
     links = ", ".join(f"[{Path(file).stem.removeprefix('test_')}](../{file})" for file in files)
     still = "—" if seconds is None else f"{seconds:.1f} s"
-    return f"| {entry} | {TITLES[entry]} | {one.detected} | {one.response} | {still} | {links} |\n"
+    return f"| {entry} | {TITLES[entry]} | {each.detected} | {each.response} | {still} | {links} |\n"
 
 
 def main() -> None:

@@ -55,7 +55,7 @@ def _alternatives(annotation: Any) -> list[Any]:
     return [inner for member in get_args(annotation) for inner in _alternatives(member)]
 
 
-def places(document: Document, key: str) -> list[tuple[str, ...]]:
+def paths_of(document: Document, key: str) -> list[tuple[str, ...]]:
     """Where in a document the key may stand, its table being there."""
     *table, last = key.split(".")
     found: list[tuple[tuple[str, ...], Any]] = [((), document)]
@@ -118,8 +118,8 @@ def other_value(field: FieldInfo, value: Any) -> Any:
             return 1.5 * value if value else 0.5
         case date():
             return date(2020, 1, 1)
-        case list() | tuple() if value and all(isinstance(one, int | float) for one in value):
-            return [1.5 * one if one else 0.5 for one in value]
+        case list() | tuple() if value and all(isinstance(entry, int | float) for entry in value):
+            return [1.5 * entry if entry else 0.5 for entry in value]
     return None
 
 

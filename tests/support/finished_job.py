@@ -10,7 +10,7 @@ from typing import Any
 
 from job_files import job
 
-TOLD_FILE = "told.json"
+SUMMARY_FILE = "told.json"
 
 
 @dataclass(frozen=True)
@@ -20,13 +20,13 @@ class FinishedJob:
     folder: Path
 
     @property
-    def told(self) -> dict[str, Any]:
+    def summary(self) -> dict[str, Any]:
         """What the command printed as JSON."""
-        return dict(json.loads((self.folder / TOLD_FILE).read_text(encoding="utf-8")))
+        return dict(json.loads((self.folder / SUMMARY_FILE).read_text(encoding="utf-8")))
 
     @property
     def run(self) -> Path:
-        return Path(self.told["run"])
+        return Path(self.summary["run"])
 
     def copied_to(self, folder: Path) -> Path:
         """Copy its runs and their archive; returns the copy of the run's folder, which may be changed."""
@@ -40,4 +40,4 @@ def finish_job(folder: Path) -> None:
     arguments = ["run", procedure, "--rig", rig, "--out", str(folder / "runs"), "--json"]
     command = [sys.executable, "-m", "procedures.cli.main", *arguments]
     done = subprocess.run(command, capture_output=True, encoding="utf-8", check=True)
-    (folder / TOLD_FILE).write_text(done.stdout, encoding="utf-8")
+    (folder / SUMMARY_FILE).write_text(done.stdout, encoding="utf-8")

@@ -91,7 +91,7 @@ def _streamed(line: bytes) -> list[list[float]] | None:
 
 
 def _az(data: bytes) -> Operation:
-    registers = [int.from_bytes(data[place : place + 2], "big") for place in range(0, len(data) - 1, 2)]
+    registers = [int.from_bytes(data[index : index + 2], "big") for index in range(0, len(data) - 1, 2)]
     if len(data) != 32:
         raise DeviceNonsense("sixteen registers")
     return oriental_az.decode(registers)
@@ -107,7 +107,7 @@ def _chained(line: bytes) -> list[tuple[str, str]]:
 
 def _with_checksum(decode: Callable[[bytes], Any]) -> Callable[[bytes], Any]:
     """As both sides ask for it by default."""
-    return lambda line: told if (told := decode(line)) is not None and told.has_checksum else None
+    return lambda line: found if (found := decode(line)) is not None and found.has_checksum else None
 
 
 def _host(line: bytes) -> Any:
@@ -198,7 +198,7 @@ DECODED = (
         ANGLES,
         ANY,
     ),
-    Decoded("chamber_text.parse_one", chamber_text.parse_one, b"25.3", 25.3, CHAMBERS, NUMERALS),
+    Decoded("chamber_text.parse_temperature", chamber_text.parse_temperature, b"25.3", 25.3, CHAMBERS, NUMERALS),
     Decoded("chamber_text.parse_text", chamber_text.parse_text, b"T,T,P300,180.0", "T,T,P300,180.0", CHAMBERS, TEXT),
     Decoded("chamber_text.parse_is_fahrenheit", chamber_text.parse_is_fahrenheit, b"F", True, CHAMBERS, ANY),
     Decoded("pi_gcs.parse_value", lambda line: pi_gcs.parse_value(line, "1"), b"1=12.500000", "12.500000", PI, TEXT),

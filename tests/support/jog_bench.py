@@ -59,8 +59,8 @@ class JogBench:
 @contextmanager
 def jog_bench(folder: Path, extra: str = "") -> Iterator[JogBench]:
     files = folder / "files"
-    for place in (files, folder / "runs", folder / "ports"):
-        place.mkdir()
+    for location in (files, folder / "runs", folder / "ports"):
+        location.mkdir()
     with served(folder / "ports", CLOCK, QUICK_METER, STAGE_FOR_ROLL) as (simulated, path):
         (files / RIG).write_text(path.read_text(encoding="utf-8") + extra, encoding="utf-8")
         with served_console(folder / "runs", folder / "none.sqlite", files) as console:
@@ -77,7 +77,7 @@ class WordPage:
     cookie: str
     csrf: str
     seen: dict[str, object] = field(default_factory=dict)
-    told: list[str] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
     press: int = 0
     held: dict[str, object] | None = None
     answers: bool = True
@@ -102,7 +102,7 @@ class WordPage:
             for text in self.line:
                 news = json.loads(text)
                 self.seen |= news
-                self.told += [str(news[key]) for key in ("told", "closed") if key in news]
+                self.messages += [str(news[key]) for key in ("told", "closed") if key in news]
                 if self.answers and "tick" in news and self.has_bench():
                     self.beat()
         except (ConnectionClosed, OSError):
@@ -115,15 +115,15 @@ class WordPage:
     def until(self, words: str) -> None:
         """Wait until something was told."""
         until_s = CLOCK.monotonic_s() + WITHIN_S
-        while words not in (told := f"{self.told} {self.seen.get('messages')}"):
-            assert CLOCK.monotonic_s() < until_s, told
+        while words not in (text := f"{self.messages} {self.seen.get('messages')}"):
+            assert CLOCK.monotonic_s() < until_s, text
             CLOCK.sleep(0.01)
 
     def take(self) -> None:
         self.say(say="take")
         until_s = CLOCK.monotonic_s() + WITHIN_S
         while not self.has_bench():
-            assert CLOCK.monotonic_s() < until_s, self.told
+            assert CLOCK.monotonic_s() < until_s, self.messages
             CLOCK.sleep(0.01)
 
     def home(self) -> None:
@@ -142,16 +142,16 @@ def _entered(console: ServedConsole, account: tuple[str, str] | None) -> str:
         with urlopen(console.link()) as answer:
             return _cookie(answer.headers["set-cookie"])
     base = console.address
-    told = urlencode({"name": account[0], "secret": account[1]}).encode()
+    form = urlencode({"name": account[0], "secret": account[1]}).encode()
     try:
-        build_opener(_Staying).open(Request(f"{base}/login", told, {"origin": base}))
+        build_opener(_Staying).open(Request(f"{base}/login", form, {"origin": base}))
     except HTTPError as moved:  # to the first page
         return _cookie(moved.headers["set-cookie"])
     raise AssertionError("the secret was not taken")
 
 
-def _cookie(told: str) -> str:
-    return f"calrig={SimpleCookie(told)['calrig'].value}"
+def _cookie(form: str) -> str:
+    return f"calrig={SimpleCookie(form)['calrig'].value}"
 
 
 @contextmanager

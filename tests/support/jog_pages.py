@@ -38,10 +38,10 @@ HAPPENINGS = (
     *("take", "press", "press", "press", "release", "goto", "step", "home", "stop", "leave", "give"),
     *("hang", "thaw", "cut", "close", "slow", "server", "forge", "nothing", "nothing"),
 )
-One = TypeVar("One")
+Choice = TypeVar("Choice")
 
 
-def one_of(choices: Sequence[One], chance: np.random.Generator) -> One:
+def choice_of(choices: Sequence[Choice], chance: np.random.Generator) -> Choice:
     return choices[int(chance.integers(len(choices)))]
 
 
@@ -70,7 +70,7 @@ class StepClock(VirtualClock):
 
 @dataclass
 class Page:
-    """One tab, who sits before it, and the network between it and the server."""
+    """Choice tab, who sits before it, and the network between it and the server."""
 
     asker: Asker
     press: int = 0
@@ -235,22 +235,22 @@ class JogScene:
 
     def do(self, chance: np.random.Generator) -> str:
         """Have one thing happen; returns what."""
-        now_s, having = self.clock.monotonic_s(), [one for one in self.pages if one.asker == self.control.holder]
-        page = having[0] if having and chance.random() < 0.7 else one_of(self.pages, chance)
-        what, axis = one_of(HAPPENINGS, chance), one_of(LEVELS, chance)
+        now_s, having = self.clock.monotonic_s(), [page for page in self.pages if page.asker == self.control.holder]
+        page = having[0] if having and chance.random() < 0.7 else choice_of(self.pages, chance)
+        what, axis = choice_of(HAPPENINGS, chance), choice_of(LEVELS, chance)
         match what:
             case "take":
                 page.say(now_s, say="take")
             case "press" if page.is_there:
                 page.press += 1
-                page.held = {"axis": "roll", "rate_dps": one_of((-5.0, 2.0, 10.0), chance)}
+                page.held = {"axis": "roll", "rate_dps": choice_of((-5.0, 2.0, 10.0), chance)}
                 page.beat(now_s)
             case "release" if page.is_there:
                 page.held = None
                 page.beat(now_s)
             case "goto" | "step" | "home" if page.is_there:
                 page.sent = page.sent | {axis}
-                degrees = one_of((-30.0, -2.0, 5.0, 40.0, 500.0), chance)
+                degrees = choice_of((-30.0, -2.0, 5.0, 40.0, 500.0), chance)
                 page.say(now_s, say="do", act=what, axis=axis, degrees=degrees, tick=page.tick)
             case "stop":
                 page.say(now_s, say="stop")
@@ -270,7 +270,7 @@ class JogScene:
                 page.is_closed = True
                 self._held_up.append((page, {"say": "gone"}))
             case "slow":
-                page.delay_s = one_of((0.0, 0.02, 0.1, 2.0), chance)
+                page.delay_s = choice_of((0.0, 0.02, 0.1, 2.0), chance)
             case "server":
                 self.is_server_hung = not self.is_server_hung
             case "forge":  # a page that lies about what it saw

@@ -123,13 +123,13 @@ tilt_about_pitch_arcsec = 5.0
     return Job(rig, merged(GRID, more))
 
 
-def _axes(driver: str, **own: Any) -> Job:
+def _axes(driver: str, **keys: Any) -> Job:
     """The example's meter behind a pitch and a roll axis of one driver."""
     rig = merged(_example("rig.toml"), {"readouts": {"dmm": {"nplc": 1.0}}, "environment": None})
     common = {"driver": driver, "port": "twin", "limits_deg": [-180.0, 180.0], "speed_dps": 60.0, "standard": "table",
               "uncertainty_arcsec": 1.0}  # fmt: skip
     rig["axes"] = {
-        name: {**common, "axis": number, **deepcopy(own)} for number, name in enumerate(("pitch", "roll"), start=1)
+        name: {**common, "axis": number, **deepcopy(keys)} for number, name in enumerate(("pitch", "roll"), start=1)
     }
     rig["standards"] = deepcopy(STANDARDS)
     return Job(rig, merged(GRID, {"procedure": {"replications": 1}}), LOST_REPLY)
@@ -206,21 +206,21 @@ noise_deg = 0.0001
     return Job(rig, base.procedure)
 
 
-def _servo(procedure: str, own: Document) -> Job:
+def _servo(procedure: str, table: Document) -> Job:
     """Servos, a board and a VN-100 that stream, a coil."""
     rig = _example("servo-mechanism/rig.toml")
     rig["standards"] = deepcopy(STANDARDS)
     wanted = merged(_example(f"servo-mechanism/{procedure}.toml"), {"dwell": {"settle": QUICK}})
-    return Job(rig, merged(merged(wanted, {"procedure": {"replications": 1}}), own))
+    return Job(rig, merged(merged(wanted, {"procedure": {"replications": 1}}), table))
 
 
-def _rate_table(procedure: str, own: Document) -> Job:
+def _rate_table(procedure: str, table: Document) -> Job:
     """Rotary stages that turn on and on, loggers that stream."""
     rig = _example("rate-table/rig.toml")
     for stream in rig["streams"].values():
         stream["rate_hz"] = 20.0
     rig["standards"] = deepcopy(STANDARDS)
-    return Job(rig, merged(merged(_example(f"rate-table/{procedure}.toml"), {"procedure": {"replications": 1}}), own))
+    return Job(rig, merged(merged(_example(f"rate-table/{procedure}.toml"), {"procedure": {"replications": 1}}), table))
 
 
 def _rates(pitch_dps: float, others_dps: float, dwell_s: float) -> Document:

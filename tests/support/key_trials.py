@@ -13,7 +13,7 @@ from typing import Any, Literal
 from zlib import crc32
 
 import pytest
-from file_keys import Document, changed, is_a_value, other_value, places, value_at
+from file_keys import Document, changed, is_a_value, other_value, paths_of, value_at
 from key_jobs import jobs, merged
 from observed_job import Job, stages
 from pydantic.fields import FieldInfo
@@ -64,8 +64,8 @@ def what_a_change_does(file: File, key: str, form: FieldInfo, trial: Trial, fold
     return next(((new or old)[0] for old, new in zip_longest(_noted(then, seen), after_it) if old != new), None)
 
 
-def _noted(told: Iterable[tuple[str, str]], seen: dict[str, str]) -> Iterator[tuple[str, str]]:
-    for stage, text in told:
+def _noted(expected: Iterable[tuple[str, str]], seen: dict[str, str]) -> Iterator[tuple[str, str]]:
+    for stage, text in expected:
         seen[stage] = text
         yield stage, text
 
@@ -84,11 +84,11 @@ def _job_with(file: File, key: str, trial: Trial) -> tuple[str, Job, tuple[str, 
         document = job.rig if file == "rig" else job.procedure
         found += [
             (value_at(document, path) is None, name, job, path)
-            for path in places(document, key)
+            for path in paths_of(document, key)
             if not trial.at or trial.at in path
         ]
     assert found, f"{key}: no job has its table; give it one in key_jobs or a Trial that adds it"
-    _, name, job, path = min(found, key=lambda one: one[0])
+    _, name, job, path = min(found, key=lambda entry: entry[0])
     return name, job, path
 
 
@@ -102,7 +102,7 @@ def _as_it_is(name: str, folder: Path) -> tuple[tuple[str, str], ...]:
     return tuple(_sound(stages(jobs()[name], folder / f"as-it-is-{name}")))
 
 
-def _sound(told: Iterator[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    for stage, text in told:
+def _sound(expected: Iterator[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+    for stage, text in expected:
         assert stage != "refusal", f"the job itself is refused before anything is changed: {text}"
         yield stage, text

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from solved_sets import PLACE
+from solved_sets import SITE
 
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
@@ -41,25 +41,25 @@ def line_set(
 
 def triad_set() -> CoefficientSet:
     """Return the set of a magnetometer that was turned in a known field, with cross sensitivities."""
-    pitch, roll = (np.deg2rad(one.ravel()) for one in np.meshgrid(np.arange(-90, 91, 30), np.arange(-180, 180, 45)))
+    pitch, roll = (np.deg2rad(entry.ravel()) for entry in np.meshgrid(np.arange(-90, 91, 30), np.arange(-180, 180, 45)))
     applied = np.tile([0.0, 40.0], (pitch.size + 1) // 2)[: pitch.size]
     identity = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     solved = {}
-    for place, axis in enumerate("xyz"):
+    for index, axis in enumerate("xyz"):
         model = FieldTriad(axis, "ut", "counts", identity, (0.0, 0.0, 1.0), (22.0, -3.0, 40.0))
         rows = replace(_rows(axis, applied, np.zeros(applied.size)), pitch_rad=pitch, roll_rad=roll)
         basis = model.basis(rows)
-        order = [place, *(other for other in range(3) if other != place)]
-        reading = basis @ np.array([ZERO_COUNTS[place], *MATRIX[place, order]])
+        order = [index, *(other for other in range(3) if other != index)]
+        reading = basis @ np.array([ZERO_COUNTS[index], *MATRIX[index, order]])
         solved[axis] = _solved(axis, model, replace(rows, outputs={axis: reading}))
     return set_of_lines(solved)
 
 
 def set_of_lines(solved: Mapping[str, Calibration]) -> CoefficientSet:
     """Return the set of axes that were solved each by itself."""
-    together = Calibration({axis: one.axes[axis] for axis, one in solved.items()}, "linear", "SR")
+    together = Calibration({axis: entry.axes[axis] for axis, entry in solved.items()}, "linear", "SR")
     ranges = {"pitch_range_deg": (0.0, 0.0), "roll_range_deg": (0.0, 0.0), "level_ranges": level_ranges(together)}
-    return build_set(together, Provenance(sensor="M1", **PLACE, **ranges))
+    return build_set(together, Provenance(sensor="M1", **SITE, **ranges))
 
 
 def _rows(axis: str, levels: np.ndarray, reading: np.ndarray) -> Observations:

@@ -11,8 +11,8 @@ def made_once(
     name: str, make: Callable[[Path], object], folders: pytest.TempPathFactory, config: pytest.Config
 ) -> Path:
     """Return a folder that ``make`` has filled; the other workers wait for the first that asks, and find it made."""
-    own = folders.getbasetemp()
-    shared = own.parent if hasattr(config, "workerinput") else own
+    base = folders.getbasetemp()
+    shared = base.parent if hasattr(config, "workerinput") else base
     folder, made = shared / name, shared / f"{name}.made"
     with (shared / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -51,10 +51,10 @@ def serial(number: int) -> str:
 def rig_text(packages: int, time: str = '"virtual"') -> str:
     """``time``: as the key of ``[twin]``, such as a factor."""
     axes = [(serial(number), axis) for number in range(1, packages + 1) for axis in "xyz"]
-    places = [100 * (1 + n // 20) + 1 + n % 20 for n in range(len(axes))]
+    indices = [100 * (1 + n // 20) + 1 + n % 20 for n in range(len(axes))]
     channels = ", ".join(
-        f"{name.lower()}{axis} = {{ channel = {place}, range_v = 10.0 }}"
-        for (name, axis), place in zip(axes, places, strict=True)
+        f"{name.lower()}{axis} = {{ channel = {location}, range_v = 10.0 }}"
+        for (name, axis), location in zip(axes, indices, strict=True)
     )
     meter = '[readouts.daq]\ndriver = "scpi-daq"\nmodel = "34970A"\nresource = "twin"\nnplc = 1.0\n'
     meter += f"channels = {{ {channels} }}\n"
@@ -68,9 +68,9 @@ def rig_text(packages: int, time: str = '"virtual"') -> str:
     return HEAD + meter + "".join(sensors) + f"[twin]\nseed = 7\ntime = {time}\n" + "".join(truths)
 
 
-def _truth(number: int, place: int, axis: str) -> str:
-    offset_v = 0.001 * (number - 4) + 0.002 * place
-    azimuth_deg = (10.0 + 37.0 * number + 20.0 * place) % 360.0 - 180.0
+def _truth(number: int, index: int, axis: str) -> str:
+    offset_v = 0.001 * (number - 4) + 0.002 * index
+    azimuth_deg = (10.0 + 37.0 * number + 20.0 * index) % 360.0 - 180.0
     return (
         f"{axis} = {{ offset_v = {offset_v:.4f}, sensitivity_v_per_g = {2.5 + 0.004 * number}, "
         f"coning_deg = {0.2 + 0.05 * number:.3f}, azimuth_deg = {azimuth_deg}, noise_v = 2e-5 }}\n"

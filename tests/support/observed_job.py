@@ -140,11 +140,11 @@ def _performed(
 
     with ExitStack() as held, pytest.MonkeyPatch.context() as patch:
         patch.setattr(opening, "Lines", _noting_lines(wire))
-        opened = opening.open_rig(rig, clock=_own_clock(rig, clock), line_source=recorded, faults=faults)
+        opened = opening.open_rig(rig, clock=_clock_of_the_rig(rig, clock), line_source=recorded, faults=faults)
         held.enter_context(opened)
-        told = opened.identities()
-        require_expected(expected(_as_at_ports(rig)), told)
-        yield "who is there", _text(told)
+        found = opened.identities()
+        require_expected(expected(_as_at_ports(rig)), found)
+        yield "who is there", _text(found)
         yield "jog", _text([_jogged(opened, name) for name in opened.axes])
         nobody.rig = opened
         outcome = begin(run_dir, header, plan, opened, nobody, nobody)
@@ -184,7 +184,7 @@ def _as_at_ports(rig: RigDescription) -> RigDescription:
     )
 
 
-def _own_clock(rig: RigDescription, clock: VirtualClock) -> VirtualClock | None:
+def _clock_of_the_rig(rig: RigDescription, clock: VirtualClock) -> VirtualClock | None:
     """The fixed clock where the rig file asks for virtual time; what else it asks for is looked at, not lived."""
     if opening.choose_clock(rig).__class__ is not VirtualClock:
         raise RigError("another clock than the virtual one")
@@ -194,39 +194,41 @@ def _own_clock(rig: RigDescription, clock: VirtualClock) -> VirtualClock | None:
 def _delivered(run: SolvedRun) -> Iterator[tuple[str, str]]:
     sets = sets_of(run) if run.is_finished else {}
     yield "numbers", _text(sensors_document(run))
-    yield "sets", _text([_own(one) for one in sets.values()])
+    yield "sets", _text([_without_identity(coefficients) for coefficients in sets.values()])
     yield (
         "exports",
         _text(run.record.plan.export_formats)
         + "".join(
-            SHA256.sub("", FORMATS["dcc"].to_bytes(one).decode())
-            for one in sets.values()
-            if one.provenance["laboratory"]
+            SHA256.sub("", FORMATS["dcc"].to_bytes(coefficients).decode())
+            for coefficients in sets.values()
+            if coefficients.provenance["laboratory"]
         ),
     )
     yield "report", _text(replace(view_of(run.record, run.sensors), declared={}, standards=(), versions={}))
     left = as_left(run.record, run.sensors, sets) if sets else {}
     yield "judgement", _text(left)
-    certificates = [_certificate(one, left[name]) for name, one in sets.items() if name in left]
+    certificates = [_certificate(coefficients, left[name]) for name, coefficients in sets.items() if name in left]
     yield "certificate", SHA256.sub("", "".join(certificates))
 
 
-def _own(one: CoefficientSet) -> dict[str, Any]:
+def _without_identity(coefficients: CoefficientSet) -> dict[str, Any]:
     """The set without what it only carries; of the standards their names stay."""
-    own = {name: value for name, value in one.document.items() if name not in ("checksum", "use")}
-    own["chain serials"] = one.document["use"]["chain_serials"]
-    own["installation"] = one.document["use"]["installation"]
-    own["provenance"] = {name: value for name, value in one.provenance.items() if name not in CARRIED}
-    own["standards"] = [standard["name"] for standard in one.provenance["standards"]]
-    return own
+    kept = {name: value for name, value in coefficients.document.items() if name not in ("checksum", "use")}
+    kept["chain serials"] = coefficients.document["use"]["chain_serials"]
+    kept["installation"] = coefficients.document["use"]["installation"]
+    kept["provenance"] = {name: value for name, value in coefficients.provenance.items() if name not in CARRIED}
+    kept["standards"] = [standard["name"] for standard in coefficients.provenance["standards"]]
+    return kept
 
 
 def _unsigned(coefficients: CoefficientSet) -> SignOff:
     return SignOff(coefficients.sha256, (), (), tuple(significant_findings(coefficients)))
 
 
-def _certificate(one: CoefficientSet, adjustment: Adjustment) -> str:
-    return certificate_page(Grounds("C-1", date(2026, 3, 2), one, adjustment, _unsigned(one), is_specimen=True))
+def _certificate(coefficients: CoefficientSet, adjustment: Adjustment) -> str:
+    return certificate_page(
+        Grounds("C-1", date(2026, 3, 2), coefficients, adjustment, _unsigned(coefficients), is_specimen=True)
+    )
 
 
 def _noting_lines(wire: Wire) -> type[Lines]:
@@ -261,5 +263,5 @@ def _plain(value: Any) -> Any:
         case list() | tuple() | set() | frozenset():
             return [_plain(inner) for inner in value]
     if is_dataclass(value) and not isinstance(value, type):
-        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+        return {field.name: _plain(getattr(value, field.name)) for field in fields(value)}
     return value

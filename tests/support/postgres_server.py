@@ -88,7 +88,7 @@ def _open_folder() -> Path:
     """Find a folder for temporary files that every user can enter and write to."""
     candidates = (Path(gettempdir()), Path("/tmp"), Path("/var/tmp"), Path(pwd.getpwnam(SERVER_USER).pw_dir))
     for folder in candidates[:-1]:
-        if all(one.stat().st_mode & stat.S_IXOTH for one in (folder, *folder.resolve().parents)):
+        if all(parent.stat().st_mode & stat.S_IXOTH for parent in (folder, *folder.resolve().parents)):
             return folder
     return candidates[-1]
 

@@ -10,7 +10,7 @@ from small_run import RIG
 
 from procedures.queue import people
 from procedures.queue.runner import Look, Runner
-from procedures.queue.state import Attestation, Item, Place, Queue
+from procedures.queue.state import Attestation, Item, ItemState, Queue
 from procedures.queue.store import QueueStore
 from procedures.records.states import ACTIVE, State
 from rig.clock import VirtualClock
@@ -97,7 +97,7 @@ class MadeWorld:
         self.notes.append((run, attestation))
 
     def alive(self) -> list[int]:
-        return [number for number, one in self.processes.items() if one.is_alive]
+        return [number for number, running in self.processes.items() if running.is_alive]
 
     def _begin(self, item: Item, process: Process, kind: str) -> None:
         assert self.alive() == [], "two runs at once"
@@ -134,7 +134,7 @@ class Scene:
     def __post_init__(self) -> None:
         self.world = MadeWorld(self.clock)
         self.store = QueueStore(self.folder, self.clock)
-        self.told: list[str] = []
+        self.messages: list[str] = []
         self.rung: list[tuple[str, str]] = []
         """Word and sentences of what people who are not there were told."""
         self.new_runner()
@@ -142,7 +142,7 @@ class Scene:
     def new_runner(self) -> None:
         store = FragileStore(self.folder, self.clock)
         store.world = self.world
-        self.runner = Runner(store, self.world, self.clock, self.told.append, self._ring)
+        self.runner = Runner(store, self.world, self.clock, self.messages.append, self._ring)
 
     def _ring(self, title: str, word: str, text: str) -> None:
         assert title == "a night"
@@ -201,7 +201,7 @@ def steps(scene: Scene, count: int = 4) -> None:
         scene.step()
 
 
-def place_of(scene: Scene, number: int = 1) -> Place:
+def state_of(scene: Scene, number: int = 1) -> ItemState:
     item = scene.queue().item(number)
     assert item is not None
-    return item.place
+    return item.state

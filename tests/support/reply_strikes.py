@@ -27,12 +27,12 @@ def _table(data: bytes, kind: str, chance: np.random.Generator) -> bytes | None:
         return None if found is None else b"%d" % other_axis(int(found[1])) + data[found.end(1) :]
     if kind == "word":
         words = data.split()
-        places = [place for place, word in enumerate(words) if any(word in pair for pair in _OPPOSITES)]
-        if not places:
+        indices = [index for index, word in enumerate(words) if any(word in pair for pair in _OPPOSITES)]
+        if not indices:
             return None
-        place = int(chance.choice(places))
-        pair = next(pair for pair in _OPPOSITES if words[place] in pair)
-        words[place] = pair[words[place] == pair[0]]
+        index = int(chance.choice(indices))
+        pair = next(pair for pair in _OPPOSITES if words[index] in pair)
+        words[index] = pair[words[index] == pair[0]]
         return b" ".join(words) + b"\r\n"
     return _number_in(rb"(?<= POS )[+-][\d.]+", data, kind, chance)
 
@@ -77,10 +77,10 @@ def _oriental(data: bytes, kind: str, chance: np.random.Generator) -> bytes | No
         if data[2] != 2 * oriental_az.SIGNAL_WORDS:
             return None
         bits = (oriental_az.HOME_END, oriental_az.ABSPEN), (oriental_az.READY, oriental_az.MOVE, oriental_az.ALARM_A)
-        place = int(chance.integers(2))
-        bit = int(chance.choice(bits[place]))
-        word = int.from_bytes(frame[3 + 2 * place : 5 + 2 * place], "big") ^ bit
-        frame[3 + 2 * place : 5 + 2 * place] = word.to_bytes(2, "big")
+        location = int(chance.integers(2))
+        bit = int(chance.choice(bits[location]))
+        word = int.from_bytes(frame[3 + 2 * location : 5 + 2 * location], "big") ^ bit
+        frame[3 + 2 * location : 5 + 2 * location] = word.to_bytes(2, "big")
     else:
         value = oriental_az.value_of(int.from_bytes(frame[3:5], "big"), int.from_bytes(frame[5:7], "big"))
         changed = int(_LEFT[kind](str(value).encode(), chance))

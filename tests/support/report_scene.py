@@ -62,12 +62,12 @@ class Scene:
 def run_view(scene: Scene) -> RunView:
     """The scene as the view that a journal would give."""
     chance = np.random.default_rng(scene.seed)
-    sensors = tuple(_sensor(scene, name, place, chance) for place, name in enumerate(scene.sensors, start=1))
+    sensors = tuple(_sensor(scene, name, index, chance) for index, name in enumerate(scene.sensors, start=1))
     observations = sensors[0].observations
     assert observations is not None
     assert observations.time_s is not None
     first = observations.replication == 1
-    interruptions = tuple(_interruption(place) for place in range(scene.interruptions))
+    interruptions = tuple(_interruption(index) for index in range(scene.interruptions))
     rows = observations.rows
     counts = Counts(rows + 6, rows + 6, scene.rejected, rows, rows)
     hours = observations.time_s / 3600.0
@@ -83,7 +83,7 @@ def run_view(scene: Scene) -> RunView:
             np.rad2deg(observations.pitch_rad[first]), np.rad2deg(observations.roll_rad[first]),
         ),
         counts=counts, sensors=sensors, interruptions=interruptions,
-        rejected=tuple(_rejected(place) for place in range(scene.rejected)),
+        rejected=tuple(_rejected(index) for index in range(scene.rejected)),
         notes=(Note(START, "A. Operator", scene.note),) if scene.note else (),
         devices=(
             Device("axes.pitch", "indexing-table", "TWIN,INDEXING TABLE,0,1.0", "table"),
@@ -101,7 +101,7 @@ def run_view(scene: Scene) -> RunView:
     )  # fmt: skip
 
 
-def _sensor(scene: Scene, name: str, place: int, chance: np.random.Generator) -> SensorView:
+def _sensor(scene: Scene, name: str, index: int, chance: np.random.Generator) -> SensorView:
     observations = _observations(scene, chance)
     axes = tuple(
         axis_view(axis, f"dmm.{axis}", _solved(scene, axis, observations), observations, _truth(scene, axis))
@@ -116,7 +116,7 @@ def _sensor(scene: Scene, name: str, place: int, chance: np.random.Generator) ->
         axes,
         (),
         None,
-        place,
+        index,
         findings=tuple(AxisFindings(axis.axis, axis.channel, axis.calibration.findings) for axis in axes),
         verdict="usable" if any(axis.calibration.warnings for axis in axes) else "sound",
     )
@@ -147,11 +147,11 @@ def _force(pitch: np.ndarray, roll: np.ndarray) -> np.ndarray:
 def _observations(scene: Scene, chance: np.random.Generator) -> Observations:
     rows = [*scene.pitch_deg[::2], *scene.pitch_deg[1::2][::-1]]
     grid = [(p, r) for n, p in enumerate(rows) for r in scene.roll_deg[:: 1 if n % 2 else -1]]
-    one = np.array(scene.points or grid, dtype=float)
-    pitch, roll = np.deg2rad(np.tile(one, (scene.replications, 1))).T
-    replication = np.repeat(np.arange(1, scene.replications + 1), len(one))
-    point = np.tile(np.arange(1, len(one) + 1), scene.replications)
-    tooth = scene.tooth_arcsec * ARCSEC * chance.normal(size=len(one))[point - 1]
+    entry = np.array(scene.points or grid, dtype=float)
+    pitch, roll = np.deg2rad(np.tile(entry, (scene.replications, 1))).T
+    replication = np.repeat(np.arange(1, scene.replications + 1), len(entry))
+    point = np.tile(np.arange(1, len(entry) + 1), scene.replications)
+    tooth = scene.tooth_arcsec * ARCSEC * chance.normal(size=len(entry))[point - 1]
     outputs = {}
     for axis in scene.axes:
         k = _vector(scene, axis)
@@ -252,17 +252,17 @@ def _replication(scene: Scene, axis: str, rows: Observations, phi: np.ndarray, r
     return Replication(scene.replications, mean.size, lack, drifting, tp, precision_v, lack_v, per)
 
 
-def _interruption(place: int) -> Interruption:
-    began = START + timedelta(minutes=20 * (place + 1))
+def _interruption(index: int) -> Interruption:
+    began = START + timedelta(minutes=20 * (index + 1))
     kinds = (("paused", "A. Operator", "lunch"), ("interrupted", "", "power cut"), ("stopped", "A. Operator", ""))
-    what, by, reason = kinds[place % 3]
+    what, by, reason = kinds[index % 3]
     return Interruption(what, began, began + timedelta(minutes=7, seconds=12), by, reason)
 
 
-def _rejected(place: int) -> RejectedDwell:
-    at = START + timedelta(minutes=3 * place)
+def _rejected(index: int) -> RejectedDwell:
+    at = START + timedelta(minutes=3 * index)
     reason = "scatter 81 µV is 4.1 times the reference 20 µV, allowed 3 times"
-    return RejectedDwell(at, 31 + place, "design", 1, 26 + place, 1, {"pitch": -30.0, "roll": 60.0}, (reason,))
+    return RejectedDwell(at, 31 + index, "design", 1, 26 + index, 1, {"pitch": -30.0, "roll": 60.0}, (reason,))
 
 
 def _checks(scene: Scene, sensor: SensorView) -> tuple[CheckComparison, ...]:

@@ -30,5 +30,5 @@ def reports_left_out() -> Iterator[None]:
         patch.setattr("procedures.delivery.deliver.draw_report", _draw_nothing)
         patch.setattr("procedures.delivery.deliver.write_screen", _write_no_screen)
         patch.setattr("procedures.delivery.deliver.write_paper", _write_no_paper)
-        patch.setattr("procedures.delivery.deliver._write_own_documents", _write_no_documents)
+        patch.setattr("procedures.delivery.deliver._write_sensor_documents", _write_no_documents)
         yield

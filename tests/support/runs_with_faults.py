@@ -47,8 +47,8 @@ def run_with_faults(
 ) -> tuple[Outcome, list[str]]:
     """Run with nobody there and with the faults; return also what the faulty lines told."""
     unattended.run_dir.mkdir()
-    told: list[str] = []
-    with open_rig(small.rig, faults=plan, tell_fault=told.append) as rig:
+    messages: list[str] = []
+    with open_rig(small.rig, faults=plan, tell_fault=messages.append) as rig:
         unattended.rig = rig
         header = small.header(unattended.run_dir)
-        return begin(unattended.run_dir, header, small.plan, rig, unattended, unattended, services), told
+        return begin(unattended.run_dir, header, small.plan, rig, unattended, unattended, services), messages

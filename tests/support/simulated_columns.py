@@ -104,8 +104,8 @@ def _outputs_v(scene: Scene, observations: Observations, campaigns: int, rng: np
     n, rows = scene.replications, observations.rows
     points = rows // n
     basis = force_of(observations.pitch_rad, observations.roll_rad)
-    of_one = np.linalg.inv(basis[:points].T @ basis[:points])
-    drifts = scene.drift * NOISE_V * np.sqrt(np.diag(of_one)) * rng.standard_normal((campaigns, n, 4))
+    per_replication = np.linalg.inv(basis[:points].T @ basis[:points])
+    drifts = scene.drift * NOISE_V * np.sqrt(np.diag(per_replication)) * rng.standard_normal((campaigns, n, 4))
     parameters = scene.truth + drifts
     sensed = np.einsum("ki,mri->rkm", basis[:points], parameters).reshape(rows, campaigns)
     if scene.index_limit_arcsec:
@@ -113,8 +113,8 @@ def _outputs_v(scene: Scene, observations: Observations, campaigns: int, rng: np
     if observations.temperature_degc is not None:
         rise = (observations.temperature_degc - REFERENCE_DEGC)[:, None]
         sensed = warmed(sensed, parameters[:, 0, 0], rise, rng)
-    own = scene.lack_of_fit * NOISE_V * rng.standard_normal((points, campaigns))
-    return sensed + np.tile(own, (n, 1)) + NOISE_V * rng.standard_normal((rows, campaigns))
+    lack_of_fit = scene.lack_of_fit * NOISE_V * rng.standard_normal((points, campaigns))
+    return sensed + np.tile(lack_of_fit, (n, 1)) + NOISE_V * rng.standard_normal((rows, campaigns))
 
 
 def _index_errors_v(
@@ -123,9 +123,9 @@ def _index_errors_v(
     """(K, m) what the errors of the indices do to the output, by the sines of the true angles."""
     true = []
     for angle in (observations.pitch_rad[:points], observations.roll_rad[:points]):
-        place = np.unique(np.round(angle, 6), return_inverse=True)[1]
+        location = np.unique(np.round(angle, 6), return_inverse=True)[1]
         limit = scene.index_limit_arcsec * ARCSEC
-        true.append(angle[:, None] + rng.uniform(-limit, limit, (place.max() + 1, campaigns))[place])
+        true.append(angle[:, None] + rng.uniform(-limit, limit, (location.max() + 1, campaigns))[location])
     nominal = force_of(observations.pitch_rad[:points], observations.roll_rad[:points]) @ scene.truth
     stood = force_of(true[0].ravel(), true[1].ravel()) @ scene.truth
     return stood.reshape(points, campaigns) - nominal[:, None]

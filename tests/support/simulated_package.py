@@ -41,15 +41,15 @@ class SolvedPackages:
 
     def together(self, axes: str) -> "ManyPackages":
         """What the calibrations of some axes have in common."""
-        places = np.concatenate([np.arange(4) + 4 * "xyz".index(axis) for axis in axes])
-        parts = [(c[:, places[:, None], places], dof) for c, dof in self.components().values()]
+        indices = np.concatenate([np.arange(4) + 4 * "xyz".index(axis) for axis in axes])
+        parts = [(c[:, indices[:, None], indices], dof) for c, dof in self.components().values()]
         return ManyPackages(len(axes), parts)
 
     def _stacked(self, part) -> FloatArray:
         causes, count = part.causes, part.dof.size // 3
         if causes is None:
-            own = part.covariance[:, :4, :4].reshape(count, 3, 4, 4)
-            return np.einsum("msij,st->msitj", own, np.eye(3)).reshape(count, 12, 12)
+            linear = part.covariance[:, :4, :4].reshape(count, 3, 4, 4)
+            return np.einsum("msij,st->msitj", linear, np.eye(3)).reshape(count, 12, 12)
         effects = np.broadcast_to(causes.effects, (3 * count, *causes.effects.shape[-2:]))[:, :4]
         effects = (causes.scale[:, None, None] * effects).reshape(count, 12, -1)
         covariance = effects @ np.swapaxes(effects, -1, -2)
@@ -99,13 +99,13 @@ def _stood(scene: Scene, pitch: FloatArray, roll: FloatArray, campaigns: int, rn
     """(K, campaigns, 4) one and the specific force at the attitudes where the table truly stood."""
     true = []
     for angle in (pitch, roll):
-        place = np.unique(np.round(angle, 6), return_inverse=True)[1]
+        location = np.unique(np.round(angle, 6), return_inverse=True)[1]
         limit = scene.index_limit_arcsec * ARCSEC
-        true.append(angle[:, None] + rng.uniform(-limit, limit, (place.max() + 1, campaigns))[place])
+        true.append(angle[:, None] + rng.uniform(-limit, limit, (location.max() + 1, campaigns))[location])
     return force_of(true[0].ravel(), true[1].ravel()).reshape(pitch.size, campaigns, 4)
 
 
-def with_one(force: FloatArray) -> FloatArray:
+def with_constant(force: FloatArray) -> FloatArray:
     return np.concatenate([np.ones((force.shape[0], 1)), force], axis=1)
 
 
@@ -131,7 +131,7 @@ class ManyLines:
         return sum(variance for variance, _ in self.calibration_parts(force)) + self.reading_variance_v2(force)
 
     def calibration_parts(self, force: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-        phi = with_one(force)
+        phi = with_constant(force)
         return [(np.einsum("mi,mij,mj->m", phi, covariance, phi), dof) for covariance, dof in self.parts]
 
     def reading_variance_v2(self, force: FloatArray) -> FloatArray:
@@ -152,5 +152,5 @@ class ManyPackages:
     parts: list[tuple[FloatArray, FloatArray]]
 
     def output_parts(self, force: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-        rows = np.einsum("st,mi->msti", np.eye(self.axes), with_one(force)).reshape(force.shape[0], self.axes, -1)
+        rows = np.einsum("st,mi->msti", np.eye(self.axes), with_constant(force)).reshape(force.shape[0], self.axes, -1)
         return [(rows @ covariance @ np.swapaxes(rows, 1, 2), dof) for covariance, dof in self.parts]

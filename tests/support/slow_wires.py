@@ -27,25 +27,25 @@ class Wire:
     def _serve(self) -> None:
         with suppress(OSError):  # closed at the end
             while True:
-                one, _ = self.listener.accept()
-                Thread(target=self._connect, args=(one,), daemon=True).start()
+                connection, _ = self.listener.accept()
+                Thread(target=self._connect, args=(connection,), daemon=True).start()
 
-    def _connect(self, one: socket.socket) -> None:
+    def _connect(self, connection: socket.socket) -> None:
         with suppress(OSError):
-            if self._is_proxy and not self._is_asked_for(one):
-                one.close()
+            if self._is_proxy and not self._has_request(connection):
+                connection.close()
                 return
             other = socket.create_connection(self._target)
-            for source, sink in ((one, other), (other, one)):
+            for source, sink in ((connection, other), (other, connection)):
                 Thread(target=self._pass, args=(source, sink), daemon=True).start()
 
-    def _is_asked_for(self, one: socket.socket) -> bool:
+    def _has_request(self, connection: socket.socket) -> bool:
         """Hear a browser; False for another host, such as one that it asks whether there is a newer browser."""
-        one.recv(_GREETING)
-        one.sendall(b"\x05\x00")
-        host = one.recv(one.recv(_REQUEST, socket.MSG_WAITALL)[-1], socket.MSG_WAITALL).decode()
-        one.recv(_PORT, socket.MSG_WAITALL)
-        one.sendall(b"\x05\x00\x00\x01\x7f\x00\x00\x01\x00\x00")
+        connection.recv(_GREETING)
+        connection.sendall(b"\x05\x00")
+        host = connection.recv(connection.recv(_REQUEST, socket.MSG_WAITALL)[-1], socket.MSG_WAITALL).decode()
+        connection.recv(_PORT, socket.MSG_WAITALL)
+        connection.sendall(b"\x05\x00\x00\x01\x7f\x00\x00\x01\x00\x00")
         return host == self._target[0]
 
     def _pass(self, source: socket.socket, sink: socket.socket) -> None:

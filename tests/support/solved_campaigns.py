@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 Solved = dict[str, SolvedColumns]
 """Axis to all campaigns of it."""
 ARCSEC = np.pi / 180.0 / 3600.0
-_PLACES = 60
+_STEPS = 60
 
 
 @dataclass(frozen=True)
@@ -91,11 +91,11 @@ def coverage(campaign: Campaign, found: Solved, chance: np.random.Generator) -> 
     """Against the best linear sensor over the design, and against the true output at attitudes drawn from the range."""
     points, limit = campaign.points_deg, campaign.setup.pitch_limit_deg
     best = campaign.package.best_linear(points[:, 0], points[:, 1])
-    at_deg = chance.uniform(-limit, limit, _PLACES), chance.uniform(-180.0, 180.0, _PLACES)
+    at_deg = chance.uniform(-limit, limit, _STEPS), chance.uniform(-180.0, 180.0, _STEPS)
     true_v = campaign.true_output_v(*at_deg)[:, :, 0]
     holds, predicted, halves = [], [], []
-    for place, (axis, columns) in enumerate(found.items()):
-        truth = np.concatenate([best[0][:, 0, place, None], best[1][:, 0, place]], axis=-1)
+    for index, (axis, columns) in enumerate(found.items()):
+        truth = np.concatenate([best[0][:, 0, index, None], best[1][:, 0, index]], axis=-1)
         uncertainty = np.sqrt(np.diagonal(columns.primary_covariance, axis1=1, axis2=2))
         half = t_quantile(0.95, columns.primary_dof) * uncertainty
         holds.append(np.abs(columns.primary[:, :4] - truth) <= half[:, :4])
@@ -103,7 +103,7 @@ def coverage(campaign: Campaign, found: Solved, chance: np.random.Generator) -> 
         assert model.nominal_axis == axis
         directions = model.jacobian(columns.primary[0], Attitude(*np.deg2rad(at_deg)))
         half_v = _half_widths_v(directions, columns)
-        predicted.append(np.abs(columns.primary @ directions.T - true_v[:, :, place]) <= half_v)
+        predicted.append(np.abs(columns.primary @ directions.T - true_v[:, :, index]) <= half_v)
         halves.append(half_v / np.linalg.norm(truth[:, 1:], axis=1)[:, None] / ARCSEC)
     held = np.stack(holds)
     return Coverage(

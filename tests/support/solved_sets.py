@@ -16,7 +16,7 @@ from ams.sets.provenance import Provenance
 
 EULER_DEG = [(p, y, r) for p in (-40.0, 5.0, 30.0) for y in (-20.0, 0.0, 25.0) for r in (-60.0, 0.0, 45.0)]
 TRUTH = {"sting": TABLE_3_STING, "model": TABLE_3_MODEL}
-PLACE = {"gravity_mps2": 9.79826, "gravity_source": "survey", "simulated": False, "rig": "", "procedure": "fit",
+SITE = {"gravity_mps2": 9.79826, "gravity_source": "survey", "simulated": False, "rig": "", "procedure": "fit",
          "created_utc": datetime(2026, 3, 1, tzinfo=UTC), "software_version": "0.1.0"}  # fmt: skip
 
 
@@ -33,7 +33,7 @@ def package_set(package: str) -> CoefficientSet:
     outputs = {a: [accelerometer_v(a, t, e, package) for e in EULER_DEG] for a, t in TRUTH[package].items()}
     solved = calibrate(observations(outputs), CalibrationRequest(model=f"pitch-yaw-roll-{package}", extended="no"))
     ranges = {"pitch_range_deg": (-40.0, 30.0), "roll_range_deg": (-60.0, 45.0), "yaw_range_deg": (-20.0, 25.0)}
-    return build_set(solved, Provenance(sensor="CR1", **PLACE, **ranges))
+    return build_set(solved, Provenance(sensor="CR1", **SITE, **ranges))
 
 
 def gyro_set(noise_v: float = 0.0, chance: np.random.Generator | None = None) -> CoefficientSet:
@@ -46,7 +46,7 @@ def gyro_set(noise_v: float = 0.0, chance: np.random.Generator | None = None) ->
         outputs = {a: list(np.array(v) + noise_v * chance.normal(size=len(v))) for a, v in outputs.items()}
     solved = calibrate(observations(outputs, rates), CalibrationRequest(model="gyro"))
     ranges = {"pitch_range_deg": (0.0, 0.0), "roll_range_deg": (-60.0, 45.0), "yaw_range_deg": (-20.0, 25.0)}
-    return build_set(solved, Provenance(sensor="G1", **PLACE, **ranges, rate_range_dps=(-80.0, 80.0)))
+    return build_set(solved, Provenance(sensor="G1", **SITE, **ranges, rate_range_dps=(-80.0, 80.0)))
 
 
 GRID_DEG = [(p, r) for p in range(-90, 91, 30) for r in range(-180, 180, 60)]
@@ -63,7 +63,7 @@ def tp_set(
         np.ones(pitch.size, dtype=int), np.arange(pitch.size), pitch, roll, {a: _CLEAN[a] + spread[a] for a in axes}
     )
     ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
-    return build_set(calibrate(rows, CalibrationRequest(extended="no")), Provenance(sensor="TP1", **PLACE, **ranges))
+    return build_set(calibrate(rows, CalibrationRequest(extended="no")), Provenance(sensor="TP1", **SITE, **ranges))
 
 
 def bent_set(bend_v: float = 5e-4) -> CoefficientSet:
@@ -75,6 +75,4 @@ def bent_set(bend_v: float = 5e-4) -> CoefficientSet:
         np.ones(pitch.size, dtype=int), np.arange(pitch.size), pitch, roll, {a: _CLEAN[a] + bend[a] for a in TP_TRUTH}
     )
     ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
-    return build_set(
-        calibrate(rows, CalibrationRequest(extended="yes")), Provenance(sensor="SN1047", **PLACE, **ranges)
-    )
+    return build_set(calibrate(rows, CalibrationRequest(extended="yes")), Provenance(sensor="SN1047", **SITE, **ranges))

@@ -83,8 +83,8 @@ def leaves(document: object, path: str = "", scale: float = 0.0) -> Iterator[Lea
             yield from leaves(item, f"{path}/{key}", scale)
     elif isinstance(document, list):
         scale = scale or max((abs(number) for number in _numbers(document)), default=0.0)
-        for place, item in enumerate(document):
-            yield from leaves(item, f"{path}/{place}", scale)
+        for index, item in enumerate(document):
+            yield from leaves(item, f"{path}/{index}", scale)
     else:
         yield path, document, max(scale, abs(document)) if _is_number(document) else 0.0
 

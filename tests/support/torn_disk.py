@@ -186,23 +186,23 @@ def image_at(operations: Sequence[Operation], moment: int, chance: np.random.Gen
     and a random part of the rest."""
     done = operations[:moment]
     files: dict[str, bytearray] = {}
-    for place, operation in enumerate(done):
-        if chance is None or _is_durable(done, place):
+    for index, operation in enumerate(done):
+        if chance is None or _is_durable(done, index):
             _apply(files, operation)
         elif chance.uniform() < 0.5:
             _apply(files, _torn(operation, chance))
-    acknowledged = max((one.dwells for one in done if isinstance(one, Acknowledged)), default=0)
+    acknowledged = max((entry.dwells for entry in done if isinstance(entry, Acknowledged)), default=0)
     return Image({name: bytes(content) for name, content in files.items()}, acknowledged)
 
 
-def _is_durable(done: Sequence[Operation], place: int) -> bool:
+def _is_durable(done: Sequence[Operation], index: int) -> bool:
     """Content is durable once its file was synced, under whatever name; a name once its folder was."""
-    operation = done[place]
+    operation = done[index]
     if isinstance(operation, Rename | Delete):
-        return any(isinstance(later, SyncFolder) for later in done[place + 1 :])
+        return any(isinstance(later, SyncFolder) for later in done[index + 1 :])
     if not isinstance(operation, Write | Truncate):
         return True
-    return any(isinstance(later, Sync) and later.file == operation.file for later in done[place + 1 :])
+    return any(isinstance(later, Sync) and later.file == operation.file for later in done[index + 1 :])
 
 
 def _torn(operation: Operation, chance: np.random.Generator) -> Operation:

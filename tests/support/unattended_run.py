@@ -39,7 +39,7 @@ class UnattendedRun:
         self.spool = Spool(run_dir)
         self.rig: Rig
         self.rests = 0
-        self.told: list[Progress] = []
+        self.heard: list[Progress] = []
         self._at, self._after = dict(at or {}), dict(after or {})
         self._clock = a_clock()
 
@@ -51,7 +51,7 @@ class UnattendedRun:
             happening(self)
 
     def on_event(self, progress: Progress) -> None:
-        self.told.append(progress)
+        self.heard.append(progress)
         if progress.event == "dwell" and (happening := self._after.pop(progress.dwells_done, None)):
             happening(self)
 
@@ -117,4 +117,4 @@ class RigWithBadLine(FaultyRig):
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
         found = self._rig.link_counts()
         table = found["axes.pitch"]
-        return {**found, "axes.pitch": ExchangeCounts(table.asked, 0, int(self.share * table.asked), 0, 0)}
+        return {**found, "axes.pitch": ExchangeCounts(table.questions, 0, int(self.share * table.questions), 0, 0)}

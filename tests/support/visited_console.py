@@ -78,7 +78,7 @@ class Visited:
         """What a button of the run's page sends."""
         return {"csrf": self.csrf(browser), "expects": str(self.expects()), "key": "k1"} | changed
 
-    def asked(self) -> list[str]:
+    def requests(self) -> list[str]:
         """Every request that lies in the run's folder."""
         return sorted(path.read_text() for path in (self.run / "requests").glob("*.json"))
 

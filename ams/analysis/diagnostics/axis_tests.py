@@ -242,7 +242,7 @@ def _by_point(evidence: Evidence, output: int, known: FloatArray) -> list[Belief
     """Return the tests of a model that has no terms of low order beside it."""
     means, columns = evidence.means(output, np.hstack([evidence.basis, known])), _by_point_degc(evidence, output)
     tested = eliminate(means, columns, np.zeros((means.mean.size, 0)))
-    return [_term(_BY_POINT[place], tested.test(place)) for place in range(columns.shape[1])]
+    return [_term(_BY_POINT[index], tested.test(index)) for index in range(columns.shape[1])]
 
 
 def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
@@ -276,11 +276,11 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
         terms = term_columns(force, base.nominal_axis)
     linear, fitted = evidence.basis[:, :_LINEAR], evidence.basis[:, _LINEAR:]
     whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
-    means = evidence.means(output, whole, fitted @ evidence.own[_LINEAR:, output])
+    means = evidence.means(output, whole, fitted @ evidence.alone[_LINEAR:, output])
     before = layout.mean_by_point(turned)
     skew = layout.mean_by_point(squareness(rows, base.nominal_axis, evidence.primary[output]))
-    is_told = layout.points >= _LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
-    settles = layout.mean_by_point(settling(evidence)) * is_told
+    is_determined = layout.points >= _LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
+    settles = layout.mean_by_point(settling(evidence)) * is_determined
     columns = np.hstack([terms, skew[:, None], before[:, None], settles[:, None], _by_point_degc(evidence, output)])
     return eliminate(means, columns, _beside(evidence.basis, terms))
 
@@ -315,7 +315,7 @@ def _decided(
     A significant column counts as known, and the other columns are tested beside it.
     The recorded temperature goes first where it is significant: what was measured before what is only imagined.
     """
-    names = {column.name: place for place, column in enumerate(COLUMNS)}
+    names = {column.name: index for index, column in enumerate(COLUMNS)}
     known: list[str] = []
     while True:
         flags = holm(np.array([test.p_value / test.axes for test in made.values()]), level)
@@ -325,9 +325,11 @@ def _decided(
             return AxisTests(made, is_significant, level=level)
         known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))
         beside = tuple(names[name] for name in known)
-        for name, place in names.items():
+        for name, column_index in names.items():
             if name in made and name not in known and name not in convicted:
-                tested = between.with_means(_term(COLUMNS[place], columns.test(place, beside)), columns.dof)
+                tested = between.with_means(
+                    _term(COLUMNS[column_index], columns.test(column_index, beside)), columns.dof
+                )
                 made[name] = replace(tested, p_value=tested.p_value if np.isfinite(tested.p_value) else 1.0)
 
 
@@ -342,9 +344,9 @@ def _next(
     if recorded:
         return min(recorded, key=lambda name: made[name].p_value)
     most = min(still_open, key=lambda name: made[name].p_value)
-    plainer, places = _PLAINER.get(most), [column.name for column in COLUMNS]
+    plainer, names = _PLAINER.get(most), [column.name for column in COLUMNS]
     if plainer is not None and plainer in still_open:
-        still_needed = columns.test(places.index(most), (*beside, places.index(plainer)))
+        still_needed = columns.test(names.index(most), (*beside, names.index(plainer)))
         if not still_needed.p_value <= _NEEDED:
             return plainer
     return most

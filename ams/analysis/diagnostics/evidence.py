@@ -34,7 +34,7 @@ class Evidence:
     """(N, m)"""
     primary: FloatArray
     """(m, all) the reported primary parameters."""
-    own: FloatArray
+    alone: FloatArray
     """(P, m) the ordinary estimates of what a replication determines alone."""
     common: Sequence[FloatArray]
     """(m) columns (K, q) of errors that many points share, one standard uncertainty each."""

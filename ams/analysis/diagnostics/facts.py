@@ -14,7 +14,7 @@ from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.units import label_and_unit, printed
 
-_TOLD_APART = 2.0
+_DISTINGUISHED = 2.0
 """Standard uncertainties: with two replications Student's factor would call every sensor undetermined."""
 _LINEAR = 4
 """Columns of a linear sensor: offset and three sensitivities."""
@@ -31,12 +31,15 @@ def stimulus_of(model: Model) -> str:
 
 def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray) -> Iterator[Finding]:
     """Yield a finding where the sensitivity along the nominal axis is not told from zero."""
-    name = next((one for one in model.primary_names if one.startswith(f"k_{model.nominal_axis}_")), None)
+    name = next(
+        (primary_name for primary_name in model.primary_names if primary_name.startswith(f"k_{model.nominal_axis}_")),
+        None,
+    )
     if name is None:
         return
-    place = model.primary_names.index(name)
-    k, u = float(primary[place]), float(np.sqrt(max(covariance[place, place], 0.0)))
-    if not abs(k) <= _TOLD_APART * u:
+    index = model.primary_names.index(name)
+    k, u = float(primary[index]), float(np.sqrt(max(covariance[index, index], 0.0)))
+    if not abs(k) <= _DISTINGUISHED * u:
         return
     unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
     text = (
@@ -87,12 +90,12 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, level: float)
     share = np.nan_to_num(share)
     if not drift.p_value <= level or not share.max() > 1.0:
         return
-    beyond = [int(place) for place in np.argsort(-share)[:_MOST_NAMED] if share[place] > 1.0]
+    beyond = [int(index) for index in np.argsort(-share)[:_MOST_NAMED] if share[index] > 1.0]
     shown = ", ".join(
-        f"{quantity} by {_signed(float(moved.by[place]))}{' ' if words else ''}{words} ({share[place]:.2g} of its "
+        f"{quantity} by {_signed(float(moved.by[index]))}{' ' if words else ''}{words} ({share[index]:.2g} of its "
         "standard uncertainties)"
-        for place in beyond
-        for quantity, words in (label_and_unit(moved.names[place]),)
+        for index in beyond
+        for quantity, words in (label_and_unit(moved.names[index]),)
     )
     an_hour = drift.slope * SECONDS_PER_HOUR
     text = (

@@ -13,7 +13,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.remembered import remembered
-from ams.solve.scatter import own_scatter
+from ams.solve.scatter import points_scatter
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 3
@@ -59,7 +59,7 @@ class Elimination:
 
     def test(self, column: int, beside: tuple[int, ...] = ()) -> Tested:
         """Test one column with the basis and the columns ``beside`` given; NaN where they leave nothing of it."""
-        gram, given = self.gram, [*range(self.given), *(self.given + place for place in beside)]
+        gram, given = self.gram, [*range(self.given), *(self.given + column for column in beside)]
         rest = [self.given + column, self.given + self.columns]
         block = gram[np.ix_(rest, rest)] - gram[np.ix_(rest, given)] @ np.linalg.solve(
             gram[np.ix_(given, given)], gram[np.ix_(given, rest)]
@@ -76,13 +76,13 @@ class Elimination:
         y = self.given + self.columns
         across = self.gram[given, self.given :]
         solved = np.linalg.solve(self.gram[given, given], across)
-        own = np.diagonal(self.gram)[tested] - np.einsum("gc,gc->c", across[:, :-1], solved[:, :-1])
+        left = np.diagonal(self.gram)[tested] - np.einsum("gc,gc->c", across[:, :-1], solved[:, :-1])
         with_y = self.gram[tested, y] - across[:, :-1].T @ solved[:, -1]
-        is_left = (own > _NOTHING_LEFT * np.diagonal(self.gram)[tested]) & (self.dof >= LEAST_DOF)
-        own = np.where(is_left, own, np.nan)
-        coefficient = with_y / own
+        is_left = (left > _NOTHING_LEFT * np.diagonal(self.gram)[tested]) & (self.dof >= LEAST_DOF)
+        left = np.where(is_left, left, np.nan)
+        coefficient = with_y / left
         p_value = f_tail(coefficient * with_y, 1.0, float(self.dof))
-        columns = (coefficient.tolist(), (own**-0.5).tolist(), np.where(is_left, p_value, np.nan).tolist())
+        columns = (coefficient.tolist(), (left**-0.5).tolist(), np.where(is_left, p_value, np.nan).tolist())
         return [Tested(*numbers) for numbers in zip(*columns, strict=True)]
 
     @property
@@ -128,22 +128,22 @@ def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
         y = root * means.mean
         left = y - q @ (q.T @ y)
         return max(float(left @ left) / dof, tiny)
-    scatter = own_scatter(whole, means.mean[:, None], means.common[None], means.readings)
+    scatter = points_scatter(whole, means.mean[:, None], means.common[None], means.readings)
     return max(float(scatter.variance[0]), means.precision_variance, tiny)
 
 
-def _independent_of(shared: FloatArray, own: FloatArray) -> FloatArray:
+def _independent_of(shared: FloatArray, added: FloatArray) -> FloatArray:
     """Return orthonormal columns of both, those that are shared factored once for all outputs."""
     q = _spanned(shared)
-    left = own - q @ (q.T @ own)
-    length = np.einsum("kc,kc->c", own, own)
+    left = added - q @ (q.T @ added)
+    length = np.einsum("kc,kc->c", added, added)
     found: list[FloatArray] = []
-    for place in np.flatnonzero(np.einsum("kc,kc->c", left, left) > _NOTHING_LEFT * length):
-        column = left[:, place]
+    for index in np.flatnonzero(np.einsum("kc,kc->c", left, left) > _NOTHING_LEFT * length):
+        column = left[:, index]
         for other in found:
             column = column - other * (other @ column)
         square = float(column @ column)
-        if square > _NOTHING_LEFT * length[place]:
+        if square > _NOTHING_LEFT * length[index]:
             found.append(column / np.sqrt(square))
     return np.column_stack([q, *found])
 
@@ -156,6 +156,6 @@ def _spanned(columns: FloatArray) -> FloatArray:
 def independent(columns: FloatArray) -> FloatArray:
     """Return the columns that are independent of those before them."""
     columns = columns[:, np.any(columns != 0.0, axis=0)]  # a column of nothing would take a row of R from the others
-    own = np.zeros(columns.shape[1])
-    own[: columns.shape[0]] = np.diag(np.linalg.qr(columns, mode="r"))
-    return columns[:, own**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns)]
+    diagonal = np.zeros(columns.shape[1])
+    diagonal[: columns.shape[0]] = np.diag(np.linalg.qr(columns, mode="r"))
+    return columns[:, diagonal**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns)]

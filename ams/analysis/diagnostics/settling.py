@@ -29,13 +29,13 @@ class Between:
 
     def with_means(self, of_means: BeliefTest, dof: int) -> BeliefTest:
         """Return a test of the means; that of settling with what it has in common with this one, each by its weight."""
-        own = self.test
-        if of_means.name != SETTLING or not np.isfinite(own.p_value):
+        tested = self.test
+        if of_means.name != SETTLING or not np.isfinite(tested.p_value):
             return of_means
         if not np.isfinite(of_means.p_value):
-            return own
-        weights = np.array([own.uncertainty, of_means.uncertainty]) ** -2.0
-        size = float(weights @ [own.size, of_means.size] / weights.sum())
+            return tested
+        weights = np.array([tested.uncertainty, of_means.uncertainty]) ** -2.0
+        size = float(weights @ [tested.size, of_means.size] / weights.sum())
         uncertainty = float(weights.sum() ** -0.5)
         p_value = float(f_tail((size / uncertainty) ** 2, 1.0, float(min(dof, self.dof))))
         return replace(of_means, p_value=p_value, size=size, uncertainty=uncertainty)

@@ -68,7 +68,7 @@ class Change:
     what: What
     output: int | None
     """None: all outputs together."""
-    place: int
+    index: int
     """In the order of time: the first dwell after it."""
     p_value: float
     """Over all places."""
@@ -97,22 +97,25 @@ class Course:
         """Return (N,) values of the rows in the order of time."""
         return values if _is_in_order(self.time_order) else values[self.time_order]
 
-    def since(self, place: int) -> BoolArray:
+    def since(self, index: int) -> BoolArray:
         """Return (N,) the rows at a place or later."""
         found = np.zeros(self.point.size, dtype=bool)
-        found[self.time_order[place:]] = True
+        found[self.time_order[index:]] = True
         return found
 
 
 def changes_of_table(course: Course, outputs: Sequence[Watched]) -> list[Change]:
     """Return the likeliest slip about roll and about pitch that all outputs of a package show together."""
-    seen = [one for one in outputs if one.k is not None]
+    seen = [output for output in outputs if output.k is not None]
     if not course.is_judged or not seen:
         return []
-    k, variance = np.stack([one.k for one in seen if one.k is not None]), np.array([one.variance for one in seen])
-    field = np.stack([one.departures for one in seen], axis=1) @ (k / variance[:, None])
+    k, variance = (
+        np.stack([output.k for output in seen if output.k is not None]),
+        np.array([output.variance for output in seen]),
+    )
+    field = np.stack([output.departures for output in seen], axis=1) @ (k / variance[:, None])
     weights = k.T @ (k / variance[:, None])
-    squares = sum(float(one.departures @ one.departures) / one.variance for one in seen)
+    squares = sum(float(output.departures @ output.departures) / output.variance for output in seen)
     found = []
     slips: tuple[What, ...] = ("roll", "pitch")
     for what in slips:
@@ -160,8 +163,8 @@ def _largest(
     size = paths.squares[:, 0] if weights is None else paths.squares @ weights
     least = _NOTHING * float(size.max())
     explained = np.where(size > least, after * after / np.maximum(size, least), 0.0)
-    place = int(np.argmax(explained))
-    share = min(float(explained[place]) / squares, _LARGEST) if squares > 0.0 else 0.0
+    index = int(np.argmax(explained))
+    share = min(float(explained[index]) / squares, _LARGEST) if squares > 0.0 else 0.0
     p_value = 1.0
     if share > 0.0:
         beyond = float(f_tail(share * (dof - 1) / (1.0 - share), 1.0, float(dof - 1)))
@@ -169,7 +172,7 @@ def _largest(
         p_value = beyond + paths.travelled * crossing
         if weights is not None and p_value < _WORTH_IT:
             p_value = beyond + _travelled(size, paths.overlaps @ weights) * crossing
-    return Change(what, output, place + paths.first, min(1.0, p_value), float(explained[place]))
+    return Change(what, output, index + paths.first, min(1.0, p_value), float(explained[index]))
 
 
 def _travelled(squares: FloatArray, overlaps: FloatArray) -> float:
@@ -218,25 +221,25 @@ def _paths(point: IntArray, order: IntArray, patterns: FloatArray, pairs: tuple[
     with those before it is −(aB + Ab)/2n.
     """
     readings = np.bincount(point)[point[order]]
-    own = patterns.reshape(order.size, -1)[order]
-    before = _sums_of_same_point_after(point[order], own)
+    pattern_of = patterns.reshape(order.size, -1)[order]
+    before = _sums_of_same_point_after(point[order], pattern_of)
     first, second = (np.array([pair[side] for pair in pairs]) for side in (0, 1))
-    a, b = own[:, first], own[:, second]
+    a, b = pattern_of[:, first], pattern_of[:, second]
     crossed = (a * before[:, second] + before[:, first] * b) / readings[:, None]
     gained = a * b * (1.0 - 1.0 / readings)[:, None] - crossed
     squares = np.cumsum(gained[::-1], axis=0)[::-1]
     overlaps = squares[1:] - 0.5 * crossed[:-1]
     aside = max(_LEAST_ASIDE, int(_LEAST_SHARE * order.size))
     judged, stepped = slice(aside, order.size - aside + 1), slice(aside, order.size - aside)
-    alike = np.array([1.0 if one == other else 0.0 for one, other in pairs])
+    alike = np.array([1.0 if first == other else 0.0 for first, other in pairs])
     kept, met = squares[judged].copy(), overlaps[stepped].copy()
     return Paths(kept, met, aside, _travelled(kept @ alike, met @ alike))
 
 
-def _sums_of_same_point_after(point: IntArray, own: FloatArray) -> FloatArray:
+def _sums_of_same_point_after(point: IntArray, pattern_of: FloatArray) -> FloatArray:
     """Return for each of the rows in time the (N, p) sums over the later rows of the same point."""
     by_point = np.lexsort((-np.arange(point.size), point))  # of a point the last comes first
-    sums = np.cumsum(own[by_point], axis=0) - own[by_point]
+    sums = np.cumsum(pattern_of[by_point], axis=0) - pattern_of[by_point]
     is_first = np.diff(point[by_point], prepend=-1) != 0
     found = np.empty(sums.shape)
     found[by_point] = sums - sums[is_first][np.cumsum(is_first) - 1]

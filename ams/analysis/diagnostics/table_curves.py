@@ -26,7 +26,7 @@ from ams.statistics.distributions import f_tail
 
 _SUSPICIOUS = 0.2
 """Points that a linear sensor on an exact table explains as well as this say nothing against a limit."""
-_TERMS_ASKED_FOR = 0.01
+_TERMS_NEEDED_P = 0.01
 _ROUNDING = 1e-9
 _SEEN = 1e-3
 _LIKELY = 3.0
@@ -89,8 +89,8 @@ class TableLimit:
 def indices_of(table: TableUncertainty, axis: str, shown_rad: FloatArray) -> Indices | None:
     """Return the indices that (K,) points stand at; None where the axis is taken as exact."""
     declared, limit = table.declared(axis), table.limit_rad(axis)
-    labels, first, place = np.unique(index_labels(shown_rad), return_index=True, return_inverse=True)
-    columns, bound = np.eye(labels.size)[place], np.full(labels.size, limit)
+    labels, first, index = np.unique(index_labels(shown_rad), return_index=True, return_inverse=True)
+    columns, bound = np.eye(labels.size)[index], np.full(labels.size, limit)
     if declared.known is not None:
         spread = np.sqrt(np.sum(table.index_errors(axis, shown_rad[first]).scaled_rad ** 2, axis=1))
         bound, limit = float(np.sqrt(3.0)) * spread, float(np.sqrt(3.0) * spread.max())
@@ -117,7 +117,7 @@ class _Normal:
     right: FloatArray
     square: float
     rows: int
-    own: int
+    unshared: int
 
     def unbounded(self) -> tuple[FloatArray, float, int]:
         values, vectors = np.linalg.eigh(self.matrix)
@@ -132,28 +132,28 @@ def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) 
     nothing = TableLimit(
         1.0,
         dict.fromkeys(indices, 0.0),
-        {name: one.limit_rad for name, one in indices.items()},
-        {name: one.columns for name, one in indices.items()},
+        {name: index.limit_rad for name, index in indices.items()},
+        {name: index.columns for name, index in indices.items()},
         max(len(outputs), 1),
     )
     if not outputs or not indices:
         return nothing
-    dof = float(sum(one.precision_dof for one in outputs))
+    dof = float(sum(output.precision_dof for output in outputs))
     plain = _normal(outputs, indices, with_terms=False)
-    left = plain.rows - plain.own
+    left = plain.rows - plain.unshared
     if left <= 0 or not f_tail(plain.square / left, left, dof) < _SUSPICIOUS:
         return nothing
-    bound = np.concatenate([one.bound_rad for one in indices.values()])
+    bound = np.concatenate([index.bound_rad for index in indices.values()])
     beside = _normal(outputs, indices, with_terms=True)
     judged = [(_tested(beside, bound, dof), beside)]
     if len(outputs) > 1 and not _asks_for_terms(plain, beside, dof):
         judged.append((_tested(plain, bound, dof), plain))
     p_value, normal = min(judged, key=lambda pair: pair[0])
     found = np.linalg.solve(normal.matrix + np.diag((_LIKELY * bound) ** -2.0), normal.right)
-    edges = np.cumsum([one.bound_rad.size for one in indices.values()])[:-1]
+    edges = np.cumsum([index.bound_rad.size for index in indices.values()])[:-1]
     largest = {
-        name: float(np.abs(one.columns @ curve).max())
-        for (name, one), curve in zip(indices.items(), np.split(found, edges), strict=True)
+        name: float(np.abs(index.columns @ curve).max())
+        for (name, index), curve in zip(indices.items(), np.split(found, edges), strict=True)
     }
     return replace(nothing, p_value=min(1.0, len(judged) * p_value), largest_rad=largest)
 
@@ -162,16 +162,16 @@ def _asks_for_terms(plain: _Normal, beside: _Normal, dof: float) -> bool:
     """Tell whether the sensors ask for terms of their own beside a curve of any size."""
     _, without, rank = plain.unbounded()
     _, with_terms, rank_beside = beside.unbounded()
-    left = beside.rows - beside.own - rank_beside
-    added = (beside.own + rank_beside) - (plain.own + rank)
+    left = beside.rows - beside.unshared - rank_beside
+    added = (beside.unshared + rank_beside) - (plain.unshared + rank)
     if left <= 0 or added <= 0:
         return True
-    return bool(f_tail((without - with_terms) / added, added, dof) < _TERMS_ASKED_FOR)
+    return bool(f_tail((without - with_terms) / added, added, dof) < _TERMS_NEEDED_P)
 
 
 def _tested(normal: _Normal, bound: FloatArray, dof: float) -> float:
     _, least, rank = normal.unbounded()
-    left = normal.rows - normal.own - rank
+    left = normal.rows - normal.unshared - rank
     if left <= 0:
         return 1.0
     curve, at_bound = _bounded(normal.matrix, normal.right, bound)
@@ -185,22 +185,22 @@ def _tested(normal: _Normal, bound: FloatArray, dof: float) -> float:
 
 
 def _normal(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices], *, with_terms: bool) -> _Normal:
-    size = sum(one.bound_rad.size for one in indices.values())
-    matrix, right, square, rows, own = np.zeros((size, size)), np.zeros(size), 0.0, 0, 0
-    for one in outputs:
-        basis = np.hstack([one.linear, one.terms]) if with_terms else one.linear
-        weight = one.weight[:, None]
+    size = sum(index.bound_rad.size for index in indices.values())
+    matrix, right, square, rows, unshared = np.zeros((size, size)), np.zeros(size), 0.0, 0, 0
+    for output in outputs:
+        basis = np.hstack([output.linear, output.terms]) if with_terms else output.linear
+        weight = output.weight[:, None]
         q, r = np.linalg.qr(weight * basis)
         q = q[:, np.abs(np.diag(r)) > _ROUNDING * np.abs(np.diag(r)).max()]
-        columns = np.hstack([one.slopes[name][:, None] * seen.columns for name, seen in indices.items()])
+        columns = np.hstack([output.slopes[name][:, None] * seen.columns for name, seen in indices.items()])
         columns = weight * columns
         columns = columns - q @ (q.T @ columns)
-        y = one.weight * one.mean
+        y = output.weight * output.mean
         y = y - q @ (q.T @ y)
         matrix += columns.T @ columns
         right += columns.T @ y
-        square, rows, own = square + float(y @ y), rows + y.size, own + q.shape[1]
-    return _Normal(matrix, right, square, rows, own)
+        square, rows, unshared = square + float(y @ y), rows + y.size, unshared + q.shape[1]
+    return _Normal(matrix, right, square, rows, unshared)
 
 
 def _bounded(matrix: FloatArray, right: FloatArray, bound: FloatArray) -> tuple[FloatArray, BoolArray]:
@@ -235,6 +235,6 @@ def _moved_within(
         x[free] += min(1.0, float(reach[first])) * step
         if reach[first] >= 1.0:
             break
-        place = np.flatnonzero(free)[first]
-        x[place], free[place] = np.copysign(bound[place], step[first]), False
+        index = np.flatnonzero(free)[first]
+        x[index], free[index] = np.copysign(bound[index], step[first]), False
     return x, free

@@ -58,8 +58,8 @@ def lagged_degc(evidence: Evidence, time_constant_h: float) -> FloatArray | None
     kept = np.exp(-np.diff(time[order]) / (SECONDS_PER_HOUR * time_constant_h))
     steps = np.diff(temperature[order])
     apart = np.zeros(order.size)
-    for place in range(1, order.size):
-        apart[place] = (apart[place - 1] - steps[place - 1]) * kept[place - 1]
+    for index in range(1, order.size):
+        apart[index] = (apart[index - 1] - steps[index - 1]) * kept[index - 1]
     found = np.empty(order.size)
     found[order] = apart
     return found
@@ -138,9 +138,9 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
 
 def sensed(evidence: Evidence, output: int) -> FloatArray:
     """(N,) what the output senses beside its offset, over its largest."""
-    own = evidence.fitted[:, output] - evidence.fitted[:, output].mean()
-    largest = float(np.abs(own).max())
-    return np.asarray(own / largest) if largest > 0.0 else own
+    centred = evidence.fitted[:, output] - evidence.fitted[:, output].mean()
+    largest = float(np.abs(centred).max())
+    return np.asarray(centred / largest) if largest > 0.0 else centred
 
 
 def explained(columns: FloatArray, e: FloatArray) -> tuple[float, int]:

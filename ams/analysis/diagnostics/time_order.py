@@ -64,17 +64,17 @@ def parts_of_replications(evidence: Evidence, parts: int) -> IntArray:
 
 @remembered(16)
 def _parts(order: IntArray, replication: IntArray, replications: int, parts: int) -> IntArray:
-    place, sizes = places_in_replication(order, replication, replications)
-    return np.asarray(replication * parts + place * parts // sizes[replication])
+    turn, sizes = turns_in_replication(order, replication, replications)
+    return np.asarray(replication * parts + turn * parts // sizes[replication])
 
 
-def places_in_replication(order: IntArray, replication: IntArray, replications: int) -> tuple[IntArray, IntArray]:
+def turns_in_replication(order: IntArray, replication: IntArray, replications: int) -> tuple[IntArray, IntArray]:
     """Return (N,) the place of each row in its replication, as time has it, and (n,) the rows of each replication."""
     sizes = np.bincount(replication, minlength=replications)
     together = order[np.argsort(replication[order], kind="stable")]
-    place = np.empty(order.size, dtype=np.int64)
-    place[together] = np.arange(order.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    return place, sizes
+    turn = np.empty(order.size, dtype=np.int64)
+    turn[together] = np.arange(order.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return turn, sizes
 
 
 def settling(evidence: Evidence) -> FloatArray:
@@ -85,8 +85,8 @@ def settling(evidence: Evidence) -> FloatArray:
 
 @remembered(16)
 def _settling(order: IntArray, replication: IntArray, replications: int) -> FloatArray:
-    place, sizes = places_in_replication(order, replication, replications)
-    return np.asarray(np.exp(-place / (SETTLES_IN * sizes[replication])))
+    turn, sizes = turns_in_replication(order, replication, replications)
+    return np.asarray(np.exp(-turn / (SETTLES_IN * sizes[replication])))
 
 
 def neighbours(evidence: Evidence) -> tuple[IntArray, IntArray, IntArray]:
@@ -199,15 +199,15 @@ def _confounding(
 ) -> float | None:
     readings = np.bincount(replication, minlength=replications)
     both = np.column_stack([column, linear[point]])
-    for place, values in enumerate(both.T.copy()):
-        both[:, place] -= (np.bincount(replication, values, replications) / readings)[replication]
-    own, (q, sizes, _) = both[:, 0], np.linalg.svd(both[:, 1:], full_matrices=False)
+    for index, values in enumerate(both.T.copy()):
+        both[:, index] -= (np.bincount(replication, values, replications) / readings)[replication]
+    tested, (q, sizes, _) = both[:, 0], np.linalg.svd(both[:, 1:], full_matrices=False)
     q = q[:, sizes > _NOTHING_LEFT * max(float(sizes[0]), _NOTHING_LEFT)]
     dof = column.size - replications
-    if dof <= q.shape[1] or not np.ptp(own) > _NO_CHANGE:
+    if dof <= q.shape[1] or not np.ptp(tested) > _NO_CHANGE:
         return None
-    left = own - q @ (q.T @ own)
-    share = 1.0 - float(left @ left) / (dof - q.shape[1]) / (float(own @ own) / dof)
+    left = tested - q @ (q.T @ tested)
+    share = 1.0 - float(left @ left) / (dof - q.shape[1]) / (float(tested @ tested) / dof)
     return float(np.sqrt(max(share, 0.0)))
 
 

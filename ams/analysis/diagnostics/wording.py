@@ -37,7 +37,7 @@ from ams.models.extended import CONFOUNDED
 from ams.observations import Observations
 from ams.units import ARCSEC_PER_DEG, printed
 
-MOST_TOLD: Final = 5
+MOST_LISTED: Final = 5
 """Wrong dwells that a sentence names; all stand in ``steps``."""
 _CONTAINED: Final = "it is contained in the stated uncertainties"
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
@@ -237,13 +237,13 @@ def _wrong(
     details: Mapping[str, float | str | None],
 ) -> Finding:
     rows, found = convicted.rows, convicted.found
-    places = [
+    dwells = [
         f"{dwell_words(observations, row)} is off by {scale.words(size)}"
         f" ({_two(abs(deviations))} standard deviations of a dwell)"
         for row, size, deviations in zip(rows, found.sizes, found.deviations, strict=True)
     ]
-    more = len(places) - MOST_TOLD
-    listed = "; ".join(places[:MOST_TOLD]) + (f"; and {more} more" if more > 0 else "")
+    more = len(dwells) - MOST_LISTED
+    listed = "; ".join(dwells[:MOST_LISTED]) + (f"; and {more} more" if more > 0 else "")
     first = rows[0]
     steps = () if observations.step is None else tuple(int(observations.step[row]) for row in rows)
     redo = f"calrig redo --replication {observations.replication[first]}"

@@ -44,14 +44,14 @@ def largest_p_values(residuals: GridResiduals) -> tuple[FloatArray, IntArray]:
     share = residuals.residuals**2
     np.divide(share, leverages[:, None], out=share, where=judged)
     share *= judged
-    place = np.argmax(share, axis=0)
-    largest = share[place, np.arange(size)]
+    index = np.argmax(share, axis=0)
+    largest = share[index, np.arange(size)]
     rest = np.maximum(squares - largest, np.finfo(float).tiny)
     with np.errstate(over="ignore"):
         t_square = largest * (dof - 1) / rest
     pairs = 2 if residuals.replications == 2 else 1  # of two, both are as far from their mean
     p_value = np.count_nonzero(judged) / pairs * f_tail(t_square, 1.0, float(dof - 1))
-    return np.where(squares > 0.0, np.minimum(p_value, 1.0), np.nan), place
+    return np.where(squares > 0.0, np.minimum(p_value, 1.0), np.nan), index
 
 
 def convict(residuals: GridResiduals, level: float, other_view: FloatArray) -> WrongDwells:
@@ -65,19 +65,19 @@ def convict(residuals: GridResiduals, level: float, other_view: FloatArray) -> W
     left = residuals
     most = max(1, int(LARGEST_SHARE * residuals.present.sum()))
     while len(dwells) <= most:
-        p_values, places = largest_p_values(left)
+        p_values, indices = largest_p_values(left)
         first = float(p_values[0]) if first is None else first
         if not p_values[0] <= level:
             break
-        dwell = _of_two(int(places[0]), left, other_view)
+        dwell = _of_two(int(indices[0]), left, other_view)
         dwells.append(dwell)
         column = left.column(dwell)
         deviations.append(float(left.residuals[dwell, 0] / column[dwell]))
         left = left.without(dwell)
     if len(dwells) > most:
         dwells, deviations, left = [], [], residuals
-    own = np.sqrt(left.squares[0] / max(left.dof, 1))
-    in_deviations = tuple(size / own if own > 0.0 else np.inf for size in deviations)
+    sd = np.sqrt(left.squares[0] / max(left.dof, 1))
+    in_deviations = tuple(size / sd if sd > 0.0 else np.inf for size in deviations)
     return WrongDwells(float("nan") if first is None else first, tuple(dwells), tuple(deviations), in_deviations, left)
 
 

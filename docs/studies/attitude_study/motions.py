@@ -56,11 +56,11 @@ def construction(rate_hz: float, interpolation: str = "cubic", method: str = "qu
 
 def draw_construction(figure: "Figure") -> None:
     left, right = figure.subplots(1, 2)
-    one = construction(1000.0)
-    for place, (name, colour) in enumerate(zip(ANGLES, SERIES, strict=False)):
-        left.plot(one.time_s, one.exact_deg[:, place], color=colour, label=name)
-        left.plot(one.time_s[::500], one.found_deg[::500, place], "o", color=colour, markersize=2.5)
-        right.plot(one.time_s, one.found_deg[:, place] - one.exact_deg[:, place], color=colour, label=name)
+    found = construction(1000.0)
+    for index, (name, colour) in enumerate(zip(ANGLES, SERIES, strict=False)):
+        left.plot(found.time_s, found.exact_deg[:, index], color=colour, label=name)
+        left.plot(found.time_s[::500], found.found_deg[::500, index], "o", color=colour, markersize=2.5)
+        right.plot(found.time_s, found.found_deg[:, index] - found.exact_deg[:, index], color=colour, label=name)
     left.set(title="figure 9: exact (line), integrated (points)", xlabel="time (s)", ylabel="angle (degrees)")
     right.set(title="figure 10: integrated less exact", xlabel="time (s)", ylabel="difference (degrees)")
     left.legend()
@@ -101,8 +101,8 @@ def _remembered(rate_dps: FloatArray) -> FloatArray:
     """Return a zero that lies on the side of the last turn, as CR saw it ('strong dependency on response history')."""
     last = np.zeros_like(rate_dps)
     side = 1.0
-    for row, own in enumerate(rate_dps.tolist()):
-        side = np.sign(own) if abs(own) > 5.0 else side
+    for row, rate in enumerate(rate_dps.tolist()):
+        side = np.sign(rate) if abs(rate) > 5.0 else side
         last[row] = side
     return ENC03J_DRIFT_DPS * last
 
@@ -110,11 +110,11 @@ def _remembered(rate_dps: FloatArray) -> FloatArray:
 def draw_by_hand(figure: "Figure") -> None:
     panels = figure.subplots(2, 2)
     for column, is_moved in enumerate((True, False)):
-        one = by_hand(is_moved)
-        for row, (values, name) in enumerate(((one.accelerometer_deg, "accelerometer"), (one.gyro_deg, "gyro"))):
+        found = by_hand(is_moved)
+        for row, (values, name) in enumerate(((found.accelerometer_deg, "accelerometer"), (found.gyro_deg, "gyro"))):
             panel = panels[row, column]
-            panel.plot(one.time_s, values, color=SERIES[row], linewidth=0.6, label=name)
-            panel.plot(one.time_s, one.true_deg, color=INK, linewidth=0.8, label="table")
+            panel.plot(found.time_s, values, color=SERIES[row], linewidth=0.6, label=name)
+            panel.plot(found.time_s, found.true_deg, color=INK, linewidth=0.8, label="table")
             if not is_moved:
                 panel.axhspan(-0.1, 0.1, color="#e3e3e3", label="±0.1°")
             panel.set(title=f"figure {20 + 2 * row + column}: {name}, {'turned by hand' if is_moved else 'at rest'}",
@@ -171,30 +171,32 @@ def flight() -> Flight:
 
 
 def draw_quaternions(figure: "Figure") -> None:
-    one = flight()
+    flown = flight()
     panels = figure.subplots(2, 2)
-    for column, (found, told) in enumerate(
-        ((one.quaternion_by_gyro, "23, 24: gyros alone"), (one.filtered.quaternion, "28, 29: filtered"))
+    for column, (found, label) in enumerate(
+        ((flown.quaternion_by_gyro, "23, 24: gyros alone"), (flown.filtered.quaternion, "28, 29: filtered"))
     ):
         for row, pair in enumerate(((0, 1), (2, 3))):
             panel = panels[row, column]
-            for place in pair:
-                panel.plot(one.time_h, found[place], color=SERIES[place], linewidth=0.7, label=f"q{place + 1}")
-            panel.set(title=f"figures {told}", xlabel="time (hours)", ylim=(-1.1, 1.1))
+            for component in pair:
+                panel.plot(
+                    flown.time_h, found[component], color=SERIES[component], linewidth=0.7, label=f"q{component + 1}"
+                )
+            panel.set(title=f"figures {label}", xlabel="time (hours)", ylim=(-1.1, 1.1))
             panel.legend()
 
 
 def draw_euler(figure: "Figure") -> None:
-    one = flight()
+    flown = flight()
     top, middle, bottom = figure.subplots(3, 1)
-    for panel, found, told in ((top, one.by_gyro, "26: gyros alone"), (middle, one.by_filter, "30: filtered")):
-        for place, name in enumerate(("yaw", "pitch", "roll")):
-            angles = np.rad2deg(found.as_euler("ZYX")[:, place])
-            panel.plot(one.time_h, angles, color=SERIES[place], linewidth=0.6, label=name)
-        panel.set(title=f"figure {told}", ylabel="degrees")
+    for panel, found, label in ((top, flown.by_gyro, "26: gyros alone"), (middle, flown.by_filter, "30: filtered")):
+        for index, name in enumerate(("yaw", "pitch", "roll")):
+            angles = np.rad2deg(found.as_euler("ZYX")[:, index])
+            panel.plot(flown.time_h, angles, color=SERIES[index], linewidth=0.6, label=name)
+        panel.set(title=f"figure {label}", ylabel="degrees")
         panel.legend(loc="upper right")
-    bottom.semilogy(one.time_h, one.off_deg(one.by_gyro), color=SERIES[1], label="gyros alone")
-    bottom.semilogy(one.time_h, one.off_deg(one.by_filter), color=SERIES[0], linewidth=0.6, label="filtered")
+    bottom.semilogy(flown.time_h, flown.off_deg(flown.by_gyro), color=SERIES[1], label="gyros alone")
+    bottom.semilogy(flown.time_h, flown.off_deg(flown.by_filter), color=SERIES[0], linewidth=0.6, label="filtered")
     bottom.set(title="how far off the truth, which SR did not have", xlabel="time (hours)", ylabel="degrees")
     bottom.legend()
 

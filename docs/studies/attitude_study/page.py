@@ -15,7 +15,7 @@ def _of_one_and_two() -> dict[str, object]:
     at_30, at_0, at_89 = one_axis(1.0, np.array([30.0, 0.0, 89.0]), np.zeros(3))
     roll = ROLL_DEG
     over = {ratio: one_axis(ratio, np.zeros(roll.size), roll) for ratio in (1.0, 10.0, 100.0)}
-    spread = {ratio: float(np.nanmax(own) / np.nanmin(own)) for ratio, own in over.items()}
+    spread = {ratio: float(np.nanmax(spreads) / np.nanmin(spreads)) for ratio, spreads in over.items()}
     clear = np.abs(np.abs(roll) - 90.0) > 5.0
     equal, coarse, wide = (
         np.concatenate([by_two("xy", coning, (90.0, 0.0), ratio, pitch)[0][clear] * np.cos(np.deg2rad(pitch))
@@ -70,12 +70,12 @@ def _of_cr() -> dict[str, object]:
 
 
 def _of_sr() -> dict[str, object]:
-    one = flight()
-    gyro, filtered = one.off_deg(one.by_gyro), one.off_deg(one.by_filter)
-    found = np.rad2deg(one.filtered.bias_rad_s[:, -1])
+    flown = flight()
+    gyro, filtered = flown.off_deg(flown.by_gyro), flown.off_deg(flown.by_filter)
+    found = np.rad2deg(flown.filtered.bias_rad_s[:, -1])
     return {
         "flight_gyro": float(gyro.max()), "flight_filter": float(filtered[600:].max()),
         "flight_rms": float(np.sqrt(np.mean(filtered[600:] ** 2))),
-        "flight_norm": float(np.abs(np.linalg.norm(one.quaternion_by_gyro, axis=0) - 1.0).max()),
+        "flight_norm": float(np.abs(np.linalg.norm(flown.quaternion_by_gyro, axis=0) - 1.0).max()),
         "bias": ", ".join(f"{value:+.3f}" for value in found),
     }  # fmt: skip

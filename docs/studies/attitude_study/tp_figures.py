@@ -30,21 +30,21 @@ def sensor(axis: str, coning_deg: float, azimuth_deg: float, ratio: float = 1.0)
 
 def outputs(sensors: Sequence[SensorLine], pitch_deg: FloatArray, roll_deg: FloatArray) -> FloatArray:
     force = specific_force(np.deg2rad(pitch_deg), np.deg2rad(roll_deg))
-    return np.stack([force @ own.k_v_per_g for own in sensors], axis=-1)
+    return np.stack([force @ axis.k_v_per_g for axis in sensors], axis=-1)
 
 
 def one_axis(ratio: float, pitch_deg: FloatArray, roll_deg: FloatArray, coning_deg: float = 1.0) -> FloatArray:
     """Return σ(pitch)/σ of one axis with Ω_x and A_x = 90°, the roll known to ``ratio`` of it."""
-    own = sensor("x", coning_deg, 90.0)
-    read = outputs([own], pitch_deg, roll_deg)[:, 0]
-    return pitch_with_known_roll(own, read, np.deg2rad(roll_deg), ratio * SIGMA).pitch_sd_rad / SIGMA
+    along = sensor("x", coning_deg, 90.0)
+    read = outputs([along], pitch_deg, roll_deg)[:, 0]
+    return pitch_with_known_roll(along, read, np.deg2rad(roll_deg), ratio * SIGMA).pitch_sd_rad / SIGMA
 
 
 def by_two(
     axes: str, coning_deg: float, azimuths_deg: tuple[float, float], ratio: float, pitch_deg: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return σ(pitch)/σ_x and σ(roll)/σ of the other axis over ``ROLL_DEG``."""
-    pair = [sensor(a, coning_deg, own, r) for a, own, r in zip(axes, azimuths_deg, (1.0, ratio), strict=True)]
+    pair = [sensor(a, coning_deg, azimuth, r) for a, azimuth, r in zip(axes, azimuths_deg, (1.0, ratio), strict=True)]
     upright = np.abs(ROLL_DEG) < 90.0
     pitch_sd, roll_sd = np.empty_like(ROLL_DEG), np.empty_like(ROLL_DEG)
     for side in (True, False):
@@ -57,7 +57,9 @@ def by_two(
 
 def by_three(coning_deg: float, ratio: float, pitch_deg: FloatArray, roll_deg: FloatArray) -> tuple[FloatArray, ...]:
     """Return σ(pitch)/σ_x and σ(roll)/σ_y."""
-    sensors = [sensor(a, coning_deg, own, r) for a, own, r in zip("xyz", (90, 0, 0), (1, ratio, ratio), strict=True)]
+    sensors = [
+        sensor(a, coning_deg, azimuth, r) for a, azimuth, r in zip("xyz", (90, 0, 0), (1, ratio, ratio), strict=True)
+    ]
     found = pitch_roll_from_three(sensors, outputs(sensors, pitch_deg, roll_deg))
     return found.pitch_sd_rad / SIGMA, found.roll_sd_rad / SIGMA / ratio
 
@@ -65,7 +67,7 @@ def by_three(coning_deg: float, ratio: float, pitch_deg: FloatArray, roll_deg: F
 def determinant(axes: str, coning_deg: float, azimuths_deg: tuple[float, float]) -> tuple[FloatArray, ...]:
     """Return pitch, roll and the determinant (k × k′)·f that :mod:`ams.attitude.few_axes` divides by."""
     pitch, roll = np.meshgrid(np.linspace(-90.0, 90.0, 361), np.linspace(-180.0, 180.0, 721))
-    k = np.stack([sensor(a, coning_deg, own).k_v_per_g for a, own in zip(axes, azimuths_deg, strict=True)])
+    k = np.stack([sensor(a, coning_deg, azimuth).k_v_per_g for a, azimuth in zip(axes, azimuths_deg, strict=True)])
     force = specific_force(np.deg2rad(pitch.ravel()), np.deg2rad(roll.ravel()))
     return pitch, roll, (force @ np.cross(k[0], k[1])).reshape(pitch.shape)
 
@@ -113,15 +115,15 @@ def draw_two_axes(figure: "Figure") -> None:
             of_pitch, of_roll = by_two("xy", coning, (azimuth, 0.0), ratio, pitch)
             left.plot(ROLL_DEG, of_pitch, color=colour, label=f"α = {pitch:g}°")
             right.plot(ROLL_DEG, of_roll, color=colour)
-        told = f"figure 10({letter}): Ω = {coning:g}°, A_x = {azimuth:g}°, σ_y = {ratio:g} σ_x"
-        _dress(left, f"{told}, pitch", "roll (degrees)", 8.0)
+        caption = f"figure 10({letter}): Ω = {coning:g}°, A_x = {azimuth:g}°, σ_y = {ratio:g} σ_x"
+        _dress(left, f"{caption}, pitch", "roll (degrees)", 8.0)
         _dress(right, "roll", "roll (degrees)", 30.0)
 
 
 def rank_of_figure_12() -> tuple[float, float]:
     """Return |det K| of three axes with Ω = 45° and A = 90°, and the least singular value within pitch ±85°."""
     k = np.stack([sensor(axis, 45.0, 90.0).k_v_per_g for axis in "xyz"])
-    pitch, roll = (one.ravel() for one in np.meshgrid(np.linspace(-85.0, 85.0, 171), np.linspace(-180.0, 180.0, 181)))
+    pitch, roll = (grid.ravel() for grid in np.meshgrid(np.linspace(-85.0, 85.0, 171), np.linspace(-180.0, 180.0, 181)))
     return float(abs(np.linalg.det(k))), float(weakest_direction(pitch, roll).min())
 
 
@@ -158,8 +160,8 @@ def draw_three_axes(figure: "Figure") -> None:
             of_pitch, of_roll = by_three(coning, ratio, np.full(over.size, pitch), over)
             row[2].plot(over, of_pitch, color=colour, label=f"α = {pitch:g}°")
             row[3].plot(over, of_roll, color=colour)
-        told = f"Ω = {coning:g}°, σ_y = {ratio:g} σ_x"
-        _dress(row[0], f"{number}: pitch, {told}", "pitch (degrees)", 11.0 if ratio > 1.0 else 2.0)
+        caption = f"Ω = {coning:g}°, σ_y = {ratio:g} σ_x"
+        _dress(row[0], f"{number}: pitch, {caption}", "pitch (degrees)", 11.0 if ratio > 1.0 else 2.0)
         _dress(row[1], f"{number}: roll", "pitch (degrees)", 6.0)
         _dress(row[2], f"{number + 1}: pitch", "roll (degrees)", 11.0 if ratio > 1.0 else 2.0)
         _dress(row[3], f"{number + 1}: roll", "roll (degrees)", 6.0)

@@ -104,9 +104,9 @@ def mount_of_sensor_1() -> FloatArray:
 
 def mount_of_package(axis: str) -> FloatArray:
     """Diagonal from the six-point tumble of figure 50, which sees nothing else; the rest from figure 47."""
-    own, letter = {"x": (XX, "a"), "y": (YY, "b"), "z": (ZZ, "c")}[axis]
+    mount, letter = {"x": (XX, "a"), "y": (YY, "b"), "z": (ZZ, "c")}[axis]
     six = np.array([(p.pitch_deg, p.roll_deg) for p in tumble(with_roll=True).points])
-    tumbled = ROWS[f"50 {axis}"], lack_of_fit_form(six[:, 0], six[:, 1], with_roll=True), own
+    tumbled = ROWS[f"50 {axis}"], lack_of_fit_form(six[:, 0], six[:, 1], with_roll=True), mount
     full = ROWS[f"47({letter})"], lack_of_fit_form(*GRIDS["47"], with_roll=True), XY if axis == "y" else XZ
     return _mount(tumbled, full)
 
@@ -127,7 +127,7 @@ def warm() -> tuple[Truth, Temperature]:
 
 def campaigns() -> dict[str, Campaign]:
     """By the figure of TP they begin with."""
-    alone, one = mount_without_roll(), mount_of_sensor_1()
+    alone, sensor = mount_without_roll(), mount_of_sensor_1()
     sensor_1, feeling = warm()
     made = (
         Campaign("22", {"S0": {"x": truth_of("22", q=alone)}}, LINE.format(36.0, 2.0), 6, with_roll=False),
@@ -141,7 +141,10 @@ def campaigns() -> dict[str, Campaign]:
             temperature={"S1": feeling},
         ),
         Campaign(
-            "37", {"S1": {"x": truth_of("37", q=one)}, "S2": {"x": truth_of("42")}}, GRID.format(180.0, 15.0, 30.0), 4
+            "37",
+            {"S1": {"x": truth_of("37", q=sensor)}, "S2": {"x": truth_of("42")}},
+            GRID.format(180.0, 15.0, 30.0),
+            4,
         ),
         Campaign("44", {"P": package("44")}, GRID.format(90.0, 10.0, 30.0), 6),
         Campaign("47", {"P": package("47")}, GRID.format(180.0, 10.0, 30.0), 6),

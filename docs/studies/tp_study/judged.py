@@ -202,9 +202,9 @@ def inferred_attitude(solved: Calibration, observations: Observations) -> tuple[
     )
 
 
-def _nearer(one_rad: FloatArray, other_rad: FloatArray) -> FloatArray:
-    one, other = wrap_rad(one_rad), wrap_rad(other_rad)
-    return np.where(np.abs(one) <= np.abs(other), one, other)
+def _nearer(first_rad: FloatArray, second_rad: FloatArray) -> FloatArray:
+    first, second = wrap_rad(first_rad), wrap_rad(second_rad)
+    return np.where(np.abs(first) <= np.abs(second), first, second)
 
 
 def _line(axis: AxisCalibration, reading_sd_v: float) -> SensorLine:

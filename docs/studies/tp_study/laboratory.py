@@ -140,10 +140,10 @@ def from_world(bench: Bench) -> Mapping[str, Observations]:
 def _rig_text(campaign: Campaign) -> str:
     axes = ("pitch", "roll") if campaign.with_roll else ("pitch",)
     lines = ['[rig]\nname = "the laboratory of TP"\ngravity_mps2 = 9.79826']
-    lines += [_AXIS.format(name=name, number=place, teeth=campaign.teeth_arcsec) for place, name in enumerate(axes, 1)]
+    lines += [_AXIS.format(name=name, number=index, teeth=campaign.teeth_arcsec) for index, name in enumerate(axes, 1)]
     channels = [(serial, axis) for serial, truths in campaign.sensors.items() for axis in truths]
     scanned = ", ".join(
-        f"{_channel(*pair)} = {{ scanner = {place}, range_v = 10.0 }}" for place, pair in enumerate(channels, 1)
+        f"{_channel(*pair)} = {{ scanner = {index}, range_v = 10.0 }}" for index, pair in enumerate(channels, 1)
     )
     lines.append(f'[readouts.dmm]\ndriver = "hp3458a"\nresource = "twin"\nnplc = 10\nchannels = {{ {scanned} }}')
     if campaign.temperature:

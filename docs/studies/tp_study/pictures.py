@@ -124,10 +124,10 @@ def _symbols(panel: "Axes", angle: FloatArray, values: FloatArray, replication: 
     labels = np.unique(replication)
     steps = np.diff(np.unique(angle))
     width = min(DODGE_SHARE * float(steps.min()), WIDEST_DODGE * float(np.ptp(angle))) if steps.size else 0.0
-    for place, label in enumerate(labels):
-        colour, symbol = series_style(place, labels.size)
+    for index, label in enumerate(labels):
+        colour, symbol = series_style(index, labels.size)
         rows = replication == label
-        aside = width * ((place + 0.5) / labels.size - 0.5)
+        aside = width * ((index + 0.5) / labels.size - 0.5)
         size = 2.0 * SYMBOL_SIZES.get(symbol, 1.0)
         panel.plot(
             angle[rows] + aside, values[rows], symbol, color=colour, markersize=size, markeredgewidth=0.0, alpha=0.8

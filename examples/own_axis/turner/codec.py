@@ -47,12 +47,12 @@ def decode(data: bytes) -> Frame:
     return Frame(drive, command, value, count, status)
 
 
-def answer_to(asked: Frame, data: bytes) -> Frame:
+def answer_to(request: Frame, data: bytes) -> Frame:
     """Parse the answer to a frame. Raises: DeviceNonsense where it is one to another."""
-    told = decode(data)
-    if (told.drive, told.command, told.count) != (asked.drive, asked.command, asked.count):
-        raise DeviceNonsense(f"the answer is of drive {told.drive}, command {told.command}, count {told.count}")
-    return told
+    answer = decode(data)
+    if (answer.drive, answer.command, answer.count) != (request.drive, request.command, request.count):
+        raise DeviceNonsense(f"the answer is of drive {answer.drive}, command {answer.command}, count {answer.count}")
+    return answer
 
 
 def units(angle_deg: float) -> int:

@@ -102,8 +102,8 @@ class Turner:
         if self._is_prepared:
             return
         wanted = codec.units(self.speed_dps)
-        if (told := self._ask(codec.SPEED, wanted).value) != wanted:
-            raise DeviceFault(f"{self.name}: speed {wanted} was sent and reads back {told}; nothing moved")
+        if (confirmed := self._ask(codec.SPEED, wanted).value) != wanted:
+            raise DeviceFault(f"{self.name}: speed {wanted} was sent and reads back {confirmed}; nothing moved")
         self._is_prepared = True
 
     def _require_home(self, task: str) -> None:
@@ -124,19 +124,19 @@ class Turner:
         """
         with self._turn:
             self._count = (self._count + 1) % COUNTS
-            asked = Frame(self._settings.axis, command, value, self._count)
-            told = self._exchange.ask(
-                codec.encode(asked),
-                lambda data: codec.answer_to(asked, data),
+            request = Frame(self._settings.axis, command, value, self._count)
+            answer = self._exchange.ask(
+                codec.encode(request),
+                lambda data: codec.answer_to(request, data),
                 idempotent=idempotent,
                 length=codec.LENGTH,
             )
-        if told.status != codec.DONE:
+        if answer.status != codec.DONE:
             raise DeviceRefused(
-                f"{self.name}: the drive refuses command {command} with {value}: status {told.status}; nothing moved;"
+                f"{self.name}: the drive refuses command {command} with {value}: status {answer.status}; nothing moved;"
                 " look into its manual"
             )
-        return told
+        return answer
 
 
 def connect(axes: Mapping[str, TurnerSettings], stream: ByteStream) -> Mapping[str, Axis]:

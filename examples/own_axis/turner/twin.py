@@ -44,8 +44,8 @@ class TurnerTwin:
 
     def _answer(self, frame: bytes, now_s: float) -> None:
         number, command, _, value, count = struct.unpack(">BBBiB", frame[:8])
-        told = self._obey(self.drives[number], command, value, now_s)
-        status, value = (3, 0) if told is None else (100, told)
+        outcome = self._obey(self.drives[number], command, value, now_s)
+        status, value = (3, 0) if outcome is None else (100, outcome)
         answer = struct.pack(">BBBiB", number, command, status, value, count)
         self._due += answer + bytes([sum(answer) % 256])
 

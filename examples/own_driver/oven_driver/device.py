@@ -54,10 +54,10 @@ class Oven:
                 " ask for one of them"
             )
         self._ask("SET", write_degc("SET", wanted_degc))
-        told_degc = self.setpoint_degc()
-        if told_degc != wanted_degc:
+        confirmed_degc = self.setpoint_degc()
+        if confirmed_degc != wanted_degc:
             raise DeviceFault(
-                f"{self.name}: setpoint {wanted_degc:g} degC was acknowledged, but reads back {told_degc:g} degC;"
+                f"{self.name}: setpoint {wanted_degc:g} degC was acknowledged, but reads back {confirmed_degc:g} degC;"
                 " the oven may heat; look at its front panel"
             )
 

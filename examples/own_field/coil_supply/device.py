@@ -38,10 +38,10 @@ class Coil:
         """None: nobody has asked for a field yet, so it is not known."""
 
     def identify(self) -> str:
-        told = self._exchange.ask(b"*IDN?\n", _text, idempotent=True)
-        if not told.startswith("COIL-SUPPLY"):
-            raise DeviceRefused(f"{self.name}: it is {told!r}, need a COIL-SUPPLY; nothing was set; check the port")
-        return told
+        identity = self._exchange.ask(b"*IDN?\n", _text, idempotent=True)
+        if not identity.startswith("COIL-SUPPLY"):
+            raise DeviceRefused(f"{self.name}: it is {identity!r}, need a COIL-SUPPLY; nothing was set; check the port")
+        return identity
 
     def check_field(self, field_ut: float) -> None:
         low_ut, high_ut = self.limits_ut

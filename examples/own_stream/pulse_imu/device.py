@@ -65,10 +65,10 @@ class Pulse:
                 f"{self.name}: {self._silent_bytes} bytes and no packet; check baud rate and that this is the board"
             )
         gaps = []
-        for place, sample in enumerate(samples):
+        for index, sample in enumerate(samples):
             if self._next_count is not None and sample.count != self._next_count:
                 missing = (sample.count - self._next_count) % COUNT_WRAPS
-                gaps.append(StreamGap(place, missing, f"its count jumps by {missing}"))
+                gaps.append(StreamGap(index, missing, f"its count jumps by {missing}"))
             self._next_count = (sample.count + 1) % COUNT_WRAPS
         values = np.array([sample.force_g for sample in samples]).reshape(-1, len(CHANNELS))
         block = StreamBlock(

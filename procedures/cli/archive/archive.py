@@ -7,7 +7,7 @@ from pathlib import Path
 from cyclopts import App
 
 from ams.archive.connection import migrate as migrate_archive
-from ams.archive.desk import SENSOR_EVERY_DAYS, due_list, search_runs
+from ams.archive.due_list import SENSOR_EVERY_DAYS, due_list, search_runs
 from ams.archive.histories import history as history_of
 from ams.archive.refusals import without_password
 from ams.archive.runs import adjustment_of
@@ -19,7 +19,7 @@ from ams.archive.signatures import release as release_set
 from ams.archive.signatures import sign as sign_set
 from ams.surveillance.compare import compare as compare_sets
 from ams.whole_file import write_whole
-from procedures.cli.archive.identity import OWN_WORD, signer
+from procedures.cli.archive.identity import IDENTIFIED_BY_NAME, signer
 from procedures.cli.archive.text import (
     adjustment_lines,
     comparison_lines,
@@ -30,9 +30,9 @@ from procedures.cli.archive.text import (
     set_lines,
     sign_off_lines,
 )
+from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Json, Operator, SecretFile, require_folder_of
 from procedures.cli.output import print_json, say
-from procedures.cli.places import archive_url
 from procedures.cli.results.coefficients_text import set_text
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
@@ -115,12 +115,12 @@ def due(
     """
     url, today = archive_url(archive), datetime.now(UTC).date()
     found = [
-        one
-        for one in due_list(url, sensor_every_days)
-        if within_days is None or ((left := one.days_left(today)) is not None and left <= within_days)
+        item
+        for item in due_list(url, sensor_every_days)
+        if within_days is None or ((left := item.days_left(today)) is not None and left <= within_days)
     ]
     if json:
-        entries = [{**plain(asdict(one)), "days_left": one.days_left(today)} for one in found]
+        entries = [{**plain(asdict(item)), "days_left": item.days_left(today)} for item in found]
         print_json({"archive": without_password(url), "due": entries})
         return
     for line in due_lines(found, today):
@@ -141,7 +141,7 @@ def search(*words: str, archive: Archive = None, json: Json = False) -> None:
     url = archive_url(archive)
     found = search_runs(url, words)
     if json:
-        print_json({"archive": without_password(url), "runs": [plain(asdict(one)) for one in found]})
+        print_json({"archive": without_password(url), "runs": [plain(asdict(run)) for run in found]})
         return
     say(f"{len(found)} {'run' if len(found) == 1 else 'runs'} in {without_password(url)}")
     for line in found_lines(found):
@@ -242,7 +242,7 @@ def sign(
     """
     url = archive_url(archive)
     who = signer(operator, secret_file)
-    _tell(sign_set(url, key, role, who, datetime.now(UTC), comment, identified_by=OWN_WORD), json=json)
+    _tell(sign_set(url, key, role, who, datetime.now(UTC), comment, identified_by=IDENTIFIED_BY_NAME), json=json)
 
 
 @app.command
@@ -270,7 +270,9 @@ def accept(
     """
     url = archive_url(archive)
     who = signer(operator, secret_file)
-    _tell(accept_finding(url, key, finding, who, datetime.now(UTC), reason, identified_by=OWN_WORD), json=json)
+    _tell(
+        accept_finding(url, key, finding, who, datetime.now(UTC), reason, identified_by=IDENTIFIED_BY_NAME), json=json
+    )
 
 
 @app.command
@@ -295,7 +297,7 @@ def release(
     """
     url = archive_url(archive)
     who = signer(operator, secret_file)
-    _tell(release_set(url, key, who, datetime.now(UTC), reason, identified_by=OWN_WORD), json=json)
+    _tell(release_set(url, key, who, datetime.now(UTC), reason, identified_by=IDENTIFIED_BY_NAME), json=json)
 
 
 @app.command

@@ -4,9 +4,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from procedures.certificate.issue import GroundsOf, issue
+from procedures.cli.locations import archive_url, login_name
 from procedures.cli.options import Archive, Flag, Json, Operator, require_folder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import archive_url, login_name
 from procedures.errors import RequestError
 from rig.clock import SystemClock
 
@@ -54,8 +54,16 @@ def certificate(
     done = issue(archive_url(archive), key, request, operator or login_name(), out)
     if json:
         files = {"page": str(done.page), "paper": str(done.paper), "paper_sha256": done.sha256}
-        one = done.grounds.coefficients
-        print_json({"number": number, "specimen": specimen, "sensor": one.sensor, "set_sha256": one.sha256, **files})
+        coefficients = done.grounds.coefficients
+        print_json(
+            {
+                "number": number,
+                "specimen": specimen,
+                "sensor": coefficients.sensor,
+                "set_sha256": coefficients.sha256,
+                **files,
+            }
+        )
         return
     what = "specimen" if specimen else "certificate"
     say(f"{what} {number} of {done.grounds.coefficients.sensor}: {done.paper}")

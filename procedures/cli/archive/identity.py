@@ -4,10 +4,10 @@ import sys
 from getpass import getpass
 from pathlib import Path
 
-from procedures.cli.places import login_name, people_of_here
+from procedures.cli.locations import login_name, people_of_here
 from procedures.errors import RequestError
 
-OWN_WORD = "the secret of that name"
+IDENTIFIED_BY_NAME = "the secret of that name"
 
 
 def signer(operator: str | None, secret_file: Path | None) -> str:

@@ -10,9 +10,9 @@ from ams.archive.runs import Override
 from ams.archive.synthetic import Story, synthetic_archive
 from ams.archive.synthetic_runs import publish_synthetic
 from procedures.cli.archive.text import adjustment_lines, plain
+from procedures.cli.locations import archive_of, find_run
 from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import archive_of, find_run
 from procedures.delivery.deliver import publish_folder
 from procedures.delivery.publish import history_findings
 from procedures.errors import RequestError
@@ -51,14 +51,15 @@ def publish(
         folder, lambda simulated: archive_of(folder.parent, archive, is_simulated=simulated), word, succession
     )
     if json:
-        sets = [plain(asdict(one)) for one in published.publications]
-        found = {name: plain(asdict(one)) for name, one in published.adjustments.items()}
+        sets = [plain(asdict(publication)) for publication in published.publications]
+        found = {name: plain(asdict(adjustment)) for name, adjustment in published.adjustments.items()}
         print_json({"archive": without_password(url), "sets": sets, "adjustments": found})
         return
     shown = without_password(url)
-    for one in published.publications:
-        say(f"{one.sha256[:12]}  {one.sensor:<16} {'published' if one.is_new else 'was there already'}   {shown}")
-        for line in adjustment_lines(published.adjustments.get(one.sensor)):
+    for publication in published.publications:
+        outcome = "published" if publication.is_new else "was there already"
+        say(f"{publication.sha256[:12]}  {publication.sensor:<16} {outcome}   {shown}")
+        for line in adjustment_lines(published.adjustments.get(publication.sensor)):
             say(f"  {line}")
     for finding in history_findings(url, published):
         say(f"look at this: {finding}")

@@ -10,9 +10,9 @@ from typing import Literal
 from ams.archive.refusals import without_password
 from ams.archive.runs import publish_run
 from procedures.cli.archive.text import plain
+from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Flag, Json
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import archive_url
 from procedures.delivery.resolve import Answer, Mapper, Treatment, chunks, in_this_process, jobs_of
 from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
 from procedures.errors import ExitStatus, RequestError
@@ -53,14 +53,14 @@ def resolve(
     """
     url = archive_url(archive)
     jobs = jobs_of(url, runs, Treatment(temperature, extended), keep=publish)
-    where, size = _place(len(jobs), workers, dask)
+    where, size = _resolved(len(jobs), workers, dask)
     answers = _answered(jobs, where, size)
     published = _publish(url, answers) if publish else 0
     _tell(without_password(url), answers, published, json=json)
-    return ExitStatus.FAILED if any(one.outcome in ("missing", "failed") for one in answers) else ExitStatus.DONE
+    return ExitStatus.FAILED if any(answer.outcome in ("missing", "failed") for answer in answers) else ExitStatus.DONE
 
 
-def _place(
+def _resolved(
     jobs: int, workers: int | None, dask: str | None
 ) -> tuple[Callable[[], AbstractContextManager[Mapper]], int]:
     """Return what solves, and how many runs it takes at once."""
@@ -86,27 +86,31 @@ def _answered(jobs: Sequence[object], where: Callable[[], AbstractContextManager
             if tenth > shown_tenth:
                 shown_tenth = tenth
                 note(f"{len(answers)}/{len(jobs)} runs")
-    return sorted(answers, key=lambda one: one.run_id)
+    return sorted(answers, key=lambda answer: answer.run_id)
 
 
 def _publish(url: str, answers: Sequence[Answer]) -> int:
     count = 0
-    for one in answers:
-        if one.entry is not None:
-            now, usage = SystemClock().now_utc(), one.usage_pitch_deg
-            done = publish_run(url, one.entry, one.measured, now, usage_pitch_deg=usage)
+    for answer in answers:
+        if answer.entry is not None:
+            now, usage = SystemClock().now_utc(), answer.usage_pitch_deg
+            done = publish_run(url, answer.entry, answer.measured, now, usage_pitch_deg=usage)
             count += sum(publication.is_new for publication in done.publications)
     return count
 
 
 def _tell(url: str, answers: Sequence[Answer], published: int, *, json: bool) -> None:
-    kinds = {kind: [one for one in answers if one.outcome == kind] for kind in ("same", "changed", "missing", "failed")}
+    kinds = {
+        kind: [answer for answer in answers if answer.outcome == kind]
+        for kind in ("same", "changed", "missing", "failed")
+    }
     if json:
         changed = [
-            {"run_id": one.run_id, "changes": [asdict(change) for change in one.changes]} for one in kinds["changed"]
+            {"run_id": answer.run_id, "changes": [asdict(change) for change in answer.changes]}
+            for answer in kinds["changed"]
         ]
         hindered = {
-            kind: [{"run_id": one.run_id, "message": one.message} for one in kinds[kind]]
+            kind: [{"run_id": answer.run_id, "message": answer.message} for answer in kinds[kind]]
             for kind in ("missing", "failed")
         }
         counts = {"archive": url, "runs": len(answers), "same": len(kinds["same"]), "published": published}
@@ -114,10 +118,10 @@ def _tell(url: str, answers: Sequence[Answer], published: int, *, json: bool) ->
         return
     listed = ", ".join(f"{len(found)} {kind}" for kind, found in kinds.items() if found or kind == "same")
     say(f"{len(answers)} runs of {url}: {listed}")
-    for one in kinds["changed"][:LONGEST_LIST]:
-        say(f"{one.run_id}: {len(one.changes)} numbers changed, most: {_largest(one)}")
-    for one in (*kinds["missing"], *kinds["failed"])[:LONGEST_LIST]:
-        say(f"{one.run_id}: {one.outcome}: {one.message}")
+    for answer in kinds["changed"][:LONGEST_LIST]:
+        say(f"{answer.run_id}: {len(answer.changes)} numbers changed, most: {_largest(answer)}")
+    for answer in (*kinds["missing"], *kinds["failed"])[:LONGEST_LIST]:
+        say(f"{answer.run_id}: {answer.outcome}: {answer.message}")
     if any(len(found) > LONGEST_LIST for kind, found in kinds.items() if kind != "same"):
         say(f"only the first {LONGEST_LIST} of each are listed; --json has all")
     if published:
@@ -125,7 +129,7 @@ def _tell(url: str, answers: Sequence[Answer], published: int, *, json: bool) ->
 
 
 def _largest(answer: Answer) -> str:
-    change = max(answer.changes, key=lambda one: float("inf") if one.of_scale is None else one.of_scale)
+    change = max(answer.changes, key=lambda moved: float("inf") if moved.of_scale is None else moved.of_scale)
     where = " ".join(part for part in (change.sensor, change.axis, change.name) if part)
     if change.old is None or change.new is None:
         return f"{where} {'is new' if change.old is None else 'is gone'}"

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime
 from typing import Any
 
-from ams.archive.desk import Due, FoundRun
+from ams.archive.due_list import Due, FoundRun
 from ams.archive.histories import SensorHistory
 from ams.archive.sets import ArchivedSet
 from ams.archive.signatures import SignOff
@@ -47,23 +47,23 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
 
 def due_lines(found: Sequence[Due], today: date) -> Iterator[str]:
     """Yield a line for what is due, the earliest first."""
-    for one in found:
-        left = one.days_left(today)
+    for item in found:
+        left = item.days_left(today)
         when = "no date" if left is None else f"{-left} days over" if left < 0 else f"in {left} days"
-        day = "—" if one.due is None else f"{one.due}"
-        yield f"{day:<10}  {when:<14} {one.kind:<9} {one.name} ({one.serial or 'no serial'}), {one.because}"
+        day = "—" if item.due is None else f"{item.due}"
+        yield f"{day:<10}  {when:<14} {item.kind:<9} {item.name} ({item.serial or 'no serial'}), {item.because}"
     if not found:
         yield "nothing is due"
 
 
 def found_lines(found: Sequence[FoundRun]) -> Iterator[str]:
     """Yield a line for each run, the newest first."""
-    for one in found:
-        stamp = ", simulated" if one.run.simulated else ""
-        standards = f", with {', '.join(one.standards)}" if one.standards else ""
+    for item in found:
+        stamp = ", simulated" if item.run.simulated else ""
+        standards = f", with {', '.join(item.standards)}" if item.standards else ""
         yield (
-            f"{one.run.started_utc:%Y-%m-%d %H:%M} UTC  {one.run.run_id}  {one.run.title}: {', '.join(one.sensors)}"
-            f"{standards}, by {one.run.operator}{stamp}"
+            f"{item.run.started_utc:%Y-%m-%d %H:%M} UTC  {item.run.run_id}  {item.run.title}: {', '.join(item.sensors)}"
+            f"{standards}, by {item.run.operator}{stamp}"
         )
 
 
@@ -85,28 +85,28 @@ def _condition_lines(condition: Condition) -> Iterator[str]:
     name = condition.kind.replace("-", " ")
     yield f"{name}: {condition.verdict or 'no limit to judge by'} (set {condition.set_sha256[:12]})"
     for errors in condition.errors.values():
-        place = errors.worst
+        worst = errors.worst
         left_out = f", {errors.left_out} attitudes do not tell it" if errors.left_out else ""
         yield (
-            f"  {errors.angle}: at most {errors.error_deg[place]:+.5f}° with U {errors.expanded_deg[place]:.5f}° "
-            f"(k = {errors.coverage_factor[place]:.2f}) at pitch {errors.pitch_deg[place]:g}°, roll "
-            f"{errors.roll_deg[place]:g}°{left_out}"
+            f"  {errors.angle}: at most {errors.error_deg[worst]:+.5f}° with U {errors.expanded_deg[worst]:.5f}° "
+            f"(k = {errors.coverage_factor[worst]:.2f}) at pitch {errors.pitch_deg[worst]:g}°, roll "
+            f"{errors.roll_deg[worst]:g}°{left_out}"
         )
     for level in condition.level_errors.values():
-        place, unit = level.worst, printed(level.unit)
+        worst, unit = level.worst, printed(level.unit)
         yield (
-            f"  {level.axis}: at most {level.error[place]:+.3g} {unit} with U {level.expanded[place]:.2g} {unit} "
-            f"(k = {level.coverage_factor[place]:.2f}) at {level.level[place]:.4g} {unit}"
+            f"  {level.axis}: at most {level.error[worst]:+.3g} {unit} with U {level.expanded[worst]:.2g} {unit} "
+            f"(k = {level.coverage_factor[worst]:.2f}) at {level.level[worst]:.4g} {unit}"
         )
-    yield from (f"  {one.sentence}" for one in condition.judgements)
+    yield from (f"  {judgement.sentence}" for judgement in condition.judgements)
 
 
 def sign_off_lines(signed: SignOff) -> Iterator[str]:
     """Yield the lines on who signed a set, and which certificates were issued."""
     yield f"set {signed.sha256[:12]}: {signed.state}"
-    for one in signed.signatures:
-        comment = f": {one.comment}" if one.comment else ""
-        yield f"  {one.role:<10} {one.name}, {one.signed_utc:%Y-%m-%d %H:%M} UTC{comment}"
+    for signature in signed.signatures:
+        comment = f": {signature.comment}" if signature.comment else ""
+        yield f"  {signature.role:<10} {signature.name}, {signature.signed_utc:%Y-%m-%d %H:%M} UTC{comment}"
     yield from _findings_lines(signed)
     for certificate in signed.certificates:
         amends = f", amends {certificate.amends} ({certificate.reason})" if certificate.amends else ""
@@ -115,7 +115,7 @@ def sign_off_lines(signed: SignOff) -> Iterator[str]:
 
 def _findings_lines(signed: SignOff) -> Iterator[str]:
     """Every significant finding with who accepted it, and the quarantine with who released it."""
-    words = {one.finding: one for one in signed.acceptances}
+    words = {acceptance.finding: acceptance for acceptance in signed.acceptances}
     for finding in signed.findings:
         word = words.get(finding.name)
         said = (
@@ -157,7 +157,9 @@ def _axis_lines(change: AxisChange, found: Comparison) -> Iterator[str]:
         f"  offset       {volts}   {_arcsec(change.offset_arcsec)}" if found.unit == "g" else f"  offset       {volts}"
     )
     yield f"  sensitivity  {relative.value * 1e6:+.2f} ppm (u {relative.standard_uncertainty * 1e6:.2f})"
-    across = "   ".join(f"{axis} {_arcsec(one)}" for axis, one in change.direction_arcsec.items())
+    across = "   ".join(
+        f"{axis} {_arcsec(component_arcsec)}" for axis, component_arcsec in change.direction_arcsec.items()
+    )
     yield f"  direction    {across}"
 
 

@@ -30,7 +30,7 @@ from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
 from procedures.cli.attitude.source import REMEDIES, Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
 from procedures.cli.attitude.tally import TalliedRows
-from procedures.cli.attitude.untested import WatchedOutputs, assumed_gravity, assumed_of_gyros, told_by_rest
+from procedures.cli.attitude.untested import WatchedOutputs, assumed_gravity, assumed_of_gyros, remarks_on_rest
 from procedures.cli.attitude.view import ViewedRows
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
@@ -173,8 +173,8 @@ def attitude(
         _answer_file(found, Path(data), answers)
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
-    for told in told_by_rest(angles) if isinstance(angles, GyroAngles) else ():
-        note(told)
+    for remark in remarks_on_rest(angles) if isinstance(angles, GyroAngles) else ():
+        note(remark)
     for doubt in watched.doubts() if isinstance(watched, WatchedOutputs) else ():
         note(doubt)
 
@@ -183,7 +183,7 @@ def _watched(
     angles: AngleStream, package: Package, reading_sd_v: float | None, *, is_alone: bool
 ) -> AngleStream | WatchedOutputs:
     """Return the angles with an eye on outputs that no other output tests: one or two accelerometers alone."""
-    is_plain = all(one.form.unit == "g" and one.own_output is None for one in package.coefficients.axes.values())
+    is_plain = all(axis.form.unit == "g" and axis.model_output is None for axis in package.coefficients.axes.values())
     if not is_alone or not is_plain or len(package.columns) > 2:
         return angles
     return WatchedOutputs(angles, package, reading_sd_v)
@@ -199,14 +199,15 @@ def _which_of_two(package: Package, *, upright: bool, right_wing_down: bool) -> 
             "with it; measure x as well"
         )
     if set(axes) == {"x", "z"}:
-        told, option = ("0° to 180°", "--no-") if right_wing_down else ("−180° to 0°", "--")
+        range_text, option = ("0° to 180°", "--no-") if right_wing_down else ("−180° to 0°", "--")
         other = f"{option}right-wing-down"
     else:
-        told, option = ("within ±90°", "--no-") if upright else ("beyond ±90°", "--")
+        range_text, option = ("within ±90°", "--no-") if upright else ("beyond ±90°", "--")
         other = f"{option}upright"
     return (
-        f"{package.coefficients.sensor}: two axes ({', '.join(axes)}) have two answers to every row: roll {told} is "
-        f"taken; a row on the other side is wrong in roll and pitch, and no flag can tell it; {other} takes that side"
+        f"{package.coefficients.sensor}: two axes ({', '.join(axes)}) have two answers to every row: roll {range_text} "
+        f"is taken; a row on the other side is wrong in roll and pitch, and no flag can tell it; {other} takes "
+        "that side"
     )
 
 
@@ -241,12 +242,12 @@ def _solve_alignment(package: Package, reading_sd_v: float | None, data: Path, o
     """Solve how a package sits in the model, from a file of known attitudes, and store it."""
     require_folder_of(out, "--solve-alignment")
     found = inference(replace(package, alignment=None), None, reading_sd_v)
-    told: list[FloatArray] = []
+    known_deg: list[FloatArray] = []
     for readings in blocks_of(data, (*found.needed, "pitch_deg", "roll_deg"), found.optional, REMEDIES):
         angles = found.answer(readings).columns
         rows = angles["pitch_deg"], angles["roll_deg"], readings["pitch_deg"], readings["roll_deg"]
-        told.append(np.deg2rad(np.stack(rows)))
-    pitch, roll, known_pitch, known_roll = np.concatenate(told, axis=1)
+        known_deg.append(np.deg2rad(np.stack(rows)))
+    pitch, roll, known_pitch, known_roll = np.concatenate(known_deg, axis=1)
     solved = alignments.solve_alignment(package.coefficients.sensor, (pitch, roll), (known_pitch, known_roll))
     alignments.store_alignment(solved, out)
     sd_deg = np.rad2deg(np.sqrt(np.diag(solved.covariance_rad2)))

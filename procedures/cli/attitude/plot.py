@@ -29,11 +29,11 @@ class PlottedRows:
     def write(self, rows: Rows) -> None:
         """Write rows and keep every so many of them; twice as few wherever the picture is full."""
         self._writer.write(rows)
-        number = self._seen + np.arange(rows.places.size)
-        self._seen += rows.places.size
+        number = self._seen + np.arange(rows.indices.size)
+        self._seen += rows.indices.size
         kept = np.flatnonzero(number % self._every == 0)
         self._row.append(number[kept])
-        self._is_flagged.append(rows.places[kept] > 0)
+        self._is_flagged.append(rows.indices[kept] > 0)
         for name, values in rows.columns.items():
             self._columns.setdefault(name, []).append(values[kept])
         if sum(part.size for part in self._row) > MOST_ROWS:

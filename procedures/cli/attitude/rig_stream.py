@@ -15,8 +15,8 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.sets.coefficients import CoefficientSet
 from ams.units import printed
+from procedures.cli.locations import shared_archive_url
 from procedures.cli.output import note
-from procedures.cli.places import shared_archive_url
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import RequestError
 from procedures.lease.keeper import leased
@@ -50,8 +50,8 @@ class StreamWiring:
     @property
     def units(self) -> Mapping[str, str]:
         """By full channel name, as written in a key."""
-        own = self.description.streams[self.name].channel_units()
-        return {f"{self.name}.{channel}": unit for channel, unit in own.items()}
+        channel_units = self.description.streams[self.name].channel_units()
+        return {f"{self.name}.{channel}": unit for channel, unit in channel_units.items()}
 
     def pairs(self, coefficients: CoefficientSet, option: str) -> list[str]:
         """Return AXIS=CHANNEL of the set's sensor as the rig file wires it. Raises: RequestError."""
@@ -105,7 +105,7 @@ class StreamRows:
     _next: float = field(default=0.0, init=False)
     _first_s: float | None = field(default=None, init=False)
     _last_s: float = field(default=0.0, init=False)
-    _told: bool = field(default=False, init=False)
+    _has_compared: bool = field(default=False, init=False)
 
     def readings(self, blocks: Sequence[StreamBlock]) -> dict[str, FloatArray]:
         """Return the columns of what came, ``time_s`` and one a channel."""
@@ -134,11 +134,11 @@ class StreamRows:
         self._next = (float(counted[-1]) + 1.0 if counted.size else self._next) + behind
         self.samples += block.samples
         self.refused += block.refused
-        own = block.device_s
-        if not own.size or not np.isfinite(own).all():
+        device_s = block.device_s
+        if not device_s.size or not np.isfinite(device_s).all():
             return np.asarray(counted / self.stream.rate_hz)
-        self._compare(own)
-        return own
+        self._compare(device_s)
+        return device_s
 
     def _compare(self, device_s: FloatArray) -> None:
         """Tell, once, where the device's own time does not keep the rate that the rig file states."""
@@ -146,13 +146,13 @@ class StreamRows:
             self._first_s = float(device_s[0])
         self._last_s = float(device_s[-1])
         took_s, intervals = self._last_s - self._first_s, self._next - 1.0
-        if self._told or took_s < _COMPARED_S:
+        if self._has_compared or took_s < _COMPARED_S:
             return
-        self._told = True
-        own_hz = intervals / took_s
-        if abs(own_hz / self.stream.rate_hz - 1.0) > _LARGEST_RATE_ERROR:
+        self._has_compared = True
+        device_hz = intervals / took_s
+        if abs(device_hz / self.stream.rate_hz - 1.0) > _LARGEST_RATE_ERROR:
             note(
-                f"streams.{self.stream.name}: sends {own_hz:.5g} samples a second by its own time, "
+                f"streams.{self.stream.name}: sends {device_hz:.5g} samples a second by its own time, "
                 f"{self.stream.rate_hz:g} by the rig file: angles integrated from its rates are wrong by as much; give "
                 "--rate-hz, or mend rate_hz"
             )

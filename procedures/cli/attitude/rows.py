@@ -31,17 +31,17 @@ class Rows:
 
     columns: Mapping[str, FloatArray]
     words: Sequence[str]
-    places: IntArray
+    indices: IntArray
     """(N,) of every row's flag among the words."""
 
     @classmethod
     def of(cls, answer: Answer) -> "Rows":
-        words, places = distinct_words(answer.codes, answer.reasons)
-        return cls(answer.columns, words, places)
+        words, indices = distinct_words(answer.codes, answer.reasons)
+        return cls(answer.columns, words, indices)
 
     @property
     def flags(self) -> list[str]:
-        return [self.words[place] for place in self.places.tolist()]
+        return [self.words[index] for index in self.indices.tolist()]
 
 
 class RowWriter(Protocol):
@@ -78,7 +78,7 @@ class CsvRows:
         self.file.write((",".join(self.columns) + "\n").encode())
 
     def write(self, rows: Rows) -> None:
-        if rows.places.size <= FEW_ROWS:
+        if rows.indices.size <= FEW_ROWS:
             text = "".join(row_lines(self.columns, {**rows.columns, "flag": rows.flags}))
             self.file.write(text.encode())
         elif find_spec("pyarrow") is not None:
@@ -91,7 +91,7 @@ class CsvRows:
             import pandas as pd
 
             rounded = {name: nine_digits(values) for name, values in rows.columns.items()}
-            flags = np.array(rows.words, dtype=object)[rows.places]
+            flags = np.array(rows.words, dtype=object)[rows.indices]
             pd.DataFrame({**rounded, "flag": flags}).to_csv(self.file, header=False, index=False)
 
     def close(self) -> None:
@@ -106,12 +106,12 @@ class JsonRows:
     columns: Sequence[str]
 
     def write(self, rows: Rows) -> None:
-        if not rows.places.size:
+        if not rows.indices.size:
             return
         import pandas as pd
 
         rounded = {name: nine_digits(values) for name, values in rows.columns.items()}
-        frame = pd.DataFrame({**rounded, "flag": np.array(rows.words, dtype=object)[rows.places]})
+        frame = pd.DataFrame({**rounded, "flag": np.array(rows.words, dtype=object)[rows.indices]})
         text = frame.to_json(orient="records", lines=True, double_precision=15, force_ascii=False)
         self.file.write(text.encode())
 
@@ -152,16 +152,16 @@ def nine_digits(values: FloatArray) -> FloatArray:
     """Return the numbers with nine significant digits, so that their shortest form has no more."""
     size = np.abs(values)
     with np.errstate(divide="ignore", invalid="ignore"):
-        places = _DIGITS - 1 - np.nan_to_num(np.floor(np.log10(size)), nan=0.0, neginf=0.0, posinf=0.0)
-    shift = _POWERS[np.clip(np.abs(places), 0, _POWERS.size - 1).astype(np.int64)]
-    return np.asarray(np.where(places >= 0.0, np.rint(values * shift) / shift, np.rint(values / shift) * shift))
+        decimals = _DIGITS - 1 - np.nan_to_num(np.floor(np.log10(size)), nan=0.0, neginf=0.0, posinf=0.0)
+    shift = _POWERS[np.clip(np.abs(decimals), 0, _POWERS.size - 1).astype(np.int64)]
+    return np.asarray(np.where(decimals >= 0.0, np.rint(values * shift) / shift, np.rint(values / shift) * shift))
 
 
 def _arrow_table(rows: Rows, rounded: Callable[[FloatArray], FloatArray]) -> Any:
     arrow = import_module("pyarrow")
     columns = {name: arrow.array(rounded(values), mask=np.isnan(values)) for name, values in rows.columns.items()}
     return arrow.table(
-        {**columns, "flag": arrow.array(list(rows.words), arrow.string()).take(arrow.array(rows.places))}
+        {**columns, "flag": arrow.array(list(rows.words), arrow.string()).take(arrow.array(rows.indices))}
     )
 
 

@@ -229,8 +229,8 @@ def angles_of_gyros(
         return GyroAngles(gyros, motion)
     if settings.interpolation is not None:
         raise RequestError("--interpolation: the filter takes the rate's mean over an interval; leave it out")
-    own, pairs = settings.accelerometers, settings.accelerometer_axis
-    force = package_of(own, pairs, "--accelerometer-axis", "accelerometer_", gravity_mps2, wiring)
+    accelerometers, pairs = settings.accelerometers, settings.accelerometer_axis
+    force = package_of(accelerometers, pairs, "--accelerometer-axis", "accelerometer_", gravity_mps2, wiring)
     default = Aiding()
     walk, sd_g = settings.bias_walk_dps_per_sqrt_s, settings.force_sd_g
     aiding = Aiding(
@@ -251,9 +251,9 @@ def _field_aid(settings: OfGyros, wiring: StreamWiring | None) -> FieldAid | Non
             "--magnetometers: the field where they are used is missing: give --field-ut X Y Z, µT along x at zero yaw, "
             "to the right and down"
         )
-    own = package_of(
+    package = package_of(
         settings.magnetometers, settings.magnetometer_axis, "--magnetometer-axis", "magnetometer_", wiring=wiring
     )
     if settings.field_sd_ut is None:
-        return FieldAid(own, settings.field_ut)
-    return FieldAid(own, settings.field_ut, settings.field_sd_ut)
+        return FieldAid(package, settings.field_ut)
+    return FieldAid(package, settings.field_ut, settings.field_sd_ut)

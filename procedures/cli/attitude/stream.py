@@ -123,20 +123,20 @@ def _readings(
         return _halved(header, names, needed, lines, line)
     found: list[list[float]] = []
     wrong = {}
-    for number, own in enumerate(lines, start=line):
-        if own is not None and not own.strip():
+    for number, text_line in enumerate(lines, start=line):
+        if text_line is not None and not text_line.strip():
             continue
-        cells, why = _cells(header, names, needed, own)
+        cells, why = _cells(header, names, needed, text_line)
         if why:
             wrong[len(found)] = f"line {number}: {why}"
         found.append(cells)
     values = np.array(found, dtype=float).reshape(len(found), len(names))
-    return {name: values[:, place] for place, name in enumerate(names)}, wrong
+    return {name: values[:, index] for index, name in enumerate(names)}, wrong
 
 
 def _quick(header: Sequence[str], names: Sequence[str], lines: list[bytes | None]) -> Mapping[str, FloatArray] | None:
     """Return the numbers of lines that are all plain rows; None where one of them asks for a closer look."""
-    plain = [own for own in lines if own is not None]
+    plain = [line for line in lines if line is not None]
     if len(plain) < len(lines):
         return None
     found = numbers_of(b"\n".join(plain), header, names)
@@ -172,8 +172,8 @@ def _cells(
 
 def _with_reasons(rows: Rows, wrong: Mapping[int, str]) -> Rows:
     """Return the rows with the reasons of those that could not be read."""
-    words, places = list(rows.words), rows.places.copy()
+    words, indices = list(rows.words), rows.indices.copy()
     for row, reason in wrong.items():
-        places[row] = len(words)
+        indices[row] = len(words)
         words.append(reason)
-    return Rows(rows.columns, words, places)
+    return Rows(rows.columns, words, indices)

@@ -23,10 +23,10 @@ class TalliedRows:
     def write(self, rows: Rows) -> None:
         """Write rows and count them."""
         self._writer.write(rows)
-        self.rows += rows.places.size
-        for place, count in enumerate(np.bincount(rows.places, minlength=len(rows.words)).tolist()):
-            if count and rows.words[place]:
-                self.flagged[_reason(rows.words[place])] += count
+        self.rows += rows.indices.size
+        for index, count in enumerate(np.bincount(rows.indices, minlength=len(rows.words)).tolist()):
+            if count and rows.words[index]:
+                self.flagged[_reason(rows.words[index])] += count
 
     def close(self) -> None:
         """Finish what is written, and say how many rows are flagged and why."""
@@ -36,9 +36,11 @@ class TalliedRows:
 
     def in_words(self) -> str:
         """Tell how many rows are flagged, the most frequent reasons first."""
-        told = self.flagged.most_common(MOST_REASONS)
-        others = self.flagged.total() - sum(count for _, count in told)
-        reasons = [f"{reason} ({count})" for reason, count in told] + ([f"others ({others})"] if others else [])
+        most_frequent = self.flagged.most_common(MOST_REASONS)
+        others = self.flagged.total() - sum(count for _, count in most_frequent)
+        reasons = [f"{reason} ({count})" for reason, count in most_frequent] + (
+            [f"others ({others})"] if others else []
+        )
         return f"{self.flagged.total()} of {self.rows} rows are flagged: {', '.join(reasons)}"
 
 

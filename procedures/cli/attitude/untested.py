@@ -53,7 +53,7 @@ def assumed_of_gyros(angles: GyroAngles) -> tuple[str, ...]:
     return tuple(said)
 
 
-def told_by_rest(angles: GyroAngles) -> tuple[str, ...]:
+def remarks_on_rest(angles: GyroAngles) -> tuple[str, ...]:
     """Say what the rest at the beginning told of the zeros, and where it was none."""
     zero, package = angles.zero, angles.package
     if zero is None:
@@ -80,8 +80,8 @@ class WatchedOutputs:
     def __init__(self, angles: AngleStream, package: Package, reading_sd_v: float | None) -> None:
         self._angles, self._columns = angles, tuple(package.columns.values())
         sensors = package.sensors({"temperature_degc": np.zeros(1)}, reading_sd_v)
-        self._offset_v = np.array([one.offset_v for one in sensors])
-        self._sd_v = np.array([one.reading_sd_v for one in sensors])
+        self._offset_v = np.array([sensor.offset_v for sensor in sensors])
+        self._sd_v = np.array([sensor.reading_sd_v for sensor in sensors])
         self._rows = 0
         self._least, self._most = np.full(len(sensors), np.inf), np.full(len(sensors), -np.inf)
 

@@ -75,15 +75,15 @@ class ViewedRows:
         """Take rows and, where it is time, draw the newest."""
         if self._writer is not None:
             self._writer.write(rows)
-        count = rows.places.size
+        count = rows.indices.size
         if not count:
             return
         pitch, seen = rows.columns["pitch_deg"], self.seen
         seen.angles_deg = {name: float(values[-1]) for name, values in rows.columns.items()}
-        seen.flag = rows.words[int(rows.places[-1])]
+        seen.flag = rows.words[int(rows.indices[-1])]
         seen.rows += count
         seen.lost += int(np.count_nonzero(np.isnan(pitch)))
-        seen.flagged += int(np.count_nonzero(rows.places))
+        seen.flagged += int(np.count_nonzero(rows.indices))
         now_s = self._clock.monotonic_s()
         if now_s - self._counted_s >= RATE_OVER_S:
             seen.rate_hz = (seen.rows - self._counted) / (now_s - self._counted_s)

@@ -3,9 +3,9 @@
 from dataclasses import asdict
 from pathlib import Path
 
+from procedures.cli.locations import shared_archive_url
 from procedures.cli.options import Json
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import shared_archive_url
 from procedures.errors import ExitStatus
 from procedures.lease.keeper import leased
 from rig.assembly.discovery import DeviceAnswer, SerialPort, identify_each, serial_ports, visa_resources

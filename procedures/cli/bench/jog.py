@@ -10,10 +10,10 @@ from cyclopts import Parameter
 
 from ams.units import printed
 from ams.whole_file import replace_file
+from procedures.cli.locations import shared_archive_url
 from procedures.cli.options import Flag, Json
 from procedures.cli.options import Rig as RigFile
 from procedures.cli.output import finite, note, print_json, say
-from procedures.cli.places import shared_archive_url
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude

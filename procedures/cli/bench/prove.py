@@ -6,9 +6,9 @@ import zipfile
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from procedures.cli.locations import shared_archive_url
 from procedures.cli.options import Flag, Json, Rig, require_folder_of
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import shared_archive_url
 from procedures.errors import ExitStatus, RequestError
 from procedures.lease.keeper import leased
 from rig.assembly.prove import document_of
@@ -56,8 +56,8 @@ def prove(
         for proof in proofs:
             found = "asked and recorded; its driver has no twin to compare with" if proof.is_alone else "as its twin"
             say(f"{proof.key}: {proof.answers.compared['identity'] if proof.differences else found}")
-            for one in proof.differences:
-                say(f"{proof.key}: {one.field}: device says {one.device}, twin says {one.twin}")
+            for difference in proof.differences:
+                say(f"{proof.key}: {difference.field}: device says {difference.device}, twin says {difference.twin}")
         say(f"differences: {document['differences']}{'' if out is None else f'; bundle: {out}'}")
     return ExitStatus.FAILED if document["differences"] else ExitStatus.DONE
 

@@ -9,9 +9,9 @@ from rich.console import Console
 from procedures.check.check_report import check as check_plan
 from procedures.check.check_report import to_document
 from procedures.check.check_text import render
+from procedures.cli.locations import archive_of, shared_archive_url
 from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder
 from procedures.cli.output import print_json, say, say_paragraph
-from procedures.cli.places import archive_of, shared_archive_url
 from procedures.cli.prepare.pilot import pilot_named
 from procedures.delivery.lessons import learned
 from procedures.errors import ExitStatus

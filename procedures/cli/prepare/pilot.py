@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from procedures.cli.places import find_run
+from procedures.cli.locations import find_run
 from procedures.delivery.deliver import solve_run
 from procedures.solution.beliefs import Pilot
 from procedures.solution.pilot import pilot_of

@@ -7,15 +7,15 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from ams.whole_file import write_whole
-from procedures.check.candidate import Asked, Comparison, Space, Target
+from procedures.check.candidate import Comparison, PlanRequest, SearchRange, Target
 from procedures.check.candidate_file import chosen_procedure
 from procedures.check.candidates import compare
 from procedures.check.candidates_picture import plot_comparison
 from procedures.check.candidates_text import comparison_document, render_comparison
 from procedures.check.check_report import check
+from procedures.cli.locations import archive_of
 from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder, require_folder_of
 from procedures.cli.output import print_json, say
-from procedures.cli.places import archive_of
 from procedures.cli.prepare.pilot import pilot_named
 from procedures.delivery.lessons import learned
 from procedures.errors import RequestError
@@ -25,7 +25,7 @@ from rig.description.read import read_rig
 from rig.toml_file import TomlFile
 
 DEFAULT_USAGE = "-60:60"
-SPACE = Space()
+SEARCH_RANGE = SearchRange()
 
 
 def plan(
@@ -73,10 +73,12 @@ def plan(
     target = _target(half_width_deg, hours, parameter)
     usage = Usage(_range(usage_pitch), usage_noise_arcsec)
     times = learned(archive_of(runs, archive, is_simulated=described.is_simulated), described).times
-    comparison = compare(Asked(described, target, usage, pilot_named(pilot, runs, described), SPACE, times))
+    comparison = compare(
+        PlanRequest(described, target, usage, pilot_named(pilot, runs, described), SEARCH_RANGE, times)
+    )
     text = chosen_procedure(comparison)
     written = procedure_of(TomlFile(out or Path("procedure.toml"), text))
-    check(described, written, pilot=comparison.asked.pilot, learned=times)
+    check(described, written, pilot=comparison.request.pilot, learned=times)
     if plot is not None:
         plot_comparison(comparison, plot)
     if out is not None:

@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from procedures.cli.locations import archive_url
 from procedures.cli.options import RUNS, AnyRun, Archive, Flag, Json, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import archive_url
 from procedures.cli.steer.choose_run import alive_or_latest
 from procedures.data.columns import DATA_VERSION
 from procedures.data.run_data import read_run

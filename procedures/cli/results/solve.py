@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from procedures.cli.locations import archive_of
 from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import archive_of
 from procedures.cli.results.findings_text import check_trials, findings_lines
 from procedures.cli.run.run import tell, tell_failures
 from procedures.cli.run.working import working
@@ -38,8 +38,8 @@ def solve(
     if monte_carlo:
         plan = solved.record.plan
         checked = {
-            name: checked_by_monte_carlo(one, solved.record.rig, plan.sensors[name], plan.solve, monte_carlo)
-            for name, one in solved.sensors.items()
+            name: checked_by_monte_carlo(sensor, solved.record.rig, plan.sensors[name], plan.solve, monte_carlo)
+            for name, sensor in solved.sensors.items()
         }
         solved = replace(solved, sensors=checked)
     for failure in solved.failures:

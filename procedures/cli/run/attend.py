@@ -8,9 +8,9 @@ from pathlib import Path
 
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
+from procedures.cli.locations import JOURNAL, login_name, second_folder
 from procedures.cli.output import note
-from procedures.cli.own_log import LoggedObserver
-from procedures.cli.places import JOURNAL, login_name, second_place
+from procedures.cli.program_log import LoggedObserver
 from procedures.cli.run.opening import Opening
 from procedures.errors import ProcedureError
 from procedures.journal.alert_record import keep_outcomes, outcome_sentence
@@ -77,10 +77,10 @@ def attended(opening: Opening, alerts: Path | None, run: Path) -> Iterator[Atten
             screen = _screen(run, opened)
             yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
-        place = second_place()
-        dispatcher, pulse = _dispatcher_and_pulse(opening.title, alerts, run, place / run.name, opened)
+        folder = second_folder()
+        dispatcher, pulse = _dispatcher_and_pulse(opening.title, alerts, run, folder / run.name, opened)
         services = RunServices(
-            pulse=pulse, begun=begun, second_place=place, enough=sufficient, ring=ring_command(run, alerts)
+            pulse=pulse, begun=begun, second_folder=folder, enough=sufficient, ring=ring_command(run, alerts)
         )
         try:
             yield Attendance(dispatcher, services, dispatcher)
@@ -101,12 +101,12 @@ def _screen(run: Path, opened: ExitStack) -> RunObserver:
 
 
 def _dispatcher_and_pulse(
-    title: str, alerts: Path | None, run: Path, place: Path, opened: ExitStack
+    title: str, alerts: Path | None, run: Path, folder: Path, opened: ExitStack
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
     refusal = opened.enter_context(awake(title))
     screen = _screen(run, opened)
-    dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run), str(place))
+    dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run), str(folder))
     opened.callback(lambda: _tell_last(run, dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
 
@@ -131,4 +131,4 @@ def _tell_last(run: Path, outcomes: Sequence[Mapping[str, object]]) -> None:
         if outcome["failed"]:
             note(outcome_sentence(outcome))
     if (run / JOURNAL).exists():
-        keep_outcomes(run, second_place(), outcomes)
+        keep_outcomes(run, second_folder(), outcomes)

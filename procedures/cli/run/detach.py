@@ -15,7 +15,7 @@ from pathlib import Path
 from procedures.alerts.reader import is_read, read_by_us
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.told_folder import told_folder
+from procedures.journal.announced_folder import announced_folder
 from rig.clock import Clock, SystemClock
 
 LOG_FILE = "terminal.log"
@@ -56,7 +56,7 @@ def detached(
             creationflags=_AWAY_FROM_CONSOLE,
         )
     folder = None
-    while (folder := told_folder(log)) is None and child.poll() is None:
+    while (folder := announced_folder(log)) is None and child.poll() is None:
         clock.sleep(_LOOK_S)
     if folder is None:
         said = log.read_text(encoding="utf-8", errors="replace").strip()

@@ -12,8 +12,8 @@ from procedures.alerts.dispatcher import tell_people
 from procedures.alerts.reader import is_read
 from procedures.alerts.settings import default_alerts, read_alerts
 from procedures.cli.failure import sentence_of
+from procedures.cli.locations import JOURNAL
 from procedures.cli.output import note
-from procedures.cli.places import JOURNAL
 from procedures.errors import ProcedureError
 from procedures.journal.alert_record import outcome_sentence
 from procedures.journal.status import status
@@ -42,8 +42,8 @@ def opening(title: str, alerts: Path | None, run: Path | None = None, *, is_virt
     try:
         yield begins
     except Exception as error:  # also a defect of ours: the night does not happen either way
-        is_told = begins.is_over or isinstance(error, WaitEnded) or is_read()
-        if not (is_told or begins.is_virtual) and _is_left_standing(begins.run):
+        is_known = begins.is_over or isinstance(error, WaitEnded) or is_read()
+        if not (is_known or begins.is_virtual) and _is_left_standing(begins.run):
             _tell(begins, alerts, error)
         raise
 

@@ -8,9 +8,9 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from procedures.cli.locations import login_name, queues_of_here
 from procedures.cli.options import RUNS, Archive, Json, NeededReason, Operator, Rig, RunsFolder
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import login_name, queues_of_here
 from procedures.cli.run.opening import tell_whom_it_concerns
 from procedures.errors import ExitStatus, ProcedureError, RequestError
 from procedures.kinds.read import read_procedure
@@ -19,7 +19,7 @@ from procedures.queue.adding import add_run
 from procedures.queue.moments import moment
 from procedures.queue.people import Choice
 from procedures.queue.runner import Runner
-from procedures.queue.state import Item, Place, Queue
+from procedures.queue.state import Item, ItemState, Queue
 from procedures.queue.store import FILE, QueueStore, folder_of_rig
 from procedures.queue.words import item_document, queue_lines
 from procedures.queue.world import RigWorld, boot, is_possible
@@ -71,10 +71,10 @@ def add(
     if json:
         print_json(item_document(item))
     else:
-        say(f"item {item.number}: {item.title}: {item.place}")
-        for sentence in item.told:
+        say(f"item {item.number}: {item.title}: {item.state}")
+        for sentence in item.reasons:
             say(f"it would be refused: {sentence}")
-    return ExitStatus.WRONG_REQUEST if item.place is Place.REFUSED else ExitStatus.DONE
+    return ExitStatus.WRONG_REQUEST if item.state is ItemState.REFUSED else ExitStatus.DONE
 
 
 @app.command(name="list")
@@ -129,7 +129,7 @@ def attest(
     operator: Operator = None,
 ) -> None:
     """Say, by name, what is mounted now; the check set of the next run verifies it by measurement."""
-    parts = dict(_sensor(one) for one in mounted)
+    parts = dict(_sensor(sensor) for sensor in mounted)
     _tell(people.attest(_store(rig), operator or login_name(), parts))
 
 
@@ -170,17 +170,17 @@ def run(*, rig: OfRig = None, archive: Archive = None) -> int:
 
 
 def _run(runner: Runner, clock: SystemClock) -> None:
-    told = ""
+    printed = ""
     while True:
         try:
             runner.step()
-            told = ""
+            printed = ""
         except KeyboardInterrupt:
             return
         except ProcedureError as error:
-            if str(error) != told:  # once, however long it lasts
-                told = str(error)
-                note(told)
+            if str(error) != printed:  # once, however long it lasts
+                printed = str(error)
+                note(printed)
         try:
             clock.sleep(LOOK_S)
         except KeyboardInterrupt:
@@ -194,8 +194,8 @@ def _store(rig: Path | None) -> QueueStore:
         return QueueStore(folder_of_rig(queues, read_rig(rig).rig.name), clock)
     found = sorted(path.parent for path in queues.glob(f"*/{FILE}"))
     if len(found) != 1:
-        told = f"there are {len(found)} queues" if found else "there is no queue"
-        raise RequestError(f"queue: {told} in {queues}; nothing was done; give --rig with a rig file of the rig")
+        count_text = f"there are {len(found)} queues" if found else "there is no queue"
+        raise RequestError(f"queue: {count_text} in {queues}; nothing was done; give --rig with a rig file of the rig")
     return QueueStore(found[0], clock)
 
 
@@ -207,9 +207,9 @@ def _sensor(word: str) -> tuple[str, str]:
 def _tell(queue: Queue, *, json: bool = False) -> None:
     now = SystemClock().now_utc()
     if json:
-        items: Sequence[Item] = [one for one in queue.items if one.place is not Place.REMOVED]
+        items: Sequence[Item] = [item for item in queue.items if item.state is not ItemState.REMOVED]
         armed = queue.is_armed(boot(), now)
-        print_json({"armed": armed, "sequence": queue.sequence, "items": [item_document(one) for one in items]})
+        print_json({"armed": armed, "sequence": queue.sequence, "items": [item_document(item) for item in items]})
         return
     for line in queue_lines(queue, boot(), now):
         say(line)

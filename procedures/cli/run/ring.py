@@ -8,8 +8,8 @@ from pathlib import Path
 
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
+from procedures.cli.locations import second_folder
 from procedures.cli.options import Alerts
-from procedures.cli.places import second_place
 from procedures.cli.run.attend import ring_out
 from procedures.errors import ProcedureError
 from procedures.journal.guard_record import guard_sentence
@@ -38,26 +38,26 @@ def ring(run: Path, /, *, record: str, alerts: Alerts = None) -> None:
     """
     for number in DEAF:
         signal.signal(number, signal.SIG_DFL)
-    guarded, place = json.loads(record), second_place()
+    guarded, folder = json.loads(record), second_folder()
     sentence, stopped_utc = guard_sentence(guarded), datetime.fromisoformat(guarded["stopped_utc"])
-    title, told = _told(run, sentence)
+    title, last_progress = _last_progress(run, sentence)
     settings: AlertSettings | None = None
     try:
         settings = read_alerts(alerts) if alerts is not None else default_alerts()
     finally:  # the page also where the file of alerts is wrong; people first, then the disk
-        words = (title, SystemClock(), SilentObserver(), str(run), str(place / run.name))
-        desk = AlertDispatcher(settings or AlertSettings(), *words)
-        if told.state is State.FINISHED:
-            desk.tell_end("finished, and nothing delivered", f"{sentence}\ncalrig solve {run} delivers it.")
+        words = (title, SystemClock(), SilentObserver(), str(run), str(folder / run.name))
+        dispatcher = AlertDispatcher(settings or AlertSettings(), *words)
+        if last_progress.state is State.FINISHED:
+            dispatcher.tell_end("finished, and nothing delivered", f"{sentence}\ncalrig solve {run} delivers it.")
         else:
-            desk.on_event(told)
-            if told.state is State.INTERRUPTED:  # the next resume journals it, and need not tell it again
-                keep_last_words(run, place, LastWords(sentence, stopped_utc, DIED))
-            explain(run, sentence, {}, place, DIED, stopped_utc)
-    ring_out(run, desk)
+            dispatcher.on_event(last_progress)
+            if last_progress.state is State.INTERRUPTED:  # the next resume journals it, and need not tell it again
+                keep_last_words(run, folder, LastWords(sentence, stopped_utc, DIED))
+            explain(run, sentence, {}, folder, DIED, stopped_utc)
+    ring_out(run, dispatcher)
 
 
-def _told(run: Path, sentence: str) -> tuple[str, Progress]:
+def _last_progress(run: Path, sentence: str) -> tuple[str, Progress]:
     """Return the run's title and where its journal has it stand: what goes on there was interrupted."""
     try:
         stands = status(run)

@@ -11,6 +11,13 @@ from rich.console import Console
 from ams.archive.refusals import without_password
 from ams.whole_file import replace_file
 from procedures.alerts.settings import read_alerts
+from procedures.cli.locations import (
+    archive_of,
+    left_out_where_empty,
+    login_name,
+    new_run_folder,
+    shared_archive_url,
+)
 from procedures.cli.options import (
     RUNS,
     Alerts,
@@ -26,20 +33,13 @@ from procedures.cli.options import (
     RunsFolder,
 )
 from procedures.cli.output import note, note_paragraph, print_json, say
-from procedures.cli.places import (
-    archive_of,
-    left_out_where_empty,
-    login_name,
-    new_run_folder,
-    shared_archive_url,
-)
 from procedures.cli.run.archive_url import require_archive_url
 from procedures.cli.run.attend import Attendance, attended
 from procedures.cli.run.detach import detached
 from procedures.cli.run.opening import Opening, opening
 from procedures.cli.run.terminal import outlived
 from procedures.cli.run.working import working
-from procedures.cli.steer.choose_run import only_one
+from procedures.cli.steer.choose_run import run_in_state
 from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, solve_run
 from procedures.delivery.lessons import learned
 from procedures.delivery.publish import history_findings
@@ -176,7 +176,7 @@ def resume(
         Go on though rig file, procedure file or software changed; needs operator and reason, which the record keeps.
         The run keeps its own plan; of the rig file only ports and interlocks are taken over.
     """
-    folder = only_one(run, out, RESUMABLE, "resumed")
+    folder = run_in_state(run, out, RESUMABLE, "resumed")
     with opening(folder.name, alerts, folder) as begins:
         begins.title, begins.is_virtual = title_and_time(folder)
         state = status(folder).state

@@ -6,8 +6,8 @@ What was chosen is told on standard error before anything is done to it.
 from collections.abc import Collection, Iterable
 from pathlib import Path
 
+from procedures.cli.locations import find_run
 from procedures.cli.output import note
-from procedures.cli.places import find_run
 from procedures.errors import RequestError
 from procedures.journal.run_list import RunList
 from procedures.records.states import State
@@ -27,10 +27,10 @@ def alive_or_latest(run: str | None, runs: Path) -> Path:
         note(f"{alive[0]}: the run that is alive")
         return alive[0]
     listed = listing.read()
-    for one in listed:
-        if one.trouble:
-            note(f"{one.path}: left out: {one.trouble}")
-    latest = next((one for one in listed if not one.trouble), None)
+    for listed_run in listed:
+        if listed_run.trouble:
+            note(f"{listed_run.path}: left out: {listed_run.trouble}")
+    latest = next((run for run in listed if not run.trouble), None)
     if latest is None:
         raise RequestError(
             f"{runs}: holds no run; nothing was done; name a run, or give the folder of runs (--out, --runs)"
@@ -39,18 +39,18 @@ def alive_or_latest(run: str | None, runs: Path) -> Path:
     return latest.path
 
 
-def only_one(run: str | None, runs: Path, states: Collection[State], what: str) -> Path:
+def run_in_state(run: str | None, runs: Path, states: Collection[State], what: str) -> Path:
     """Return the run that is named, else the only one in one of ``states`` that no process runs.
 
     ``what``: what is to be done to it, such as "resumed". Raises: RequestError where there is none, or a choice.
     """
     if run is not None:
         return find_run(run, runs)
-    found = [one for one in RunList(runs).read() if one.state in states and not one.is_alive]
+    found = [run for run in RunList(runs).read() if run.state in states and not run.is_alive]
     if not found:
         raise RequestError(f"{runs}: holds no run that can be {what}; nothing was done; calrig status --all lists them")
     if len(found) > 1:
-        names = _names(one.path for one in found)
+        names = _names(run.path for run in found)
         raise RequestError(f"{runs}: {len(found)} runs can be {what} ({names}); nothing was done; name one of them")
     note(f"{found[0].path}: {found[0].state}, the only run that can be {what}")
     return found[0].path

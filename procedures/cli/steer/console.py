@@ -8,9 +8,9 @@ from typing import Annotated
 from cyclopts import App, Parameter
 
 from procedures.accounts.people import Role
+from procedures.cli.locations import archive_to_show, login_name, people_of_here, queues_of_here
 from procedures.cli.options import RUNS, Archive, Json, RunsFolder, require_folder
 from procedures.cli.output import note, print_json, say
-from procedures.cli.places import archive_to_show, login_name, people_of_here, queues_of_here
 from procedures.console.serve import DEFAULT_LISTEN, bound, serve
 from procedures.console.sessions import Sessions
 from procedures.console.shared import Console
@@ -104,12 +104,14 @@ def add(
 @people.command(name="list")
 def list_(*, json: Json = False) -> None:
     """List the people with an account."""
-    found = sorted(people_of_here().read().values(), key=lambda one: one.name)
+    found = sorted(people_of_here().read().values(), key=lambda person: person.name)
     if json:
-        print_json({"people": [{"name": one.name, "role": one.role, "added_utc": one.added_utc} for one in found]})
+        print_json(
+            {"people": [{"name": person.name, "role": person.role, "added_utc": person.added_utc} for person in found]}
+        )
         return
-    for one in found:
-        say(f"{one.name:<24} {one.role:<8} since {one.added_utc[:10]}")
+    for person in found:
+        say(f"{person.name:<24} {person.role:<8} since {person.added_utc[:10]}")
     if not found:
         say("nobody has an account")
 

@@ -31,8 +31,8 @@ LOOK_S = 0.25
 SIGN_EVERY_S = 60.0
 DWELL_PHASES = ("", "moving", "settling", "reading")
 """What the line of a dwell will tell soon."""
-Asked = Literal["pause", "continue", "stop", "abort"]
-KEYS: dict[str, Asked] = {"p": "pause", "c": "continue", "s": "stop", "a": "abort"}
+Steering = Literal["pause", "continue", "stop", "abort"]
+KEYS: dict[str, Steering] = {"p": "pause", "c": "continue", "s": "stop", "a": "abort"}
 LEAVE = ("q", "\x04")
 HELP = "p pauses, c continues, s stops after the dwell, a twice aborts, q leaves; the run goes on without this screen"
 
@@ -60,17 +60,17 @@ class _SignsOfLife:
         self._folder = folder
         self._clock = clock
         self._phase = ""
-        self._told_s = 0.0
+        self._announced_s = 0.0
 
     def due(self) -> str:
         """Return what is to be told now; empty where nothing is."""
         live, now_s = read_live(self._folder), self._clock.monotonic_s()
         phase = "" if live is None or live.phase in DWELL_PHASES else live.phase
-        if live is None or not phase or (phase == self._phase and now_s - self._told_s < SIGN_EVERY_S):
+        if live is None or not phase or (phase == self._phase and now_s - self._announced_s < SIGN_EVERY_S):
             self._phase = phase
             return ""
-        self._phase, self._told_s = phase, now_s
-        return "; ".join(f"{name} {told}" for name, told in live_rows(live, self._clock.now_utc()))
+        self._phase, self._announced_s = phase, now_s
+        return "; ".join(f"{name} {text}" for name, text in live_rows(live, self._clock.now_utc()))
 
 
 def attach_to(folder: Path, by: str, clock: Clock | None = None) -> int:

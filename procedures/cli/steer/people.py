@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from procedures.cli.locations import find_run, login_name, second_folder
 from procedures.cli.options import (
     RUNS,
     AnyRun,
@@ -17,8 +18,7 @@ from procedures.cli.options import (
     RunsFolder,
 )
 from procedures.cli.output import say
-from procedures.cli.places import find_run, login_name, second_place
-from procedures.cli.steer.choose_run import alive_or_latest, only_one
+from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.errors import RequestError
 from procedures.journal.corrections import TAKES_BACK, Authorisation, acknowledge, add_note, void_from
 from procedures.journal.corrections import redo as redo_replication
@@ -95,7 +95,7 @@ def void(
     from_
         Step of the first dwell that counts no more, as the report and `calrig handover` name it.
     """
-    folder = only_one(run, out, TAKES_BACK, "taken back from")
+    folder = run_in_state(run, out, TAKES_BACK, "taken back from")
     count = void_from(folder, from_, Authorisation(operator, reason, remounted))
     say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
 
@@ -117,14 +117,14 @@ def redo(
     replication
         Number of the replication, from 1.
     """
-    folder = only_one(run, out, TAKES_BACK, "taken back from")
+    folder = run_in_state(run, out, TAKES_BACK, "taken back from")
     count = redo_replication(folder, replication, Authorisation(operator, reason, remounted))
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
 
 
 def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> None:
     """Print the whole state of a run on one page, for whoever takes over."""
-    say(page(alive_or_latest(run, out), second_place()).rstrip("\n"))
+    say(page(alive_or_latest(run, out), second_folder()).rstrip("\n"))
 
 
 def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS) -> None:

@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
+from procedures.cli.locations import login_name, second_folder
 from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
 from procedures.cli.output import print_json, say
-from procedures.cli.places import login_name, second_place
-from procedures.cli.steer.choose_run import alive_or_latest, only_one
+from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.cli.steer.follow import attach_to, shown_until_left
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.alert_record import outcome_sentence, read_outcomes
@@ -55,10 +55,10 @@ def status(
         return ExitStatus.DONE
     folder = alive_or_latest(run, out)
     found, live = _with_last_words(look(folder), folder), read_live(folder)
-    told = read_outcomes(folder, second_place())
+    outcomes = read_outcomes(folder, second_folder())
     if json:
         doing = {} if live is None else {"live": live_document(live)}
-        print_json({**found.to_document(), **doing, **({"alerts": told} if told else {})})
+        print_json({**found.to_document(), **doing, **({"alerts": outcomes} if outcomes else {})})
         return ExitStatus.DONE
     say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
     if found.held_by is not None:
@@ -71,7 +71,7 @@ def status(
         say(f"clock: {clock_sentence(found.clock_set_by_s)}")
     if (guarded := read_guard_record(folder)) is not None and (sentence := guard_sentence(guarded)) != found.reason:
         say(one_line(sentence))
-    for outcome in told:
+    for outcome in outcomes:
         say(f"alert: {one_line(outcome_sentence(outcome))}")
     for name, line in found.lines.items():
         say(f"line of {name}: {line.in_words()}")
@@ -83,7 +83,7 @@ def status(
 
 def _with_last_words(found: RunStatus, folder: Path) -> RunStatus:
     """Return where an interrupted run stands with what was said last, which its journal does not hold yet."""
-    if found.state is not State.INTERRUPTED or (words := read_last_words(folder, second_place())) is None:
+    if found.state is not State.INTERRUPTED or (words := read_last_words(folder, second_folder())) is None:
         return found
     return replace(found, reason=str(words))
 
@@ -122,7 +122,7 @@ def close(
     out: RunsFolder = RUNS,
 ) -> None:
     """Close a run that is not to be resumed, ever. What was measured stays, and its report can be made."""
-    folder = only_one(run, out, RESUMABLE, "closed")
+    folder = run_in_state(run, out, RESUMABLE, "closed")
     close_run(folder, Authorisation(operator or login_name(), reason))
     say(f"{folder}: closed; nothing resumes it")
 
@@ -140,7 +140,7 @@ def _list(run: str | None, runs: Path, *, json: bool) -> None:
         raise RequestError(f"status: --all lists every run: got {run!r} as well; give one of the two")
     listed = RunList(runs).read()
     if json:
-        print_json({"runs": [one.to_document() for one in listed]})
+        print_json({"runs": [run.to_document() for run in listed]})
         return
     say(f"{len(listed)} {'run' if len(listed) == 1 else 'runs'} in {runs}")
     for line in _lines(listed):
@@ -148,16 +148,16 @@ def _list(run: str | None, runs: Path, *, json: bool) -> None:
 
 
 def _figures(runs: Path) -> Iterable[RunFigures]:
-    for one in RunList(runs).read():
-        if not one.trouble:
-            yield RunFigures(one.path.name, progress_of("state", look(one.path)), read_live(one.path), one.is_alive)
+    for run in RunList(runs).read():
+        if not run.trouble:
+            yield RunFigures(run.path.name, progress_of("state", look(run.path)), read_live(run.path), run.is_alive)
 
 
 def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:
-    for one in listed:
-        if one.trouble:
-            yield f"{'unreadable':<12} {one.path.name}: {one.trouble}"
+    for run in listed:
+        if run.trouble:
+            yield f"{'unreadable':<12} {run.path.name}: {run.trouble}"
             continue
-        started = "" if one.started_utc is None else f"{one.started_utc:%Y-%m-%d %H:%M} UTC"
-        title = one_line(one.title)
-        yield f"{one.state:<12} {one.dwells_done:>5} of {one.dwells_planned:<5} {started}  {one.path.name}  {title}"
+        started = "" if run.started_utc is None else f"{run.started_utc:%Y-%m-%d %H:%M} UTC"
+        title = one_line(run.title)
+        yield f"{run.state:<12} {run.dwells_done:>5} of {run.dwells_planned:<5} {started}  {run.path.name}  {title}"

@@ -46,16 +46,16 @@
   const offer = (html) => {  // not under a hand: what is being typed or held stays until it is done
     offered = html;
     if (isBusy || acts.contains(document.activeElement) && document.activeElement.value) return;
-    const said = document.getElementById("said"), [told, kind] = [said.textContent, said.className];
+    const said = document.getElementById("said"), [text, kind] = [said.textContent, said.className];
     put(acts, html);
-    document.getElementById("said").textContent = told;
+    document.getElementById("said").textContent = text;
     document.getElementById("said").className = kind;
     offered = null;
   };
 
-  const say = (told, isRefused) => {
+  const say = (text, isRefused) => {
     const said = document.getElementById("said");
-    said.textContent = told;
+    said.textContent = text;
     said.classList.toggle("refused", isRefused);
   };
 

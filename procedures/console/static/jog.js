@@ -6,8 +6,8 @@
   const sensors = JSON.parse(bench.dataset.sensors), rig = encodeURIComponent(bench.dataset.rig);
   let socket = null, me = "", isMine = false, tick = 0, press = 0, held = null, heard = performance.now(), pause = 500, view = null, number = 0, isTrying = true;
 
-  const say = (told, isRefused = false) => {
-    said.textContent = told;
+  const say = (text, isRefused = false) => {
+    said.textContent = text;
     said.classList.toggle("refused", isRefused);
   };
   const send = (order) => {
@@ -107,12 +107,12 @@
   const show = () => {
     bench.hidden = false;
     for (const axis of view.axes) {
-      const node = card(axis), told = axis.silence || axis.fault || (axis.is_homed ? "" : "not homed: its position is not known");
+      const node = card(axis), trouble = axis.silence || axis.fault || (axis.is_homed ? "" : "not homed: its position is not known");
       put(node.querySelector("b"), axis.position_deg === null ? "—" : `${signed(axis.position_deg, 4)}°`);
       const moves = axis.is_moving ? (axis.rate_dps === null ? "moves" : `turns at ${axis.rate_dps.toPrecision(4)}°/s`) : "at rest";
-      put(node.querySelector(".where span"), told || (axis.target_deg === null ? moves : `${moves}, to ${axis.target_deg}°`));
+      put(node.querySelector(".where span"), trouble || (axis.target_deg === null ? moves : `${moves}, to ${axis.target_deg}°`));
       node.classList.toggle("moving", axis.is_moving);
-      node.classList.toggle("lost", Boolean(told));
+      node.classList.toggle("lost", Boolean(trouble));
     }
     read();
     const news = one("news");

@@ -31,9 +31,9 @@ def printable(value: Any) -> Any:
             named = value if value.isascii() and value.isprintable() else "".join(map(_printed, value))
             return _CODE_POINTS.sub(rf"{_LEFT_TO_RIGHT}\g<0>{_LEFT_TO_RIGHT}", named)
         case list():
-            return [printable(one) for one in value]
+            return [printable(item) for item in value]
         case dict():
-            return {key: printable(one) for key, one in value.items()}
+            return {key: printable(item) for key, item in value.items()}
     return value
 
 

@@ -110,16 +110,16 @@ def _tidy(element: Element) -> None:
             _tidy(child)
             children.append(child)
     if element.tag not in INLINE:
-        children = [_trimmed(children, place) for place in range(len(children))]
+        children = [_trimmed(children, index) for index in range(len(children))]
     element.children = [child for child in children if child != ""]
 
 
-def _trimmed(children: Sequence[Element | str], place: int) -> Element | str:
-    text = children[place]
+def _trimmed(children: Sequence[Element | str], index: int) -> Element | str:
+    text = children[index]
     if not isinstance(text, str):
         return text
-    text = text.lstrip(" ") if place == 0 or _is_block(children[place - 1]) else text
-    return text.rstrip(" ") if place == len(children) - 1 or _is_block(children[place + 1]) else text
+    text = text.lstrip(" ") if index == 0 or _is_block(children[index - 1]) else text
+    return text.rstrip(" ") if index == len(children) - 1 or _is_block(children[index + 1]) else text
 
 
 def _is_block(child: Element | str) -> bool:

@@ -70,8 +70,13 @@ def _sources(tree: PageTree, imprint: Imprint, attachments: Sequence[Attachment]
         "foot": imprint.foot,
         "date": [moment.year, moment.month, moment.day, moment.hour, moment.minute, moment.second],
         "attachments": [
-            {"file": f"attachments/{one.name}", "name": one.name, "type": one.media_type, "about": one.description}
-            for one in attachments
+            {
+                "file": f"attachments/{attachment.name}",
+                "name": attachment.name,
+                "type": attachment.media_type,
+                "about": attachment.description,
+            }
+            for attachment in attachments
         ],
     }
     document = {**printable(document), "page": breakable(printable(tree.body.as_json()))}
@@ -79,5 +84,5 @@ def _sources(tree: PageTree, imprint: Imprint, attachments: Sequence[Attachment]
         "main.typ": TEMPLATE.read_bytes(),
         "document.json": json.dumps(document, ensure_ascii=False).encode("utf-8"),
         **tree.pictures,
-        **{f"attachments/{one.name}": one.content for one in attachments},
+        **{f"attachments/{attachment.name}": attachment.content for attachment in attachments},
     }

@@ -42,16 +42,16 @@ class _Led:
     looks: list[TurnLook] = field(default_factory=list)
     is_turning: bool = False
 
-    def lead(self, rig: OpenRig, place: Callable[[float], float], now_s: float, update_s: float) -> None:
+    def lead(self, rig: OpenRig, position_at: Callable[[float], float], now_s: float, update_s: float) -> None:
         """Look where it is, then give it the rate until the next update. Raises: DeviceFault where it has run away."""
         self.looks.append(self.axis.turn_look(rig.clock))
-        off_deg = self.start_deg + place(now_s) - self.looks[-1].angle_deg
+        off_deg = self.start_deg + position_at(now_s) - self.looks[-1].angle_deg
         if abs(off_deg) > FARTHEST_OFF_DEG:
             raise DeviceFault(
                 f"{self.axis.name}: {off_deg:+.3g} deg off its profile, allowed {FARTHEST_OFF_DEG:g} deg; the axis was"
                 " told to decelerate to rest; ask for a slower motion or look at the drive"
             )
-        rate_dps = (place(now_s + update_s) - place(now_s)) / update_s + off_deg / CATCH_UP_S
+        rate_dps = (position_at(now_s + update_s) - position_at(now_s)) / update_s + off_deg / CATCH_UP_S
         rate_dps = min(max(rate_dps, -self.axis.top_rate_dps), self.axis.top_rate_dps)
         if abs(rate_dps) >= LEAST_RATE_DPS:
             self.axis.start_rate(rate_dps)
@@ -69,8 +69,8 @@ def follow(
     """
     before = look(rig, dwell.targets_deg)
     led = {name: _Led(cast("RateAxis", rig.axes[name]), before.axes[name].position_deg) for name in motion.span_deg}
-    for name, one in led.items():
-        one.axis.check_rate(top_rate_dps(motion, name))
+    for name, leader in led.items():
+        leader.axis.check_rate(top_rate_dps(motion, name))
     with recording(streams_of(rig, plan), rig.clock, wait, is_timed=True) as recorder:
         recorder.start()
         announcement.read(rig.chance)
@@ -82,9 +82,9 @@ def follow(
             stop_all({name: rig.axes[name] for name in led}, rig.clock)
         recorder.wait(LEAD_S)
         recordings = recorder.stop()
-    aligned = {name: align(one) for name, one in recordings.items()}
+    aligned = {name: align(recording) for name, recording in recordings.items()}
     readings = _stored(plan, motion, led, recordings, aligned, began_s)
-    timings = tuple(timing(one, aligned[name]) for name, one in recordings.items())
+    timings = tuple(timing(recording, aligned[name]) for name, recording in recordings.items())
     after = look(rig, dwell.targets_deg)
     return Measurement(before, after, readings, True, 0.0, MotionRecord(streams=timings))
 
@@ -94,8 +94,8 @@ def _lead(rig: OpenRig, motion: Follow, led: Mapping[str, _Led], began_s: float,
     for update in range(updates + 1):
         recorder.wait(max(began_s + update * motion.update_s - rig.clock.monotonic_s(), 0.0))
         now_s = rig.clock.monotonic_s() - began_s
-        for name, one in led.items():
-            one.lead(rig, lambda after_s, name=name: profile_deg(motion, name, after_s), now_s, motion.update_s)  # type: ignore[misc]
+        for name, leader in led.items():
+            leader.lead(rig, lambda after_s, name=name: profile_deg(motion, name, after_s), now_s, motion.update_s)  # type: ignore[misc]
 
 
 def _stored(
@@ -107,9 +107,9 @@ def _stored(
     began_s: float,
 ) -> dict[str, ChannelReading]:
     readings = {}
-    for name, one in led.items():
-        angles = np.array([look.angle_deg for look in one.looks])
-        looked_s = np.array([look.taken_s for look in one.looks]) - began_s
+    for name, leader in led.items():
+        angles = np.array([look.angle_deg for look in leader.looks])
+        looked_s = np.array([look.taken_s for look in leader.looks]) - began_s
         for what, values, unit in ((ANGLE, angles, "deg"), (LOOKED, looked_s, "s")):
             key = f"axes.{name}.{what}"
             readings[key] = ChannelReading(key, values, began_s, motion.update_s, unit)

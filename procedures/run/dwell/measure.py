@@ -132,7 +132,7 @@ def read_channels(rig: OpenRig, plan: Plan, channels: Sequence[str], wait: Wait)
     else:
         works = {readout: partial(read_turn, turn) for readout, turn in turns.items()}
         found = list(side_by_side(works, rig.clock, wait).values())
-    readings = {channel: reading for one in [alone, *found] for channel, reading in one.items()}
+    readings = {channel: reading for found_readings in [alone, *found] for channel, reading in found_readings.items()}
     return {channel: readings[channel] for channel in channels}
 
 

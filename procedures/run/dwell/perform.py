@@ -81,9 +81,9 @@ def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement,
         while short := [name for name, count in wanted.items() if recorder.samples(name) < count]:
             left = max((wanted[name] - recorder.samples(name)) / rig.streams[name].rate_hz for name in short)
             recorder.wait(left + recorder.poll_s)
-        parts = {name: one.part(0, wanted[name]) for name, one in recorder.stop().items()}
+        parts = {name: recording.part(0, wanted[name]) for name, recording in recorder.stop().items()}
     readings |= as_readings(parts, plan, began_s)
-    timings = tuple(timing(one, align(one)) for one in parts.values())
+    timings = tuple(timing(part, align(part)) for part in parts.values())
     reference = plan.attitude_reference
     uncertainty_deg = {} if reference is None else dict.fromkeys(reference_deg, reference.uncertainty_deg)
     record = MotionRecord(attitude_uncertainty_deg=uncertainty_deg, commanded_deg=commanded_deg, streams=timings)

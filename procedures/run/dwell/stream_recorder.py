@@ -219,14 +219,14 @@ def _joined(name: str, tape: _Tape) -> Recording:
     device_s = _concatenated([block.device_s for block in blocks])
     if not np.isfinite(device_s).all():
         device_s = _counted_s(device_s.size, gaps, tape.stream.rate_hz)
-    bringing = [place for place, block in enumerate(blocks) if block.samples]
+    bringing = [index for index, block in enumerate(blocks) if block.samples]
     return Recording(
         name,
         tape.stream.rate_hz,
         {channel: _concatenated([block.values[channel] for block in blocks]) for channel in tape.stream.channels},
         device_s,
-        np.array([firsts[place + 1] - 1 for place in bringing], dtype=np.int64),
-        np.array([blocks[place].polled_s for place in bringing], dtype=np.float64),
+        np.array([firsts[index + 1] - 1 for index in bringing], dtype=np.int64),
+        np.array([blocks[index].polled_s for index in bringing], dtype=np.float64),
         gaps,
         sum(block.refused for block in blocks),
         tape.stream.units,

@@ -94,8 +94,8 @@ class RateWatch:
         """Mean rate from a look to the last one; its uncertainty from times and from the scatter about the line."""
         looks = self.taken[first:]
         rate = measured_rate(looks[0], looks[-1])
-        times_s = np.array([one.taken_s for one in looks]) - looks[0].taken_s
-        angles_deg = np.array([one.angle_deg for one in looks])
+        times_s = np.array([look.taken_s for look in looks]) - looks[0].taken_s
+        angles_deg = np.array([look.angle_deg for look in looks])
         rest_deg = angles_deg - np.polyval(np.polyfit(times_s, angles_deg, 1), times_s)
         scatter_deg = sqrt(float(rest_deg @ rest_deg) / max(len(looks) - 2, 1))
         reading_deg = max(scatter_deg, self.step_deg / sqrt(12.0))
@@ -104,7 +104,9 @@ class RateWatch:
 
     def _before(self, look: TurnLook) -> TurnLook | None:
         """Return the newest look that is long enough ago to tell a rate."""
-        return next((one for one in reversed(self.taken) if look.taken_s - one.taken_s >= 0.5 * LOOK_S), None)
+        return next(
+            (earlier for earlier in reversed(self.taken) if look.taken_s - earlier.taken_s >= 0.5 * LOOK_S), None
+        )
 
     def fault(self, what: str) -> DeviceFault:
         return DeviceFault(
@@ -167,9 +169,9 @@ def _revolve(rig: OpenRig, plan: Plan, motion: Turn, announcement: Announcement,
         recordings = recorder.stop()
     finally:
         stop_and_see(rig, axis.name)
-    wanted = {name: floor(motion.seconds * one.rate_hz + 1e-6) for name, one in recordings.items()}
-    parts = {name: one.part(0, wanted[name]) for name, one in recordings.items()}
-    aligned = tuple(timing(one, align(one)) for one in parts.values())
+    wanted = {name: floor(motion.seconds * recording.rate_hz + 1e-6) for name, recording in recordings.items()}
+    parts = {name: recording.part(0, wanted[name]) for name, recording in recordings.items()}
+    aligned = tuple(timing(part, align(part)) for part in parts.values())
     return _Done(watch.measured(first), {**readings, **as_readings(parts, plan, began_s)}, aligned, ramp_s)
 
 
@@ -244,12 +246,12 @@ def _sweep(
         move(rig, replace(dwell, targets_deg={**dwell.targets_deg, axis.name: start_deg}), wait)
         try:
             axis.start_sweep(end_deg, abs(motion.rate_dps))
-            rate, recorded = _one_sweep(rig, plan, axis, motion, announcement.of_sweep(number), recorder)
+            rate, recorded = _single_sweep(rig, plan, axis, motion, announcement.of_sweep(number), recorder)
         finally:
             stop_and_see(rig, axis.name)
         rates.append(rate)
         parts.append(recorded)
-    joined = {name: [one[name] for one in parts] for name in parts[0]}
+    joined = {name: [part[name] for part in parts] for name in parts[0]}
     readings = {
         name: reading for name, ones in joined.items() for name, reading in _joined(ones, plan, began_s).items()
     }
@@ -257,9 +259,9 @@ def _sweep(
     count = len(rates)
     return _Done(
         Measured(
-            sum(one.rate_dps for one in rates) / count,
-            sqrt(sum(one.uncertainty_dps**2 for one in rates)) / count,
-            sum(one.turned_deg for one in rates),
+            sum(rate.rate_dps for rate in rates) / count,
+            sqrt(sum(rate.uncertainty_dps**2 for rate in rates)) / count,
+            sum(rate.turned_deg for rate in rates),
         ),
         readings,
         aligned,
@@ -267,7 +269,7 @@ def _sweep(
     )
 
 
-def _one_sweep(
+def _single_sweep(
     rig: OpenRig, plan: Plan, axis: SweepAxis, motion: Turn, announcement: Announcement, recorder: Recorder
 ) -> tuple[Measured, dict[str, Recording]]:
     assert motion.sweep_deg is not None
@@ -293,7 +295,7 @@ def _one_sweep(
             f"{axis.name}: at {watch.taken[-1].angle_deg:g} deg the sweep was over before it was read; it turned faster"
             f" than {motion.rate_dps:g} deg/s; home it and look at its calibration of speed"
         )
-    parts = {name: one.part(0, wanted[name]) for name, one in recordings.items()}
+    parts = {name: recording.part(0, wanted[name]) for name, recording in recordings.items()}
     return watch.measured(first), parts
 
 
@@ -317,7 +319,11 @@ def streams_of(rig: OpenRig, plan: Plan) -> dict[str, Stream]:
 
 def as_readings(recordings: Mapping[str, Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
     """Return the samples of every stream, by channel, of those that the plan reads."""
-    return {name: reading for one in recordings.values() for name, reading in _joined([one], plan, began_s).items()}
+    return {
+        name: reading
+        for recording in recordings.values()
+        for name, reading in _joined([recording], plan, began_s).items()
+    }
 
 
 def _joined(recordings: list[Recording], plan: Plan, began_s: float) -> dict[str, ChannelReading]:
@@ -325,7 +331,7 @@ def _joined(recordings: list[Recording], plan: Plan, began_s: float) -> dict[str
     return {
         channel: ChannelReading(
             channel,
-            np.concatenate([one.values[channel] for one in recordings]),
+            np.concatenate([recording.values[channel] for recording in recordings]),
             float(recordings[0].polled_s[0]) if recordings[0].polled_s.size else began_s,
             1.0 / recordings[0].rate_hz,
             recordings[0].units[channel],
@@ -340,17 +346,17 @@ def _worst(recordings: list[Recording]) -> StreamTiming:
 
     What is missing is counted together, the clock is that of the least certain.
     """
-    timings = [timing(one, align(one)) for one in recordings]
-    worst = max(timings, key=lambda one: one.offset_uncertainty_s)
+    timings = [timing(recording, align(recording)) for recording in recordings]
+    worst = max(timings, key=lambda timing: timing.offset_uncertainty_s)
     return StreamTiming(
         worst.stream,
-        sum(one.samples for one in timings),
+        sum(timing.samples for timing in timings),
         worst.offset_s,
         worst.offset_uncertainty_s,
         worst.drift,
         worst.drift_uncertainty,
-        sum(one.missing for one in timings),
-        sum(one.doubled for one in timings),
-        sum(one.doubtful for one in timings),
-        next((one.first_gap for one in timings if one.first_gap), ""),
+        sum(timing.missing for timing in timings),
+        sum(timing.doubled for timing in timings),
+        sum(timing.doubtful for timing in timings),
+        next((timing.first_gap for timing in timings if timing.first_gap), ""),
     )

@@ -57,17 +57,17 @@ def contradictions(name: str, sensor: Sensor, dwells: Sequence[DwellRecord]) -> 
 
 def _contradiction(outputs_v: FloatArray, force_g: FloatArray, declared: str, nominal_v_per_g: float) -> str:
     tries = {axis: _try(outputs_v, _along(force_g, axis), axis, nominal_v_per_g) for axis in _SIGNED_AXES}
-    own, best = tries[declared], min(tries.values(), key=lambda one: one.misfit_v2)
-    if own.spread_g < LEAST_SPREAD_G:
+    stated, best = tries[declared], min(tries.values(), key=lambda attempt: attempt.misfit_v2)
+    if stated.spread_g < LEAST_SPREAD_G:
         return ""
-    if float(outputs_v.std()) < 0.1 * own.spread_g * abs(nominal_v_per_g):
+    if float(outputs_v.std()) < 0.1 * stated.spread_g * abs(nominal_v_per_g):
         return f"does not respond: it changed by {np.ptp(outputs_v):.3g} V over {outputs_v.size} attitudes"
-    if best.axis != declared and best.misfit_v2 < CLEARLY * own.misfit_v2:
+    if best.axis != declared and best.misfit_v2 < CLEARLY * stated.misfit_v2:
         what = "polarity reversed" if best.axis[1] == declared[1] else "another axis"
         return f"declared along {declared} of the table, but it reads as {best.axis}: {what}"
-    if not GAIN_RANGE[0] <= own.gain <= GAIN_RANGE[1]:
+    if not GAIN_RANGE[0] <= stated.gain <= GAIN_RANGE[1]:
         return (
-            f"sensitivity about {own.gain * nominal_v_per_g:.3g} V/g, declared {nominal_v_per_g:g} V/g, allowed "
+            f"sensitivity about {stated.gain * nominal_v_per_g:.3g} V/g, declared {nominal_v_per_g:g} V/g, allowed "
             f"{GAIN_RANGE[0]:g} to {GAIN_RANGE[1]:g} times that"
         )
     return ""

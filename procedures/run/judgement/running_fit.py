@@ -139,15 +139,15 @@ class RunningFit:
             return None
         expected = self._expected(seen.attitude_deg)
         for order in permutations(doubted):
-            places = dict(zip(doubted, order, strict=True))
+            swapped = dict(zip(doubted, order, strict=True))
             if all(
-                _is_near(seen.values_g[name], self._as_read(name, other, expected)) for name, other in places.items()
+                _is_near(seen.values_g[name], self._as_read(name, other, expected)) for name, other in swapped.items()
             ):
                 swaps = "; ".join(
-                    f"{name}: reads what {other} should" for name, other in places.items() if name != other
+                    f"{name}: reads what {other} should" for name, other in swapped.items() if name != other
                 )
                 reasons = (f"{swaps}: channels changed places",)
-                return Doubt("channels", reasons, self._hidden(partial(self._permuted, places)))
+                return Doubt("channels", reasons, self._hidden(partial(self._permuted, swapped)))
         return None
 
     def _as_read(self, name: str, other: str, expected: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
@@ -156,13 +156,13 @@ class RunningFit:
         value_g, limit_g = expected[other]
         return scale * value_g, abs(scale) * limit_g
 
-    def _permuted(self, places: Mapping[str, str], before: DwellRecord) -> bool:
+    def _permuted(self, swapped: Mapping[str, str], before: DwellRecord) -> bool:
         """Return whether a dwell would look right with its channels changed as well."""
         seen = self._seen(before)
         expected = self._expected(seen.attitude_deg)
         return all(
             _is_near(seen.values_g[name], self._as_read(name, other, expected))
-            for name, other in places.items()
+            for name, other in swapped.items()
             if name in seen.values_g
         )
 

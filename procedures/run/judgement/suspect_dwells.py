@@ -93,5 +93,5 @@ def _comparable(history: History) -> Iterator[DwellRecord]:
 def _channels(plan: Plan, sensor: str) -> tuple[str, ...]:
     """Return a sensor's outputs and its own thermometer."""
     described = plan.sensors[sensor]
-    own = () if described.temperature is None else (described.temperature.channel,)
-    return (*described.channels.values(), *own)
+    temperature_channel = () if described.temperature is None else (described.temperature.channel,)
+    return (*described.channels.values(), *temperature_channel)

@@ -121,7 +121,7 @@ class Watch:
         for name, lock in self._run_limits.temperatures:
             yield from self._band(lock, lambda name=name: self._rig.environments[name].temperature_degc())  # type: ignore[misc]
         for channel, lock in self._run_limits.voltages:
-            yield from self._band(lock, lambda channel=channel: self._one_reading_v(channel))  # type: ignore[misc]
+            yield from self._band(lock, lambda channel=channel: self._single_reading_v(channel))  # type: ignore[misc]
 
     def _band(self, lock: Interlock, read: Callable[[], float]) -> Iterator[Alarm]:
         brought = self._brought.pop(lock.name, None)
@@ -132,7 +132,7 @@ class Watch:
         if seen.is_alarmed:
             yield Alarm("interlock", lock.sentence(value), lock.action, seen.kept_until_s)
 
-    def _one_reading_v(self, channel: str) -> float:
+    def _single_reading_v(self, channel: str) -> float:
         burst = self._rig.readouts[channel.partition(".")[0]].read(channel, 1, self._wait)
         return float("nan") if burst.overload[0] else float(burst.samples[0])
 
@@ -151,7 +151,7 @@ class Watch:
     def _lines(self) -> Iterator[Alarm]:
         for name, now in self._rig.link_counts().items():
             before = self._counted.setdefault(name, ExchangeCounts())
-            sent, errors = now.asked - before.asked, now.errors - before.errors
+            sent, errors = now.questions - before.questions, now.errors - before.errors
             if sent < FEWEST_QUESTIONS:
                 continue
             limit = self._run_limits.max_link_error_rate

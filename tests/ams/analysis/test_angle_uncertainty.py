@@ -47,18 +47,20 @@ def test_it_is_the_scatter_of_inferred_angles() -> None:
         primaries = np.array(list(PRIMARY.values())) + error.reshape(3, 4)
         read = exact + 2e-5 * chance.standard_normal(exact.shape)
         squares += (_solved(read, np.broadcast_to(primaries, (len(true), 3, 4)), true) - true) ** 2 / trials
-    for place, name in enumerate(("pitch", "roll")):
+    for index, name in enumerate(("pitch", "roll")):
         assert found[name].counted == 1.0
-        assert found[name].u95_rad == pytest.approx(1.96 * np.sqrt(squares[:, place].mean()), rel=0.08)
+        assert found[name].u95_rad == pytest.approx(1.96 * np.sqrt(squares[:, index].mean()), rel=0.08)
 
 
 def test_the_squares_of_the_shares_add_up() -> None:
     axes = [KnownAxis(axis.model, axis.primary, 1e-5, ("k_z_v_per_g",)) for axis in _axes()]
     parts = [_component("replications", 1e-5, 3.0, 1), _component("table", 2e-5, seed=2)]
-    for one in angle_uncertainties(axes, parts, BOX).values():
-        assert set(one.shares_rad) == {"replications", "table", ADDED, READING}
-        assert sum(np.sign(s) * s**2 for s in one.shares_rad.values()) == pytest.approx(one.u95_rad**2)
-        assert one.calibration_rad < one.u95_rad
+    for angle_uncertainty in angle_uncertainties(axes, parts, BOX).values():
+        assert set(angle_uncertainty.shares_rad) == {"replications", "table", ADDED, READING}
+        assert sum(np.sign(s) * s**2 for s in angle_uncertainty.shares_rad.values()) == pytest.approx(
+            angle_uncertainty.u95_rad**2
+        )
+        assert angle_uncertainty.calibration_rad < angle_uncertainty.u95_rad
 
 
 def test_one_axis_tells_pitch_alone_and_a_model_without_roll_is_never_asked_at_one() -> None:

@@ -77,11 +77,11 @@ def test_trials_hold_every_parameter_however_small_its_unit_makes_it() -> None:
 
 
 def test_every_source_is_named_with_its_type_and_what_was_declared(budget: AxisBudget) -> None:
-    told = {line.source: (line.type, line.stated) for line in budget.lines}
-    assert told["scatter between replications (precision and drift)"] == ("A", "")
-    assert told["indices of the table"] == ("B", "pitch u 0.58″")
-    assert told["multimeter zero"] == ("B", "standards.meter: limit 35 µV")
-    assert told["local gravity"][0] == "B"
+    found = {line.source: (line.type, line.stated) for line in budget.lines}
+    assert found["scatter between replications (precision and drift)"] == ("A", "")
+    assert found["indices of the table"] == ("B", "pitch u 0.58″")
+    assert found["multimeter zero"] == ("B", "standards.meter: limit 35 µV")
+    assert found["local gravity"][0] == "B"
 
 
 def test_zero_and_gain_of_the_meter_reach_what_they_must(axis: AxisCalibration, budget: AxisBudget) -> None:
@@ -121,8 +121,8 @@ def test_the_trials_find_the_rectangle_that_the_certificate_states() -> None:
 
 def test_the_trials_have_students_tails_where_replications_are_few() -> None:
     """S1 6.4.9: u·√(ν/(ν−2)) is the spread of the trials; with six replications ν is five."""
-    one = solved(with_meter=False, noise_arcsec=5.0)
-    found = axis_budget(one, trials=400_000)
+    entry = solved(with_meter=False, noise_arcsec=5.0)
+    found = axis_budget(entry, trials=400_000)
     assert found.monte_carlo is not None
     line = found.lines[0]
     rest = found.combined["offset_v"] ** 2 - line.contributions["offset_v"] ** 2
@@ -131,15 +131,15 @@ def test_the_trials_have_students_tails_where_replications_are_few() -> None:
 
 
 def test_the_trials_are_those_of_the_seed(axis: AxisCalibration) -> None:
-    one, same, other = (axis_budget(axis, METER, trials=2_000, seed=seed).monte_carlo for seed in (1, 1, 2))
-    assert one == same
-    assert one != other
+    entry, same, other = (axis_budget(axis, METER, trials=2_000, seed=seed).monte_carlo for seed in (1, 1, 2))
+    assert entry == same
+    assert entry != other
 
 
 def test_a_null_parameter_has_no_line_and_hinders_no_other() -> None:
-    one = solved(4, noise_arcsec=7200.0)
-    assert next(item for item in one.parameters if item.name == "azimuth_deg").value is None
-    found = axis_budget(one, METER, GRAVITY, trials=2_000)
+    entry = solved(4, noise_arcsec=7200.0)
+    assert next(item for item in entry.parameters if item.name == "azimuth_deg").value is None
+    found = axis_budget(entry, METER, GRAVITY, trials=2_000)
     assert "azimuth_deg" not in found.combined
     assert {"offset_v", "sensitivity_v_per_g", PER_SI} <= set(found.combined)
 

@@ -68,8 +68,8 @@ def test_rotations_give_the_specific_force() -> None:
 
 @pytest.mark.parametrize("words", MECHANISMS)
 def test_a_mechanism_leaves_the_terms_that_it_is_named_for(words) -> None:
-    for place, axis in enumerate("xyz"):
-        left = set().union(*(terms_of(error[:, place]) for error in ERRORS[words]))
+    for index, axis in enumerate("xyz"):
+        left = set().union(*(terms_of(error[:, index]) for error in ERRORS[words]))
         assert MECHANISMS[words].get(axis, frozenset()) == left, axis
 
 

@@ -38,12 +38,12 @@ def test_nothing_is_approved_before_somebody_else_accepted_every_significant_fin
     assert list_sets(url)[0].status == show(url, "SN1047").status == "engineering"
     signed = sign(url, "SN1047", "approved", "C. Lim", NOW)
     assert signed.is_approved
-    assert [one.finding for one in signed.acceptances] == list(FINDINGS)
+    assert [acceptance.finding for acceptance in signed.acceptances] == list(FINDINGS)
     assert signed.acceptances[0].reason == "3 µg/g³: below the limit of this tunnel"
     assert (list_sets(url)[0].status, show(url, "SN1047").approved_by) == ("approved", "C. Lim")
     assert verify_archive(url).faults == ()
     archive.execute("UPDATE signatures SET comment = 'y.cubic: fine' WHERE role = 'accepted' AND sequence = 3")
-    assert any("signatures 3: is not as it was written" in one for one in verify_archive(url).faults)
+    assert any("signatures 3: is not as it was written" in fault for fault in verify_archive(url).faults)
 
 
 def test_a_set_that_is_withdrawn_after_its_approval_is_not_approved_any_more(archive: Any) -> None:
@@ -59,7 +59,7 @@ def test_a_released_set_counts_again_and_its_quarantine_stays_on_record(archive:
     url = archive.url
     publish_run(url, a_run(0), [a_sensor(0)], NOW)
     publish_run(url, a_run(10), [turned(a_sensor(10))], NOW)
-    first, second = (one.sha256 for one in list_sets(url))
+    first, second = (coefficients.sha256 for coefficients in list_sets(url))
     for role, name in (("prepared", "A. Ray"), ("reviewed", "B. Soo")):
         sign(url, second, role, name, NOW)
     with pytest.raises(ArchiveForbids, match=r"is in quarantine .*; nothing was signed; calibrate again, or have"):
@@ -73,7 +73,7 @@ def test_a_released_set_counts_again_and_its_quarantine_stays_on_record(archive:
     with pytest.raises(ArchiveForbids, match=r"C\. Lim released it already"):
         release(url, second, "B. Soo", NOW, "again")
     assert show(url, "SN1").sha256 == second
-    assert [one.quarantine for one in list_sets(url)] == [None, None]
+    assert [coefficients.quarantine for coefficients in list_sets(url)] == [None, None]
     signed = sign_off(url, "SN1")
     assert str(signed.quarantine).startswith("all three sensors turned by -72″")
     assert signed.release is not None

@@ -57,7 +57,7 @@ def test_the_views_of_the_page_tell_what_calrig_tells(archive: Any) -> None:
         )
         listed = list_sets(archive.url)
         assert [(row["sha256"], row["as_found"], row["as_left"]) for row in rows] == [
-            (one.sha256, one.as_found, one.as_left) for one in listed
+            (entry.sha256, entry.as_found, entry.as_left) for entry in listed
         ]
         assert [(row["run_id"], row["operator"], row["rig"]) for row in rows] == [
             (f"run-{number}", "J. Doe", "bench") for number in (0, 180, 270)
@@ -69,12 +69,12 @@ def test_the_views_of_the_page_tell_what_calrig_tells(archive: Any) -> None:
             (label, name): value for label, axis in axes.items() for name, value in axis.parameters.items()
         }
         behind = connection.execute(text("SELECT name, certificate FROM standard_view WHERE run_id = 'run-180'"))
-        assert [tuple(one) for one in behind] == [
+        assert [tuple(entry) for entry in behind] == [
             (use.name, use.certificate) for use, _ in standards_used(archive.url, a_run(180).journal_sha256)
         ]
         assert connection.execute(text(question)).all() == []  # the only failure is withdrawn
-        asked = question.removesuffix(" AND NOT withdrawn")
-        assert [one.sensor for one in connection.execute(text(asked))] == ["SN1"]
+        request = question.removesuffix(" AND NOT withdrawn")
+        assert [entry.sensor for entry in connection.execute(text(request))] == ["SN1"]
         assert connection.scalar(text("SELECT version_num FROM alembic_version")) == REVISIONS[-1]
         assert set(METADATA.tables) <= set(inspect(connection).get_table_names())
     engine.dispose()

@@ -36,7 +36,11 @@ def test_an_older_archive_is_not_read_before_it_is_migrated_and_says_how(old: Pa
 def test_a_migrated_archive_has_every_set_a_history_a_chain_and_a_copy_beside_it(old: Path) -> None:
     url, before = f"sqlite:///{old}", old.read_bytes()
     assert migrate(url) == ("0001", "0005")
-    assert [(one.sensor, one.created_utc.day) for one in list_sets(url)] == [("SN1047", 1), ("SN1047", 20), ("SN2", 3)]
+    assert [(coefficients.sensor, coefficients.created_utc.day) for coefficients in list_sets(url)] == [
+        ("SN1047", 1),
+        ("SN1047", 20),
+        ("SN2", 3),
+    ]
     assert list_sets(url)[0].rig == "accelerometer laboratory, dual-axis table"
     assert show(url, "SN2").sensor == "SN2"
     assert len(history(url, "SN1047").history.labels) == 1  # both sets are of one run
@@ -71,6 +75,6 @@ def test_an_archive_of_0002_keeps_its_chain_and_has_nothing_in_quarantine(tmp_pa
     url = f"sqlite:///{shutil.copy(SCHEMA_0002, tmp_path / 'archive.sqlite')}"
     assert migrate(url) == ("0002", "0005")
     assert verify_archive(url).faults == ()
-    assert {one.quarantine for one in list_sets(url)} == {None}
+    assert {coefficients.quarantine for coefficients in list_sets(url)} == {None}
     publish_run(url, a_run(400), [a_sensor(400)], NOW)
     assert verify_archive(url).faults == ()

@@ -26,8 +26,8 @@ def test_a_history_reads_a_thousand_others_at_most_and_tells_the_same_as_all_of_
             == getattr(pooled_scatter(whole, sensor), name).tolist()
         )
     few, all_of_them = history_of(needed, sensor), history_of(whole, sensor)
-    for one, other in zip(few.charts, all_of_them.charts, strict=True):
-        np.testing.assert_array_equal(one.prediction_high, other.prediction_high)
+    for chart, other in zip(few.charts, all_of_them.charts, strict=True):
+        np.testing.assert_array_equal(chart.prediction_high, other.prediction_high)
     assert few.findings == all_of_them.findings == ()
 
 

@@ -27,7 +27,7 @@ def test_one_has_it_and_the_other_is_told_who_since_when_and_for_how_long(archiv
     assert str(lease).startswith("lab1, user anna (run night), since 20")
     apart_s = CLOCKS_APART_S if archive.is_sqlite else 0.0
     assert LONG_S + apart_s - 5.0 < lease.lapses_in_s <= LONG_S + apart_s
-    assert [one.holder for one in held(archive.url, [METER, TABLE], NOW)] == [ANNA]
+    assert [entry.holder for entry in held(archive.url, [METER, TABLE], NOW)] == [ANNA]
     assert claim(archive.url, [METER, TABLE], BERT, LONG_S, NOW).begun == (METER,), "what is free may be had alone"
 
 

@@ -134,7 +134,7 @@ def test_a_certificate_needs_an_approved_set_and_a_number_of_its_own(archive: An
         issue_certificate(archive.url, "SN2", Certificate("26-001", "", FILE, "C. Lim", NOW, None, ""))
     sha256 = filled
     again = issue_certificate(archive.url, "SN1", Certificate("26-001", "", FILE, "C. Lim", NOW, None, ""))
-    assert [one.number for one in again.certificates] == ["26-001"]
+    assert [certificate.number for certificate in again.certificates] == ["26-001"]
     with pytest.raises(ArchiveError, match="26-001: is issued already"):
         issue_certificate(archive.url, "SN1", Certificate("26-001", "", "cd" * 32, "C. Lim", NOW, None, ""))
     with pytest.raises(ArchiveUnknown, match="amends 25-900, which is not in the archive"):

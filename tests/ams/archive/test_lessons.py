@@ -26,7 +26,7 @@ def test_a_lesson_comes_back_as_it_was_kept(url: str) -> None:
     keep_lesson(url, LESSON)
     keep_lesson(url, LESSON)
     (found,) = past_lessons(url, "table", simulated=False, most=30)
-    assert sorted(found.parts, key=lambda one: one.part) == sorted(LESSON.parts, key=lambda one: one.part)
+    assert sorted(found.parts, key=lambda part: part.part) == sorted(LESSON.parts, key=lambda part: part.part)
     assert (found.journal_sha256, found.ended_utc, found.components) == (LESSON.journal_sha256, NOON, LESSON.components)
 
 
@@ -42,14 +42,16 @@ def test_simulated_runs_teach_simulated_rigs_and_no_rig_another(url: str) -> Non
     keep_lesson(url, replace(LESSON, journal_sha256="b" * 64, simulated=True))
     keep_lesson(url, replace(LESSON, journal_sha256="c" * 64, rig="another"))
     for simulated, sha256 in ((False, "a"), (True, "b")):
-        assert [one.journal_sha256[0] for one in past_lessons(url, "table", simulated=simulated, most=30)] == [sha256]
+        assert [
+            past_lesson.journal_sha256[0] for past_lesson in past_lessons(url, "table", simulated=simulated, most=30)
+        ] == [sha256]
 
 
 def test_the_latest_come_first_and_no_more_than_asked_for(url: str) -> None:
     for day, name in enumerate("dacb"):
         keep_lesson(url, replace(LESSON, journal_sha256=name * 64, ended_utc=NOON + timedelta(days=day)))
     found = past_lessons(url, "table", simulated=False, most=3)
-    assert [one.journal_sha256[0] for one in found] == ["b", "c", "a"]
+    assert [entry.journal_sha256[0] for entry in found] == ["b", "c", "a"]
 
 
 def test_an_archive_that_is_not_there_is_a_sentence(url: str) -> None:

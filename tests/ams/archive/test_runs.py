@@ -46,7 +46,10 @@ def test_a_run_is_published_with_its_sets_standards_and_what_was_found(archive: 
     assert stored.as_found is not None
     assert stored.as_found.judgements == found.as_found.judgements
     assert [run.run_id for run in list_runs(archive.url)] == ["run-0", "run-180"]
-    assert [(one.as_found, one.as_left) for one in list_sets(archive.url)] == [(None, "pass"), ("fail", "pass")]
+    assert [(coefficients.as_found, coefficients.as_left) for coefficients in list_sets(archive.url)] == [
+        (None, "pass"),
+        ("fail", "pass"),
+    ]
     (use, word) = standards_used(archive.url, a_run(0).journal_sha256)[0]
     assert (use.certificate, use.uncertainty["uncertainty_arcsec"], word) == ("26-0117", 1.0, None)
     assert verify_archive(archive.url).faults == ()
@@ -58,7 +61,7 @@ def test_publishing_a_run_again_changes_nothing_and_tells_the_same(archive: Any)
     before = {table: sorted(map(repr, archive.execute(f"SELECT * FROM {table}"))) for table in TABLES}
     again = publish_run(archive.url, a_run(180), [a_sensor(180, gain=1.001)], datetime(2027, 1, 1, tzinfo=UTC))
     assert {table: sorted(map(repr, archive.execute(f"SELECT * FROM {table}"))) for table in TABLES} == before
-    assert [one.is_new for one in again.publications] == [False]
+    assert [publication.is_new for publication in again.publications] == [False]
     assert again.adjustments["SN1"].as_found is not None
     assert again.adjustments["SN1"].as_found.judgements == first.adjustments["SN1"].as_found.judgements  # type: ignore[union-attr]
 
@@ -88,8 +91,8 @@ def test_an_expired_standard_is_refused_unless_somebody_answers_for_it(archive: 
             publish_run(archive.url, a_run(0), [late], NOW, override=word)
     word = Override("B. Boss", "certificate is in the post")
     publish_run(archive.url, a_run(0), [late], NOW, override=word)
-    ((_, told),) = standards_used(archive.url, a_run(0).journal_sha256)
-    assert told == word
+    ((_, found),) = standards_used(archive.url, a_run(0).journal_sha256)
+    assert found == word
     (detail,) = archive.execute("SELECT detail FROM records WHERE kind = 'run'")[0]
     assert "certificate is in the post" in detail
     assert verify_archive(archive.url).faults == ()
@@ -124,7 +127,7 @@ def test_two_publishers_at_once_lose_nothing_and_find_each_other(archive: Any) -
         ]
         done = [future.result() for future in waiting]
     assert len(list_sets(archive.url)) == len(list_runs(archive.url)) == len(done) == 8
-    assert sum(one.adjustments["SN1"].as_found is None for one in done) <= 8
+    assert sum(entry.adjustments["SN1"].as_found is None for entry in done) <= 8
     assert verify_archive(archive.url).faults == ()
 
 
@@ -163,7 +166,7 @@ def test_sets_are_found_by_serial_rig_run_and_day(archive: Any) -> None:
     url = archive.url
 
     def found(**wanted: Any) -> list[tuple[str, str | None]]:
-        return [(one.sensor, one.run_id) for one in list_sets(url, search=Search(**wanted))]
+        return [(coefficients.sensor, coefficients.run_id) for coefficients in list_sets(url, search=Search(**wanted))]
 
     assert found(serial="2") == [("SN2", "run-0"), ("SN2", "run-180")]
     assert found(run_id="run-0") == [("SN1", "run-0"), ("SN2", "run-0")]
@@ -194,9 +197,9 @@ def test_a_package_under_another_ones_name_is_noticed_when_it_is_published(archi
         sensors = [a_sensor(day), a_sensor(day, "SN2", gain=1.01)]
         assert not list(history_findings(archive.url, publish_run(archive.url, a_run(day), sensors, NOW)))
     mixed = [a_sensor(250, "SN1", gain=1.01), a_sensor(250, "SN2")]
-    told = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW)))
-    assert len(told) == 2
-    assert "SN1: what was calibrated as it at 2026-09-18 has the characteristics of SN2" in told[0]
+    found = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW)))
+    assert len(found) == 2
+    assert "SN1: what was calibrated as it at 2026-09-18 has the characteristics of SN2" in found[0]
 
 
 def test_of_a_set_in_quarantine_no_history_is_missed(archive: Any) -> None:
@@ -211,7 +214,7 @@ def test_a_set_whose_table_turned_is_kept_in_quarantine_and_is_nobodys_previous(
     publish_run(archive.url, a_run(10), [turned(a_sensor(10, gain=1.01))], NOW)
     published = publish_run(archive.url, a_run(20), [a_sensor(20)], NOW)
     first, second, third = list_sets(archive.url)
-    assert [bool(one.quarantine) for one in (first, second, third)] == [False, True, False]
+    assert [bool(entry.quarantine) for entry in (first, second, third)] == [False, True, False]
     found = published.adjustments["SN1"].as_found
     assert found is not None
     assert (found.set_sha256, found.verdict) == (first.sha256, "pass")

@@ -72,8 +72,8 @@ def test_publishing_twice_changes_nothing(url: str) -> None:
 def test_sets_are_listed_by_sensor_then_age_in_plain_values(url: str) -> None:
     publish(url, [a_set("SN2", 3), a_set("SN1", 4), a_set("SN1", 2)], PUBLISHED)
     listed = list_sets(url)
-    assert [(one.sensor, one.created_utc.day) for one in listed] == [("SN1", 2), ("SN1", 4), ("SN2", 3)]
-    assert [one.created_utc.day for one in list_sets(url, "SN1")] == [2, 4]
+    assert [(entry.sensor, entry.created_utc.day) for entry in listed] == [("SN1", 2), ("SN1", 4), ("SN2", 3)]
+    assert [coefficients.created_utc.day for coefficients in list_sets(url, "SN1")] == [2, 4]
     assert listed[0].model == "pitch-roll"
     assert (listed[0].status, listed[0].simulated) == ("engineering", False)
 
@@ -119,7 +119,7 @@ def test_all_sets_of_a_publication_are_in_or_none_when_the_disk_is_full(archive:
     execute(url, *(FULL_SQLITE if archive.is_sqlite else FULL_POSTGRES))
     with pytest.raises(ArchiveError, match=r"the disk of the archive is full or fails: .*; nothing was changed; free"):
         publish(url, [a_set("SN1"), a_set("SN2")], PUBLISHED)
-    assert [one.sensor for one in list_sets(url)] == ["SN0"]
+    assert [coefficients.sensor for coefficients in list_sets(url)] == ["SN0"]
     assert rows(url, "SELECT DISTINCT sha256 FROM coefficients") == rows(url, "SELECT sha256 FROM sets")
     assert rows(url, "SELECT count(*) FROM records") == [(1,)]
 
@@ -146,10 +146,10 @@ def test_a_file_that_cannot_grow_leaves_nothing_half(sqlite_url: str) -> None:
     publish(sqlite_url, [a_set("SN0")], PUBLISHED)
     support = str(Path(__file__).parents[2] / "support")
     command = [sys.executable, "-c", PUBLISH_ON_A_FULL_DISK, sqlite_url, support]
-    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    assert "the disk of the archive is full or fails: " in told
-    assert "nothing was changed" in told
-    assert [one.sensor for one in list_sets(sqlite_url)] == ["SN0"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert "the disk of the archive is full or fails: " in done
+    assert "nothing was changed" in done
+    assert [coefficients.sensor for coefficients in list_sets(sqlite_url)] == ["SN0"]
     assert verify_archive(sqlite_url).faults == ()
     publish(sqlite_url, [a_set("SN1")], PUBLISHED)
 
@@ -168,10 +168,12 @@ def test_a_set_that_contradicts_itself_is_not_published(url: str) -> None:
 def test_two_writers_at_once_lose_nothing(url: str) -> None:
     sets = [a_set(f"SN{number}") for number in range(12)]
     with ThreadPoolExecutor(4) as pool:
-        waiting = [pool.submit(publish, url, [one], PUBLISHED, 60.0) for one in [*sets, *sets]]
+        waiting = [pool.submit(publish, url, [coefficients], PUBLISHED, 60.0) for coefficients in [*sets, *sets]]
         published = [publication for future in waiting for publication in future.result()]
-    assert sorted(one.sha256 for one in published if one.is_new) == sorted(one.sha256 for one in sets)
-    assert {one.sha256 for one in list_sets(url)} == {one.sha256 for one in sets}
+    assert sorted(coefficients.sha256 for coefficients in published if coefficients.is_new) == sorted(
+        coefficients.sha256 for coefficients in sets
+    )
+    assert {coefficients.sha256 for coefficients in list_sets(url)} == {coefficients.sha256 for coefficients in sets}
 
 
 PUBLISH_UNTIL_KILLED = """
@@ -199,7 +201,7 @@ def test_a_killed_writer_leaves_whole_sets_and_everything_it_acknowledged(url: s
         assert writer.stdout is not None
         acknowledged = [writer.stdout.readline().strip() for _ in range(12)][1:]
         writer.kill()
-    stored = {one.sha256 for one in list_sets(url)}
+    stored = {coefficients.sha256 for coefficients in list_sets(url)}
     assert set(acknowledged) <= stored
     assert all(show(url, sha256).sha256 == sha256 for sha256 in stored)
     assert {row[0] for row in rows(url, "SELECT sha256 FROM coefficients")} == stored

@@ -20,8 +20,8 @@ COVARIANCE = _ROOT @ _ROOT.T
 
 
 def errors(axes):
-    places = np.concatenate([np.arange(4 * axis, 4 * axis + 4) for axis in axes])
-    return OutputErrors(COVARIANCE[np.ix_(places, places)][None], np.array([np.inf]), READING_V[axes] ** 2)
+    indices = np.concatenate([np.arange(4 * axis, 4 * axis + 4) for axis in axes])
+    return OutputErrors(COVARIANCE[np.ix_(indices, indices)][None], np.array([np.inf]), READING_V[axes] ** 2)
 
 
 def outputs(axes, pitch, roll):

@@ -137,8 +137,8 @@ def test_quadratic_terms_are_taken_off_at_the_angles_themselves() -> None:
     pitch, roll = attitudes(rng, 200)
     force = specific_force(pitch, roll)
     bent = np.stack([np.einsum("ni,ij,nj->n", force, matrix_from_elements(own), force) for own in q])
-    powers = [next(iter(one)) for one in MONOMIALS]
-    bend = Bend(powers, q @ np.array([[one.get(p, 0.0) for p in powers] for one in Q_BASIS]))
+    powers = [next(iter(monomial)) for monomial in MONOMIALS]
+    bend = Bend(powers, q @ np.array([[entry.get(p, 0.0) for p in powers] for entry in Q_BASIS]))
     found = package(bend=bend).attitude(outputs(pitch, roll) + bent)
     np.testing.assert_allclose(found.pitch_rad, pitch, atol=1e-12)
     np.testing.assert_allclose(found.roll_rad, roll, atol=1e-11)

@@ -59,7 +59,7 @@ def test_closed_form_follows_the_reports_harmonic_profile():
     time_s = np.arange(16_000) / 1000.0
     pitch, yaw, roll = (10.0 * DEG * np.sin(2.0 * np.pi * rate_hz * time_s) for rate_hz in (0.125, 0.0625, 0.25))
     away_from_zero = np.abs(pitch) > 0.01 * DEG
-    wanted = [one[away_from_zero] for one in (pitch, yaw, roll)]
+    wanted = [entry[away_from_zero] for entry in (pitch, yaw, roll)]
     found = closed_form(PAIR, *outputs(*wanted))
     for values, truth in zip((found.pitch_rad, found.yaw_rad, found.roll_rad), wanted, strict=True):
         np.testing.assert_allclose(values, truth, rtol=0.0, atol=1e-9 * DEG)

@@ -78,8 +78,8 @@ def test_components_add_up_to_the_covariance_and_parameters_to_their_uncertainti
     solved = calibrate(observe(EVERYTHING), CalibrationRequest(table=TABLE, extended="no")).axes["x"]
     assert {part.name for part in solved.variance_components} == {"replications", "lack-of-fit", "table"}
     np.testing.assert_allclose(sum(p.covariance for p in solved.variance_components), solved.primary_covariance)
-    for place, parameter in enumerate(solved.parameters):
-        assert parameter.standard_uncertainty == pytest.approx(np.sqrt(solved.covariance[place, place]))
+    for index, parameter in enumerate(solved.parameters):
+        assert parameter.standard_uncertainty == pytest.approx(np.sqrt(solved.covariance[index, index]))
         low, high = parameter.interval_95
         assert low < parameter.value < high
 
@@ -192,9 +192,9 @@ def test_one_roll_angle_is_refused_in_words() -> None:
 
 
 def test_fewer_points_than_parameters_are_refused() -> None:
-    one = Campaign(pitch_deg=np.array([0.0, 90.0]), roll_deg=np.array([0.0]), replications=1)
+    entry = Campaign(pitch_deg=np.array([0.0, 90.0]), roll_deg=np.array([0.0]), replications=1)
     with refused("2 observations cannot determine 4 parameters", DesignError):
-        calibrate(observe(one), CalibrationRequest(extended="no"))
+        calibrate(observe(entry), CalibrationRequest(extended="no"))
 
 
 def test_a_repeated_row_is_refused() -> None:
@@ -345,10 +345,10 @@ def test_plateaus_take_contrasts_from_the_replications() -> None:
     solved = calibrate(
         observations, CalibrationRequest(temperature="estimate", reference_temperature_degc=25.0, extended="no")
     )
-    for axis, one in solved.axes.items():
-        dof = next(part.dof for part in one.variance_components if part.name == "replications")
+    for axis, solved_axis in solved.axes.items():
+        dof = next(part.dof for part in solved_axis.variance_components if part.name == "replications")
         assert dof == 4
-        for parameter, value in zip(one.parameters, [*truth(axis), *TC[axis]], strict=False):
+        for parameter, value in zip(solved_axis.parameters, [*truth(axis), *TC[axis]], strict=False):
             assert abs(parameter.value - value) < 8 * parameter.standard_uncertainty
 
 

@@ -34,8 +34,8 @@ def check(row: int, found: SolvedColumns, alone: AxisCalibration) -> None:
     np.testing.assert_allclose(found.primary[row], alone.primary, rtol=1e-10)
     np.testing.assert_allclose(found.primary_covariance[row], alone.primary_covariance, rtol=1e-7, atol=1e-20)
     assert found.standard_error_v[row] == pytest.approx(alone.standard_error_v)
-    for place, parameter in enumerate(alone.parameters):
-        value, half = found.parameters.values[row, place], found.parameters.halfwidths_95[row, place]
+    for index, parameter in enumerate(alone.parameters):
+        value, half = found.parameters.values[row, index], found.parameters.halfwidths_95[row, index]
         assert (value - half, value + half) == pytest.approx(parameter.interval_95)
     assert alone.replication is not None
     assert found.replication is not None

@@ -262,8 +262,10 @@ def alarms(scene: Scene, campaigns: int, seed: int = 0) -> tuple[dict[str, float
     assert replication is not None
     tests = {"lack of fit": replication.lack_of_fit, **replication.drift}
     tp = {"lack of fit": replication.tp.bias, **replication.tp.drift}
-    default, of_tp = ({name: float(np.mean(one.t > one.f_95)) for name, one in kind.items()} for kind in (tests, tp))
-    return default, of_tp, float(np.mean(np.any([one.is_significant for one in tests.values()], axis=0)))
+    default, of_tp = (
+        {name: float(np.mean(entry.t > entry.f_95)) for name, entry in kind.items()} for kind in (tests, tp)
+    )
+    return default, of_tp, float(np.mean(np.any([test.is_significant for test in tests.values()], axis=0)))
 
 
 def test_default_tests_ring_falsely_in_one_of_twenty() -> None:

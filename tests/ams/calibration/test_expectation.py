@@ -64,8 +64,8 @@ def _ratios(scene: Campaign, request: CalibrationRequest, seeds: int) -> np.ndar
     return np.array(
         [
             item.standard_uncertainty / np.sqrt(np.mean(squares[axis, item.name]))
-            for axis, one in expected.items()
-            for item in one.parameters
+            for axis, entry in expected.items()
+            for item in entry.parameters
             if item.standard_uncertainty is not None and len(squares.get((axis, item.name), ())) == seeds
         ]
     )

@@ -43,8 +43,8 @@ def document() -> dict:
 
 def test_every_axis_has_its_findings_behind_the_published_keys(document: dict) -> None:
     assert list(document) == ["axes", "verdict", "method_version", "model", "convention", "package_covariance"]
-    told = list(document["axes"]["x"])[8:]
-    assert told == ["remarks", "advice", "findings", "extension", "residual_curvature", "budget"]
+    text = list(document["axes"]["x"])[8:]
+    assert text == ["remarks", "advice", "findings", "extension", "residual_curvature", "budget"]
     json.dumps(document, allow_nan=False)
 
 

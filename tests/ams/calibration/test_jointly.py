@@ -24,15 +24,15 @@ ROWS = Campaign(index_limit_arcsec=1.0, replications=4).observe(np.random.defaul
 
 def test_it_is_the_joint_fit_with_residuals_of_every_row_and_replication_tests() -> None:
     solved, fit = calibrate_jointly(ROWS, PLAIN, PRIORS), joint_fit([Mounting(ROWS)], "xyz", PRIORS)
-    for axis, one in solved.axes.items():
-        np.testing.assert_array_equal(one.primary, fit.primary[axis])
-        np.testing.assert_allclose(one.primary_covariance, fit.axis_covariance(axis), rtol=1e-12)
-        np.testing.assert_array_equal(one.fitted_v + one.residuals_v, ROWS.outputs[axis])
-        scatter = one.residuals_v.std() / np.linalg.norm(one.primary[1:]) / ARCSEC
+    for axis, solved_axis in solved.axes.items():
+        np.testing.assert_array_equal(solved_axis.primary, fit.primary[axis])
+        np.testing.assert_allclose(solved_axis.primary_covariance, fit.axis_covariance(axis), rtol=1e-12)
+        np.testing.assert_array_equal(solved_axis.fitted_v + solved_axis.residuals_v, ROWS.outputs[axis])
+        scatter = solved_axis.residuals_v.std() / np.linalg.norm(solved_axis.primary[1:]) / ARCSEC
         assert scatter < 2.0, "less than the noise of a dwell and the teeth that were not told"
-        assert one.replication is not None
-        assert one.replication.replications == 4
-        assert {"offset", "sensitivity"} <= one.replication.drift.keys()
+        assert solved_axis.replication is not None
+        assert solved_axis.replication.replications == 4
+        assert {"offset", "sensitivity"} <= solved_axis.replication.drift.keys()
     np.testing.assert_allclose(solved.package.covariance, fit.covariance, rtol=1e-12)
     assert "solved together" in " ".join(solved.remarks)
 
@@ -58,7 +58,7 @@ def test_a_level_that_was_read_is_an_error_of_the_table_and_what_is_declared_goe
     level = SharedError("level of the base about pitch", "pitch", 4.0 * ARCSEC)
     request = replace(PLAIN, shared_errors=dict.fromkeys("xyz", (level,)))
     read, declared = (calibrate_jointly(ROWS, request, p) for p in (PRIORS, replace(PRIORS, pitch_zero_rad=9 * ARCSEC)))
-    said = [" ".join(one.remarks) for one in (read, declared)]
+    said = [" ".join(entry.remarks) for entry in (read, declared)]
     assert "pitch zero" in said[0]
     assert "prior 4″" in said[0]
     assert "prior 9″" in said[1]
@@ -72,10 +72,10 @@ def test_two_replications_that_drift_are_covered_by_the_intervals_that_are_state
     )  # fmt: skip
     for seed in range(60):
         solved = calibrate_jointly(campaign.observe(np.random.default_rng(seed)), PLAIN, PRIORS)
-        for axis, one in solved.axes.items():
-            u = np.sqrt(np.diag(one.primary_covariance))
-            off = np.abs(one.primary - [OFFSET_V[axis], *VECTOR_V_PER_G[axis]])
-            held.append(off <= t_quantile(0.95, one.primary_dof) * u)
+        for axis, solved_axis in solved.axes.items():
+            u = np.sqrt(np.diag(solved_axis.primary_covariance))
+            off = np.abs(solved_axis.primary - [OFFSET_V[axis], *VECTOR_V_PER_G[axis]])
+            held.append(off <= t_quantile(0.95, solved_axis.primary_dof) * u)
     assert np.mean(held) >= 0.92
     assert any("1 degrees of freedom" in sentence for sentence in solved.warnings)
 

@@ -46,7 +46,9 @@ def test_offset_and_sensitivities_keep_their_half_widths_and_predictions_pay(pit
             / np.diagonal(linear[axis].primary_covariance, axis1=1, axis2=2)
         )
         assert ratio.mean() == pytest.approx(1.0, abs=0.05)
-    widths = [coverage(drawn, one, np.random.default_rng(4)).prediction_half_width_arcsec for one in (found, linear)]
+    widths = [
+        coverage(drawn, entry, np.random.default_rng(4)).prediction_half_width_arcsec for entry in (found, linear)
+    ]
     assert 1.4 < widths[0] / widths[1] < 1.75
 
 

@@ -63,7 +63,10 @@ def _split(replications: int, first: int, rows_more: int = 0) -> NDArray[np.int6
 
 def _found(observations: Observations) -> dict[str, tuple[float, float]]:
     axis = calibrate_mountings(observations, CalibrationRequest(extended="no")).axes["x"]
-    return {one.name: (float(one.value or 0.0), float(one.standard_uncertainty or 0.0)) for one in axis.parameters}
+    return {
+        parameter.name: (float(parameter.value or 0.0), float(parameter.standard_uncertainty or 0.0))
+        for parameter in axis.parameters
+    }
 
 
 @pytest.mark.parametrize("nominal", ["x", "y", "z"])
@@ -87,7 +90,7 @@ def test_the_derivatives_are_those_of_a_complex_step(nominal: str) -> None:
 def test_without_noise_every_mounting_comes_back_to_ten_digits() -> None:
     rows = _campaign(np.random.default_rng(1), _split(4, 2), noise_v=1e-15)
     axis = calibrate_mountings(rows, CalibrationRequest(extended="no")).axes["x"]
-    found = {one.name: one.value for one in axis.parameters}
+    found = {parameter.name: parameter.value for parameter in axis.parameters}
     assert found["offset_v"] == pytest.approx(OFFSET_V, rel=1e-10)
     assert found["sensitivity_v_per_g"] == pytest.approx(SENSITIVITY, rel=1e-10)
     assert found["coning_deg"] == pytest.approx(0.9, rel=1e-9)
@@ -108,7 +111,12 @@ def test_one_fit_over_a_move_that_nobody_told_of_is_wrong_and_this_one_is_right(
 def test_the_set_speaks_of_the_last_mounting_in_the_words_of_one() -> None:
     solved = calibrate_mountings(_campaign(np.random.default_rng(4), _split(6, 3)), CalibrationRequest(extended="no"))
     axis = solved.axes["x"]
-    assert [one.name for one in axis.parameters] == ["offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg"]
+    assert [parameter.name for parameter in axis.parameters] == [
+        "offset_v",
+        "sensitivity_v_per_g",
+        "coning_deg",
+        "azimuth_deg",
+    ]
     assert axis.primary_covariance.shape == axis.covariance.shape == (4, 4)
     assert (solved.model, axis.model) == ("pitch-roll", "pitch-roll")
     assert "coning and azimuth are those of mounting 2, the last" in solved.warnings[-1]
@@ -155,7 +163,7 @@ def test_intervals_hold_the_truth_over_a_move(mounting: NDArray[np.int64], campa
     held = dict.fromkeys(truth, 0)
     for _ in range(campaigns):
         axis = calibrate_mountings(_campaign(chance, mounting), CalibrationRequest(extended="no")).axes["x"]
-        for one in axis.parameters:
-            assert one.interval_95 is not None
-            held[one.name] += one.interval_95[0] <= truth[one.name] <= one.interval_95[1]
+        for parameter in axis.parameters:
+            assert parameter.interval_95 is not None
+            held[parameter.name] += parameter.interval_95[0] <= truth[parameter.name] <= parameter.interval_95[1]
     assert all(count >= 0.90 * campaigns for count in held.values()), held

@@ -19,17 +19,22 @@ from ams.inputs.table_uncertainty import TableUncertainty
 
 def _solved(name: str, size: float, count: int, table: TableUncertainty | None, seed: int = 4, **design):
     drawn = campaigns(name, size, np.random.default_rng(seed), count, **design)
-    for place in range(count):
-        outputs = {axis: columns_of(drawn, axis)[:, place] for axis in drawn.setup.axes}
+    for index in range(count):
+        outputs = {axis: columns_of(drawn, axis)[:, index] for axis in drawn.setup.axes}
         yield calibrate(replace(rows_of(drawn), outputs=outputs), CalibrationRequest(table=table))
 
 
 def _of_table(solved: Calibration) -> list[Finding]:
-    return [one for axis in solved.axes.values() for one in axis.findings if one.details.get("test") == TABLE_LIMIT]
+    return [
+        finding
+        for axis in solved.axes.values()
+        for finding in axis.findings
+        if finding.details.get("test") == TABLE_LIMIT
+    ]
 
 
 def _share(found) -> float:
-    return float(np.mean([any(one.is_significant for one in _of_table(solved)) for solved in found]))
+    return float(np.mean([any(entry.is_significant for entry in _of_table(solved)) for solved in found]))
 
 
 @pytest.mark.parametrize("limit_deg", [30.0, 90.0])
@@ -60,10 +65,11 @@ def test_a_zeroed_curve_within_its_limit_is_not_named_and_beyond_it_is() -> None
 def test_a_sensor_is_not_blamed_on_the_table(scene: str, size: float, kinds: set[str]) -> None:
     found = list(_solved(scene, size, 8, table_of()))
     assert _share(found) <= 1 / 8
-    told = [
-        {one.kind for axis in solved.axes.values() for one in axis.findings if one.is_significant} for solved in found
+    said = [
+        {finding.kind for axis in solved.axes.values() for finding in axis.findings if finding.is_significant}
+        for solved in found
     ]
-    assert np.mean([bool(one & kinds) for one in told]) >= 0.85
+    assert np.mean([bool(entry & kinds) for entry in said]) >= 0.85
 
 
 def test_one_output_alone_never_blames_the_table_for_its_own_terms() -> None:
@@ -90,7 +96,7 @@ def test_the_columns_of_a_zeroed_axis_are_the_curve_less_its_value_at_the_zero(z
 def test_what_the_table_does_is_not_said_of_the_sensor_as_well() -> None:
     (solved,) = _solved("table-once", 5.0, 1, table_of(), seed=6)
     for axis in solved.axes.values():
-        assert [one.details["test"] for one in axis.findings if one.is_significant] == [TABLE_LIMIT]
+        assert [finding.details["test"] for finding in axis.findings if finding.is_significant] == [TABLE_LIMIT]
         (finding,) = _of_table(replace(solved, axes={"x": axis}))
         assert finding.kind == "lack-of-fit"
         assert "the table is off by more than is declared: its index errors in " in finding.text

@@ -101,9 +101,9 @@ def test_what_does_not_fit_the_words_is_refused() -> None:
     fits = scaled(0.9 * 2.0**25)
     assert scale_of(fits).output_bits == 0
     assert abs(fixed_axes(fits)[0].k[0]) == pytest.approx(0.9 * 2.0**31, rel=1e-9)
-    with pytest.raises(SetError) as told:
+    with pytest.raises(SetError) as refusal:
         to_c_fixed(scaled(2.0**25))
-    assert str(told.value) == (
+    assert str(refusal.value) == (
         "M1: axis x: fixed point: overflow: got |zero level| + |k| up to 2147483648 counts at levels up to 64 ut, "
         "allowed below 2147483648 counts in 32 bits; nothing was written; use the floating-point header (c)"
     )
@@ -112,9 +112,9 @@ def test_what_does_not_fit_the_words_is_refused() -> None:
 @pytest.mark.parametrize("make", [gyro_set, lambda: package_set("model")])
 def test_a_set_of_another_equation_is_told_what_to_use(make: Callable[[], CoefficientSet]) -> None:
     coefficients = make()
-    with pytest.raises(SetError) as told:
+    with pytest.raises(SetError) as refusal:
         to_c_fixed(coefficients)
-    assert str(told.value) == (
+    assert str(refusal.value) == (
         f"{coefficients.sensor}: C header in fixed point: has no form of this set's equations: got convention CR, "
         f"model {coefficients.model}, needed are accelerometers of pitch and roll (TP) or straight lines (SR); nothing "
         "was written; use the floating-point header (c)"

@@ -55,14 +55,14 @@ def test_the_functions_reproduce_the_vectors_of_the_document(
         f'printf("%.17g\\n", calrig_sn1047_{axis}_v(f, {v.get("temperature_degc", 0.0)!r}));\n'
         for v in coefficients.document["test_vectors"]["forward"]
     )
-    told = printed(
+    outcome = printed(
         tmp_path,
         {"SN1047.h": to_c_header(coefficients)},
         f'double f[3];\n{calls}printf("%.17g\\n", calrig_sn1047_self_test());',
     )
     expected = [v["outputs_v"][axis] for v in coefficients.document["test_vectors"]["forward"]]
-    assert [line[0] for line in told[:-1]] == pytest.approx(expected, rel=0, abs=2.5e-12)
-    assert told[-1][0] <= 1e-12
+    assert [line[0] for line in outcome[:-1]] == pytest.approx(expected, rel=0, abs=2.5e-12)
+    assert outcome[-1][0] <= 1e-12
 
 
 @pytest.mark.parametrize("make", [warm, bending, bent_set, lambda: build_set(solved_package(), provenance())])
@@ -130,8 +130,8 @@ def test_outputs_that_are_no_numbers_give_no_angles(package: CoefficientSet, tmp
 
 def test_a_self_test_sees_one_wrong_digit(package: CoefficientSet, tmp_path: Path) -> None:
     wrong = to_c_header(package).replace(b"Z_K_Z_V_PER_G (-2.519994473023556)", b"Z_K_Z_V_PER_G (-2.519994473033556)")
-    told = printed(tmp_path, {"SN1047.h": wrong}, 'printf("%.17g\\n", calrig_sn1047_self_test());')
-    assert told[0][0] == pytest.approx(1e-11 / 2.5267, rel=0.01)
+    outcome = printed(tmp_path, {"SN1047.h": wrong}, 'printf("%.17g\\n", calrig_sn1047_self_test());')
+    assert outcome[0][0] == pytest.approx(1e-11 / 2.5267, rel=0.01)
 
 
 def test_texts_of_others_end_no_comment_and_both_headers_serve_one_program(tmp_path: Path) -> None:

@@ -84,7 +84,7 @@ def test_the_quantities_alone_reproduce_the_vectors() -> None:
     for axis in "xyz":
         names = ["offset_v", *(f"k_{c}_v_per_g" for c in "xyz")]
         ids = [f"{axis}.primary.{name.replace('_', '_5f_')}" for name in names]
-        b, *k = (float(quantity(root, one).findtext("si:real/si:value", namespaces=NS)) for one in ids)
+        b, *k = (float(quantity(root, entry).findtext("si:real/si:value", namespaces=NS)) for entry in ids)
         outputs_v = b + sum(k[i] * f[i] for i in range(3))
         assert outputs_v == pytest.approx(column(f"vectors.output_20_of_20_{axis}"), rel=0, abs=2.5e-12)
 
@@ -126,7 +126,7 @@ def test_dates_place_and_standards_are_the_runs() -> None:
     dates = [root.findtext(f".//dcc:{end}PerformanceDate", namespaces=NS) for end in ("begin", "end")]
     assert dates == ["2026-02-28", "2026-03-01"]
     assert root.findtext(".//dcc:countryCodeISO3166_1", namespaces=NS) == "US"
-    names = [one.text for one in root.iterfind(".//dcc:measuringEquipment/dcc:name/dcc:content", NS)]
+    names = [entry.text for entry in root.iterfind(".//dcc:measuringEquipment/dcc:name/dcc:content", NS)]
     assert names == ["table", "meter"]
 
 

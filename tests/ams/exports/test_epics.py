@@ -22,11 +22,11 @@ LONGEST_STRING = 39
 
 
 def tokens(text: str) -> list[str]:
-    found, place = [], 0
-    while place < len(text):
-        match = TOKEN.match(text, place)
-        assert match is not None, text[place : place + 60]
-        place = match.end()
+    found, location = [], 0
+    while location < len(text):
+        match = TOKEN.match(text, location)
+        assert match is not None, text[location : location + 60]
+        location = match.end()
         found += [part for part in (match["word"], match["text"], match["sign"]) if part is not None]
     return found
 
@@ -57,12 +57,12 @@ def package() -> CoefficientSet:
 
 def test_the_records_alone_reproduce_the_vectors(package: CoefficientSet) -> None:
     pv = {name: float(fields["INP"]) for name, fields in records(to_epics(package), "").items() if "INP" in fields}
-    for place in range(9):
-        alpha, roll = np.radians(pv[f"SN1047:TEST{place}:PITCH_DEG"]), np.radians(pv[f"SN1047:TEST{place}:ROLL_DEG"])
+    for index in range(9):
+        alpha, roll = np.radians(pv[f"SN1047:TEST{index}:PITCH_DEG"]), np.radians(pv[f"SN1047:TEST{index}:ROLL_DEG"])
         f = [np.sin(alpha), -np.cos(alpha) * np.sin(roll), -np.cos(alpha) * np.cos(roll)]
         for axis in "XYZ":
             k = [pv[f"SN1047:{axis}:K_{c}_V_PER_G"] for c in "XYZ"]
-            expected = pv[f"SN1047:TEST{place}:{axis}_V"]
+            expected = pv[f"SN1047:TEST{index}:{axis}_V"]
             assert pv[f"SN1047:{axis}:OFFSET_V"] + np.dot(k, f) == pytest.approx(expected, rel=0, abs=2.5e-12)
 
 

@@ -12,7 +12,7 @@ from solved import provenance, solved_axis, solved_package
 
 from ams.calibration_result import Calibration
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.checksum_inside import CHECKSUM_PLACE, with_checksum_inside
+from ams.exports.checksum_inside import CHECKSUM_SLOT, with_checksum_inside
 from ams.exports.hdf5 import from_hdf5, to_hdf5
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -70,7 +70,7 @@ def tampered(coefficients: CoefficientSet, path: str, change: float) -> bytes:
     file = io.BytesIO(to_hdf5(coefficients))
     with h5py.File(file, "r+") as opened:
         opened[path][...] = opened[path][...] + change
-        opened.attrs["file_sha256"] = np.bytes_(CHECKSUM_PLACE)
+        opened.attrs["file_sha256"] = np.bytes_(CHECKSUM_SLOT)
     return with_checksum_inside(file.getvalue())
 
 
@@ -93,7 +93,7 @@ def test_a_file_of_another_layout_is_refused(package: CoefficientSet) -> None:
     file = io.BytesIO(to_hdf5(package))
     with h5py.File(file, "r+") as opened:
         opened.attrs["file_format"] = "calrig coefficient set as HDF5, version 2"
-        opened.attrs["file_sha256"] = np.bytes_(CHECKSUM_PLACE)
+        opened.attrs["file_sha256"] = np.bytes_(CHECKSUM_SLOT)
     with pytest.raises(SetError, match=r"file: file_format: is of another version: got 'calrig .* version 2', this"):
         from_hdf5(with_checksum_inside(file.getvalue()), "file")
 
@@ -111,7 +111,7 @@ def test_another_hdf5_file_is_refused() -> None:
 def test_a_sealed_file_without_a_set_is_refused() -> None:
     file = io.BytesIO()
     with h5py.File(file, "w", libver=("earliest", "v110")) as other:
-        other.attrs["file_sha256"] = np.bytes_(CHECKSUM_PLACE)
+        other.attrs["file_sha256"] = np.bytes_(CHECKSUM_SLOT)
     with pytest.raises(SetError, match="file: has no document_json, axes and test_vectors that HDF5 can read"):
         from_hdf5(with_checksum_inside(file.getvalue()), "file")
 

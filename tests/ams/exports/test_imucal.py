@@ -10,7 +10,7 @@ from foreign_sets import warm
 from solved_sets import bent_set, gyro_set, package_set, tp_set
 
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.checksum_inside import CHECKSUM_PLACE, MARK, with_checksum_inside
+from ams.exports.checksum_inside import CHECKSUM_SLOT, MARK, with_checksum_inside
 from ams.exports.imucal import from_imucal, to_imucal
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
@@ -102,7 +102,7 @@ def test_another_number_in_the_file_is_no_longer_the_set() -> None:
     content = to_imucal(tp_set())
     offset = repr(json.loads(content)["b_a"][0]).encode()
     place = content.rindex(MARK)
-    plain = content[:place] + CHECKSUM_PLACE + content[place + len(CHECKSUM_PLACE) :]
+    plain = content[:place] + CHECKSUM_SLOT + content[place + len(CHECKSUM_SLOT) :]
     forged = with_checksum_inside(plain.replace(b"        " + offset, b"        0.25", 1))
     with pytest.raises(VectorsDisagree, match="file: numbers"):
         from_imucal(forged, "file")

@@ -12,7 +12,7 @@ from foreign_sets import HOSTILE, hostile
 from solved import provenance, solved_package
 
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.checksum_inside import CHECKSUM_PLACE, with_checksum_inside
+from ams.exports.checksum_inside import CHECKSUM_SLOT, with_checksum_inside
 from ams.exports.parquet import from_parquet, to_parquet
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -24,8 +24,8 @@ def package() -> CoefficientSet:
 
 def test_the_rows_alone_reproduce_the_vectors(package: CoefficientSet) -> None:
     rows = pd.read_parquet(io.BytesIO(to_parquet(package))).set_index("path")["number"]
-    for place in range(9):
-        vector = f"/test_vectors/forward/[{place}]"
+    for index in range(9):
+        vector = f"/test_vectors/forward/[{index}]"
         alpha, roll = np.radians(rows[f"{vector}/pitch_deg"]), np.radians(rows[f"{vector}/roll_deg"])
         f = [np.sin(alpha), -np.cos(alpha) * np.sin(roll), -np.cos(alpha) * np.cos(roll)]
         for axis in "xyz":
@@ -58,7 +58,7 @@ def resealed(content: bytes, change: pa.Table, version: int = 1) -> bytes:
             {
                 "document_json": old[b"document_json"].decode(),
                 "file_format": f"calrig coefficient set as Parquet, version {version}",
-                "file_sha256": CHECKSUM_PLACE.decode(),
+                "file_sha256": CHECKSUM_SLOT.decode(),
             }
         )
     return with_checksum_inside(file.getvalue())
@@ -68,8 +68,8 @@ def test_a_sealed_file_with_another_number_than_its_document_disagrees(package: 
     content = to_parquet(package)
     table = pq.ParquetFile(io.BytesIO(content)).read()
     numbers = table.column("number").to_pylist()
-    place = table.column("path").to_pylist().index("/axes/y/primary/values/k_x_v_per_g")
-    numbers[place] = np.nextafter(numbers[place], 1.0)
+    index = table.column("path").to_pylist().index("/axes/y/primary/values/k_x_v_per_g")
+    numbers[index] = np.nextafter(numbers[index], 1.0)
     other = table.set_column(2, "number", pa.array(numbers))
     with pytest.raises(VectorsDisagree, match="file: rows: the file's own are others than those of the document"):
         from_parquet(resealed(content, other), "file")

@@ -47,8 +47,8 @@ def test_stated_deviations_cover_and_the_innovations_are_those_of_the_assumption
         euler, readings = scene(chance, 20.0)
         found = aided()
         answer = found.answer(readings)
-        for place, name in enumerate(("pitch", "yaw", "roll")):
-            off = np.abs(answer.columns[f"{name}_deg"] - euler[:, place])
+        for index, name in enumerate(("pitch", "yaw", "roll")):
+            off = np.abs(answer.columns[f"{name}_deg"] - euler[:, index])
             inside += list((off < 1.96 * answer.columns[f"{name}_sd_deg"])[[100, 250, 399]])
         means.append(float(found.consistency().split("force ")[1].split()[0]))
     assert np.mean(inside) == pytest.approx(0.95, abs=0.03)
@@ -91,8 +91,8 @@ def test_accelerated_stretches_are_not_used_and_missing_readings_are_told() -> N
     assert set(flags[205:300]) == {"force not used: package accelerates"}
     assert "bridged" in flags[400]
     assert flags[420] == "reading missing or not a number"
-    for place, name in enumerate(("pitch", "yaw", "roll")):
-        off = np.abs(found.columns[f"{name}_deg"] - euler[:, place])
+    for index, name in enumerate(("pitch", "yaw", "roll")):
+        off = np.abs(found.columns[f"{name}_deg"] - euler[:, index])
         assert np.all(off < 5.0 * found.columns[f"{name}_sd_deg"] + 1e-9), name
 
 

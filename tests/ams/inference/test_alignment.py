@@ -25,13 +25,13 @@ def readings(coefficients: CoefficientSet, chance: np.random.Generator | None = 
     force = ASKEW.inv().apply(specific_force(np.deg2rad(PITCH_DEG), np.deg2rad(ROLL_DEG)))
     noise = np.zeros((3, PITCH_DEG.size)) if chance is None else sd_v * chance.normal(size=(3, PITCH_DEG.size))
     return {
-        f"{axis}_v": predicted_v(one, force, None) + noise[place]
-        for place, (axis, one) in enumerate(coefficients.axes.items())
+        f"{axis}_v": predicted_v(solved_axis, force, None) + noise[index]
+        for index, (axis, solved_axis) in enumerate(coefficients.axes.items())
     }
 
 
-def solved(coefficients: CoefficientSet, told: dict) -> Alignment:
-    found = Inference(Package(coefficients, COLUMNS), reading_sd_v=1e-4).answer(told).columns
+def solved(coefficients: CoefficientSet, expected: dict) -> Alignment:
+    found = Inference(Package(coefficients, COLUMNS), reading_sd_v=1e-4).answer(expected).columns
     angles = np.deg2rad(found["pitch_deg"]), np.deg2rad(found["roll_deg"])
     return solve_alignment(coefficients.sensor, angles, (np.deg2rad(PITCH_DEG), np.deg2rad(ROLL_DEG)))
 
@@ -39,12 +39,12 @@ def solved(coefficients: CoefficientSet, told: dict) -> Alignment:
 @pytest.mark.parametrize("make", [tp_set, bent_set])
 def test_known_attitudes_tell_the_rotation_and_the_model_s_angles_come_back(make: object, tmp_path: Path) -> None:
     coefficients = make()  # type: ignore[operator]
-    told = readings(coefficients)
-    alignment = solved(coefficients, told)
+    said = readings(coefficients)
+    alignment = solved(coefficients, said)
     assert alignment.rotation == pytest.approx(ASKEW.as_matrix(), abs=1e-9)
     store_alignment(alignment, tmp_path / "a.json")
     again = load_alignment(tmp_path / "a.json")
-    found = Inference(Package(coefficients, COLUMNS, alignment=again), reading_sd_v=1e-4).answer(told).columns
+    found = Inference(Package(coefficients, COLUMNS, alignment=again), reading_sd_v=1e-4).answer(said).columns
     assert found["pitch_deg"] == pytest.approx(PITCH_DEG, abs=1e-8)
     assert found["roll_deg"] == pytest.approx(ROLL_DEG, abs=1e-8)
 

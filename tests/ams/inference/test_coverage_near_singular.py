@@ -82,9 +82,9 @@ def test_pitch_holds_near_the_vertical_with_the_two_axes_that_read_across(set_v:
     outputs = drawn(chance, specific_force(pitch, roll), set_v)[:, 1:]
     found = pitch_roll_from_two(sensors(set_v)[1:], outputs)
     singular = (found.codes & flag_codes.ROLL_SINGULAR) != 0
-    told = np.isfinite(found.pitch_rad)
-    assert told.mean() > 0.99
-    held = share(pitch[told], np.abs(found.pitch_rad[told]), found.pitch_half_95_rad[told])
+    is_known = np.isfinite(found.pitch_rad)
+    assert is_known.mean() > 0.99
+    held = share(pitch[is_known], np.abs(found.pitch_rad[is_known]), found.pitch_half_95_rad[is_known])
     check(held, singular, f"pitch at {in_sd} sd")
 
 
@@ -96,10 +96,10 @@ def test_pitch_is_what_x_reads_where_the_two_attitudes_of_x_and_y_meet() -> None
     pitch, roll = np.full(400, np.deg2rad(40.0)), np.deg2rad(np.linspace(88.0, 90.0, 400))
     found = pitch_roll_from_two(pair, specific_force(pitch, roll) @ k.T)
     lost = (found.codes & flag_codes.ROLL_SINGULAR) != 0
-    told = np.isfinite(found.pitch_rad)
-    assert (lost & told).sum() > 2
+    is_known = np.isfinite(found.pitch_rad)
+    assert (lost & is_known).sum() > 2
     by_hand = np.hypot(*(np.linalg.inv(k[:, :2])[0] * reading_v)) / np.cos(pitch)
-    np.testing.assert_allclose(found.pitch_sd_rad[told], by_hand[told], rtol=1e-6)
+    np.testing.assert_allclose(found.pitch_sd_rad[is_known], by_hand[is_known], rtol=1e-6)
 
 
 def sting_or_both(chance: np.random.Generator, euler: FloatArray, set_v: float, *, is_pair: bool) -> SpreadAngles:

@@ -54,8 +54,8 @@ def test_stated_deviations_cover_with_a_field_and_innovations_are_those_of_the_a
         euler, readings = scene(chance, 15.0, middle)
         found = aided()
         answer = found.answer(readings)
-        for place, name in enumerate(("pitch", "yaw", "roll")):
-            off = (answer.columns[f"{name}_deg"] - euler[:, place] + 180.0) % 360.0 - 180.0
+        for index, name in enumerate(("pitch", "yaw", "roll")):
+            off = (answer.columns[f"{name}_deg"] - euler[:, index] + 180.0) % 360.0 - 180.0
             inside += list((np.abs(off) < 1.96 * answer.columns[f"{name}_sd_deg"])[[60, 150, 299]])
         means.append(float(found.consistency().split("field ")[1].split()[0]))
     assert np.mean(inside) == pytest.approx(0.95, abs=0.035)
@@ -69,7 +69,7 @@ def test_a_field_holds_the_yaw_that_gyros_lose() -> None:
     gyros.__dict__["calibration_covariance"] = lambda: 1e-6 * np.eye(12)
     field = FieldAid(Package(FIELD, FIELD_COUNTS), EARTH_UT, FIELD_SD_UT)
     own = Package(FORCE, FORCE_V), Motion(RATE_HZ), Aiding(FORCE_SD_G, 1e-6)
-    held, alone = (AidedAngles(gyros, *own, one).answer(drifting).columns["yaw_deg"] for one in (field, None))
+    held, alone = (AidedAngles(gyros, *own, entry).answer(drifting).columns["yaw_deg"] for entry in (field, None))
     assert np.abs(held - euler[:, 1])[-200:].max() < 1.0
     assert np.abs(alone - euler[:, 1])[-200:].max() > 1.5  # 0.05 V is 0.04 °/s: 2.4 degrees in this minute
 
@@ -83,8 +83,8 @@ def test_a_disturbed_field_is_left_out_and_a_missing_one_told() -> None:
     assert all("field not used: disturbed" in flag for flag in found.flags[200:260])
     assert found.flags[300] == "reading missing or not a number"
     assert [flag for flag in found.flags[:200] if flag].count("field not used: disturbed") <= 2
-    for place, name in enumerate(("pitch", "yaw", "roll")):
-        off = np.abs(found.columns[f"{name}_deg"] - euler[:, place])
+    for index, name in enumerate(("pitch", "yaw", "roll")):
+        off = np.abs(found.columns[f"{name}_deg"] - euler[:, index])
         assert np.all(off[1:] < 5.0 * found.columns[f"{name}_sd_deg"][1:]), name
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from line_sets import triad_set
-from solved_sets import PLACE, bent_set, gyro_set, tp_set
+from solved_sets import SITE, bent_set, gyro_set, tp_set
 
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
@@ -11,7 +11,7 @@ from ams.inference.inference import Inference, Package
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
 
-SITE_MPS2 = PLACE["gravity_mps2"] * 1.003  # type: ignore[operator]
+SITE_MPS2 = SITE["gravity_mps2"] * 1.003  # type: ignore[operator]
 PITCH_DEG, ROLL_DEG = np.array([-35.0, 10.0, 60.0]), np.array([-120.0, 15.0, 40.0])
 
 

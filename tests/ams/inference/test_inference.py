@@ -124,9 +124,9 @@ def test_two_packages_that_disagree_are_flagged_with_what_may_be_wrong_and_good_
         bad[name] = bad[name] + 3e-3
         flags = pair(1e-4).infer(bad)["flag"]
         package, axis, _ = name.split("_")
-        told = "x" if axis == "x" else "y or z"
+        text = "x" if axis == "x" else "y or z"
         assert all(flag.startswith("redundancy: ") for flag in flags), name
-        assert np.mean([flag == f"redundancy: suspect {told} of the {package} package" for flag in flags]) > 0.95, name
+        assert np.mean([flag == f"redundancy: suspect {text} of the {package} package" for flag in flags]) > 0.95, name
 
 
 def test_a_sting_package_that_disagrees_is_flagged_and_no_axis_named() -> None:
@@ -142,7 +142,7 @@ def test_a_calibration_of_few_replications_is_not_blamed_on_the_readings(dof: fl
     own = np.zeros((4, 4))
     own[0, 0] = 1e-3**2
     part = VarianceComponent("replications", own, dof)
-    sensors = [SensorLine(0.0, np.eye(3)[place], own, 1e-7, (part,)) for place in range(3)]
+    sensors = [SensorLine(0.0, np.eye(3)[index], own, 1e-7, (part,)) for index in range(3)]
     force = np.array([[np.sin(0.5), 0.0, -np.cos(0.5)]])
     along = force / np.linalg.norm(force)
     found = angles_from_sting(sensors, force + 5e-3 * along)
@@ -171,10 +171,10 @@ def test_temperature_is_taken_off_before_angles_are_inferred() -> None:
         temperature_degc=warm,
     )  # fmt: skip
     solved = calibrate(rows, CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0, extended="no"))
-    from solved_sets import PLACE
+    from solved_sets import SITE
 
     ranges = {"pitch_range_deg": (-60.0, 60.0), "roll_range_deg": (-180.0, 180.0)}
-    coefficients = build_set(solved, Provenance("T1", **PLACE, **ranges, temperature_range_degc=(10.0, 31.0)))
+    coefficients = build_set(solved, Provenance("T1", **SITE, **ranges, temperature_range_degc=(10.0, 31.0)))
     readings = {
         f"{a}_v": np.array([bent_and_warm(20.0, 50.0, 6.0, a), bent_and_warm(-10.0, 5.0, 15.0, a)]) for a in "xyz"
     }
@@ -199,10 +199,10 @@ def test_a_soft_mount_is_taken_off_at_the_attitude_itself() -> None:
     count = pitch.size
     rows = Observations(np.ones(count, dtype=int), np.arange(count), pitch, roll, {a: bent(a, f) for a in "xyz"})
     solved = calibrate(rows, CalibrationRequest(extended="yes"))
-    from solved_sets import PLACE
+    from solved_sets import SITE
 
     ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
-    coefficients = build_set(solved, Provenance("Q1", **PLACE, **ranges))
+    coefficients = build_set(solved, Provenance("Q1", **SITE, **ranges))
     at = np.deg2rad([33.0]), np.deg2rad([-48.0])
     f = np.stack([np.sin(at[0]), -np.cos(at[0]) * np.sin(at[1]), -np.cos(at[0]) * np.cos(at[1])])
     found = inference(packaged(coefficients), reading_sd_v=1e-6).infer({f"{a}_v": bent(a, f) for a in "xyz"})

@@ -22,21 +22,24 @@ def angles() -> Inference:
 
 def volts(pitch_deg: np.ndarray, roll_deg: np.ndarray) -> dict[str, np.ndarray]:
     force = specific_force(np.deg2rad(pitch_deg), np.deg2rad(roll_deg))
-    return {COLUMNS[axis]: one.primary["offset_v"] + force @ one.direction_v_per_g for axis, one in SET.axes.items()}
+    return {
+        COLUMNS[axis]: solved_axis.primary["offset_v"] + force @ solved_axis.direction_v_per_g
+        for axis, solved_axis in SET.axes.items()
+    }
 
 
 def fed(stream: LowPassedAngles | AveragedAngles, readings: dict[str, np.ndarray], piece: int) -> list[Answer]:
     rows = next(iter(readings.values())).size
     pieces = [{name: own[at : at + piece] for name, own in readings.items()} for at in range(0, rows, piece)]
-    return [*(stream.answer(one) for one in pieces), stream.finish()]
+    return [*(stream.answer(piece) for piece in pieces), stream.finish()]
 
 
 def column(found: list[Answer], name: str) -> np.ndarray:
-    return np.concatenate([one.columns[name] for one in found])
+    return np.concatenate([entry.columns[name] for entry in found])
 
 
 def flags(found: list[Answer]) -> list[str]:
-    return [flag for one in found for flag in one.flags]
+    return [flag for entry in found for flag in entry.flags]
 
 
 @pytest.mark.parametrize("piece", [7, 100, 1000])
@@ -47,21 +50,21 @@ def test_a_slow_turn_is_told_at_its_own_time_and_a_fast_shake_is_gone(piece: int
     readings = volts(ramp, roll)
     readings["x_v"] = readings["x_v"] + 0.05 * np.sin(2 * np.pi * 20.0 * time_s)
     found = fed(LowPassedAngles(angles(), WISH, RATE_HZ), readings, piece)
-    pitch, told = column(found, "pitch_deg"), flags(found)
+    pitch, text = column(found, "pitch_deg"), flags(found)
     assert pitch.size == time_s.size
-    settled = np.array([flag == "" for flag in told])
+    settled = np.array([flag == "" for flag in text])
     assert settled[300:-60].all()
     assert np.abs(pitch - ramp)[settled].max() < 0.02  # 0.05 V are 1.1° of shaking
     late = round(delay_s(LowPass(2.0, RATE_HZ, is_two_way=False)) * RATE_HZ)
-    assert told[0] == "filter not settled"
-    assert set(told[-late:]) == {"reading missing or not a number; filter not settled"}
+    assert text[0] == "filter not settled"
+    assert set(text[-late:]) == {"reading missing or not a number; filter not settled"}
 
 
 def test_the_filter_is_scipys_whatever_the_pieces() -> None:
     chance = np.random.default_rng(6)
     readings = volts(10.0 * chance.normal(size=400), 10.0 * chance.normal(size=400))
     whole = low_pass_in_step(LowPass(2.0, RATE_HZ, is_two_way=False), np.stack(list(readings.values()), axis=-1))
-    wanted = angles().answer({name: whole.samples[:, place] for place, name in enumerate(readings)})
+    wanted = angles().answer({name: whole.samples[:, index] for index, name in enumerate(readings)})
     for piece in (1, 33, 400):
         found = fed(LowPassedAngles(angles(), WISH, RATE_HZ), readings, piece)
         assert column(found, "pitch_deg") == pytest.approx(wanted.columns["pitch_deg"], abs=1e-9, nan_ok=True)
@@ -73,10 +76,10 @@ def test_a_missing_reading_is_bridged_marked_and_forgotten() -> None:
     readings = volts(np.full(900, 3.0), np.full(900, 4.0))
     readings["y_v"][400] = np.nan
     found = fed(LowPassedAngles(angles(), WISH, RATE_HZ), readings, 50)
-    told = flags(found)
-    assert "reading missing: bridged by the filter" in told[400]
-    assert told[390] != ""  # the delay: the filter's answer of a row is that of a later one
-    assert told[700] == ""
+    said = flags(found)
+    assert "reading missing: bridged by the filter" in said[400]
+    assert said[390] != ""  # the delay: the filter's answer of a row is that of a later one
+    assert said[700] == ""
     assert column(found, "roll_deg")[700] == pytest.approx(4.0, abs=1e-9)
 
 

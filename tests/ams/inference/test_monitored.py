@@ -43,9 +43,9 @@ def run(readings: dict[str, np.ndarray], piece: int = 40) -> tuple[np.ndarray, n
         stream.answer({name: own[at : at + piece] for name, own in readings.items()}) for at in range(0, ROWS, piece)
     ]
     found.append(stream.finish())
-    flags = [flag for one in found for flag in one.flags]
+    flags = [flag for entry in found for flag in entry.flags]
     pitch, difference = (
-        np.concatenate([one.columns[name] for one in found]) for name in ("pitch_deg", "gyro_difference_deg")
+        np.concatenate([entry.columns[name] for entry in found]) for name in ("pitch_deg", "gyro_difference_deg")
     )
     return pitch, difference, flags
 

@@ -19,7 +19,7 @@ from ams.models.cr import model_gravity_g
 READING_SD, CALIBRATION_SD = 1e-3, 5e-4
 K = np.array([[1.0, 0.01, -0.02], [0.02, -1.0, 0.01], [0.01, 0.02, 1.0]])
 SENSORS = [
-    SensorLine(0.01 * (place + 1), row, CALIBRATION_SD**2 * np.eye(4), READING_SD) for place, row in enumerate(K)
+    SensorLine(0.01 * (index + 1), row, CALIBRATION_SD**2 * np.eye(4), READING_SD) for index, row in enumerate(K)
 ]
 DRAWS = 6000
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
-from solved_sets import PLACE, package_set
+from solved_sets import SITE, package_set
 
 from ams.attitude.static import Angles, pitch_roll_from_three
 from ams.calibration.calibrate import calibrate
@@ -34,7 +34,7 @@ def solved() -> Calibration:
 
 def set_of(calibration: Calibration) -> CoefficientSet:
     ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
-    return build_set(calibration, Provenance("P1", **PLACE, **ranges))
+    return build_set(calibration, Provenance("P1", **SITE, **ranges))
 
 
 def by_set(coefficients: CoefficientSet) -> Angles:
@@ -64,9 +64,9 @@ def test_some_axes_of_a_package_keep_their_own_share() -> None:
     package = package_of_set(coefficients, "zx", sensors)
     assert package is not None
     whole = sum(covariance for covariance, _ in package.output_parts(FORCE))
-    for place, sensor in enumerate(sensors):
+    for index, sensor in enumerate(sensors):
         np.testing.assert_allclose(
-            whole[:, place, place], sensor.output_variance_v2(FORCE) - READING_SD_V**2, rtol=1e-9
+            whole[:, index, index], sensor.output_variance_v2(FORCE) - READING_SD_V**2, rtol=1e-9
         )
     assert package_of_set(coefficients, "x", sensors[1:]) is None
 
@@ -84,14 +84,14 @@ def test_crs_sets_sense_gravity_in_their_covariance_too() -> None:
 def test_the_inference_of_a_set_uses_it() -> None:
     coefficients = set_of(solved())
     how = inference(Package(coefficients, {axis: f"{axis}_v" for axis in "xyz"}), reading_sd_v=READING_SD_V)
-    found = how.infer({f"{axis}_v": OUTPUTS_V[:, place] for place, axis in enumerate("xyz")})
+    found = how.infer({f"{axis}_v": OUTPUTS_V[:, index] for index, axis in enumerate("xyz")})
     np.testing.assert_allclose(np.deg2rad(found["roll_sd_deg"]), by_set(coefficients).roll_sd_rad, rtol=1e-9)
 
 
 def test_intervals_stand_after_the_standard_deviations_where_they_are_asked_for() -> None:
     coefficients = set_of(solved())
     package = Package(coefficients, {axis: f"{axis}_v" for axis in "xyz"})
-    readings = {f"{axis}_v": OUTPUTS_V[:, place] for place, axis in enumerate("xyz")}
+    readings = {f"{axis}_v": OUTPUTS_V[:, index] for index, axis in enumerate("xyz")}
     found = inference(package, reading_sd_v=READING_SD_V, intervals=True).infer(readings)
     assert list(found) == [
         "pitch_deg", "pitch_sd_deg", "pitch_half_95_deg", "roll_deg", "roll_sd_deg", "roll_half_95_deg", "flag"

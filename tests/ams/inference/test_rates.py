@@ -44,8 +44,8 @@ def stream(motion: Motion, reading_sd_v: float = 1e-6) -> GyroAngles:
 
 def whole(found: GyroAngles, readings: Mapping[str, np.ndarray], pieces: int = 1) -> Answer:
     """Feed the readings in so many pieces and join the answers."""
-    places = np.array_split(np.arange(next(iter(readings.values())).size), pieces)
-    parts = [found.answer({name: values[own] for name, values in readings.items()}) for own in places]
+    indices = np.array_split(np.arange(next(iter(readings.values())).size), pieces)
+    parts = [found.answer({name: values[own] for name, values in readings.items()}) for own in indices]
     parts.append(found.finish())
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
     return Answer(columns, np.concatenate([part.codes for part in parts]))
@@ -126,8 +126,8 @@ def test_gaps_duplicates_and_times_that_go_back_are_told_and_spoil_nothing() -> 
     order = np.insert(order, 300, 50)
     found = whole(stream(Motion()), {name: values[order] for name, values in readings.items()}, 9)
     flags = dict(enumerate(found.flags))
-    told = {row: flag for row, flag in flags.items() if flag}
-    assert told == {
+    said = {row: flag for row, flag in flags.items() if flag}
+    assert said == {
         100: "time is not after the row before: not used",
         201: "samples missing before this row",
         300: "time is not after the row before: not used",

@@ -20,8 +20,8 @@ def test_columns_come_back_from_whatever_group_has_them(
     x, y = np.arange(20.0), np.arange(20, dtype=np.int32)
     x[3] = np.nan
     with h5py.File(tmp_path / "a.h5", "w") as file:
-        place = file.require_group(group) if group else file
-        place["x_v"], place["y_v"], place["note"] = x, y, "ramp"
+        location = file.require_group(group) if group else file
+        location["x_v"], location["y_v"], location["note"] = x, y, "ramp"
         file.require_group("other")["x_v"] = x
     pieces = list(blocks_of(tmp_path / "a.h5", ("x_v", "y_v"), ("temperature_degc",)))
     assert [piece["x_v"].size for piece in pieces] == [7, 7, 6]

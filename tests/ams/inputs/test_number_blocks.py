@@ -56,14 +56,14 @@ def written(path: Path, lines: list[str], end: str = "\n") -> Path:
 
 
 @pytest.mark.parametrize(
-    ("place", "odd"), [(0, '"1.0",2,3'), (57, "1.0,2,3\n\n"), (99, ' 1.0,"2" ,3'), (None, ""), (20, "\n\n1,2,3")]
+    ("location", "odd"), [(0, '"1.0",2,3'), (57, "1.0,2,3\n\n"), (99, ' 1.0,"2" ,3'), (None, ""), (20, "\n\n1,2,3")]
 )
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 @pytest.mark.usefixtures("small_pieces")
-def test_a_file_in_pieces_is_the_file(tmp_path: Path, place: int | None, odd: str, end: str) -> None:
+def test_a_file_in_pieces_is_the_file(tmp_path: Path, location: int | None, odd: str, end: str) -> None:
     lines = rows(100)
-    if place is not None:
-        lines[place] = odd.replace('"2" ', '"2"').replace("\n", end)
+    if location is not None:
+        lines[location] = odd.replace('"2" ', '"2"').replace("\n", end)
     path = written(tmp_path / "f.csv", lines, end)
     table, found = parse_csv(path), read_numbers(path, ("c", "a"))
     for name in "ac":
@@ -128,7 +128,7 @@ def test_good_lines_before_a_wrong_one_were_read_quickly(tmp_path: Path, monkeyp
     lines[80] = "1,,3"
     with pytest.raises(ObservationsError):
         read_numbers(written(tmp_path / "f.csv", lines), ("b",))
-    assert sum(one is not None for one in taken) >= 5
+    assert sum(entry is not None for entry in taken) >= 5
     assert taken[-1] is None
 
 

@@ -66,9 +66,9 @@ def part(axis: AxisCalibration, name: str) -> np.ndarray:
     return np.sqrt(values[-1]) * vectors[:, -1]
 
 
-def assert_same_up_to_sign(one: np.ndarray, other: np.ndarray, relative: float) -> None:
-    sign = 1.0 if one @ other > 0.0 else -1.0
-    np.testing.assert_allclose(one, sign * other, atol=relative * float(np.abs(other).max()))
+def assert_same_up_to_sign(entry: np.ndarray, other: np.ndarray, relative: float) -> None:
+    sign = 1.0 if entry @ other > 0.0 else -1.0
+    np.testing.assert_allclose(entry, sign * other, atol=relative * float(np.abs(other).max()))
 
 
 @pytest.fixture(scope="module")
@@ -99,21 +99,21 @@ def test_a_part_is_the_shift_that_the_error_makes(
     effect: Effect, model: str, plain: Observations, yawed: Observations
 ) -> None:
     rows = plain if model == "pitch-roll" else yawed
-    told = solved(rows, model, SharedError("it", effect, SIZES[effect]))
+    found = solved(rows, model, SharedError("it", effect, SIZES[effect]))
     before, after = solved(rows, model), solved(SHIFTS[effect](rows), model)
     for axis in "xyz":
-        assert_same_up_to_sign(part(told[axis], "it"), after[axis].primary - before[axis].primary, 1e-3)
+        assert_same_up_to_sign(part(found[axis], "it"), after[axis].primary - before[axis].primary, 1e-3)
 
 
 def test_the_sting_package_does_not_see_roll_in_a_tilt(yawed: Observations) -> None:
     still = replace(yawed, roll_rad=np.zeros(yawed.rows))
     rows = replace(with_outputs(still, felt(still, np.eye(3))), roll_rad=yawed.roll_rad)
-    told = solved(rows, "pitch-yaw-roll-sting", SharedError("it", "base-tilt", TILT_RAD))
+    text = solved(rows, "pitch-yaw-roll-sting", SharedError("it", "base-tilt", TILT_RAD))
     before = solved(rows, "pitch-yaw-roll-sting")
     tilted = replace(with_outputs(still, felt(still, about_x(TILT_RAD))), roll_rad=yawed.roll_rad)
     after = solved(tilted, "pitch-yaw-roll-sting")
     for axis in "xyz":
-        assert_same_up_to_sign(part(told[axis], "it"), after[axis].primary - before[axis].primary, 1e-3)
+        assert_same_up_to_sign(part(text[axis], "it"), after[axis].primary - before[axis].primary, 1e-3)
 
 
 def test_a_wrong_thermometer_moves_the_parameters_by_its_part(plain: Observations) -> None:
@@ -128,11 +128,11 @@ def test_a_wrong_thermometer_moves_the_parameters_by_its_part(plain: Observation
         return calibrate(rows, request).axes["x"]
 
     assert warm.temperature_degc is not None
-    told = fit(warm, SharedError("thermometer", "temperature", 1e-4))
+    found = fit(warm, SharedError("thermometer", "temperature", 1e-4))
     before = fit(warm)
     after = fit(replace(warm, temperature_degc=warm.temperature_degc + 1e-4))
     free = slice(0, 4)
-    assert_same_up_to_sign(part(told, "thermometer")[free], (after.primary - before.primary)[free], 1e-3)
+    assert_same_up_to_sign(part(found, "thermometer")[free], (after.primary - before.primary)[free], 1e-3)
 
 
 def test_replications_make_a_shared_error_no_smaller() -> None:

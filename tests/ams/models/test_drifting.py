@@ -30,12 +30,12 @@ def drifting(campaign: Campaign, seed: int, drift_v_per_h: float = DRIFT_V_PER_H
 
 def test_a_drift_with_time_is_recovered_to_ten_digits_beside_the_other_parameters() -> None:
     solved = calibrate(drifting(Campaign(noise_arcsec=0.0, replications=3), 0), TIMED)
-    for axis, one in solved.axes.items():
+    for axis, solved_axis in solved.axes.items():
         truth = [OFFSET_V[axis], *VECTOR_V_PER_G[axis], DRIFT_V_PER_H]
-        np.testing.assert_allclose(one.primary, truth, rtol=0, atol=1e-12)
-        assert [p.name for p in one.parameters[-2:]] == [DRIFT_NAME, "reference_time_s"]
-        assert [p.value for p in one.parameters[-2:]] == pytest.approx([DRIFT_V_PER_H, 73.0 * 60.0], rel=1e-6)
-        assert model_of_solution(one) == WithTime(PitchRoll(axis), 73.0 * 60.0)
+        np.testing.assert_allclose(solved_axis.primary, truth, rtol=0, atol=1e-12)
+        assert [p.name for p in solved_axis.parameters[-2:]] == [DRIFT_NAME, "reference_time_s"]
+        assert [p.value for p in solved_axis.parameters[-2:]] == pytest.approx([DRIFT_V_PER_H, 73.0 * 60.0], rel=1e-6)
+        assert model_of_solution(solved_axis) == WithTime(PitchRoll(axis), 73.0 * 60.0)
 
 
 def test_the_time_term_goes_with_estimated_temperature() -> None:
@@ -59,9 +59,9 @@ def test_intervals_hold_the_drift_and_the_offset_while_replications_wander_besid
     )
     hits = []
     for seed in range(300):
-        one = calibrate(drifting(campaign, seed), TIMED).axes["x"]
-        for place, truth in ((0, OFFSET_V["x"]), (4, DRIFT_V_PER_H)):
-            low, high = one.parameters[place].interval_95
+        entry = calibrate(drifting(campaign, seed), TIMED).axes["x"]
+        for location, truth in ((0, OFFSET_V["x"]), (4, DRIFT_V_PER_H)):
+            low, high = entry.parameters[location].interval_95
             hits.append(low < truth < high)
     assert np.mean(hits) == pytest.approx(0.95, abs=0.025)
 
@@ -79,11 +79,11 @@ def test_jacobian_is_that_of_a_complex_step() -> None:
     rng = np.random.default_rng(3)
     attitude = Attitude(rng.uniform(-1, 1, 7), rng.uniform(-3, 3, 7), time_s=rng.uniform(0, 5000, 7))
     primary = np.array([0.1, 0.02, -2.4, 0.03, 5e-6])
-    for place in range(5):
+    for index in range(5):
         step = np.zeros(5, dtype=complex)
-        step[place] = 1e-200j
+        step[index] = 1e-200j
         derivative = model.predict(primary + step, attitude).imag / 1e-200
-        np.testing.assert_allclose(model.jacobian(primary, attitude)[:, place], derivative, rtol=1e-12)
+        np.testing.assert_allclose(model.jacobian(primary, attitude)[:, index], derivative, rtol=1e-12)
 
 
 def test_without_a_time_the_model_stands_at_its_reference_time() -> None:

@@ -109,7 +109,7 @@ def test_derivatives_by_the_angles_are_those_of_a_complex_step(name: str) -> Non
 
 def turned(axis: str, k: np.ndarray) -> np.ndarray:
     """S, Ω and A (degrees) of k; the quarter of A that arctan does not know has no derivative."""
-    i, j, m = ("xyz".index(axis) + place for place in range(3))
+    i, j, m = ("xyz".index(axis) + index for index in range(3))
     along, first, second = k[i], k[j % 3], k[m % 3]
     sign = np.sign(along.real)
     across = np.sqrt(first**2 + second**2)
@@ -167,7 +167,7 @@ def test_derivatives_of_earlier_mountings_are_those_of_a_complex_step(axis: str)
     primary = primary_of(model)
 
     def derived(p: np.ndarray) -> np.ndarray:
-        mounted = [model._mounted(p, place)[1:] for place in (0, 1)]
+        mounted = [model._mounted(p, location)[1:] for location in (0, 1)]
         return np.concatenate([p[:1], turned(axis, p[1:4]), *(turned(axis, k)[1:] for k in mounted)])
 
     steps = [derived(primary + 1j * H * unit).imag / H for unit in np.eye(primary.size)]

@@ -31,7 +31,10 @@ def _rows(seed: int, replications: int = 5, noise: float = 0.02) -> Observations
 def _solved(rows: Observations) -> dict[str, tuple[float, float]]:
     request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": FieldLine("x", "ut", "ut")}, extended="no")
     estimates = calibrate(rows, request).axes["x"].parameters
-    return {one.name: (float(one.value or np.nan), float(one.standard_uncertainty or np.nan)) for one in estimates}
+    return {
+        estimate.name: (float(estimate.value or np.nan), float(estimate.standard_uncertainty or np.nan))
+        for estimate in estimates
+    }
 
 
 def test_without_noise_gain_offset_and_surroundings_are_exact() -> None:
@@ -45,8 +48,8 @@ def test_the_stated_uncertainties_hold_the_scatter_of_many_calibrations() -> Non
     """They also hold a lack of fit that one point too many can only hint at, so they are larger, but not by much."""
     found = [_solved(_rows(seed)) for seed in range(200)]
     for name in ("gain_ut_per_ut", "offset_ut", "surroundings_ut"):
-        scatter = float(np.std([one[name][0] for one in found], ddof=1))
-        stated = float(np.sqrt(np.mean([one[name][1] ** 2 for one in found])))
+        scatter = float(np.std([entry[name][0] for entry in found], ddof=1))
+        stated = float(np.sqrt(np.mean([entry[name][1] ** 2 for entry in found])))
         assert 0.9 * scatter < stated < 1.7 * scatter, name
 
 
@@ -62,5 +65,5 @@ def test_a_sensor_that_does_not_follow_has_no_gain() -> None:
     rows.outputs["x"][:] = np.random.default_rng(2).normal(5.0, 1.0, rows.rows)  # type: ignore[index]
     request = CalibrationRequest(nominal_axes={"x": "x"}, models={"x": FieldLine("x", "ut", "ut")}, extended="no")
     axis = calibrate(rows, request).axes["x"]
-    assert [one.value for one in axis.parameters] == [None, None, None]
+    assert [parameter.value for parameter in axis.parameters] == [None, None, None]
     assert any("does not follow the reference" in warning for warning in axis.warnings)

@@ -31,9 +31,9 @@ def test_prediction_and_its_slopes_by_angle_are_crs(axis: str) -> None:
     np.testing.assert_allclose(model.predict(primary, attitude), clean, rtol=1e-11)
     np.testing.assert_allclose(model.parameters(primary), [b, s, c, a], rtol=1e-9)
     slopes, step = model.angle_jacobian(primary, attitude), 1e-30
-    for place, name in enumerate(("pitch", "yaw", "roll")):
+    for index, name in enumerate(("pitch", "yaw", "roll")):
         shifted = euler.astype(complex)
-        shifted[:, place] += 1j * step
+        shifted[:, index] += 1j * step
         numeric = predict_v(axis, parameters, body_rates_rad_s(shifted, rate)).imag / step
         np.testing.assert_allclose(slopes[name], numeric, rtol=1e-9, atol=1e-9)
 

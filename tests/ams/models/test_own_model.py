@@ -88,9 +88,9 @@ def test_the_tables_indices_reach_it_through_its_slopes(example: ModuleType, mod
     """Every index of ±1″ is off by itself: with no other noise S and φ are as uncertain as least squares makes them."""
     rows = example.measured(TRUTH, 0.0, np.random.default_rng(0))
     axis = solved(rows, model, TableUncertainty(ARCSEC, 0.0, "limit", errors={"pitch": IndexErrors("independent")}))
-    one = rows.replication == 1
-    slopes = model.angle_jacobian(TRUTH, rows)["pitch"][one]
-    basis = model.jacobian(TRUTH, rows)[one] / slopes[:, None]
+    entry = rows.replication == 1
+    slopes = model.angle_jacobian(TRUTH, rows)["pitch"][entry]
+    basis = model.jacobian(TRUTH, rows)[entry] / slopes[:, None]
     expected = np.sqrt(np.diag(np.linalg.inv(basis.T @ basis)) * ARCSEC**2 / 3.0)
     np.testing.assert_allclose(np.sqrt(np.diag(axis.primary_covariance)), expected, rtol=1e-3)
 
@@ -132,12 +132,12 @@ def written(example: ModuleType, folder: Path) -> Path:
     path = folder / "observations.csv"
     lines = ["replication,point,pitch_deg,sx_v"]
     angles = np.rad2deg(rows.pitch_rad)
-    for place in range(rows.rows):
+    for index in range(rows.rows):
         cells = (
-            rows.replication[place],
-            rows.point[place],
-            f"{angles[place]:.6f}",
-            f"{rows.outputs['x'][place]:.9f}",
+            rows.replication[index],
+            rows.point[index],
+            f"{angles[index]:.6f}",
+            f"{rows.outputs['x'][index]:.9f}",
         )
         lines.append(",".join(map(str, cells)))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

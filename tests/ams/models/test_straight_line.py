@@ -25,11 +25,11 @@ def solve(rows: Observations) -> dict:
 
 def test_derivatives_are_those_of_a_complex_step() -> None:
     model, primary, step = StraightLine("x", "g", "counts"), np.array([-32.6, 1333.0]), 1e-30
-    for place in range(2):
+    for index in range(2):
         shifted = primary.astype(complex)
-        shifted[place] += 1j * step
+        shifted[index] += 1j * step
         numeric = model.parameters(shifted).imag / step
-        np.testing.assert_allclose(model.parameters_jacobian(primary)[:, place], numeric, rtol=1e-12)
+        np.testing.assert_allclose(model.parameters_jacobian(primary)[:, index], numeric, rtol=1e-12)
 
 
 def test_noise_free_levels_give_the_line_of_sr_in_either_direction() -> None:

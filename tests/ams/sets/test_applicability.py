@@ -55,9 +55,9 @@ def test_the_factor_in_the_sentence_carries_the_sensitivity_to_the_site() -> Non
     """A sensor of 0.25 V per m/s²: 2.4496 V per g of 9.7983, 2.4517 V per g of 9.80665."""
     with pytest.raises(OutsideValidity) as caught:
         apply(calibrated(), 0.0, 0.0, site_gravity_mps2=9.80665)
-    told = re.search(r"multiply every k by ([\d.]+)", str(caught.value))
-    assert told is not None
-    assert 0.25 * 9.79826 * float(told[1]) == pytest.approx(0.25 * 9.80665, rel=1e-14)
+    text = re.search(r"multiply every k by ([\d.]+)", str(caught.value))
+    assert text is not None
+    assert 0.25 * 9.79826 * float(text[1]) == pytest.approx(0.25 * 9.80665, rel=1e-14)
 
 
 def test_the_way_back_to_the_force_asks_the_same() -> None:

@@ -33,8 +33,8 @@ def triad() -> CoefficientSet:
 def test_a_matrix_with_offset_gives_back_the_field_of_any_reading(triad: CoefficientSet) -> None:
     field_ut = np.random.default_rng(4).uniform(-40.0, 40.0, (50, 3))
     counts = field_ut @ MATRIX.T + ZERO_COUNTS
-    told = apply(triad, level=field_ut, beyond_validity=True)
-    assert np.stack([told[axis] for axis in "xyz"], axis=-1) == pytest.approx(counts, rel=1e-12)
+    found = apply(triad, level=field_ut, beyond_validity=True)
+    assert np.stack([found[axis] for axis in "xyz"], axis=-1) == pytest.approx(counts, rel=1e-12)
     assert sensed_level(triad, dict(zip("xyz", counts.T, strict=True))) == pytest.approx(field_ut, abs=1e-10)
 
 

@@ -62,9 +62,9 @@ def test_lack_of_fit_beyond_common_errors_leaves_those_out() -> None:
     """Common errors alone make a lack of fit; told about them, the solver sees none beyond or little."""
     form, layout, output, common = scene(4)
     blind = solve(form, layout, output, {})
-    told = solve(form, layout, output, {"table": common})
+    found = solve(form, layout, output, {"table": common})
     assert blind.lack_of_fit_variance[0] > 1.0
-    assert told.lack_of_fit_variance[0] < 0.5 * blind.lack_of_fit_variance[0]
+    assert found.lack_of_fit_variance[0] < 0.5 * blind.lack_of_fit_variance[0]
 
 
 def test_components_add_up_and_one_replication_has_residuals_only() -> None:

@@ -53,8 +53,8 @@ def test_the_blocks_of_the_axes_are_their_own_covariances() -> None:
     observations = Campaign(index_limit_arcsec=1.0, lack_of_fit_arcsec=1.0).observe(np.random.default_rng(2))
     solved = calibrate(observations, CalibrationRequest(table=TableUncertainty(ARCSEC, ARCSEC, "limit"), extended="no"))
     assert solved.package is not None
-    for place, axis in enumerate(solved.axes.values()):
-        block = solved.package.covariance[4 * place : 4 * place + 4, 4 * place : 4 * place + 4]
+    for index, axis in enumerate(solved.axes.values()):
+        block = solved.package.covariance[4 * index : 4 * index + 4, 4 * index : 4 * index + 4]
         np.testing.assert_allclose(block, axis.primary_covariance, rtol=1e-12)
     assert np.linalg.eigvalsh(correlation(solved.package.covariance))[0] > -1e-12
     alone = calibrate(observations, CalibrationRequest(nominal_axes={"x": "x"}, extended="no"))

@@ -51,10 +51,10 @@ def test_one_reading_that_stands_apart_by_its_last_digit_widens_nothing(nth: int
     rng = np.random.default_rng(3)
     pitch_rad, roll_rad = rng.uniform(-1.5, 1.5, 60), rng.uniform(-3.1, 3.1, 60)
     fitted = MODEL.basis(Attitude(pitch_rad, roll_rad)) @ TRUTH
-    place = int(np.argsort(np.abs(fitted - fitted.mean()))[nth])
+    location = int(np.argsort(np.abs(fitted - fitted.mean()))[nth])
     rows = Attitude(pitch_rad, roll_rad)
     temperature = np.full(60, 21.0)
-    temperature[place] += 0.05
+    temperature[location] += 0.05
     form = factor(MODEL.basis(rows), MODEL.primary_names, rows)
     outputs = (form.basis @ TRUTH + 1e-5 * rng.standard_normal(60))[:, None]
     part = recorded_temperature(form, form.estimator, outputs, form.solve(outputs), temperature)
@@ -69,7 +69,7 @@ def test_what_was_not_recorded_or_never_changed_counts_for_nothing(temperature_d
 def test_in_step_with_the_replications_the_intervals_hold_what_they_would_lose() -> None:
     drawn = campaigns("temperature-in-step", 0.05, np.random.default_rng(5), 60)
     after, before = solved(drawn), solved(drawn, extended=False)
-    held, lost = (coverage(drawn, one, np.random.default_rng(9)) for one in (after, before))
+    held, lost = (coverage(drawn, entry, np.random.default_rng(9)) for entry in (after, before))
     assert held.least > 0.9
     assert lost.least < 0.85
 
@@ -77,8 +77,8 @@ def test_in_step_with_the_replications_the_intervals_hold_what_they_would_lose()
 def test_a_temperature_that_wanders_by_chance_widens_nothing() -> None:
     drawn = campaigns("temperature-alternating", 0.1, np.random.default_rng(5), 5)
     shares = [
-        next(part for part in one.components if part.name == "recorded temperature").covariance[:, 0, 0]
-        / one.primary_covariance[:, 0, 0]
-        for one in solved(drawn).values()
+        next(part for part in entry.components if part.name == "recorded temperature").covariance[:, 0, 0]
+        / entry.primary_covariance[:, 0, 0]
+        for entry in solved(drawn).values()
     ]
     assert np.max(shares) < 0.01

@@ -114,13 +114,13 @@ def test_printed_second_derivatives_are_those_of_the_model() -> None:
     pitch, roll, c = np.array([0.3, -1.0]), np.array([0.5, 2.0]), np.array([0.1, 2.5, 0.4, 0.6])
     basis = PitchRoll("x").basis(Attitude(pitch, roll))
     printed = second_derivatives(pitch, roll, *c[1:])
-    for place in range(1, 4):
+    for index in range(1, 4):
         slopes = []
         for sign in (1.0, -1.0):
             moved = c.copy()
-            moved[place] += sign * 1e-6
+            moved[index] += sign * 1e-6
             slopes.append(basis @ primary_from_parameters_jacobian("x", moved))
-        np.testing.assert_allclose((slopes[0] - slopes[1]) / 2e-6, printed[:, :, place], atol=1e-9)
+        np.testing.assert_allclose((slopes[0] - slopes[1]) / 2e-6, printed[:, :, index], atol=1e-9)
 
 
 def test_an_answer_that_is_no_minimum_is_refused() -> None:

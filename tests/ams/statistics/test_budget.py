@@ -35,8 +35,8 @@ def test_gum_h1_the_end_gauge():
     assert budget.expanded(0.99)[0] == pytest.approx(93.0, abs=1.0)
     printed = {"l_S": 25.0, "d_alpha": 2.9, "d_theta": 16.6, "alpha_S": 0.0, "theta": 0.0}
     for name, nm in printed.items():
-        place = [i.name for i in budget.inputs].index(name)
-        assert budget.contributions[0, place] == pytest.approx(nm, abs=0.06)
+        index = [i.name for i in budget.inputs].index(name)
+        assert budget.contributions[0, index] == pytest.approx(nm, abs=0.06)
 
 
 def test_gum_h1_and_a_budget_of_correlated_inputs_are_those_of_gtc():
@@ -48,13 +48,13 @@ def test_gum_h1_and_a_budget_of_correlated_inputs_are_those_of_gtc():
     assert ours.values[0] == pytest.approx(theirs.x, rel=1e-14)
     assert ours.standard_uncertainties[0] == pytest.approx(theirs.u, rel=1e-9)
     assert ours.degrees_of_freedom[0] == pytest.approx(theirs.df, rel=1e-7)
-    for place, one in enumerate(inputs):
-        assert ours.contributions[0, place] == pytest.approx(abs(GTC.component(theirs, one)), rel=1e-7, abs=1e-9)
+    for index, given in enumerate(inputs):
+        assert ours.contributions[0, index] == pytest.approx(abs(GTC.component(theirs, given)), rel=1e-7, abs=1e-9)
     v, i, phi = GTC.multiple_ureal(
         [H2_V.mean(), H2_I.mean(), H2_PHI.mean()], [column.std(ddof=1) / 5**0.5 for column in (H2_V, H2_I, H2_PHI)], 4
     )
-    for one, other, columns in ((v, i, (H2_V, H2_I)), (v, phi, (H2_V, H2_PHI)), (i, phi, (H2_I, H2_PHI))):
-        GTC.set_correlation(np.corrcoef(*columns)[0, 1], one, other)
+    for given, other, columns in ((v, i, (H2_V, H2_I)), (v, phi, (H2_V, H2_PHI)), (i, phi, (H2_I, H2_PHI))):
+        GTC.set_correlation(np.corrcoef(*columns)[0, 1], given, other)
     results = [v / i * GTC.cos(phi), v / i * GTC.sin(phi), v / i]
     budget = h2_budget()
     np.testing.assert_allclose(budget.values, [result.x for result in results], rtol=1e-14)

@@ -30,9 +30,9 @@ def test_an_exact_allan_variance_gives_its_own_terms() -> None:
     found = noise_terms(exact, 1 << 16, 1.0)
     assert [term.name for term in found] == list(TERMS)
     centres = [np.sqrt((term.low**2 + term.high**2) / 2.0) for term in found if term.value is not None]
-    told = [value for term, value in zip(found, truth, strict=True) if term.value is not None]
-    assert len(told) >= 3
-    np.testing.assert_allclose(centres, told, rtol=1e-6)
+    said = [value for term, value in zip(found, truth, strict=True) if term.value is not None]
+    assert len(said) >= 3
+    np.testing.assert_allclose(centres, said, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -48,12 +48,12 @@ def test_intervals_cover_the_terms(truth: tuple[float, float, float, float, floa
 
 
 def test_white_noise_is_told_and_nothing_else_invented() -> None:
-    chance, told = np.random.default_rng(5), np.zeros(5)
+    chance, found = np.random.default_rng(5), np.zeros(5)
     for _ in range(60):
         terms = noise_terms(allan_deviation(chance.normal(size=COUNT), 1.0), COUNT, 1.0)
-        told += [term.value is not None for term in terms]
-    assert told[1] == 60
-    assert np.all(told[[0, 2, 3, 4]] <= 6), told
+        found += [term.value is not None for term in terms]
+    assert found[1] == 60
+    assert np.all(found[[0, 2, 3, 4]] <= 6), found
 
 
 def test_a_short_rest_is_refused() -> None:

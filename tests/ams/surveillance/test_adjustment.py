@@ -27,7 +27,7 @@ def measured(axes: str, seen_pitch_deg: float = 0.0, seen_roll_deg: float = 0.0,
         axis: np.array([output_v(axis, TRUTH[axis], p + seen_pitch_deg, r + seen_roll_deg) for p, r in GRID])
         for axis in axes
     }
-    outputs = {axis: np.tile(one, 2) + noise_v * chance.normal(size=2 * one.size) for axis, one in clean.items()}
+    outputs = {axis: np.tile(entry, 2) + noise_v * chance.normal(size=2 * entry.size) for axis, entry in clean.items()}
     count = len(GRID)
     return Observations(
         np.repeat([1, 2], count), np.tile(np.arange(count), 2), np.tile(PITCH_RAD, 2), np.tile(ROLL_RAD, 2), outputs
@@ -35,11 +35,11 @@ def measured(axes: str, seen_pitch_deg: float = 0.0, seen_roll_deg: float = 0.0,
 
 
 def solved(observations: Observations) -> CoefficientSet:
-    place = tp_set("x").provenance
+    location = tp_set("x").provenance
     provenance = Provenance(
         sensor="TP1", gravity_mps2=9.79826, gravity_source="survey", pitch_range_deg=(-90.0, 90.0),
         roll_range_deg=(-180.0, 180.0), created_utc=tp_set("x").created_utc, software_version="0.1.0",
-        rig=str(place["rig"]), procedure="fit", simulated=False,
+        rig=str(location["rig"]), procedure="fit", simulated=False,
     )  # fmt: skip
     return build_set(calibrate(observations, CalibrationRequest(extended="no")), provenance)
 
@@ -78,8 +78,8 @@ def test_the_uncertainty_covers_the_errors_of_noise_alone() -> None:
 
 
 def an_error(error_deg: float, expanded_deg: float) -> AngleErrors:
-    one = np.array([0.0])
-    return AngleErrors("pitch", one, one, np.array([error_deg]), np.array([expanded_deg / 2.0]), 2.0, 0)
+    entry = np.array([0.0])
+    return AngleErrors("pitch", entry, entry, np.array([error_deg]), np.array([expanded_deg / 2.0]), 2.0, 0)
 
 
 @pytest.mark.parametrize(

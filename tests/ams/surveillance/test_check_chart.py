@@ -24,10 +24,10 @@ def from_campaign(change: Change, *, everybody: bool, seed: int = 1) -> Populati
     """From one campaign on, the (3, 4) numbers of all sensors or of the check sensor alone are changed."""
     population = synthetic_archive(np.random.default_rng(seed), STORY).population
     primary = population.numbers.primary.copy()
-    for place, label in enumerate(population.labels):
+    for index, label in enumerate(population.labels):
         assert label.run_id is not None
         if int(label.run_id.removeprefix("campaign-")) >= CAMPAIGN and (everybody or label.sensor == CHECK_SENSOR):
-            primary[place] = change(primary[place])
+            primary[index] = change(primary[index])
     return Population(population.labels, replace(population.numbers, primary=primary))
 
 
@@ -101,9 +101,9 @@ def of_check_sensor(seed: int, change: Callable[[NDArray[np.float64], int], NDAr
     """The check sensor's (3, 4) numbers, changed campaign by campaign."""
     population = synthetic_archive(np.random.default_rng(seed), STORY).population
     primary = population.numbers.primary.copy()
-    for place, label in enumerate(population.labels):
+    for index, label in enumerate(population.labels):
         if label.sensor == CHECK_SENSOR and label.run_id is not None:
-            primary[place] = change(primary[place], int(label.run_id.removeprefix("campaign-")))
+            primary[index] = change(primary[index], int(label.run_id.removeprefix("campaign-")))
     return Population(population.labels, replace(population.numbers, primary=primary))
 
 
@@ -117,7 +117,7 @@ def test_a_drift_of_one_sigma_a_run_is_found(seed: int) -> None:
         return primary * np.array([1.0, *[1.0 + SIGMA * campaign] * 3])
 
     found = check_history(of_check_sensor(seed, creeping), CHECK_SENSOR).findings
-    assert min(int(str(one.at.run_id)[-2:]) for one in found) <= 11
+    assert min(int(str(entry.at.run_id)[-2:]) for entry in found) <= 11
     assert found[0].component == "meter gain"
 
 
@@ -127,12 +127,12 @@ def test_a_step_of_five_sigma_is_found_within_three_runs(seed: int) -> None:
         return primary * np.array([1.0, *[1.0 + 5.0 * SIGMA * (campaign >= CAMPAIGN)] * 3])
 
     found = check_history(of_check_sensor(seed, stepped), CHECK_SENSOR).findings
-    assert CAMPAIGN <= min(int(str(one.at.run_id)[-2:]) for one in found) <= CAMPAIGN + 2
+    assert CAMPAIGN <= min(int(str(entry.at.run_id)[-2:]) for entry in found) <= CAMPAIGN + 2
 
 
 def test_a_run_is_charted_against_the_mean_of_those_before_it() -> None:
     found = check_history(from_campaign(gain, everybody=False), CHECK_SENSOR)
-    chart = next(one for one in found.charts if one.name == "meter gain")
+    chart = next(chart for chart in found.charts if chart.name == "meter gain")
     assert chart.centre_deg[5] == pytest.approx(chart.value_deg[:5].mean())
     assert chart.is_alarm[CAMPAIGN]
     assert chart.centre_deg[CAMPAIGN + 1] == pytest.approx(chart.value_deg[CAMPAIGN]), "a change begins anew"
@@ -141,10 +141,10 @@ def test_a_run_is_charted_against_the_mean_of_those_before_it() -> None:
 def test_before_limits_exist_nothing_is_said_to_have_stayed_as_it_was() -> None:
     """A table that leaned by 0.2° in the third run: no limit, no all-clear, and the tilt is told."""
     population = synthetic_archive(np.random.default_rng(3), STORY).population
-    kept = [place for place, label in enumerate(population.labels) if str(label.run_id) < "campaign-03"]
+    kept = [index for index, label in enumerate(population.labels) if str(label.run_id) < "campaign-03"]
     primary = population.numbers.primary[kept].copy()
-    labels = [population.labels[place] for place in kept]
-    (last,) = [at for at, one in enumerate(labels) if one.sensor == CHECK_SENSOR and one.run_id == "campaign-02"]
+    labels = [population.labels[location] for location in kept]
+    (last,) = [at for at, label in enumerate(labels) if label.sensor == CHECK_SENSOR and label.run_id == "campaign-02"]
     turned = Rotation.from_rotvec([0.0, 0.0, 0.2], degrees=True).apply(primary[last][:, 1:])
     primary[last] = np.concatenate([primary[last][:, :1], turned], axis=1)
     numbers = replace(
@@ -153,5 +153,5 @@ def test_before_limits_exist_nothing_is_said_to_have_stayed_as_it_was() -> None:
     )  # fmt: skip
     found = check_history(Population(labels, numbers), CHECK_SENSOR)
     assert (found.is_judged, found.differences, found.findings) == (False, 2, ())
-    (told,) = [text for text in found.unexplained if text.startswith("table tilt z")]
-    assert float(told.removeprefix("table tilt z ").partition(" deg")[0]) == pytest.approx(0.2, abs=0.001)
+    (said,) = [text for text in found.unexplained if text.startswith("table tilt z")]
+    assert float(said.removeprefix("table tilt z ").partition(" deg")[0]) == pytest.approx(0.2, abs=0.001)

@@ -33,7 +33,7 @@ class Happened:
     offset_v: float = 0.0
     drift_v: float = 0.0
     """Standard deviation of what every axis does by itself."""
-    own: Own | None = None
+    change: Own | None = None
 
 
 def felt(attitudes: tuple[tuple[float, float], ...], roll: float, pitch: float, base: float) -> Floats:
@@ -64,11 +64,11 @@ def seen(
     seats = [felt((at,), *_seated(chance, happened, seating_arcsec), happened.base) for at in attitudes]
     after = np.einsum("sij,kj->ksi", true_k, np.concatenate(seats)) + offset_v
     after = after + happened.drift_v * chance.standard_normal((sensors, 3))
-    after = after if happened.own is None else happened.own(after)
+    after = after if happened.change is None else happened.change(after)
     after = after * (1.0 + happened.gain) + happened.offset_v
     flat = (len(attitudes), 3 * sensors)
     change = (after - before).reshape(flat) + np.sqrt(2.0) * NOISE_V * chance.standard_normal(flat)
-    names = tuple(f"SN{place}" for place in range(1, sensors + 1) for _ in range(3))
+    names = tuple(f"SN{index}" for index in range(1, sensors + 1) for _ in range(3))
     k = np.tile(SENSITIVITY_V_PER_G * np.eye(3), (sensors, 1))
     pitch, roll = np.deg2rad(np.array(attitudes)).T
     variance = np.full(flat, 2.0 * NOISE_V**2)
@@ -125,9 +125,9 @@ def test_a_slip_is_the_tables_and_of_its_size(
     sensors: int, attitudes: tuple[tuple[float, float], ...], arcsec: float, part: str
 ) -> None:
     found, findings = judged(sensors, attitudes, Happened(**{part: arcsec}))
-    assert [one.kind for one in findings] == ["table-rotation"]
+    assert [finding.kind for finding in findings] == ["table-rotation"]
     assert turned_the_table(findings)
-    assert found.own == ()
+    assert found.sensor_changes == ()
     size = found.estimates[part].value / ARCSEC
     assert size == pytest.approx(arcsec, abs=0.02 * abs(arcsec) + 1.5)
     assert "not the sensors" in findings[0].text
@@ -151,7 +151,7 @@ def test_a_tilt_of_the_base_is_told_from_a_roll_slip_where_pitch_differs(sensors
     assert "the base's forward axis" in finding.text
     assert found.also == ()
     level, _ = judged(sensors, ONE, Happened(base=20.0))
-    assert {"roll", "tilt of the base"} <= {cause.name for cause in (*level.told, *level.also)}
+    assert {"roll", "tilt of the base"} <= {cause.name for cause in (*level.stated, *level.also)}
 
 
 @pytest.mark.parametrize("sensors", [3, 8])
@@ -175,21 +175,21 @@ def test_the_meter_is_blamed_for_gain_and_offset(
 def test_a_sensor_that_changes_by_itself_is_blamed_and_no_other(
     sensors: int, attitudes: tuple[tuple[float, float], ...], own: Own
 ) -> None:
-    found, findings = judged(sensors, attitudes, Happened(own=own))
-    assert [(one.kind, one.details["sensor"]) for one in findings] == [("sensor-change", "SN2")]
-    assert found.told == ()
+    found, findings = judged(sensors, attitudes, Happened(change=own))
+    assert [(finding.kind, finding.details["sensor"]) for finding in findings] == [("sensor-change", "SN2")]
+    assert found.stated == ()
 
 
 def test_a_slip_is_seen_through_the_change_of_one_sensor() -> None:
-    found, findings = judged(8, CHECK, Happened(roll=-72.0, own=axis_offset(1e-3)))
-    assert {one.kind for one in findings} == {"table-rotation", "sensor-change"}
+    found, findings = judged(8, CHECK, Happened(roll=-72.0, change=axis_offset(1e-3)))
+    assert {finding.kind for finding in findings} == {"table-rotation", "sensor-change"}
     assert findings[0].text.startswith("seven of eight sensors turned by -7")
-    assert [one.sensor for one in found.own] == ["SN2"]
+    assert [sensor_change.sensor for sensor_change in found.sensor_changes] == ["SN2"]
 
 
 def test_slip_and_gain_at_once_are_both_told_over_a_check_set() -> None:
     _, findings = judged(8, CHECK, Happened(roll=72.0, gain=1e-4))
-    assert [one.kind for one in findings] == ["table-rotation", "meter-gain"]
+    assert [finding.kind for finding in findings] == ["table-rotation", "meter-gain"]
 
 
 def test_a_slip_is_named_though_every_sensor_drifts_a_little() -> None:
@@ -221,17 +221,17 @@ def test_one_sensor_at_two_attitudes_tells_a_rotation_but_not_its_mount_from_the
 @pytest.mark.parametrize("own", [axis_offset(4e-4, 0), axis_gain(1e-3, 0, 0)])
 def test_one_sensor_over_a_check_set_knows_its_own_change_for_no_rotation(own: Own) -> None:
     """K⁻¹ΔK is not antisymmetric, or Δb not zero."""
-    _found, findings = judged(1, CHECK, Happened(own=own))
+    _found, findings = judged(1, CHECK, Happened(change=own))
     (finding,) = findings
     assert finding.kind == "sensor-change"
     assert not turned_the_table(findings)
 
 
 def test_of_two_sensors_one_is_blamed_only_where_the_other_saw_nothing() -> None:
-    _, (alone,) = judged(2, TWO, Happened(own=axis_offset(4e-4)))
+    _, (alone,) = judged(2, TWO, Happened(change=axis_offset(4e-4)))
     assert (alone.kind, alone.details["sensor"]) == ("sensor-change", "SN2")
-    both, _ = judged(2, TWO, Happened(roll=-72.0, own=axis_offset(4e-4)))
-    assert both.own == ()
+    both, _ = judged(2, TWO, Happened(roll=-72.0, change=axis_offset(4e-4)))
+    assert both.sensor_changes == ()
 
 
 @pytest.mark.parametrize(
@@ -239,14 +239,14 @@ def test_of_two_sensors_one_is_blamed_only_where_the_other_saw_nothing() -> None
     [
         (3, CHECK),
         (1, TWO),
-        *[pytest.param(*one, marks=pytest.mark.thorough) for one in ((8, TWO), (3, ONE), (1, CHECK))],
+        *[pytest.param(*entry, marks=pytest.mark.thorough) for entry in ((8, TWO), (3, ONE), (1, CHECK))],
     ],
 )
 def test_false_alarms_are_no_more_than_asked_for(sensors: int, attitudes: tuple[tuple[float, float], ...]) -> None:
     chance, alarms, trials = np.random.default_rng(7), 0, 100
     for _ in range(trials):
         found = judge_visits(*seen(chance, sensors, attitudes, Happened()), 0.05)
-        alarms += bool(found.told or found.own)
+        alarms += bool(found.stated or found.sensor_changes)
     assert alarms <= 12, "two tests at 5 %, both on the safe side"
 
 
@@ -254,9 +254,9 @@ def test_the_seating_of_the_table_is_no_slip_where_its_scatter_is_known() -> Non
     chance, alarms = np.random.default_rng(8), [0, 0]
     for _ in range(40):
         axes, visits = seen(chance, 5, TWO, Happened(), seating_arcsec=3.0)
-        alarms[0] += bool(judge_visits(axes, visits, 0.01).told)
+        alarms[0] += bool(judge_visits(axes, visits, 0.01).stated)
         blind = replace(visits, seating_rad=0.0)
-        alarms[1] += bool(judge_visits(axes, blind, 0.01).told)
+        alarms[1] += bool(judge_visits(axes, blind, 0.01).stated)
     assert alarms[0] <= 3
     assert alarms[1] > 24
 
@@ -265,7 +265,7 @@ def test_an_axis_that_was_not_read_is_left_out() -> None:
     axes, visits = seen(np.random.default_rng(9), 3, TWO, Happened(pitch=-72.0))
     visits.change[1, 4] = visits.change[0, 0] = np.nan
     found = judge_visits(axes, visits, FALSE_ALARM)
-    assert [cause.name for cause in found.told] == ["pitch"]
+    assert [cause.name for cause in found.stated] == ["pitch"]
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -274,9 +274,9 @@ def test_a_loose_mount_is_told_from_a_bad_sensor(attitudes: tuple[tuple[float, f
     """A turn of one package about its forward axis moves y and z as no offset and no sensitivity does."""
 
     def culprit(own: Own) -> tuple[str, str]:
-        found, findings = judged(8, attitudes, Happened(own=own), seed)
-        assert [one.sensor for one in found.own] == ["SN2"]
-        return found.own[0].told.culprit, findings[0].text
+        found, findings = judged(8, attitudes, Happened(change=own), seed)
+        assert [sensor_change.sensor for sensor_change in found.sensor_changes] == ["SN2"]
+        return found.sensor_changes[0].attribution.culprit, findings[0].text
 
     loose, text = culprit(turned_on_its_mount(40.0))
     assert loose == "mount"
@@ -288,5 +288,5 @@ def test_a_loose_mount_is_told_from_a_bad_sensor(attitudes: tuple[tuple[float, f
 
 
 def test_the_turn_of_a_loose_mount_is_told_as_far_as_the_attitudes_show_it() -> None:
-    found, _ = judged(8, CHECK, Happened(roll=12.0, own=turned_on_its_mount(40.0)))
-    assert found.own[0].told.turned_rad / ARCSEC == pytest.approx(40.0, abs=1.5)
+    found, _ = judged(8, CHECK, Happened(roll=12.0, change=turned_on_its_mount(40.0)))
+    assert found.sensor_changes[0].attribution.turned_rad / ARCSEC == pytest.approx(40.0, abs=1.5)

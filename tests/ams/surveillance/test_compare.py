@@ -36,7 +36,7 @@ def test_a_remount_is_a_rotation_and_nothing_else() -> None:
     for axis in found.axes.values():
         assert abs(axis.sensitivity_relative.value) < 1e-12
         assert axis.offset_v.value == 0.0
-        assert all(abs(one.value) < 1e-6 for one in axis.direction_arcsec.values())
+        assert all(abs(entry.value) < 1e-6 for entry in axis.direction_arcsec.values())
     assert found.direction_dof == 3
 
 
@@ -56,18 +56,21 @@ def test_one_axis_cannot_tell_its_direction_from_a_remount() -> None:
     assert found.direction_p_value is None
     assert found.rotation_deg["x"] is None
     assert found.rotation_deg["z"] is not None
-    assert all(abs(one.value) < 1e-3 for one in found.axes["x"].direction_arcsec.values())
+    assert all(abs(entry.value) < 1e-3 for entry in found.axes["x"].direction_arcsec.values())
 
 
 def test_without_a_change_the_directions_exceed_their_limit_as_often_as_stated() -> None:
     chance = np.random.default_rng(5)
     found = [compare(tp_set("xyz", NOISE_V, chance), tp_set("xyz", NOISE_V, chance)) for _ in range(40)]
-    below = sum(one.direction_p_value < 0.2 for one in found if one.direction_p_value is not None)
+    below = sum(entry.direction_p_value < 0.2 for entry in found if entry.direction_p_value is not None)
     assert 1 <= below <= 17, below  # binomial, 40 at 0.2: 0.2 % either side
-    ratios = [axis.sensitivity_relative.in_uncertainties for one in found for axis in one.axes.values()]
+    ratios = [axis.sensitivity_relative.in_uncertainties for entry in found for axis in entry.axes.values()]
     assert 0.75 < np.sqrt(np.mean(np.square(ratios))) < 1.35
     left = [
-        one.in_uncertainties for pair in found for axis in pair.axes.values() for one in axis.direction_arcsec.values()
+        entry.in_uncertainties
+        for pair in found
+        for axis in pair.axes.values()
+        for entry in axis.direction_arcsec.values()
     ]
     assert 0.82 < np.sqrt(np.mean(np.square(left))) < 1.22
 

@@ -21,11 +21,13 @@ def all_histories(archive: SyntheticArchive) -> dict[str, History]:
 
 def guilty_are_found(archive: SyntheticArchive, found: dict[str, History]) -> None:
     for name in archive.drifting:
-        told = {finding.characteristics[0] for finding in found[name].findings if finding.kind in ("drift", "step")}
-        assert "sensitivity_v_per_g.x" in told, (name, found[name].findings)
+        said = {finding.characteristics[0] for finding in found[name].findings if finding.kind in ("drift", "step")}
+        assert "sensitivity_v_per_g.x" in said, (name, found[name].findings)
     for name in archive.dropped:
         steps = [finding for finding in found[name].findings if finding.kind == "step"]
-        assert {"offset_v.y", "angle_deg.yz"} <= {one for step in steps for one in step.characteristics}, (name, steps)
+        assert {"offset_v.y", "angle_deg.yz"} <= {
+            characteristic for step in steps for characteristic in step.characteristics
+        }, (name, steps)
     for name, other in zip(archive.mixed_up, reversed(archive.mixed_up), strict=True):
         assert other in {finding.partner for finding in found[name].findings}, (name, found[name].findings)
 
@@ -83,7 +85,7 @@ def quiet(seed: int = 3, **changes: object) -> SyntheticArchive:
 def test_the_scatter_between_runs_is_that_of_the_days() -> None:
     archive = quiet()
     scatter = pooled_scatter(archive.population)
-    offsets = [place for place, kind in enumerate(archive.population.kinds) if kind == "offset_v"]
+    offsets = [index for index, kind in enumerate(archive.population.kinds) if kind == "offset_v"]
     day_and_noise = np.hypot(2.0, 0.5) * RAD_PER_ARCSEC
     assert np.sqrt(scatter.variance[offsets]) == pytest.approx(day_and_noise, rel=0.08)
 
@@ -91,7 +93,7 @@ def test_the_scatter_between_runs_is_that_of_the_days() -> None:
 def test_a_remount_alone_raises_nothing_however_large() -> None:
     archive = quiet(remount_arcsec=3600.0)
     found = [history_of(archive.population, name) for name in archive.sound[:12]]
-    assert sum(bool(one.findings) for one in found) <= 1
+    assert sum(bool(entry.findings) for entry in found) <= 1
     assert np.abs(found[1].rotation_deg[1:]).max() > 0.5
 
 
@@ -111,9 +113,9 @@ def test_calibrations_at_two_sites_are_one_history() -> None:
     population, name = archive.population, archive.sound[0]
     rows, ratio = population.rows_of(name), 9.81 / 9.79826
     labels, primary = list(population.labels), population.numbers.primary.copy()
-    for place in range(rows.start, rows.start + 6):
-        labels[place] = replace(labels[place], gravity_mps2=9.81)
-        primary[place, :, 1:] *= ratio
+    for index in range(rows.start, rows.start + 6):
+        labels[index] = replace(labels[index], gravity_mps2=9.81)
+        primary[index, :, 1:] *= ratio
     elsewhere = Population(labels, replace(population.numbers, primary=primary))
     assert len(history_of(elsewhere, name).findings) == len(history_of(population, name).findings)
 
@@ -129,7 +131,7 @@ def test_a_lone_sensor_is_not_judged_before_its_scatter_is_known_and_then_is() -
         return Population(archive.population.labels[part], replace(numbers, **columns))
 
     assert not history_of(first(3), archive.dropped[0]).is_judged
-    assert [one.kind for one in history_of(first(16), archive.dropped[0]).findings] == ["step"]
+    assert [finding.kind for finding in history_of(first(16), archive.dropped[0]).findings] == ["step"]
 
 
 def test_a_sensor_that_is_not_there_is_refused() -> None:
@@ -156,8 +158,8 @@ def test_the_interval_follows_the_drift_and_never_jumps() -> None:
 def test_a_scatter_is_learned_from_a_thousand_calibrations_of_the_sensors_behind_by_name() -> None:
     population = synthetic_archive(np.random.default_rng(3), Story(sensors=80, years=10)).population
     sensor = "SN1078"
-    asked = {sensor, "SN1079", "SN1080", *(f"SN{1001 + place}" for place in range(48))}  # 50 sensors, 20 times each
-    rows = np.array([label.sensor in asked for label in population.labels])
+    text = {sensor, "SN1079", "SN1080", *(f"SN{1001 + index}" for index in range(48))}  # 50 sensors, 20 times each
+    rows = np.array([label.sensor in text for label in population.labels])
     numbers = population.numbers
     few = Population(
         [label for label, is_asked in zip(population.labels, rows, strict=True) if is_asked],

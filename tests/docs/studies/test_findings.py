@@ -27,5 +27,5 @@ def test_the_page_has_every_line_of_the_script(findings) -> None:
     assert stored.startswith(findings.HEAD.format(campaigns=findings.CAMPAIGNS))
     for name, sizes in findings.LINES:
         section = stored[stored.index(f"## {name}\n") :].split("\n## ")[0]
-        told = [line.split("|")[1].strip() for line in section.splitlines() if line.startswith("| ")][1:]
-        assert told == [f"{size:g}" for size in sizes]
+        text = [line.split("|")[1].strip() for line in section.splitlines() if line.startswith("| ")][1:]
+        assert text == [f"{size:g}" for size in sizes]

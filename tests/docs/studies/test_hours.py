@@ -21,10 +21,10 @@ def test_a_small_run_of_the_laboratory_is_solved_and_its_intervals_hold(monkeypa
     for run in runs:
         assert run.verdict == "usable"
         assert run.u95_arcsec < run.once_arcsec
-        for one in run.dwell.values():
-            assert one.calibration_rad < one.u95_rad
-            squares = sum(share * abs(share) for share in one.shares_rad.values())
-            assert squares == pytest.approx(one.u95_rad**2)
+        for entry in run.dwell.values():
+            assert entry.calibration_rad < entry.u95_rad
+            squares = sum(share * abs(share) for share in entry.shares_rad.values())
+            assert squares == pytest.approx(entry.u95_rad**2)
         held = campaigns.coverage(run, 200, np.random.default_rng(1))
         assert min(held.shares) > 0.93
     assert runs[1].dwell["pitch"].calibration_rad < 0.5 * runs[0].dwell["pitch"].calibration_rad

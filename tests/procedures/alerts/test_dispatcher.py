@@ -34,37 +34,37 @@ def clock() -> VirtualClock:
     return a_clock()
 
 
-def _dispatcher(clock: VirtualClock, told: Path, **settings: object) -> AlertDispatcher:
-    command = (sys.executable, "-c", WRITES, str(told))
+def _dispatcher(clock: VirtualClock, expected: Path, **settings: object) -> AlertDispatcher:
+    command = (sys.executable, "-c", WRITES, str(expected))
     return AlertDispatcher(AlertSettings(command=command, **settings), "night", clock, SilentObserver())  # type: ignore[arg-type]
 
 
 def test_a_hold_is_told_once_with_its_reason_and_again_only_after_the_gap(clock: VirtualClock, tmp_path: Path) -> None:
-    told = tmp_path / "told.txt"
-    dispatcher = _dispatcher(clock, told, least_gap_s=600.0)
+    text = tmp_path / "told.txt"
+    dispatcher = _dispatcher(clock, text, least_gap_s=600.0)
     for wait_s in (0.0, 1.0, 500.0):
         clock.sleep(wait_s)
         dispatcher.on_event(HOLD)
     assert dispatcher.close() == [{"what": "calrig: night: held", "failed": ""}]
-    assert told.read_text().startswith("calrig: night: held\n\nheld 3/24")
-    assert "environment.air: got 25 degC" in told.read_text()
+    assert text.read_text().startswith("calrig: night: held\n\nheld 3/24")
+    assert "environment.air: got 25 degC" in text.read_text()
     clock.sleep(100.0)
     dispatcher.on_event(HOLD)
     dispatcher.close()
-    assert told.read_text().count("calrig: night: held") == 2
+    assert text.read_text().count("calrig: night: held") == 2
 
 
 def test_an_alarm_says_where_the_page_is_also_where_the_disk_of_the_run_takes_none(
     clock: VirtualClock, tmp_path: Path
 ) -> None:
-    told = tmp_path / "told.txt"
-    settings = AlertSettings(command=(sys.executable, "-c", WRITES, str(told)))
-    desk = AlertDispatcher(settings, "night", clock, SilentObserver(), "runs/night", "/var/emergency/night")
-    desk.on_event(HOLD)
-    desk.close()
+    text = tmp_path / "told.txt"
+    settings = AlertSettings(command=(sys.executable, "-c", WRITES, str(text)))
+    dispatcher = AlertDispatcher(settings, "night", clock, SilentObserver(), "runs/night", "/var/emergency/night")
+    dispatcher.on_event(HOLD)
+    dispatcher.close()
     assert (
         "The folder runs/night holds why.txt and why.html; where its disk takes nothing, /var/emergency/night does."
-    ) in told.read_text()
+    ) in text.read_text()
 
 
 def test_states_that_need_nobody_are_not_told(clock: VirtualClock, tmp_path: Path) -> None:
@@ -75,15 +75,15 @@ def test_states_that_need_nobody_are_not_told(clock: VirtualClock, tmp_path: Pat
 
 
 def test_progress_is_told_every_so_many_hours(clock: VirtualClock, tmp_path: Path) -> None:
-    told = tmp_path / "told.txt"
-    dispatcher = _dispatcher(clock, told, every_h=4.0)
+    text = tmp_path / "told.txt"
+    dispatcher = _dispatcher(clock, text, every_h=4.0)
     dispatcher.on_event(Progress("dwell", State.RUNNING, 4, 24, 1, 2, 7.4, None, ""))
     for _ in range(9):
         clock.sleep(3600.0)
         dispatcher.pulse()
         for thread in dispatcher._threads:
             thread.join()
-    assert told.read_text().count("running 4/24") == 2
+    assert text.read_text().count("running 4/24") == 2
 
 
 def test_a_failing_command_is_told_to_the_engine_and_never_raises(clock: VirtualClock) -> None:
@@ -171,16 +171,16 @@ def test_a_command_that_is_not_there_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ('heartbeat = "ftp://x/y"', "heartbeat must be a file"),
         ("every_h = -1.0", "every_h"),
         ('mail = "anna"', "unknown key"),
     ],
 )
-def test_a_wrong_file_is_refused_by_line(tmp_path: Path, text: str, told: str) -> None:
+def test_a_wrong_file_is_refused_by_line(tmp_path: Path, text: str, expected: str) -> None:
     (tmp_path / "alerts.toml").write_text(text)
-    with pytest.raises(DescriptionError, match=told):
+    with pytest.raises(DescriptionError, match=expected):
         read_alerts(tmp_path / "alerts.toml")
 
 
@@ -188,8 +188,8 @@ def test_what_became_of_an_alert_is_in_the_journal(tmp_path: Path) -> None:
     due: list[Mapping[str, object]] = [{"what": "calrig: night: held", "failed": "apprise: ntfy://… did not take it"}]
 
     def pulse() -> list[Mapping[str, object]]:
-        told, due[:] = list(due), []
-        return told
+        found, due[:] = list(due), []
+        return found
 
     small = bench(tmp_path)
     small.run(tmp_path / "run", services=RunServices(pulse=pulse))
@@ -277,8 +277,8 @@ def test_fault_79_a_disk_that_stays_full_is_told_and_its_page_lies_elsewhere(
     """Detected: the disk refuses the journal, and goes on refusing whatever is written.
     Response: people are told before the disk is asked; the page is written in a second place; the run is resumable.
     """
-    small, run_dir, told = bench(tmp_path), tmp_path / "run", tmp_path / "told.txt"
-    dispatcher = _dispatcher(clock, told)
+    small, run_dir, file = bench(tmp_path), tmp_path / "run", tmp_path / "told.txt"
+    dispatcher = _dispatcher(clock, file)
     write = Journal.append_event
 
     class Fills:
@@ -294,13 +294,13 @@ def test_fault_79_a_disk_that_stays_full_is_told_and_its_page_lies_elsewhere(
         path.write_bytes(content)
 
     outcome = small.run(
-        run_dir, observer=Fills(), services=RunServices(pulse=dispatcher.pulse, second_place=tmp_path / "second")
+        run_dir, observer=Fills(), services=RunServices(pulse=dispatcher.pulse, second_folder=tmp_path / "second")
     )
     dispatcher.close()
     monkeypatch.setattr(Journal, "append_event", write)
     assert outcome.exit_status == ExitStatus.FAILED
-    assert "calrig: night: stopped" in told.read_text(encoding="utf-8")
-    assert "no space left" in told.read_text(encoding="utf-8")
+    assert "calrig: night: stopped" in file.read_text(encoding="utf-8")
+    assert "no space left" in file.read_text(encoding="utf-8")
     assert "no space left" in (tmp_path / "second" / "run" / "why.txt").read_text(encoding="utf-8")
     assert str(tmp_path / "second" / "run" / "why.html") in outcome.reason
     assert not is_acknowledged(run_dir)
@@ -314,9 +314,9 @@ def _refuse(journal: Journal, kind: str, detail: Mapping[str, object], clock: ob
 def test_a_stop_that_nobody_asked_for_rings_and_one_that_somebody_asked_for_does_not(
     clock: VirtualClock, tmp_path: Path
 ) -> None:
-    told = tmp_path / "told.txt"
+    text = tmp_path / "told.txt"
     for by, subjects in (("anna", 1), ("", 2)):
-        dispatcher = _dispatcher(clock, told, repeat_every_s=900.0)
+        dispatcher = _dispatcher(clock, text, repeat_every_s=900.0)
         dispatcher.on_event(Progress("state", State.STOPPED, 3, 24, 1, 2, None, None, "why", by))
         clock.sleep(901.0)
         dispatcher.pulse()

@@ -31,23 +31,23 @@ def _set(**changes: object) -> CoefficientSet:
     return build_set(solved_package(), provenance(**{**RELEASED, **changes}))
 
 
-def _measured(one: CoefficientSet, off_deg: float = 0.0) -> Observations:
+def _measured(coefficients: CoefficientSet, off_deg: float = 0.0) -> Observations:
     """Two replications of a grid whose outputs are those of the set, at a pitch that is off by a constant."""
     grid = [(p, r) for p in range(-60, 61, 30) for r in range(-180, 180, 60)] * 2
     pitch, roll = np.deg2rad(np.array(grid, dtype=float)).T
-    outputs = apply(one, pitch + np.deg2rad(off_deg), roll)
+    outputs = apply(coefficients, pitch + np.deg2rad(off_deg), roll)
     count = len(grid) // 2
     return Observations(np.repeat([1, 2], count), np.tile(np.arange(1, count + 1), 2), pitch, roll, outputs)
 
 
-def _adjustment(one: CoefficientSet, off_deg: float = 0.0, limit_deg: float = 0.01) -> Adjustment:
-    return adjust(None, one, _measured(one, off_deg), Acceptance({"pitch": limit_deg}), (-45.0, 45.0))
+def _adjustment(coefficients: CoefficientSet, off_deg: float = 0.0, limit_deg: float = 0.01) -> Adjustment:
+    return adjust(None, coefficients, _measured(coefficients, off_deg), Acceptance({"pitch": limit_deg}), (-45.0, 45.0))
 
 
 def _grounds(**changes: object) -> Grounds:
-    one = _set()
+    entry = _set()
     signed = (Signature("prepared", "A. Operator", SIGNED, ""), Signature("approved", "B. Chief", SIGNED, ""))
-    grounds = Grounds("2026-0117", date(2026, 3, 3), one, _adjustment(one), SignOff(one.sha256, signed, ()))
+    grounds = Grounds("2026-0117", date(2026, 3, 3), entry, _adjustment(entry), SignOff(entry.sha256, signed, ()))
     return replace(grounds, **changes)  # type: ignore[arg-type]
 
 
@@ -58,17 +58,17 @@ def _text(grounds: Grounds) -> str:
 
 def test_straight_lines_are_certified_in_the_unit_of_what_they_sense() -> None:
     """As found by hand: the line before told 0.3 µT too much everywhere."""
-    one, before = line_set({"x": (0.032, -0.4)}), line_set({"x": (0.032, -0.1)})
+    entry, before = line_set({"x": (0.032, -0.4)}), line_set({"x": (0.032, -0.1)})
     nothing = Observations(np.ones(0), np.ones(0), np.zeros(0), np.zeros(0), {})
-    text = _text(_grounds(coefficients=one, adjustment=adjust(before, one, nothing, Acceptance({}))))
-    for told in ("gain A µT/counts 0.032", "exposed to known levels of what it senses", "Level x -40.000 to 40.000 µT"):
-        assert told in text.replace("−", "-"), told
+    text = _text(_grounds(coefficients=entry, adjustment=adjust(before, entry, nothing, Acceptance({}))))
+    for said in ("gain A µT/counts 0.032", "exposed to known levels of what it senses", "Level x -40.000 to 40.000 µT"):
+        assert said in text.replace("−", "-"), said
     assert re.search(r"any adjustment \(set of .*\), at most: x 0\.30*\d* µT", text)
 
 
 def test_it_holds_what_clause_7_8_asks_for() -> None:
     text = _text(_grounds())
-    asked = {
+    request = {
         "7.8.2.1 a title": "Calibration certificate",
         "b laboratory": "Instrument Laboratory",
         "c place": "1 Granite Way, Hampton",
@@ -90,7 +90,7 @@ def test_it_holds_what_clause_7_8_asks_for() -> None:
         "7.8.4.1 d before adjustment": "As found",
         "7.8.6.2 decision rule": "ILAC-G8:09/2019",
     }
-    assert {clause: words for clause, words in asked.items() if words not in text} == {}
+    assert {clause: words for clause, words in request.items() if words not in text} == {}
     assert not re.search(r"next calibration|recalibrat|interval advice", text, re.IGNORECASE)  # 7.8.4.3
 
 
@@ -111,12 +111,12 @@ def test_no_uncertainty_is_below_the_capability() -> None:
 
 def test_a_gyro_has_a_certificate_on_which_an_angle_by_gravity_sets_no_bound() -> None:
     """A set of gyros states no sensitivity per g."""
-    one = gyro_set()
-    rows = list(coefficients_of(one, 0.002))
+    entry = gyro_set()
+    rows = list(coefficients_of(entry, 0.002))
     assert {row.axis for row in rows} == {"x", "y", "z"}
-    assert [row.expanded for row in rows] == [row.expanded for row in coefficients_of(one, None)]
+    assert [row.expanded for row in rows] == [row.expanded for row in coefficients_of(entry, None)]
     assert not any(row.is_capability for row in rows)
-    specimen = _grounds(coefficients=one, adjustment=None, is_specimen=True)
+    specimen = _grounds(coefficients=entry, adjustment=None, is_specimen=True)
     assert "V/(°/s)" in _text(specimen)
     page_tree_of(certificate_page(specimen))
 
@@ -164,9 +164,9 @@ def test_a_specimen_says_on_every_page_that_it_is_none_and_what_is_missing() -> 
 
 @pytest.mark.parametrize(("off_deg", "verdict"), [(0.0, "pass"), (0.0099, "conditional"), (0.02, "fail")])
 def test_the_statement_of_conformity_is_that_of_the_rule(off_deg: float, verdict: str) -> None:
-    one = _set()
+    entry = _set()
     # the limit is 0.01 deg, the uncertainty of this set some 1e-4 deg
-    text = _text(_grounds(adjustment=_adjustment(one, off_deg)))
+    text = _text(_grounds(adjustment=_adjustment(entry, off_deg)))
     assert f"As left: {verdict}" in " ".join(text.replace(" .", ".").split())
 
 
@@ -191,17 +191,17 @@ def test_the_paper_is_pdf_and_the_same_again() -> None:
 
 
 def test_a_significant_finding_is_a_gap_until_somebody_accepts_it_and_then_it_is_printed() -> None:
-    one = set_with_findings()
-    unaccepted = replace(_grounds().signed, findings=tuple(significant_findings(one)))
+    entry = set_with_findings()
+    unaccepted = replace(_grounds().signed, findings=tuple(significant_findings(entry)))
     with pytest.raises(RequestError) as refused:
-        check_grounds(_grounds(coefficients=one, signed=unaccepted))
+        check_grounds(_grounds(coefficients=entry, signed=unaccepted))
     assert "axis y: said of cubic. (y.cubic, which nobody has accepted)" in str(refused.value)
     assert "said of quadratic" not in str(refused.value)
     words = tuple(
         AcceptedFinding(name, "C. Reader", SIGNED, f"why {name}")
         for name in ("y.cubic", "y.wrong-dwell", "y.wrong-dwell.2")
     )
-    accepted = _grounds(coefficients=one, signed=replace(unaccepted, acceptances=words))
+    accepted = _grounds(coefficients=entry, signed=replace(unaccepted, acceptances=words))
     check_grounds(accepted)
     assert "Axis y: said of cubic. Accepted by C. Reader, 2026-03-02 09:00:00 UTC: why y.cubic" in _text(accepted)
 
@@ -217,6 +217,6 @@ def test_a_quarantine_is_a_gap_until_somebody_releases_it_and_then_it_is_printed
 def test_what_the_laboratory_lacked_when_the_run_began_is_a_gap_that_no_signature_closes() -> None:
     lacks = f"{LACKING}axes.pitch: no standard stands behind it"
     plain = solved_package()
-    one = build_set(replace(plain, warnings=(*plain.warnings, lacks)), provenance(**RELEASED))
+    entry = build_set(replace(plain, warnings=(*plain.warnings, lacks)), provenance(**RELEASED))
     with pytest.raises(RequestError, match=re.escape(lacks)):
-        check_grounds(_grounds(coefficients=one))
+        check_grounds(_grounds(coefficients=entry))

@@ -83,9 +83,9 @@ def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_a
     shown = capsys.readouterr().out
     assert "pitch-roll (TP), approved" in shown
     assert "finding    y.cubic: accepted by C. Reader, " in shown
-    assert [(one.status, show(url, one.sha256).document["status"]) for one in list_sets(url)] == [
-        ("approved", "engineering")
-    ]
+    assert [
+        (coefficients.status, show(url, coefficients.sha256).document["status"]) for coefficients in list_sets(url)
+    ] == [("approved", "engineering")]
     dcc = to_dcc(show(url, "SN1047"))
     assert b"B. Chief" in dcc
     assert b"engineering: not approved" not in dcc
@@ -177,14 +177,14 @@ def test_a_wrong_request_is_a_sentence_and_status_2(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
-    asked = ["certificate", "SN1047", "--number", "7", "--archive", approved, *arguments]
-    assert run_command(asked) == 2
+    text = ["certificate", "SN1047", "--number", "7", "--archive", approved, *arguments]
+    assert run_command(text) == 2
     assert words in capsys.readouterr().err
     assert not list(tmp_path.glob("certificate*"))
 
 
 def test_the_command_issues_and_tells_where(approved: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ["certificate", "SN1047", "--number", "7", "--operator", "B. Chief", "--issued", "2026-03-03"]
-    assert run_command([*asked, "--archive", approved, "--out", str(tmp_path), "--json"]) == 0
+    text = ["certificate", "SN1047", "--number", "7", "--operator", "B. Chief", "--issued", "2026-03-03"]
+    assert run_command([*text, "--archive", approved, "--out", str(tmp_path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["specimen"] is False
     assert (tmp_path / "certificate-7.pdf").exists()

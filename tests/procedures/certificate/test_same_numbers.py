@@ -51,14 +51,14 @@ def _number(text: str) -> float:
     return float(text.replace("−", "-"))
 
 
-def _place(text: str) -> float:
+def _last_digit(text: str) -> float:
     """Half of the last digit."""
     return 0.5 * 10.0 ** -len(text.partition(".")[2]) * (1.0 + 1e-9)
 
 
 @pytest.fixture(scope="module")
 def forms(finished_job: FinishedJob) -> dict[str, Any]:
-    run, told = finished_job.run, finished_job.told
+    run, found = finished_job.run, finished_job.summary
     url = f"sqlite:///{finished_job.folder / 'runs' / 'archive.sqlite'}"
     with reading(url, 5.0) as connection:
         archived = stored_set(connection, find_set(connection, SENSOR))
@@ -66,7 +66,7 @@ def forms(finished_job: FinishedJob) -> dict[str, Any]:
     return {
         "stored": archived,
         "certificate page": certificate_page(grounds),
-        "json": told["sensors"][SENSOR]["axes"],
+        "json": found["sensors"][SENSOR]["axes"],
         "set": load_set(run / "coefficients" / f"{SENSOR}.json").document["axes"],
         "archive": archived.document["axes"],
         "html": _cells((run / "report.html").read_text(encoding="utf-8")),
@@ -95,7 +95,7 @@ def test_what_is_printed_is_what_is_stored(forms: dict[str, Any], form: str) -> 
             if parameter["value"] is None or not parameter["standard_uncertainty"]:
                 continue
             assert cells is not None, f"{axis} {name} stands on no row"
-            assert abs(_number(cells[3]) - parameter["value"]) <= _place(cells[3]), f"{axis} {name}: {cells}"
+            assert abs(_number(cells[3]) - parameter["value"]) <= _last_digit(cells[3]), f"{axis} {name}: {cells}"
             compared += 1
     assert compared >= 12, "offset, sensitivity, coning and azimuth of three axes"
 
@@ -105,14 +105,14 @@ def test_the_expanded_uncertainty_of_page_and_certificate_is_one_number(forms: d
     assert len(shared) >= 12
     for row in shared:
         page, certificate = forms["html"][row], forms["certificate"][row]
-        assert abs(_number(page[3]) - _number(certificate[3])) <= _place(page[3]) + _place(certificate[3])
+        assert abs(_number(page[3]) - _number(certificate[3])) <= _last_digit(page[3]) + _last_digit(certificate[3])
         assert page[7] == certificate[4], f"{row}: {page} {certificate}"
 
 
 def test_the_paper_has_every_number_of_the_page(forms: dict[str, Any]) -> None:
     paper: Path = forms["paper"]
-    told = subprocess.run([require_program("pdftotext"), "-layout", paper, "-"], capture_output=True, check=True).stdout
-    text = re.sub(r"\s", "", told.decode("utf-8").replace("\u200e", ""))
+    done = subprocess.run([require_program("pdftotext"), "-layout", paper, "-"], capture_output=True, check=True).stdout
+    text = re.sub(r"\s", "", done.decode("utf-8").replace("\u200e", ""))
     for (axis, label), cells in forms["html"].items():
         for cell in (cells[3], cells[4], cells[7]) if len(cells) > 7 else ():
             assert re.sub(r"\s", "", cell) in text, f"{axis} {label}: {cell}"
@@ -127,12 +127,12 @@ def _formula(page: str, axis: str) -> str:
     return re.sub(r"\)\s+(?=cos|sin|\()", ")*", spaced)
 
 
-def hold_told_outputs(page: str, one: CoefficientSet) -> None:
+def hold_told_outputs(page: str, coefficients: CoefficientSet) -> None:
     """Hold the outputs by the printed equation with the printed values, what is taken off included, to the set's."""
     rng = np.random.default_rng(5)
     pitch, roll = rng.uniform(-0.7, 0.7, 40), rng.uniform(-2.3, 2.3, 40)
     f = (np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll))
-    expected = apply(one, pitch, roll)
+    expected = apply(coefficients, pitch, roll)
     taken_off: dict[str, dict[str, list[float]]] = {}
     axis = ""
     for row in re.findall(r"<tr[^>]*>(.*?)</tr>", page.partition("Taken off")[2], flags=re.DOTALL):
@@ -140,7 +140,7 @@ def hold_told_outputs(page: str, one: CoefficientSet) -> None:
         if len(cells) == 6 and re.match("q_|K₃", cells[1]):
             axis = cells[0] or axis
             taken_off.setdefault(axis, {})[cells[1]] = [_number(cell) for cell in cells[2:]]
-    for label in one.axes:
+    for label in coefficients.axes:
         values: dict[str, float] = {}
         slack = 0.0
         for (of, words), cells in _cells(page).items():
@@ -148,7 +148,7 @@ def hold_told_outputs(page: str, one: CoefficientSet) -> None:
                 scale = np.pi / 180.0 if cells[2] == "°" else 1.0
                 number = re.sub(r"\s", "", cells[3])
                 values[words.split()[-1].replace("₃", "3")] = scale * _number(number)
-                slack += 2.0 * scale * _place(number)
+                slack += 2.0 * scale * _last_digit(number)
         names = {
             **values,
             "alpha": pitch,
@@ -159,10 +159,10 @@ def hold_told_outputs(page: str, one: CoefficientSet) -> None:
             "cos": np.cos,
             "sin": np.sin,
         }
-        told = eval(_formula(page, label), {}, names)
+        found = eval(_formula(page, label), {}, names)
         for symbol, (c_0, c_x, c_y, c_z) in taken_off.get(label, {}).items():
-            told = told - values[symbol.replace("₃", "3")] * (c_0 + c_x * f[0] + c_y * f[1] + c_z * f[2])
-        np.testing.assert_allclose(told, expected[label], rtol=0.0, atol=slack)
+            found = found - values[symbol.replace("₃", "3")] * (c_0 + c_x * f[0] + c_y * f[1] + c_z * f[2])
+        np.testing.assert_allclose(found, expected[label], rtol=0.0, atol=slack)
         assert slack < 1e-3
 
 
@@ -174,10 +174,10 @@ def test_that_holds_for_terms_of_second_and_third_order() -> None:
     columns = {axis: f"s{axis}_v" for axis in "xyz"}
     rows = read_csv(ROOT / "examples" / "observations.csv", columns, ("pitch", "roll"))
     request = CalibrationRequest(model="pitch-roll", nominal_axes={axis: axis for axis in "xyz"}, extended="yes")
-    one = build_set(calibrate(rows, request), provenance())
-    assert all(numbers.centred_terms for numbers in one.axes.values())
-    grounds = Grounds("1", date(2026, 3, 3), one, None, SignOff(one.sha256, (), ()), is_specimen=True)
+    entry = build_set(calibrate(rows, request), provenance())
+    assert all(numbers.centred_terms for numbers in entry.axes.values())
+    grounds = Grounds("1", date(2026, 3, 3), entry, None, SignOff(entry.sha256, (), ()), is_specimen=True)
     page = certificate_page(grounds)
-    hold_told_outputs(page, one)
+    hold_told_outputs(page, entry)
     assert "model “pitch-roll-extended” (TP" in page
     assert "IEEE Std 1293" in page

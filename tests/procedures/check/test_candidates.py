@@ -11,7 +11,7 @@ from example_files import EXAMPLE_RIG
 from planning_files import rig_file
 from rich.console import Console
 
-from procedures.check.candidate import Asked, Comparison, Space, Target
+from procedures.check.candidate import Comparison, PlanRequest, SearchRange, Target
 from procedures.check.candidate_file import chosen_procedure, what_holds_it
 from procedures.check.candidates import IN_HAND, compare
 from procedures.check.candidates_text import render_comparison
@@ -22,12 +22,12 @@ from procedures.solution.expected import Usage
 from rig.description.read import read_rig
 from rig.toml_file import TomlFile
 
-SMALL = Space(grids=((5, 6), (7, 8)), fractions=(), optimal=(), replications=(3, 6), samples=(5, 20))
+SMALL = SearchRange(grids=((5, 6), (7, 8)), fractions=(), optimal=(), replications=(3, 6), samples=(5, 20))
 USAGE = Usage((-30.0, 30.0))
 
 
-def compared(target: Target, space: Space = SMALL, usage: Usage = USAGE) -> Comparison:
-    return compare(Asked(read_rig(EXAMPLE_RIG), target, usage, space=space))
+def compared(target: Target, space: SearchRange = SMALL, usage: Usage = USAGE) -> Comparison:
+    return compare(PlanRequest(read_rig(EXAMPLE_RIG), target, usage, space=space))
 
 
 @pytest.fixture(scope="module")
@@ -46,25 +46,29 @@ def test_the_chosen_one_reaches_the_target_and_nothing_quicker_does(best: Compar
 def test_the_hours_that_there_are_are_not_exceeded_and_nothing_within_them_is_better(best: Comparison) -> None:
     chosen = (found := compared(Target(hours=2.0))).candidates[found.chosen]
     assert chosen.hours <= 2.0
-    allowed = [one for one in found.candidates if one.hours <= 2.0 and not one.is_confounded]
-    assert min(one.half_width_deg for one in allowed) == chosen.half_width_deg
-    assert [one.hours for one in best.candidates] == sorted(one.hours for one in best.candidates)
+    allowed = [candidate for candidate in found.candidates if candidate.hours <= 2.0 and not candidate.is_confounded]
+    assert min(entry.half_width_deg for entry in allowed) == chosen.half_width_deg
+    assert [candidate.hours for candidate in best.candidates] == sorted(
+        candidate.hours for candidate in best.candidates
+    )
 
 
 def test_more_readings_and_more_replications_cost_hours_and_leave_less(best: Comparison) -> None:
-    plain = [one for one in best.candidates if one.nplc is None and one.order == "there-and-back"]
-    by_choice = {(one.points, one.replications, one.samples): one for one in plain}
-    for (points, replications, samples), one in by_choice.items():
+    plain = [
+        candidate for candidate in best.candidates if candidate.nplc is None and candidate.order == "there-and-back"
+    ]
+    by_choice = {(entry.points, entry.replications, entry.samples): entry for entry in plain}
+    for (points, replications, samples), candidate in by_choice.items():
         for more in ((points, 6, samples), (points, replications, 20)):
             if more != (points, replications, samples):
-                assert by_choice[more].hours > one.hours
-                assert by_choice[more].half_width_deg < one.half_width_deg
+                assert by_choice[more].hours > candidate.hours
+                assert by_choice[more].half_width_deg < candidate.half_width_deg
 
 
 def test_the_file_passes_check_and_is_what_was_promised(best: Comparison) -> None:
     chosen = best.candidates[best.chosen]
     text = chosen_procedure(best)
-    report = check(best.asked.rig, procedure_of(TomlFile(Path("procedure.toml"), text)))
+    report = check(best.request.rig, procedure_of(TomlFile(Path("procedure.toml"), text)))
     angles = report.forecast.angles["SN1047"]
     assert report.plan.expected.p50_s / 3600.0 == pytest.approx(
         chosen.hours, rel=0.03
@@ -72,9 +76,10 @@ def test_the_file_passes_check_and_is_what_was_promised(best: Comparison) -> Non
     assert max(angle.u95_deg for angle in angles.values()) == pytest.approx(chosen.half_width_deg, rel=0.01)
     assert "# It cannot see: lack of fit below" in text
     (other,) = (
-        one
-        for one in best.candidates
-        if (one.design, one.replications, one.samples) == (chosen.design, chosen.replications, 5) and one.nplc is None
+        candidate
+        for candidate in best.candidates
+        if (candidate.design, candidate.replications, candidate.samples) == (chosen.design, chosen.replications, 5)
+        and candidate.nplc is None
     )
     assert f"# 5 readings would take {other.hours:.2f} h and leave U95 {3600.0 * other.half_width_deg:.3g}" in text
 
@@ -91,29 +96,34 @@ def test_a_chamber_that_the_choice_sets_to_nothing_is_told_in_file_and_table(
 def test_a_serpentine_is_quick_and_never_chosen_and_forward_reverse_counts_every_visit(best: Comparison) -> None:
     """The report would say that a drift passes for a parameter; twice the points take about twice the time."""
     alike = {
-        one.order: one
-        for one in best.candidates
-        if (one.replications, one.samples, one.nplc, one.points) in {(3, 5, None, 30), (3, 5, None, 60)}
+        candidate.order: candidate
+        for candidate in best.candidates
+        if (candidate.replications, candidate.samples, candidate.nplc, candidate.points)
+        in {(3, 5, None, 30), (3, 5, None, 60)}
     }
-    assert alike["serpentine"].hours <= 1.1 * min(one.hours for one in alike.values())
+    assert alike["serpentine"].hours <= 1.1 * min(entry.hours for entry in alike.values())
     assert alike["serpentine"].is_confounded
     assert not alike["there-and-back"].is_confounded
-    assert all(not best.candidates[place].is_confounded for place in best.front)
+    assert all(not best.candidates[location].is_confounded for location in best.front)
     assert alike["forward-reverse"].points == 60
     assert 1.5 < alike["forward-reverse"].hours / alike["serpentine"].hours < 2.2
 
 
 def test_sensors_on_the_table_at_once_share_the_moves_and_leave_no_more_unknown(tmp_path: Path) -> None:
     rig = read_rig(EXAMPLE_RIG)
-    four = rig.model_copy(update={"sensors": {f"SN{place}": rig.sensors["SN1047"] for place in range(4)}})
+    four = rig.model_copy(update={"sensors": {f"SN{index}": rig.sensors["SN1047"] for index in range(4)}})
     small = replace(SMALL, replications=(3,), samples=(5,), orders=("there-and-back",))
-    found = compare(Asked(four, Target(hours=100.0), USAGE, space=small))
+    found = compare(PlanRequest(four, Target(hours=100.0), USAGE, space=small))
     chosen = found.candidates[found.chosen]
     assert chosen.sensors == found.sensors == 4
-    others = [one for one in found.candidates if (one.points, one.nplc) == (chosen.points, chosen.nplc)]
-    assert {one.sensors: one.hours > chosen.hours for one in others} == {1: True, 2: True, 4: False}
-    assert {one.half_width_deg for one in others} == {chosen.half_width_deg}
-    assert all(one.hours == pytest.approx(4 // one.sensors * one.run_hours) for one in others)
+    others = [
+        candidate
+        for candidate in found.candidates
+        if (candidate.points, candidate.nplc) == (chosen.points, chosen.nplc)
+    ]
+    assert {other.sensors: other.hours > chosen.hours for other in others} == {1: True, 2: True, 4: False}
+    assert {other.half_width_deg for other in others} == {chosen.half_width_deg}
+    assert all(other.hours == pytest.approx(4 // other.sensors * other.run_hours) for other in others)
 
 
 def test_what_is_out_of_reach_is_a_sentence_with_the_nearest_possible(best: Comparison) -> None:
@@ -130,14 +140,14 @@ def test_what_is_out_of_reach_is_a_sentence_with_the_nearest_possible(best: Comp
     with pytest.raises(PlanError, match=r"--usage-pitch: got 20 to -20"):
         compared(Target(hours=1.0), usage=Usage((20.0, -20.0)))
     with pytest.raises(PlanError, match="no sensor that measures acceleration"):
-        compare(replace(best.asked, rig=best.asked.rig.model_copy(update={"sensors": {}})))
+        compare(replace(best.request, rig=best.request.rig.model_copy(update={"sensors": {}})))
 
 
 def test_a_table_that_stops_at_few_angles_is_asked_for_no_others(tmp_path: Path) -> None:
     rig = rig_file(tmp_path, ("increment_deg = 1.0", "increment_deg = 15.0"))
-    found = compare(Asked(rig, Target(hours=100.0), USAGE, space=SMALL))
-    for one in found.candidates:
-        assert all(angle % 15.0 == 0.0 for angle in one.design["pitch_deg"])
+    found = compare(PlanRequest(rig, Target(hours=100.0), USAGE, space=SMALL))
+    for candidate in found.candidates:
+        assert all(angle % 15.0 == 0.0 for angle in candidate.design["pitch_deg"])
 
 
 def test_a_list_of_the_tables_errors_is_planned_at_its_angles_and_leaves_less_unknown(
@@ -151,13 +161,15 @@ def test_a_list_of_the_tables_errors_is_planned_at_its_angles_and_leaves_less_un
     )
     (tmp_path / "rig.toml").write_text(text, encoding="utf-8")
     space = replace(SMALL, grids=((9, 8),))
-    listed = compare(replace(best.asked, rig=read_rig(tmp_path / "rig.toml"), space=space))
+    listed = compare(replace(best.request, rig=read_rig(tmp_path / "rig.toml"), space=space))
     chosen = listed.candidates[listed.chosen]
     angles = (*chosen.design["pitch_deg"], *chosen.design["roll_deg"])  # type: ignore[misc]
     assert all(angle % 15.0 == 0.0 for angle in angles)
-    others = [one for one in listed.candidates if one.design["pitch_deg"] != chosen.design["pitch_deg"]]
-    assert min(one.calibration_deg for one in others) > 1.5 * chosen.calibration_deg
-    plain = compare(replace(best.asked, space=space))
+    others = [
+        candidate for candidate in listed.candidates if candidate.design["pitch_deg"] != chosen.design["pitch_deg"]
+    ]
+    assert min(other.calibration_deg for other in others) > 1.5 * chosen.calibration_deg
+    plain = compare(replace(best.request, space=space))
     assert chosen.calibration_deg < 0.5 * plain.candidates[plain.chosen].calibration_deg
     helps = "a certificate that lists the errors of pitch and roll"
     assert any(helps in line for line in what_holds_it(plain, plain.candidates[plain.chosen]))
@@ -165,16 +177,16 @@ def test_a_list_of_the_tables_errors_is_planned_at_its_angles_and_leaves_less_un
 
 
 def test_the_shares_of_a_candidate_are_all_of_it(best: Comparison) -> None:
-    for one in best.candidates:
-        squares = sum(share * abs(share) for share in one.shares_deg.values())
-        assert squares == pytest.approx(one.half_width_deg**2)
+    for candidate in best.candidates:
+        squares = sum(share * abs(share) for share in candidate.shares_deg.values())
+        assert squares == pytest.approx(candidate.half_width_deg**2)
 
 
 @pytest.mark.thorough
 def test_the_command_writes_file_picture_and_document(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("procedures.cli.prepare.plan.SPACE", SMALL)
+    monkeypatch.setattr("procedures.cli.prepare.plan.SEARCH_RANGE", SMALL)
     out, plot = tmp_path / "p.toml", tmp_path / "p.svg"
     options = ("--rig", EXAMPLE_RIG, "--hours", "2", "--usage-pitch=-30:30")
     document = call(capsys, "plan", *options, "--out", out, "--plot", plot, "--json").document

@@ -15,9 +15,9 @@ def _advice(rig: Path, procedure: Path = EXAMPLE / "rates.toml") -> list[str]:
 
 
 def test_an_axis_that_turns_and_that_nothing_stops_is_named() -> None:
-    told = _advice(EXAMPLE / "rig.toml")
-    assert [line.partition(" ")[0] for line in told] == ["axes.pitch", "axes.yaw", "axes.roll"]
-    assert "if this computer dies while it turns, it turns on" in told[0]
+    text = _advice(EXAMPLE / "rig.toml")
+    assert [line.partition(" ")[0] for line in text] == ["axes.pitch", "axes.yaw", "axes.roll"]
+    assert "if this computer dies while it turns, it turns on" in text[0]
 
 
 def test_an_axis_with_a_watchdog_is_not(tmp_path: Path) -> None:
@@ -30,7 +30,7 @@ def test_an_axis_with_a_watchdog_is_not(tmp_path: Path) -> None:
 
 
 def test_an_axis_that_follows_a_profile_by_rates_is_named_and_one_that_sweeps_to_a_target_is_not() -> None:
-    told = _advice(EXAMPLE / "rig.toml", EXAMPLE / "harmonic.toml")
-    assert [line.partition(" ")[0] for line in told] == ["axes.pitch", "axes.yaw", "axes.roll"]
+    text = _advice(EXAMPLE / "rig.toml", EXAMPLE / "harmonic.toml")
+    assert [line.partition(" ")[0] for line in text] == ["axes.pitch", "axes.yaw", "axes.roll"]
     servos = EXAMPLE.with_name("servo-mechanism")
     assert _advice(servos / "rig.toml", servos / "gyro.toml") == []

@@ -50,7 +50,7 @@ def test_counts_limits_rank_and_degrees_of_freedom(tmp_path: Path):
     assert document["axes"]["roll"]["limits_deg"] == [-180.0, 180.0]
     assert document["rank"] == len(document["parameters"]) == 10
     assert document["degrees_of_freedom"] == 1472
-    assert ["a lone sensor" in one for one in document["advice"]] == [True]
+    assert ["a lone sensor" in entry for entry in document["advice"]] == [True]
 
 
 def test_the_document_is_strict_json(tmp_path: Path):
@@ -87,7 +87,7 @@ def test_what_is_expected_of_the_angles_is_told_with_its_shares_and_their_square
         assert squares == pytest.approx(u95_deg**2), name
         assert "reading at use" in shares[name]
     assert document["usage_pitch_deg"] == [-20.0, 20.0]
-    assert any("two replications" in one or "2 replications only" in one for one in document["reservations"])
+    assert any("two replications" in entry or "2 replications only" in entry for entry in document["reservations"])
 
 
 def test_a_stated_noise_at_use_is_what_the_angles_are_read_with(tmp_path: Path):
@@ -180,7 +180,7 @@ def test_reference_visits_that_cannot_tell_a_slip_from_a_tilt_are_told(
 ) -> None:
     more = f"[check]\nreference_every = 7\n{attitudes}"
     advice = check(rig_file(tmp_path), procedure_file(tmp_path, more=more)).advice
-    assert any("cannot tell a slip of the table" in one for one in advice) == is_told
+    assert any("cannot tell a slip of the table" in entry for entry in advice) == is_told
 
 
 def test_reference_attitudes_that_are_not_pairs_are_refused_in_a_sentence(tmp_path: Path) -> None:
@@ -199,7 +199,7 @@ def test_a_machine_without_a_stop_is_named_with_and_without_a_procedure(
         tmp_path / "r.toml",
     )
     for files in ((), (EXAMPLE_PROCEDURE,)):
-        told = call(capsys, "check", *files, "--rig", rig).out
-        assert "axis pitch: dialect inficon-srt-422: it cannot be stopped" in " ".join(told.split())
+        outcome = call(capsys, "check", *files, "--rig", rig).out
+        assert "axis pitch: dialect inficon-srt-422: it cannot be stopped" in " ".join(outcome.split())
     document = call(capsys, "check", EXAMPLE_PROCEDURE, "--rig", rig, "--json").document
     assert "it cannot be stopped" in document["machines"]["pitch"][0]

@@ -44,8 +44,8 @@ def _scene(number: int) -> tuple[str, str]:
     """Return a rig file, its seed left open, and a procedure."""
     chance = np.random.default_rng([15, number])
     axes = "".join(
-        AXIS.format(name=name, number=place, speed_dps=20.0, limit_arcsec=float(chance.choice([0.0, 0.5, 1.0, 2.0])))
-        for place, name in enumerate(("pitch", "roll"), start=1)
+        AXIS.format(name=name, number=index, speed_dps=20.0, limit_arcsec=float(chance.choice([0.0, 0.5, 1.0, 2.0])))
+        for index, name in enumerate(("pitch", "roll"), start=1)
     )
     noise_v = float(chance.uniform(5e-6, 5e-5))
     channels, sensors = [], ""
@@ -53,14 +53,14 @@ def _scene(number: int) -> tuple[str, str]:
         wired = {axis: f"s{package}{axis}" for axis in "xyz"}
         channels += wired.values()
         named = ", ".join(f'{axis} = "dmm.{channel}"' for axis, channel in wired.items())
-        truth = "\n".join(f"{axis} = {{ {one}, noise_v = {noise_v!r} }}" for axis, one in TRUTH.items())
+        truth = "\n".join(f"{axis} = {{ {entry}, noise_v = {noise_v!r} }}" for axis, entry in TRUTH.items())
         sensors += (
             f'[sensors.SN{package}]\nmodel = "three-axis package"\nchannels = {{ {named} }}\n'
             f"nominal_sensitivity_v_per_g = 2.5\n[twin.truth.SN{package}]\n{truth}\n"
         )
     scanned = ", ".join(
-        f"{name} = {{ scanner = {100 * (1 + place // 10) + place % 10}, range_v = 10.0 }}"
-        for place, name in enumerate(channels)
+        f"{name} = {{ scanner = {100 * (1 + index // 10) + index % 10}, range_v = 10.0 }}"
+        for index, name in enumerate(channels)
     )
     rig = (
         f'[rig]\nname = "scene {number}"\ngravity_mps2 = 9.79826\n{axes}'
@@ -99,14 +99,14 @@ def _ratios(number: int, seeds: int, folder: Path) -> dict[str, float]:
             begin(run_dir, header, plan, opened)
         for sensor in solve_run(run_dir).sensors.values():
             assert sensor.calibration is not None
-            for axis, one in sensor.calibration.axes.items():
-                for item in one.parameters:
+            for axis, solved_axis in sensor.calibration.axes.items():
+                for item in solved_axis.parameters:
                     if item.standard_uncertainty:
                         squares.setdefault(f"{axis} {item.name}", []).append(item.standard_uncertainty**2)
     expected = {
-        f"{one.axis} {name}": u
-        for one in check(rig, read_procedure(procedure_file)).forecast.expected
-        for name, u in one.standard_uncertainty.items()
+        f"{entry.axis} {name}": u
+        for entry in check(rig, read_procedure(procedure_file)).forecast.expected
+        for name, u in entry.standard_uncertainty.items()
     }
     every = {name: values for name, values in squares.items() if len(values) == seeds * PACKAGES}
     return {name: (expected[name] or float("nan")) / float(np.sqrt(np.mean(every[name]))) for name in every}

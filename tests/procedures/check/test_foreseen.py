@@ -47,7 +47,7 @@ def _held_against(calibration: Calibration) -> set[str]:
     tested = {
         text
         for axis in calibration.axes.values()
-        for text in significant_texts([one for one in axis.findings if one.kind not in FACTS])
+        for text in significant_texts([finding for finding in axis.findings if finding.kind not in FACTS])
     }
     every = {*calibration.warnings, *(text for axis in calibration.axes.values() for text in axis.warnings)}
     return every - tested
@@ -77,8 +77,8 @@ def test_a_serpentine_and_plateaus_from_one_side_are_foreseen(tmp_path: Path) ->
     made, run = bench(tmp_path, procedure=((PROCEDURE, SERPENTINE_ONE_SIDED),)), tmp_path / "run"
     assert made.run(run).state is State.FINISHED
     said = check(made.rig, read_procedure(tmp_path / "procedure.toml")).forecast.reservations
-    assert any("time and attitude go together" in one for one in said)
-    assert any("plateau was visited once only" in one for one in said)
+    assert any("time and attitude go together" in entry for entry in said)
+    assert any("plateau was visited once only" in entry for entry in said)
     assert _untold(made.rig, tmp_path / "procedure.toml", run) == {"SN1": set()}
 
 
@@ -90,7 +90,7 @@ def test_the_gaps_of_a_certificate_stood_in_check(finished_job: FinishedJob, tmp
     grounds = Grounds("1", date(2026, 11, 2), coefficients, None, SignOff(coefficients.sha256, (), ()))
     missing = [gap for gap in gaps_of(grounds) if "which nobody has accepted" not in gap]
     assert len(missing) >= 6
-    assert [gap for gap in missing if not any(one.startswith(gap) for one in said)] == []
+    assert [gap for gap in missing if not any(entry.startswith(gap) for entry in said)] == []
 
 
 def test_a_standard_that_is_due_before_the_run_ends_is_told(finished_job: FinishedJob, tmp_path: Path) -> None:
@@ -111,10 +111,10 @@ def test_a_plateau_outside_an_interlock_is_refused_before_anything_moves(tmp_pat
 
 
 def test_tps_ten_recommendations_are_told_each_with_its_reason(tmp_path: Path) -> None:
-    told = check(rig_file(tmp_path), procedure_file(tmp_path)).forecast.recommendations
-    assert [one.number for one in told] == list(range(1, 11))
-    assert all(one.text and one.reason for one in told)
-    assert {one.number for one in told if one.is_followed} == {2, 3, 4, 7, 9}
-    assert {one.number for one in told if one.is_followed is False} == {6}
+    found = check(rig_file(tmp_path), procedure_file(tmp_path)).forecast.recommendations
+    assert [entry.number for entry in found] == list(range(1, 11))
+    assert all(entry.text and entry.reason for entry in found)
+    assert {entry.number for entry in found if entry.is_followed} == {2, 3, 4, 7, 9}
+    assert {entry.number for entry in found if entry.is_followed is False} == {6}
     serpentine = check(rig_file(tmp_path), procedure_file(tmp_path, more='order = "serpentine"\n')).forecast
     assert any("(TP recommendation 4)" in line for line in serpentine.advice)

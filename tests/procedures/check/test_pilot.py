@@ -29,9 +29,9 @@ def test_a_pilot_of_another_rig_is_a_sentence(finished_job: FinishedJob, tmp_pat
     text = (finished_job.folder / "rig.toml").read_text(encoding="utf-8")
     other = tmp_path / "rig.toml"
     other.write_text(text.replace('name = "', 'name = "another ', 1), encoding="utf-8")
-    told = call(capsys, "check", finished_job.folder / "procedure.toml", "--rig", other, "--pilot", finished_job.run)
-    assert told.status == 2
-    assert "what one rig shows says nothing of another" in told.err
+    outcome = call(capsys, "check", finished_job.folder / "procedure.toml", "--rig", other, "--pilot", finished_job.run)
+    assert outcome.status == 2
+    assert "what one rig shows says nothing of another" in outcome.err
 
 
 def test_a_pilot_tells_of_other_sensors_of_its_type(finished_job: FinishedJob, tmp_path: Path) -> None:

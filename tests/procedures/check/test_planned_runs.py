@@ -11,7 +11,7 @@ from example_files import EXAMPLE_RIG
 from ams.analysis.angle_uncertainty import KnownAxis, UsageBox, angle_uncertainties
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.registry import model_named
-from procedures.check.candidate import Asked, Space, Target
+from procedures.check.candidate import PlanRequest, SearchRange, Target
 from procedures.check.candidate_file import chosen_procedure
 from procedures.check.candidates import IN_HAND, compare
 from procedures.delivery.deliver import SolvedRun, sensors_document, solve_run
@@ -29,7 +29,7 @@ from rig.description.rig_file import RigDescription
 ARCSEC = np.pi / 180.0 / 3600.0
 RUNS = 50
 USAGE_DEG = (-40.0, 40.0)
-TINY = Space(
+TINY = SearchRange(
     grids=((4, 6), (5, 6), (5, 8)),
     fractions=(),
     optimal=(),
@@ -79,8 +79,8 @@ def _stated_deg(run: SolvedRun, noise_arcsec: float) -> float:
         for axis in sensor.calibration.axes.values()
     ]
     box = UsageBox((np.deg2rad(USAGE_DEG[0]), np.deg2rad(USAGE_DEG[1])))
-    told = angle_uncertainties(known, sensor.calibration.package.components, box)
-    return max(float(np.rad2deg(one.u95_rad)) for one in told.values())
+    found = angle_uncertainties(known, sensor.calibration.package.components, box)
+    return max(float(np.rad2deg(entry.u95_rad)) for entry in found.values())
 
 
 def _reaches(number: int, folder: Path) -> bool:
@@ -92,13 +92,13 @@ def _reaches(number: int, folder: Path) -> bool:
     rig_file.write_text(text.replace("noise_v = 0.00002", truth), encoding="utf-8")
     rig = read_rig(rig_file)
     pilot = _run(rig, rig_file, PILOT, folder / "pilot")
-    asked = Asked(rig, Target(hours=100.0), Usage(USAGE_DEG), pilot_of(pilot.record, pilot.sensors, rig), TINY)
-    every = compare(asked)
+    request = PlanRequest(rig, Target(hours=100.0), Usage(USAGE_DEG), pilot_of(pilot.record, pilot.sensors, rig), TINY)
+    every = compare(request)
     wanted_deg = 1.001 * IN_HAND * every.candidates[every.front[len(every.front) // 2]].half_width_deg
-    planned = compare(replace(asked, target=Target(half_width_deg=wanted_deg)))
+    planned = compare(replace(request, target=Target(half_width_deg=wanted_deg)))
     done = _run(rig, rig_file, chosen_procedure(planned), folder / "planned")
-    assert all(one["verdict"] != "not usable" for one in sensors_document(done).values())
-    noise_arcsec = planned.asked.usage.noise_arcsec
+    assert all(entry["verdict"] != "not usable" for entry in sensors_document(done).values())
+    noise_arcsec = planned.request.usage.noise_arcsec
     assert noise_arcsec is not None
     return _stated_deg(done, noise_arcsec) <= wanted_deg
 

@@ -60,7 +60,7 @@ print(json.dumps(told))
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Name of a step to what it left with: status, standard output, standard error."""
     folder = tmp_path_factory.mktemp("any system")
     job(folder, {"step = 60.0": "step = 120.0", "replications = 2": "replications = 1", '["csv", "mat"]': "[]"})
@@ -72,22 +72,22 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("step", ["run", "status", "solve", "data", "devices", "home", "jog", "read"])
-def test_a_command_works(told: dict[str, Any], step: str) -> None:
-    status, out, err = told[step]
+def test_a_command_works(outcomes: dict[str, Any], step: str) -> None:
+    status, out, err = outcomes[step]
     assert (status, "defect" in err) == (0, False), err
     json.loads(out)
 
 
-def test_the_run_is_whole(told: dict[str, Any]) -> None:
-    document = json.loads(told["run"][1])
+def test_the_run_is_whole(outcomes: dict[str, Any]) -> None:
+    document = json.loads(outcomes["run"][1])
     assert document["state"] == "finished"
     assert document["dwells_done"] == document["dwells_planned"] > 0
     assert document["delivery"]["set"] == document["delivery"]["archive"] == "done"
-    assert json.loads(told["solve"][1])["sensors"] == document["sensors"]
+    assert json.loads(outcomes["solve"][1])["sensors"] == document["sensors"]
 
 
-def test_an_axis_moves_and_it_is_said_that_nobody_guards_it(told: dict[str, Any]) -> None:
-    _, out, err = told["jog"]
+def test_an_axis_moves_and_it_is_said_that_nobody_guards_it(outcomes: dict[str, Any]) -> None:
+    _, out, err = outcomes["jog"]
     assert json.loads(out)["position_deg"] == pytest.approx(10.0, abs=0.01)
     assert "this system has no stop guard" in err
 
@@ -99,7 +99,7 @@ def test_an_axis_moves_and_it_is_said_that_nobody_guards_it(told: dict[str, Any]
         ("attach", "no process runs this run, it is finished"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_sentence(told: dict[str, Any], step: str, sentence: str) -> None:
-    status, _, err = told[step]
+def test_what_cannot_be_is_refused_in_a_sentence(outcomes: dict[str, Any], step: str, sentence: str) -> None:
+    status, _, err = outcomes[step]
     assert status == 2
     assert sentence in err

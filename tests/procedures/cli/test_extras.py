@@ -34,7 +34,7 @@ print(json.dumps(told))
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("extras")
     small = {"step = 60.0": "step = 120.0", "replications = 2": "replications = 1", '["csv", "mat"]': '["csv", "hdf5"]'}
     procedure, rig = job(folder, small)
@@ -45,8 +45,8 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return dict(json.loads(done.stdout.splitlines()[-1]))
 
 
-def test_check_tells_what_will_not_be_delivered(told: dict[str, Any]) -> None:
-    status, out, _ = told["check"]
+def test_check_tells_what_will_not_be_delivered(outcomes: dict[str, Any]) -> None:
+    status, out, _ = outcomes["check"]
     assert status == 0
     found = json.loads(out)["undelivered"]
     by = "install it by: pip install 'calrig"
@@ -59,8 +59,8 @@ def test_check_tells_what_will_not_be_delivered(told: dict[str, Any]) -> None:
     ]
 
 
-def test_the_run_leaves_everything_else(told: dict[str, Any]) -> None:
-    status, out, err = told["run"]
+def test_the_run_leaves_everything_else(outcomes: dict[str, Any]) -> None:
+    status, out, err = outcomes["run"]
     document = json.loads(out)
     assert (status, document["state"], len(document["sets"])) == (1, "finished", 1)
     assert document["delivery"]["set"] == document["delivery"]["archive"] == "done"
@@ -69,8 +69,8 @@ def test_the_run_leaves_everything_else(told: dict[str, Any]) -> None:
     assert "defect" not in err
 
 
-def test_a_command_that_needs_an_extra_says_which(told: dict[str, Any]) -> None:
-    status, _, err = told["plot"]
+def test_a_command_that_needs_an_extra_says_which(outcomes: dict[str, Any]) -> None:
+    status, _, err = outcomes["plot"]
     assert status == 2
     assert err == (
         "calrig: needs matplotlib, which is not installed; nothing was done; install it by: pip install "
@@ -88,8 +88,10 @@ def test_every_library_of_an_extra_is_in_the_extra_that_is_told() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras: dict[str, list[str]] = project["optional-dependencies"]
     brought = {**extras, "certificate": [*extras["certificate"], *extras["report"]]}
-    assert [name for name, extra in EXTRA_OF.items() if not any(one.startswith(name) for one in brought[extra])] == []
+    assert [
+        name for name, extra in EXTRA_OF.items() if not any(entry.startswith(name) for entry in brought[extra])
+    ] == []
     every = extras["all"][0].removeprefix("calrig[").removesuffix("]").split(",")
     assert sorted(every) == sorted(set(extras) - {"all"})
-    needed = {one.partition(">")[0].partition("=")[0] for one in project["dependencies"]}
+    needed = {entry.partition(">")[0].partition("=")[0] for entry in project["dependencies"]}
     assert needed.isdisjoint(EXTRA_OF)

@@ -44,9 +44,9 @@ def test_an_error_leaves_with_the_status_of_the_table(error: type[BaseException]
 
 
 def test_support_is_told_every_version_in_one_document(capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "--version", "--json")
-    assert told.status == 0
-    assert told.document["calrig"] == version("calrig")
-    assert {"numpy", "apsw", "pymodbus", "cyclopts"} <= told.document["libraries"].keys()
-    assert None not in told.document["libraries"].values()
-    assert told.document["extras"]["matplotlib"] == version("matplotlib")
+    outcome = call(capsys, "--version", "--json")
+    assert outcome.status == 0
+    assert outcome.document["calrig"] == version("calrig")
+    assert {"numpy", "apsw", "pymodbus", "cyclopts"} <= outcome.document["libraries"].keys()
+    assert None not in outcome.document["libraries"].values()
+    assert outcome.document["extras"]["matplotlib"] == version("matplotlib")

@@ -20,9 +20,9 @@ def test_sentences_break_between_words_at_a_terminal_and_nowhere_else(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "40")
     assert callable(tell)
-    for place, is_broken in ((Terminal(), True), (StringIO(), False)):
-        monkeypatch.setattr(f"sys.{stream}", place)
+    for location, is_broken in ((Terminal(), True), (StringIO(), False)):
+        monkeypatch.setattr(f"sys.{stream}", location)
         tell(SENTENCE)
-        lines = place.getvalue().splitlines()
+        lines = location.getvalue().splitlines()
         assert " ".join(lines) == SENTENCE, "no word is cut, none lost"
         assert all(len(line) <= 40 or " " not in line for line in lines) is is_broken

@@ -50,7 +50,7 @@ def test_a_shared_option_is_defined_once() -> None:
         if name in SHARED and (command.__name__, name) not in OTHERS
     ]
     assert len(parameters) > 40
-    assert [one for one in parameters if one[2] not in SHARED[one[1]]] == []
+    assert [parameter for parameter in parameters if parameter[2] not in SHARED[parameter[1]]] == []
 
 
 def test_every_command_that_takes_a_run_takes_the_folder_of_runs() -> None:
@@ -68,13 +68,13 @@ def test_the_folder_of_runs_goes_by_runs_in_every_command(
     """``--out`` is the folder of runs where a command writes nothing else; ``--runs`` is it everywhere."""
     make_run(tmp_path / "elsewhere" / "20260301T000000Z-one", State.FINISHED)
     assert call(capsys, "status", option, tmp_path / "elsewhere", "--json").document["state"] == "finished"
-    told = call(capsys, "data", "--runs", tmp_path / "nowhere")
-    assert (told.status, "nowhere" in told.err) == (2, True)
+    outcome = call(capsys, "data", "--runs", tmp_path / "nowhere")
+    assert (outcome.status, "nowhere" in outcome.err) == (2, True)
 
 
 def test_the_help_lists_every_command_once_under_its_heading(capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "--help").out
-    rows = [line.strip("│╭─╮ ") for line in told.splitlines() if line.startswith(("│", "╭"))]
+    outcome = call(capsys, "--help").out
+    rows = [line.strip("│╭─╮ ") for line in outcome.splitlines() if line.startswith(("│", "╭"))]
     names = {name for commands in GROUPS.values() for name, _, _ in commands}
     found = [row for row in rows if row in (*GROUPS, "Options") or row.split("  ")[0] in names]
     wanted = [line for heading, group in GROUPS.items() for line in (heading, *(name for name, _, _ in group))]
@@ -87,15 +87,15 @@ def test_the_help_loads_no_command_and_no_heavy_library() -> None:
         "import sys; from procedures.cli.main import run_command; run_command(['--help']);"
         "print(sorted(m for m in sys.modules if m.partition('.')[0] in"
         "('numpy','scipy','pydantic','sqlalchemy','matplotlib','apsw','textual','pandas')"
-        "or m.startswith('procedures.cli.') and m.rpartition('.')[2] not in ('main','failure','own_log')))"
+        "or m.startswith('procedures.cli.') and m.rpartition('.')[2] not in ('main','failure','program_log')))"
     )
-    told = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
-    assert told.stdout.splitlines()[-1] == "[]"
+    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
 
 
 def test_a_command_tells_its_whole_text_when_asked_for_help(capsys: pytest.CaptureFixture[str]) -> None:
-    told = " ".join(call(capsys, "void", "--help").out.split())
-    assert "the journal keeps the dwells and says who took them back and why" in told
+    text = " ".join(call(capsys, "void", "--help").out.split())
+    assert "the journal keeps the dwells and says who took them back and why" in text
 
 
 def test_check_takes_its_files_as_run_does(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

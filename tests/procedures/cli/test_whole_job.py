@@ -28,7 +28,7 @@ def run(capsys: pytest.CaptureFixture[str], folder: Path, *options: object, **ch
 
 @pytest.fixture(scope="module")
 def finished(finished_job: FinishedJob) -> tuple[Path, dict]:
-    return finished_job.folder, finished_job.told
+    return finished_job.folder, finished_job.summary
 
 
 def test_a_run_says_and_leaves_what_others_rely_on(finished: tuple[Path, dict]) -> None:
@@ -66,10 +66,10 @@ def test_solving_again_changes_no_byte(
     before = {name: (run_folder / name).read_bytes() for name in names}
     outcome = call(capsys, "solve", run_folder, "--json")
     assert outcome.status == 0
-    assert outcome.document == {"sensors": finished_job.told["sensors"]}
+    assert outcome.document == {"sensors": finished_job.summary["sensors"]}
     assert {name: (run_folder / name).read_bytes() for name in names} == before
     listed = call(capsys, "archive", "list", "--archive", f"sqlite:///{tmp_path / 'runs' / 'archive.sqlite'}", "--json")
-    assert [one["sensor"] for one in listed.document["sets"]] == ["SN1047"]
+    assert [entry["sensor"] for entry in listed.document["sets"]] == ["SN1047"]
 
 
 @pytest.mark.usefixtures("no_report")
@@ -178,7 +178,7 @@ def _apart_from_times(sensors: dict) -> dict:
     kept = deepcopy(sensors)
     for sensor in kept.values():
         for axis in sensor["axes"].values():
-            axis["findings"] = [one for one in axis["findings"] if "time" not in one.get("test", "")]
+            axis["findings"] = [entry for entry in axis["findings"] if "time" not in entry.get("test", "")]
     return kept
 
 

@@ -55,9 +55,9 @@ def _busy_machine() -> Iterator[None]:
     try:
         yield
     finally:
-        for one in processes:
-            one.kill()
-            one.wait()
+        for running in processes:
+            running.kill()
+            running.wait()
 
 
 @pytest.mark.soak

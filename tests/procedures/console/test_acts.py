@@ -51,8 +51,8 @@ def test_a_button_asks_what_the_command_asks(alive: Visited, act: str) -> None:
     browser = alive.person("Anna Ray", "operate")
     answer = browser.post(f"{RUN}/{act}", data=alive.fields(browser), headers=OWN)
     assert (answer.status_code, answer.json()["done"]) == (202, True)
-    (asked,) = map(json.loads, alive.asked())
-    assert (asked["kind"], asked["by"], asked["via"], asked["place"], asked["key"], asked["expects"]) == (
+    (request,) = map(json.loads, alive.requests())
+    assert (request["kind"], request["by"], request["via"], request["place"], request["key"], request["expects"]) == (
         act, "Anna Ray", "console", "127.0.0.1", "k1", alive.expects()
     )  # fmt: skip
 
@@ -60,10 +60,10 @@ def test_a_button_asks_what_the_command_asks(alive: Visited, act: str) -> None:
 def test_an_abort_is_heard_by_the_guard_before_anything_is_written(
     alive: Visited, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    told: list[tuple[str, int]] = []
+    messages: list[tuple[str, int]] = []
 
     def stop(guard: dict[str, str], axes: None, by: str) -> dict[str, str]:
-        told.append((by, len(alive.asked())))
+        messages.append((by, len(alive.requests())))
         return {"pitch": "told to stop"}
 
     monkeypatch.setattr(acts, "of_run", lambda run, runs: [{"run": run}])
@@ -71,8 +71,8 @@ def test_an_abort_is_heard_by_the_guard_before_anything_is_written(
     browser = alive.person("Anna Ray", "operate")
     answer = browser.post(f"{RUN}/abort", data=alive.fields(browser, expects="1"), headers=OWN)
     assert answer.json()["told"] == "abort was asked for (pitch: told to stop)"
-    assert told == [("Anna Ray", 0)]
-    assert json.loads(alive.asked()[0])["kind"] == "abort"
+    assert messages == [("Anna Ray", 0)]
+    assert json.loads(alive.requests()[0])["kind"] == "abort"
 
 
 def test_a_spool_that_takes_nothing_stops_the_axes_all_the_same(
@@ -121,14 +121,14 @@ def test_what_was_asked_in_view_of_another_state_is_refused(alive: Visited, act:
     browser = alive.enter()
     fields = alive.fields(browser, expects=expects, number="1", text="why")
     assert browser.post(f"{RUN}/{act}", data=fields, headers=OWN).status_code == 409
-    assert alive.asked() == []
+    assert alive.requests() == []
 
 
 def test_an_act_that_is_sent_again_counts_once(alive: Visited) -> None:
     browser = alive.enter()
     answers = [browser.post(f"{RUN}/continue", data=alive.fields(browser), headers=OWN) for _ in range(3)]
-    assert [one.status_code for one in answers] == [202] * 3
-    assert len(alive.asked()) == 1
+    assert [answer.status_code for answer in answers] == [202] * 3
+    assert len(alive.requests()) == 1
 
 
 def test_too_many_acts_are_refused_but_never_a_stop(alive: Visited) -> None:
@@ -185,7 +185,7 @@ def test_each_attack_is_refused_and_the_run_is_as_it_was(alive: Visited, name: s
     browser, fields, headers = attack(alive, alive.enter())
     for act in ("continue", "stop", "abort", "note"):
         assert browser.post(f"{RUN}/{act}", data={"text": "x"} | fields, headers=headers).status_code == code
-    assert alive.asked() == []
+    assert alive.requests() == []
     assert alive.digest() == before
 
 
@@ -193,7 +193,7 @@ def test_each_attack_is_refused_and_the_run_is_as_it_was(alive: Visited, name: s
 def test_no_act_is_asked_for_by_a_link(alive: Visited, path: str) -> None:
     for target in (f"/api/v1/runs/{path}", f"/api/v1/runs/{path}?key=a&expects=3"):
         assert alive.enter().get(target).status_code in (404, 405)
-    assert alive.asked() == []
+    assert alive.requests() == []
 
 
 @pytest.mark.parametrize("name", ["..", "%2e%2e", "..%2f..", "linked", ".hidden", "no-such", "night-1%00", "a%5cb"])
@@ -202,7 +202,7 @@ def test_no_act_leads_out_of_the_folder_of_runs(alive: Visited, name: str) -> No
     browser = alive.enter()
     answer = browser.post(f"/api/v1/runs/{name}/stop", data=alive.fields(browser), headers=OWN)
     assert answer.status_code in (404, 405)
-    assert alive.asked() == []
+    assert alive.requests() == []
 
 
 @pytest.mark.parametrize("body", [b"[1]", b"{", b"\xff", b'{"key": {"a": 1}}', b"[" * 9000])
@@ -210,7 +210,7 @@ def test_what_is_no_act_is_refused(alive: Visited, body: bytes) -> None:
     browser = alive.enter()
     headers = OWN | {"content-type": "application/json", "x-csrf-token": alive.csrf(browser)}
     assert browser.post(f"{RUN}/stop", content=body, headers=headers).status_code == 400
-    assert alive.asked() == []
+    assert alive.requests() == []
 
 
 def test_programs_send_the_same_as_json(alive: Visited) -> None:
@@ -231,8 +231,8 @@ def test_motion_is_not_begun_from_another_machine(alive: Visited, monkeypatch: p
     uncoded = browser.post(f"{RUN}/continue", data=alive.fields(browser, key="k2"), headers=OWN)
     assert "the code that stands on the terminal" in uncoded.json()["told"]
     code = alive.sessions.new_code()
-    told = browser.post("/code", data={"csrf": alive.csrf(browser), "code": code}, headers=OWN)
-    assert told.status_code == 200
+    text = browser.post("/code", data={"csrf": alive.csrf(browser), "code": code}, headers=OWN)
+    assert text.status_code == 200
     assert browser.post(f"{RUN}/continue", data=alive.fields(browser, key="k3"), headers=OWN).status_code == 202
     assert browser.post("/code", data={"csrf": alive.csrf(browser), "code": code}, headers=OWN).status_code == 403
     assert browser.post(f"{RUN}/stop", data=alive.fields(browser, key="k4"), headers=OWN).status_code == 202
@@ -299,7 +299,7 @@ def test_a_session_that_ended_steers_nothing_and_closes_its_sockets(alive: Visit
         with pytest.raises(WebSocketDisconnect) as closed:
             _hear_until_it_ends(socket)
         assert closed.value.code == 1008
-    assert alive.asked() == []
+    assert alive.requests() == []
 
 
 def _hear_until_it_ends(socket: WebSocketTestSession) -> None:

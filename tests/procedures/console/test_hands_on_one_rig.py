@@ -44,7 +44,7 @@ def test_a_second_console_does_not_get_a_rig_that_a_page_turns(tmp_path: Path) -
         _turning(bench, page)
         other.say(say="take")
         other.until("in use by process")
-        assert "(jog)" in str(other.told)
+        assert "(jog)" in str(other.messages)
         assert bench.rate_dps() == pytest.approx(5.0)
         other.say(say="stop")  # nothing of it is there to be stopped by its own socket; by its form the guard is asked
         stopped_s = CLOCK.monotonic_s()

@@ -40,15 +40,15 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def page(runs: Path, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[tuple[Page, list[str], list[str]]]:
     """A page that has entered, what its browser complained of, and what it asked for."""
     (width, height), scheme = request.param
-    complaints, asked = list[str](), list[str]()
+    complaints, requests = list[str](), list[str]()
     with served_console(runs, tmp_path / "none.sqlite") as console, chromium() as browser:
         shown = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme).new_page()
-        shown.on("console", lambda told: complaints.append(told.text) if told.type == "error" else None)
+        shown.on("console", lambda expected: complaints.append(expected.text) if expected.type == "error" else None)
         shown.on("pageerror", lambda error: complaints.append(str(error)))
-        shown.on("request", lambda one: asked.append(one.url))
+        shown.on("request", lambda entry: requests.append(entry.url))
         shown.goto(console.link())
         shown.wait_for_url("**/")
-        yield shown, complaints, asked
+        yield shown, complaints, requests
 
 
 def _require_whole(page: Page) -> None:
@@ -74,8 +74,8 @@ def _require_steering(page: Page, run: Path, base: str) -> None:
         page.mouse.down()
         expect(page.locator("#said")).to_contain_text("abort was asked for")
         page.mouse.up()
-    asked = [json.loads(path.read_text()) for path in sorted((run / "requests").glob("*.json"))]
-    assert [(one["kind"], one["via"]) for one in asked] == [("pause", "console"), ("abort", "console")]
+    request = [json.loads(path.read_text()) for path in sorted((run / "requests").glob("*.json"))]
+    assert [(entry["kind"], entry["via"]) for entry in request] == [("pause", "console"), ("abort", "console")]
 
 
 ONE = [((390, 844), "dark")]
@@ -86,7 +86,7 @@ ALL = [(size, scheme) for size in SIZES for scheme in ("light", "dark")]
 def test_a_page_on_a_phone_is_whole_alive_and_asks_nobody_else(
     page: tuple[Page, list[str], list[str]], runs: Path
 ) -> None:
-    shown, complaints, asked = page
+    shown, complaints, request = page
     base = shown.url.rstrip("/")
     shown.goto(f"{base}/run/tripped")
     expect(shown.locator("#fresh")).to_have_text("● live")
@@ -101,9 +101,9 @@ def test_a_page_on_a_phone_is_whole_alive_and_asks_nobody_else(
     shown.keyboard.press("Tab")
     expect(shown.locator(".skip")).to_be_focused()
     assert complaints == []
-    parts = {one for one in asked if "/static/" in one} | {f"{base}/queue"}
-    assert sum(len(shown.request.get(one).body()) for one in parts) < MOST_BYTES
-    assert [one for one in asked if not one.startswith((base, base.replace("http", "ws"), "data:"))] == []
+    parts = {entry for entry in request if "/static/" in entry} | {f"{base}/queue"}
+    assert sum(len(shown.request.get(part).body()) for part in parts) < MOST_BYTES
+    assert [entry for entry in request if not entry.startswith((base, base.replace("http", "ws"), "data:"))] == []
 
 
 @pytest.mark.thorough

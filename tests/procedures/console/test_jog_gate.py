@@ -119,8 +119,8 @@ def test_motion_from_elsewhere_needs_the_rig_file_and_the_code(visited: Visited)
         code = visited.sessions.new_code()
         page = browser.get("/jog/rig.toml")
         assert "Code on the terminal" in page.text
-        told = browser.post("/code", data={"csrf": visited.csrf(browser), "code": code}, headers=OWN)
-        assert told.status_code == 200
+        text = browser.post("/code", data={"csrf": visited.csrf(browser), "code": code}, headers=OWN)
+        assert text.status_code == 200
         socket.send_json({"say": "take"})
         assert "a bench was opened" in socket.receive_json()["told"]
     assert _opened(visited) == [rig]
@@ -169,8 +169,8 @@ def test_a_stop_is_a_form_that_needs_its_token_and_the_role(visited: Visited) ->
     assert browser.get(path).status_code == 405
     assert browser.post(path, data={"key": "k"}, headers=OWN).status_code == 403
     assert browser.post(path, data=visited.fields(browser)).status_code == 403
-    told = browser.post(path, data=visited.fields(browser), headers=OWN)
-    assert (told.status_code, "no calrig of this machine moves that rig" in told.json()["told"]) == (409, True)
+    found = browser.post(path, data=visited.fields(browser), headers=OWN)
+    assert (found.status_code, "no calrig of this machine moves that rig" in found.json()["told"]) == (409, True)
     watcher = visited.person("Bob", "watch")
     refused = watcher.post(path, data=visited.fields(watcher), headers=OWN)
     assert (refused.status_code, "halt needs the role operate" in refused.json()["told"]) == (403, True)

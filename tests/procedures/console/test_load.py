@@ -100,15 +100,15 @@ def test_a_commit_is_seen_on_ten_screens_in_half_a_second(tmp_path: Path, record
                 expect(page.locator("#fresh")).to_have_text("● live")
                 page.evaluate(SEEN)
                 pages.append(page)
-            journal, asked = Journal.open_for_append(run / JOURNAL_FILE), []
+            journal, request = Journal.open_for_append(run / JOURNAL_FILE), []
             for number in range(100):
-                asked.append(CLOCK.now_utc().timestamp())
+                request.append(CLOCK.now_utc().timestamp())
                 journal.append_event("note", {"by": "anna", "text": f"commit {number}", "at_utc": "x"}, CLOCK)
                 pages[number % 10].wait_for_timeout(400 + 13 * (number % 30))
             journal.close()
             pages[0].wait_for_timeout(1000)
             seen = [page.evaluate("window.seen") for page in pages]
-        took = [one[str(n)] / 1e3 - asked[n] for one in seen for n in range(100)]
+        took = [entry[str(n)] / 1e3 - request[n] for entry in seen for n in range(100)]
     p50_s, p95_s = np.quantile(took, [0.5, 0.95])
     record_property("p50, p95 in seconds", (p50_s, p95_s))
     assert p95_s < 0.5
@@ -175,7 +175,7 @@ def test_memory_is_flat_over_twenty_thousand_dwells_of_24_channels(tmp_path: Pat
 def _pace(run: Path) -> list[float]:
     """Seconds from the end of a dwell to the end of the next, of every dwell but the first."""
     with JournalReader.open(run) as reader:
-        ends = [one.ended_utc.timestamp() for one in reader.dwells()]
+        ends = [dwell.ended_utc.timestamp() for dwell in reader.dwells()]
     return list(np.diff(ends))
 
 
@@ -198,7 +198,7 @@ def test_a_run_is_as_quick_with_a_console(tmp_path: Path, record_property: Note)
                 while not list(runs.glob("*/journal.sqlite")):
                     CLOCK.sleep(0.2)
                     assert engine.poll() is None
-                (run,) = [one.parent for one in runs.glob("*/journal.sqlite")]
+                (run,) = [entry.parent for entry in runs.glob("*/journal.sqlite")]
                 if has_console:
                     console = stack.enter_context(served_console(runs, tmp_path / "archive.sqlite"))
                     listener = _Listener(console, run.name)
@@ -214,8 +214,12 @@ def _measured(run: Path) -> tuple[object, object]:
     """What a run is for: its dwells to the last sample, and its coefficients."""
     with JournalReader.open(run) as reader:
         dwells = [
-            (one.step, one.attempt, [(name, read.samples.tolist()) for name, read in sorted(one.readings.items())])
-            for one in reader.dwells()
+            (
+                dwell.step,
+                dwell.attempt,
+                [(name, read.samples.tolist()) for name, read in sorted(dwell.readings.items())],
+            )
+            for dwell in reader.dwells()
         ]
     (found,) = (run / "coefficients").glob("*.json")
     document = json.loads(found.read_text(encoding="utf-8"))
@@ -262,7 +266,7 @@ def test_a_console_that_is_killed_changes_no_run(tmp_path: Path) -> None:
     try:
         for _ in range(KILLS):
             with served_console(tmp_path / "runs", tmp_path / "a.sqlite") as console:
-                newest = max((one.name for one in (tmp_path / "runs").glob("2*")), default="none")
+                newest = max((entry.name for entry in (tmp_path / "runs").glob("2*")), default="none")
                 looking = Thread(target=_look_until_it_dies, args=(console, newest), daemon=True)
                 looking.start()
                 CLOCK.sleep(float(chance.uniform(0.3, 3.0)))
@@ -271,8 +275,8 @@ def test_a_console_that_is_killed_changes_no_run(tmp_path: Path) -> None:
     finally:
         is_over.append(True)
         running.join()
-    (alone,) = [one.parent for one in (tmp_path / "alone").glob("*/journal.sqlite")]
-    runs = [one.parent for one in (tmp_path / "runs").glob("*/journal.sqlite")]
+    (alone,) = [entry.parent for entry in (tmp_path / "alone").glob("*/journal.sqlite")]
+    runs = [entry.parent for entry in (tmp_path / "runs").glob("*/journal.sqlite")]
     assert len(runs) > 5
     expected = _measured(alone)
     for run in runs:

@@ -102,9 +102,9 @@ def test_the_night_begins_yesterday_in_the_evening_of_the_reader() -> None:
 
 def test_programs_are_told_the_same(browser: TestClient) -> None:
     listed = browser.get("/api/v1/runs").json()["runs"]
-    assert {one["state"] for one in listed} == {"finished", "tripped", None}
-    one = browser.get("/api/v1/runs/tripped").json()
-    assert (one["state"], one["alive"]) == ("tripped", False)
+    assert {entry["state"] for entry in listed} == {"finished", "tripped", None}
+    entry = browser.get("/api/v1/runs/tripped").json()
+    assert (entry["state"], entry["alive"]) == ("tripped", False)
     assert 'calrig_run_state{run="tripped",state="tripped"} 1' in browser.get("/metrics").text
 
 
@@ -122,8 +122,8 @@ def test_residuals_are_those_of_a_line_through_the_dwells_that_count() -> None:
     means = 0.003 + force @ sensitivity + 1e-5 * chance.normal(size=len(attitudes))
     means[7] += 1e-3
     dwells = [
-        _dwell(place, attitude, float(mean))
-        for place, (attitude, mean) in enumerate(zip(attitudes, means, strict=True))
+        _dwell(index, attitude, float(mean))
+        for index, (attitude, mean) in enumerate(zip(attitudes, means, strict=True))
     ]
     found = heat_map(dwells, frozenset([(7, 1, 1)]), {"dmm.x"})
     assert found is not None

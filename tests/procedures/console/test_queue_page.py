@@ -50,7 +50,7 @@ def test_the_page_shows_what_waits_and_for_what(visited: Visited, scene: Scene) 
     assert "nobody has armed it" in page
     assert "first &lt;b&gt;night" in page
     (queue,) = visited.browser.get("/api/v1/queues").json()["queues"]
-    assert [one["place"] for one in queue["items"]] == ["waiting", "waiting"]
+    assert [entry["place"] for entry in queue["items"]] == ["waiting", "waiting"]
 
 
 def test_a_night_is_armed_and_decided_in_the_browser(visited: Visited, scene: Scene) -> None:
@@ -60,12 +60,12 @@ def test_a_night_is_armed_and_decided_in_the_browser(visited: Visited, scene: Sc
     assert _post(visited, scene, browser, "arm", until="23:00")[0] == 202
     armed = scene.queue()
     assert armed.arming is not None
-    assert (armed.arming.by, [one.number for one in armed.items]) == ("Ben", [2, 1])
+    assert (armed.arming.by, [item.number for item in armed.items]) == ("Ben", [2, 1])
     assert "ARMED" in browser.get("/queue").text
     assert _post(visited, scene, browser, "remove", number="1")[0] == 202
     assert _post(visited, scene, browser, "disarm", expects="1")[0] == 202, "as it comes"
-    code, told = _post(visited, scene, browser, "decide", number="2", choice="again", text="why")
-    assert (code, "needed is needs a decision" in told) == (409, True)
+    code, found = _post(visited, scene, browser, "decide", number="2", choice="again", text="why")
+    assert (code, "needed is needs a decision" in found) == (409, True)
 
 
 def test_who_may_not_or_has_not_seen_it_changes_nothing(visited: Visited, scene: Scene) -> None:
@@ -74,8 +74,8 @@ def test_who_may_not_or_has_not_seen_it_changes_nothing(visited: Visited, scene:
     assert _post(visited, scene, operator, "arm", until="23:00")[0] == 403
     assert _post(visited, scene, watcher, "disarm")[0] == 403
     far = visited.person("Ben", "move", "192.0.2.9")
-    code, told = _post(visited, scene, far, "arm", until="23:00")
-    assert (code, "motion_from_elsewhere" in told) == (403, True)
+    code, found = _post(visited, scene, far, "arm", until="23:00")
+    assert (code, "motion_from_elsewhere" in found) == (403, True)
     near = visited.enter()
     assert _post(visited, scene, near, "arm", until="23:00", expects="1")[0] == 409
     assert _post(visited, scene, near, "arm", key="x")[0] == 400
@@ -117,13 +117,13 @@ def test_a_run_is_added_by_the_page_as_the_command_adds_it(visited: Visited, fil
 def test_the_page_adds_only_files_that_it_offers_and_for_who_may(visited: Visited, files: Path) -> None:
     operator = visited.person("Olga", "operate")
     for number, name in enumerate(("link.toml", "../elsewhere.toml", "rig.toml", "", str(files / "night.toml"))):
-        code, told = _add(visited, operator, f"bad {number}", procedure=name)
-        assert (code, "allowed are night.toml" in told) == (400, True)
-    code, told = _add(visited, operator, "late", not_after="soon")
-    assert (code, "needed is a time" in told) == (409, True)
+        code, found = _add(visited, operator, f"bad {number}", procedure=name)
+        assert (code, "allowed are night.toml" in found) == (400, True)
+    code, found = _add(visited, operator, "late", not_after="soon")
+    assert (code, "needed is a time" in found) == (409, True)
     assert _add(visited, visited.person("Wim", "watch"), "watch")[0] == 403
     assert _add(visited, operator, "token", csrf="another")[0] == 403
     (files / "night.toml").write_text(PROCEDURE.replace("replications", "replication"))
-    code, told = _add(visited, operator, "wrong")
-    assert (code, "night.toml" in told) == (409, True)
+    code, found = _add(visited, operator, "wrong")
+    assert (code, "night.toml" in found) == (409, True)
     assert operator.get("/api/v1/queues").json()["queues"] == []

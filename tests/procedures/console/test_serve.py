@@ -75,7 +75,7 @@ def test_a_flood_of_connections_makes_room_for_who_has_a_session(monkeypatch: py
         server = uvicorn.Server(config)
         serving = asyncio.ensure_future(server.serve(sockets=[listening.socket]))
         stays = await asyncio.open_connection(*address)
-        told, others = [await ask(*stays, b"known")], []
+        found, others = [await ask(*stays, b"known")], []
         async with asyncio.timeout(20.0):
             await stays[0].readuntil(b"ok")
             for number in range(40):
@@ -85,18 +85,18 @@ def test_a_flood_of_connections_makes_room_for_who_has_a_session(monkeypatch: py
                         await ask(*others[-1], b"none")
                 if number % 10 == 9:
                     comes = await asyncio.open_connection(*address)
-                    told.append(await ask(*comes, b"known"))
+                    found.append(await ask(*comes, b"known"))
                     comes[1].close()
-            told.append(await ask(*stays, b"known"))
+            found.append(await ask(*stays, b"known"))
         server.should_exit = True
         for _, writer in [*others, stays]:
             writer.close()
         await serving
-        return told
+        return found
 
-    told = asyncio.run(talk())
+    found = asyncio.run(talk())
     listening.socket.close()
-    assert told == [b"HTTP/1.1 200 OK\r\n"] * 6
+    assert found == [b"HTTP/1.1 200 OK\r\n"] * 6
 
 
 def test_tls_of_ones_own_is_served_and_who_begins_none_is_sent_away(

@@ -76,8 +76,8 @@ def test_the_page_lists_every_column_and_its_version() -> None:
     for name, columns in TABLES.items():
         section = re.search(rf"### {name}\n(.*?)(?=\n##|\Z)", text, flags=re.DOTALL)
         assert section is not None
-        told = re.findall(r"^\| `(.*?)` \| (.*?) \| (.*) \|$", section[1], flags=re.MULTILINE)
-        assert told == [(one.name, one.kind, one.meaning) for one in columns]
+        said = re.findall(r"^\| `(.*?)` \| (.*?) \| (.*) \|$", section[1], flags=re.MULTILINE)
+        assert said == [(column.name, column.kind, column.meaning) for column in columns]
 
 
 @pytest.mark.parametrize("case", CASES, ids=name_of)
@@ -118,7 +118,7 @@ def test_every_sample_is_there_in_its_order(run: RunData) -> None:
     part = samples.loc[[number]]
     part = part[part["channel"] == channel]
     assert part["sample"].tolist() == list(range(count))
-    assert part["time_s"].tolist() == [started_s + place * interval_s for place in range(count)]
+    assert part["time_s"].tolist() == [started_s + index * interval_s for index in range(count)]
     assert set(samples["sensor"]) == {"SN1047"}
 
 
@@ -167,11 +167,11 @@ def test_solve_gives_what_the_version_that_stored_the_run_solved(run: RunData) -
     expected = CASE.numbers["SN1047"]["axes"]
     for axis, section in expected.items():  # noqa: B007, PERF102  the query below names the axis
         rows = found.parameters.query("axis == @axis").set_index("parameter")["value"]
-        told = {name: one["value"] for name, one in section["parameters"].items()}
-        assert {name: pytest.approx(value, rel=1e-9) for name, value in told.items()} == {n: rows[n] for n in told}
-    documented = {word for one in found.document["sensors"]["SN1047"]["axes"].values() for word in one["warnings"]}
+        text = {name: entry["value"] for name, entry in section["parameters"].items()}
+        assert {name: pytest.approx(value, rel=1e-9) for name, value in text.items()} == {n: rows[n] for n in text}
+    documented = {word for entry in found.document["sensors"]["SN1047"]["axes"].values() for word in entry["warnings"]}
     assert documented
-    assert [word for word in documented if not any(told.endswith(f": {word}") for told in found.warnings)] == []
+    assert [word for word in documented if not any(found.endswith(f": {word}") for found in found.warnings)] == []
 
 
 def test_a_notebook_shows_a_run_and_a_solution(run: RunData) -> None:

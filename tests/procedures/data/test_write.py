@@ -26,8 +26,8 @@ def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 
 def from_csv(folder: Path, name: str) -> pd.DataFrame:
-    texts = {one.name: "str" for one in TABLES[name] if one.kind == "str"}
-    empty = {one.name: [""] for one in TABLES[name] if one.kind == "float64"}
+    texts = {table.name: "str" for table in TABLES[name] if table.kind == "str"}
+    empty = {table.name: [""] for table in TABLES[name] if table.kind == "float64"}
     table = pd.read_csv(folder / f"{name}.csv", dtype=texts, keep_default_na=False, na_values=empty)
     return table if name == "events" else table.set_index("dwell")
 
@@ -70,9 +70,9 @@ def test_a_dataset_holds_the_same_over_dwell_and_channel(run: RunData, tmp_path:
     with xarray.open_dataset(tmp_path / "run.nc") as found:
         assert found.attrs["calrig_data_version"] == DATA_VERSION
         for row in run.readings.itertuples():
-            place = {"dwell": row.Index, "channel": row.channel}
+            location = {"dwell": row.Index, "channel": row.channel}
             for figure in ("mean", "sd", "n"):
-                np.testing.assert_array_equal(found[figure].sel(place).item(), getattr(row, figure))
+                np.testing.assert_array_equal(found[figure].sel(location).item(), getattr(row, figure))
         values = found["value"].to_numpy()
         assert values[np.isfinite(values)].tolist() == run.samples()["value"].tolist()
         assert found["pitch_deg"].to_numpy().tolist() == run.dwells["pitch_deg"].tolist()
@@ -83,14 +83,14 @@ def test_every_format_of_the_command_is_written(tmp_path: Path, capsys: pytest.C
     """Beside the run where no folder is given; the latest run where none is named."""
     folder = RUNS["tumble"].copy("finished", tmp_path / "runs" / "a-run")
     for kind in FORMATS:
-        told = call(capsys, "data", "--runs", tmp_path / "runs", "--to", kind, "--json")
-        assert told.status == 0, told.err
-        assert told.document["run"] == str(folder)
-        assert told.document["version"] == DATA_VERSION
-        assert [Path(file).is_file() for file in told.document["files"]] == [True] * len(told.document["files"])
-        assert told.document["rows"]["dwells"] == len(read_run(folder).dwells)
+        outcome = call(capsys, "data", "--runs", tmp_path / "runs", "--to", kind, "--json")
+        assert outcome.status == 0, outcome.err
+        assert outcome.document["run"] == str(folder)
+        assert outcome.document["version"] == DATA_VERSION
+        assert [Path(file).is_file() for file in outcome.document["files"]] == [True] * len(outcome.document["files"])
+        assert outcome.document["rows"]["dwells"] == len(read_run(folder).dwells)
     described = json.loads((folder / "data" / "columns.json").read_text(encoding="utf-8"))
-    assert [one["name"] for one in described["tables"]["readings"]] == [one.name for one in TABLES["readings"]]
+    assert [table["name"] for table in described["tables"]["readings"]] == [table.name for table in TABLES["readings"]]
     assert not (folder / "data" / "samples.csv").exists()
 
 
@@ -98,12 +98,12 @@ def test_the_command_makes_its_folder_and_says_what_it_wrote(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = RUNS["tumble"].copy("interrupted", tmp_path / "run")
-    told = call(capsys, "data", folder, "--samples", "--out", tmp_path / "new")
-    assert told.status == 0
+    outcome = call(capsys, "data", folder, "--samples", "--out", tmp_path / "new")
+    assert outcome.status == 0
     names = ["dwells.csv", "readings.csv", "events.csv", "samples.csv", "columns.json"]
-    assert told.out.splitlines() == [str(tmp_path / "new" / name) for name in names]
+    assert outcome.out.splitlines() == [str(tmp_path / "new" / name) for name in names]
 
 
 def test_a_run_of_the_archive_must_be_named(capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "data", "--archived")
-    assert (told.status, "RUN is missing" in told.err) == (2, True)
+    outcome = call(capsys, "data", "--archived")
+    assert (outcome.status, "RUN is missing" in outcome.err) == (2, True)

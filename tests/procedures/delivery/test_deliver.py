@@ -21,8 +21,8 @@ def test_a_look_at_the_past_that_fails_is_told_and_costs_no_report(
     def locked(*_: object, **__: object) -> None:
         raise ArchiveError("archive: is locked by another program")
 
-    for place in ("past", "publish"):
-        monkeypatch.setattr(f"procedures.delivery.{place}.history", locked)
+    for location in ("past", "publish"):
+        monkeypatch.setattr(f"procedures.delivery.{location}.history", locked)
     procedure, rig = job(tmp_path)
     ran = call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "runs")
     assert ran.status == 0
@@ -55,7 +55,7 @@ def test_a_part_that_cannot_be_delivered_costs_no_other_and_solve_makes_it(
         with monkeypatch.context() as broken:
             broken.setattr(f"procedures.delivery.deliver.{maker}", _raises(error))
             delivered = deliver(solved, url)
-        assert {name for name, told in delivered.parts.items() if told != "done"} == {part}
+        assert {name for name, text in delivered.parts.items() if text != "done"} == {part}
         assert str(error.args[-1]) in delivered.failures[part]
     with monkeypatch.context() as broken:
         broken.setattr("procedures.delivery.deliver.write_paper", _raises(ERRORS[0]))

@@ -8,7 +8,7 @@ from command import call
 from finished_job import FinishedJob
 
 from ams.archive.lessons import keep_lesson, past_lessons
-from procedures.check.candidate import Space
+from procedures.check.candidate import SearchRange
 from procedures.cli.prepare import plan
 from procedures.delivery.lessons import learned
 from rig.description.read import read_rig
@@ -29,13 +29,15 @@ def taught(finished_job: FinishedJob, tmp_path: Path) -> str:
 def test_a_published_run_teaches_and_check_says_by_how_many(taught: str, finished_job: FinishedJob, capsys) -> None:
     files = finished_job.folder / "procedure.toml", "--rig", finished_job.folder / "rig.toml"
     first = call(capsys, "check", *files, "--out", finished_job.folder / "nowhere", "--json").document
-    told = call(capsys, "check", *files, "--archive", taught, "--json").document
-    assert (first["duration_learned_from"], told["duration_learned_from"]) == (0, 4)
-    assert told["duration_s"]["p50"] == pytest.approx(first["duration_s"]["p50"], rel=0.1)
-    assert sum(part["p50"] for part in told["duration_parts_s"].values()) == pytest.approx(told["duration_s"]["p50"])
+    outcome = call(capsys, "check", *files, "--archive", taught, "--json").document
+    assert (first["duration_learned_from"], outcome["duration_learned_from"]) == (0, 4)
+    assert outcome["duration_s"]["p50"] == pytest.approx(first["duration_s"]["p50"], rel=0.1)
+    assert sum(part["p50"] for part in outcome["duration_parts_s"].values()) == pytest.approx(
+        outcome["duration_s"]["p50"]
+    )
     sources = {
         axis["noise_source"]
-        for axes in told["expected_standard_uncertainty"].values()
+        for axes in outcome["expected_standard_uncertainty"].values()
         for axis in axes.values()
     }  # fmt: skip
     assert all("4 past runs of this rig" in source for source in sources)
@@ -47,19 +49,21 @@ def test_a_plan_takes_the_hours_that_past_runs_of_the_rig_took_and_says_so(
     taught: str, finished_job: FinishedJob, capsys, monkeypatch
 ) -> None:
     """Past runs that took twice as long make every candidate take twice as long."""
-    few = Space(grids=((4, 6),), fractions=(), optimal=(), replications=(3,), samples=(5,), orders=("serpentine",))
-    monkeypatch.setattr(plan, "SPACE", few)
+    few = SearchRange(
+        grids=((4, 6),), fractions=(), optimal=(), replications=(3,), samples=(5,), orders=("serpentine",)
+    )
+    monkeypatch.setattr(plan, "SEARCH_RANGE", few)
     rig = read_rig(finished_job.folder / "rig.toml")
-    asked = "plan", "--rig", finished_job.folder / "rig.toml", "--hours", "100", "--archive", taught
-    before = call(capsys, *asked, "--json").document
+    text = "plan", "--rig", finished_job.folder / "rig.toml", "--hours", "100", "--archive", taught
+    before = call(capsys, *text, "--json").document
     for lesson in past_lessons(taught, rig.rig.name, simulated=True, most=30):
         slower = [replace(part, measured_s=2.0 * part.measured_s) for part in lesson.parts]
         keep_lesson(taught, replace(lesson, parts=slower))
-    after = call(capsys, *asked, "--json").document
+    after = call(capsys, *text, "--json").document
     assert (before["duration_learned_from"], after["duration_learned_from"]) == (4, 4)
-    for one, other in zip(before["candidates"], after["candidates"], strict=True):
-        assert other["hours"] == pytest.approx(2.0 * one["hours"], rel=1e-6)
-    assert "by 4 past runs of this rig" in " ".join(call(capsys, *asked).out.split())
+    for entry, other in zip(before["candidates"], after["candidates"], strict=True):
+        assert other["hours"] == pytest.approx(2.0 * entry["hours"], rel=1e-6)
+    assert "by 4 past runs of this rig" in " ".join(call(capsys, *text).out.split())
     nowhere = "plan", "--rig", finished_job.folder / "rig.toml", "--hours", "100", "--runs", finished_job.folder / "no"
     assert "by the files alone" in " ".join(call(capsys, *nowhere).out.split())
 
@@ -74,10 +78,10 @@ def test_a_real_rig_learns_nothing_from_simulated_runs(taught: str, finished_job
 
 
 def _on_real_ports(rig) -> dict[str, object]:
-    places = {"axes": "port", "readouts": "resource", "environment": "port"}
+    indices = {"axes": "port", "readouts": "resource", "environment": "port"}
     return {
-        table: {name: one.model_copy(update={key: "socket://h:1"}) for name, one in getattr(rig, table).items()}
-        for table, key in places.items()
+        table: {name: entry.model_copy(update={key: "socket://h:1"}) for name, entry in getattr(rig, table).items()}
+        for table, key in indices.items()
     }
 
 

@@ -84,7 +84,7 @@ def lettered(tmp_path_factory: pytest.TempPathFactory) -> Lettered:
     with pytest.MonkeyPatch.context() as patch:  # no text that somebody wrote stands in a figure
         patch.setattr(
             "procedures.report.write.draw_figures",
-            lambda view, _tell: Figures((), {one.name: () for one in view.sensors}),
+            lambda view, _tell: Figures((), {sensor.name: () for sensor in view.sensors}),
         )
         assert run_command(["solve", str(run)]) == 0
     return Lettered(run, text, title)
@@ -124,8 +124,8 @@ def test_the_page_in_a_browser_shows_every_script_and_does_nothing(lettered: Let
 
 
 def _words_of_paper(paper: Path) -> str:
-    told = subprocess.run([require_program("pdftotext"), paper, "-"], capture_output=True, check=True).stdout
-    return "".join(told.decode("utf-8").replace("\u200b", "").replace("\u200e", "").split())
+    done = subprocess.run([require_program("pdftotext"), paper, "-"], capture_output=True, check=True).stdout
+    return "".join(done.decode("utf-8").replace("\u200b", "").replace("\u200e", "").split())
 
 
 def test_the_paper_prints_every_script_or_its_code_points(lettered: Lettered) -> None:
@@ -140,8 +140,8 @@ def test_the_headers_compile_without_a_warning(lettered: Lettered, name: str, tm
     strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wtrigraphs", "-Wcomment", "-Wno-unused-function"]
     strict += ["-Wno-unused-const-variable", "-Wbidi-chars=any,ucn"]
     command = [require_program("gcc"), *strict, "main.c", "-lm", "-o", "main"]
-    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (told.returncode, told.stderr) == (0, "")
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_the_table_and_the_certificate_read_back(lettered: Lettered) -> None:
@@ -163,12 +163,12 @@ def test_every_export_is_verified_and_holds_the_texts(lettered: Lettered, capsys
 def test_a_terminal_gets_every_script_and_no_orders(
     lettered: Lettered, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
-    told = call(capsys, command, lettered.run)
-    assert told.status == 0
-    assert [hex(ord(letter)) for letter in told.out + told.err if acts(letter) and letter != "\n"] == []
+    outcome = call(capsys, command, lettered.run)
+    assert outcome.status == 0
+    assert [hex(ord(letter)) for letter in outcome.out + outcome.err if acts(letter) and letter != "\n"] == []
     if command == "handover":
-        assert _missing(lettered.text, told.out) == []
-        assert "<U+001B>]0;owned<U+0007>" in told.out
+        assert _missing(lettered.text, outcome.out) == []
+        assert "<U+001B>]0;owned<U+0007>" in outcome.out
 
 
 def test_a_letter_that_acts_is_refused_wherever_a_text_comes_in(
@@ -179,16 +179,16 @@ def test_a_letter_that_acts_is_refused_wherever_a_text_comes_in(
     text = Path(procedure).read_text(encoding="utf-8")
     line = 1 + text[: text.index("@")].count("\n")
     for letter in that_act():
-        told = f"<U+{ord(letter):04X}>"
+        said = f"<U+{ord(letter):04X}>"
         if letter != "\0" and unicodedata.category(letter) != "Cs":
             refused = call(capsys, "note", tmp_path, "words", "--operator", f"a{letter}b")
-            assert (refused.status, told in refused.err, letter in refused.err[:-1]) == (2, True, False), told
+            assert (refused.status, said in refused.err, letter in refused.err[:-1]) == (2, True, False), said
         if unicodedata.category(letter) != "Cs":
             escaped = text.replace("@", f"\\U{ord(letter):08X}")
             Path(procedure).write_text(escaped, encoding="utf-8")
             refused = call(capsys, "check", procedure, "--rig", rig)
-            assert (refused.status, letter in refused.err[:-1]) == (2, False), told
-            assert refused.err.startswith(f"calrig: {procedure}:{line}: procedure.title: holds {told}, "), refused.err
+            assert (refused.status, letter in refused.err[:-1]) == (2, False), said
+            assert refused.err.startswith(f"calrig: {procedure}:{line}: procedure.title: holds {said}, "), refused.err
 
 
 def test_a_note_and_an_address_may_have_several_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

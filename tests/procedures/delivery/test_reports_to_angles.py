@@ -175,7 +175,7 @@ def read_c_fixed(own: CoefficientSet, text: str) -> None:
     words = np.rint(levels * 2.0 ** int(macros["LEVEL_BITS"])).astype(int)
     for axis, reading in apply(own, level=levels).items():
         k = [int(macros[f"{axis.upper()}_K_{along}"]) for along in "XYZ"]
-        sums = [sum(one * int(word) for one, word in zip(k, row, strict=True)) for row in words]
+        sums = [sum(entry * int(word) for entry, word in zip(k, row, strict=True)) for row in words]
         whole = [int(macros[f"{axis.upper()}_OFFSET"]) + round(Fraction(total, 2**30)) for total in sums]
         off = np.abs(np.array(whole) / 2.0 ** int(macros["OUTPUT_BITS"]) - reading)
         (stated,) = (float(value) for name, value in macros.items() if name.startswith(f"{axis.upper()}_ERROR_"))
@@ -205,32 +205,32 @@ def angles_hold(
         count.add(np.abs(off) < factor * found[f"{name}_{end}"])
 
 
-def sr_accelerometer(folder: Path, seed: int, told: Told) -> None:
+def sr_accelerometer(folder: Path, seed: int, expected: Told) -> None:
     chance = np.random.default_rng(seed)
     drawn = lines(chance, 0.06)
     changes = {"replications = 6": "replications = 4"}
     rig = of_lines("SCA3000", drawn, 0.002) | {r"seed = 11": f"seed = {seed}"}
     own = delivered(motion_run(folder, "servo-mechanism", "accelerometer", changes, rig).solved(), folder, "SCA3000")
     wanted = {a: {"gain_g_per_g": 1.0 / unit, "offset_g": -zero / unit} for a, (zero, unit) in drawn.items()}
-    parameters_hold(own, wanted, told.parameters)
+    parameters_hold(own, wanted, expected.parameters)
     pitch, roll = chance.uniform(-50.0, 50.0, 8), chance.uniform(-170.0, 170.0, 8)
     force = specific_force(np.deg2rad(pitch), np.deg2rad(roll))
-    columns = {axis: zero + unit * force[:, place] for place, (axis, (zero, unit)) in enumerate(drawn.items())}
+    columns = {axis: zero + unit * force[:, index] for index, (axis, (zero, unit)) in enumerate(drawn.items())}
     readings = {axis: clean + 0.002 * chance.normal(size=8) for axis, clean in columns.items()}
     package = Package(own, {axis: axis for axis in "xyz"})
     found = inference(package, reading_sd_v=0.002, intervals=True).infer(readings)
-    angles_hold(found, {"pitch": pitch, "roll": roll}, told.angles)  # type: ignore[arg-type]
+    angles_hold(found, {"pitch": pitch, "roll": roll}, expected.angles)  # type: ignore[arg-type]
 
 
-def sr_gyro(folder: Path, seed: int, told: Told) -> None:
+def sr_gyro(folder: Path, seed: int, expected: Told) -> None:
     chance = np.random.default_rng(seed)
     drawn = lines(chance, 2.0)
     rig = of_lines("ITG3200", drawn, 0.1) | {r"seed = 11": f"seed = {seed}"}
     own = delivered(motion_run(folder, "servo-mechanism", "gyro", FASTER_RATES, rig).solved(), folder, "ITG3200")
     wanted = {a: {"gain_dps_per_dps": 1.0 / unit, "offset_dps": -zero / unit} for a, (zero, unit) in drawn.items()}
-    parameters_hold(own, wanted, told.parameters)
-    truths = {axis: (zero, unit * np.eye(3)[place]) for place, (axis, (zero, unit)) in enumerate(drawn.items())}
-    turned(own, truths, 0.1, chance, told)
+    parameters_hold(own, wanted, expected.parameters)
+    truths = {axis: (zero, unit * np.eye(3)[index]) for index, (axis, (zero, unit)) in enumerate(drawn.items())}
+    turned(own, truths, 0.1, chance, expected)
 
 
 def turned(
@@ -238,7 +238,7 @@ def turned(
     truths: Mapping[str, tuple[float, np.ndarray]],
     noise: float,
     chance: np.random.Generator,
-    told: Told,
+    expected: Told,
 ) -> None:
     """Integrate ten seconds of a swing and count the angles that their standard deviations hold."""
     time_s = np.arange(201) / 20.0
@@ -251,27 +251,27 @@ def turned(
     columns = {name: np.concatenate([values, last.columns[name]]) for name, values in first.columns.items()}
     ends = {name: values[[100, 200]] for name, values in columns.items()}
     known = dict(zip(("pitch", "yaw", "roll"), np.rad2deg(euler[[100, 200]]).T, strict=True))
-    angles_hold(ends, known, told.angles, "sd_deg")
+    angles_hold(ends, known, expected.angles, "sd_deg")
 
 
-def sr_magnetometer(folder: Path, seed: int, told: Told) -> None:
+def sr_magnetometer(folder: Path, seed: int, expected: Told) -> None:
     chance = np.random.default_rng(seed)
     drawn = lines(chance, 3.0)
     changes = {r"rest_s = 60.0": "rest_s = 15.0", r"replications = 4": "replications = 3"}
     rig = of_lines("MicroMag3", drawn, 0.2) | {r"seed = 11": f"seed = {seed}"}
     own = delivered(motion_run(folder, "servo-mechanism", "magnetometer", changes, rig).solved(), folder, "MicroMag3")
     wanted = {a: {"gain_ut_per_ut": 1.0 / unit, "offset_ut": -zero / unit} for a, (zero, unit) in drawn.items()}
-    parameters_hold(own, wanted, told.parameters)
+    parameters_hold(own, wanted, expected.parameters)
     field_ut = np.array([22.0, -3.0, 40.0])
     heading = chance.uniform(-170.0, 170.0)
     sensed = Rotation.from_euler("z", -heading, degrees=True).apply(field_ut)
-    counts = {axis: np.array(zero + unit * sensed[place]) for place, (axis, (zero, unit)) in enumerate(drawn.items())}
+    counts = {axis: np.array(zero + unit * sensed[index]) for index, (axis, (zero, unit)) in enumerate(drawn.items())}
     found = sensed_level(own, counts)
     back = np.rad2deg(np.arctan2(field_ut[1], field_ut[0]) - np.arctan2(found[1], found[0]))
-    told.angles.add(abs((back - heading + 180.0) % 360.0 - 180.0) < 3.0)
+    expected.angles.add(abs((back - heading + 180.0) % 360.0 - 180.0) < 3.0)
 
 
-def cr_gimbal(folder: Path, seed: int, told: Told) -> None:
+def cr_gimbal(folder: Path, seed: int, expected: Told) -> None:
     """Both packages in one run; what they read of one attitude becomes its three angles."""
     chance = np.random.default_rng(seed)
     model, sting = cones(chance, 2.5), cones(chance, 2.5)
@@ -302,18 +302,20 @@ def cr_gimbal(folder: Path, seed: int, told: Told) -> None:
     solved = solve_run(folder / "run")
     own, carrying = delivered(solved, folder, "SN1"), delivered(solved, folder, "STING")
     for coefficients, truth in ((own, model), (carrying, sting)):
-        wanted = {axis: {"offset_v": one[0], "sensitivity_v_per_g": -one[1]} for axis, one in truth.items()}
-        parameters_hold(coefficients, wanted, told.parameters)
+        wanted = {axis: {"offset_v": entry[0], "sensitivity_v_per_g": -entry[1]} for axis, entry in truth.items()}
+        parameters_hold(coefficients, wanted, expected.parameters)
     euler = np.stack([chance.uniform(5.0, 28.0, 6), chance.uniform(-25.0, 25.0, 6), chance.uniform(-80.0, 80.0, 6)], -1)
     readings = {}
     for name, truth in (("model_", model), ("", sting)):
-        for axis, one in truth.items():
-            clean = [one[0] + direction(axis, one) @ _force(each, is_model=bool(name)) for each in np.deg2rad(euler)]
+        for axis, entry in truth.items():
+            clean = [
+                entry[0] + direction(axis, entry) @ _force(each, is_model=bool(name)) for each in np.deg2rad(euler)
+            ]
             readings[f"{name}{axis}"] = np.array(clean) + 2e-5 * chance.normal(size=6)
-    packages = [Package(one, {a: f"{pre}{a}" for a in "xyz"}) for one, pre in ((carrying, ""), (own, "model_"))]
+    packages = [Package(entry, {a: f"{pre}{a}" for a in "xyz"}) for entry, pre in ((carrying, ""), (own, "model_"))]
     found = inference(packages[0], packages[1], 2e-5, intervals=True).infer(readings)
     known = dict(zip(("pitch", "yaw", "roll"), euler.T, strict=True))
-    angles_hold(found, known, told.angles)  # type: ignore[arg-type]
+    angles_hold(found, known, expected.angles)  # type: ignore[arg-type]
 
 
 def _truth_of_the_bench(drawn: Mapping[str, tuple[float, ...]]) -> list[tuple[str, str]]:
@@ -337,16 +339,16 @@ def _force(euler_rad: np.ndarray, *, is_model: bool) -> np.ndarray:
 
 
 def by_table(procedure: str, changes: Mapping[str, str]) -> Callable[[Path, int, Told], None]:
-    def run(folder: Path, seed: int, told: Told) -> None:
+    def run(folder: Path, seed: int, expected: Told) -> None:
         chance = np.random.default_rng(seed)
         drawn = cones(chance, 1.25)
         pattern = r"\[twin\.truth\.ENC03J\]\n(?:[xyz] = .*\n){3}"
         rig = {pattern: f"[twin.truth.ENC03J]\n{of_cones(drawn, 'dps', 0.002)}", r"seed = \d+": f"seed = {seed}"}
         own = delivered(motion_run(folder, "rate-table", procedure, changes, rig).solved(), folder, "ENC03J")
-        wanted = {axis: {"offset_v": one[0], "sensitivity_v_per_dps": one[1]} for axis, one in drawn.items()}
-        parameters_hold(own, wanted, told.parameters)
-        truths = {axis: (one[0], direction(axis, one)) for axis, one in drawn.items()}
-        turned(own, truths, 0.002, chance, told)
+        wanted = {axis: {"offset_v": entry[0], "sensitivity_v_per_dps": entry[1]} for axis, entry in drawn.items()}
+        parameters_hold(own, wanted, expected.parameters)
+        truths = {axis: (entry[0], direction(axis, entry)) for axis, entry in drawn.items()}
+        turned(own, truths, 0.002, chance, expected)
 
     return run
 
@@ -367,10 +369,10 @@ SCENES: Mapping[str, Callable[[Path, int, Told], None]] = {
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.timeout(3600)
 def test_the_reports_calibrations_reach_angles_that_hold(scene: str, seeds: int, tmp_path: Path) -> None:
-    told = Told()
+    found = Told()
     for seed in range(2000, 2000 + seeds):
         folder = tmp_path / str(seed)
         folder.mkdir()
-        SCENES[scene](folder, seed, told)
-    told.parameters.require(seeds)
-    told.angles.require(seeds)
+        SCENES[scene](folder, seed, found)
+    found.parameters.require(seeds)
+    found.angles.require(seeds)

@@ -71,8 +71,8 @@ def test_a_sensor_or_axis_that_came_or_went_is_a_change(archived: Archived) -> N
     document = json.loads(archived.job.sets["SN1"])
     del document["axes"]["z"]
     gone = resolve_job(replace(archived.job, sets={"SN1": json.dumps(document), "SN2": archived.job.sets["SN1"]}))
-    told = {(change.sensor, change.axis, change.name, change.old, change.new) for change in gone.changes}
-    assert told == {("SN1", "z", "axis", None, 1.0), ("SN2", "", "sensor", 1.0, None)}
+    found = {(change.sensor, change.axis, change.name, change.old, change.new) for change in gone.changes}
+    assert found == {("SN1", "z", "axis", None, 1.0), ("SN2", "", "sensor", 1.0, None)}
 
 
 def test_another_treatment_changes_the_model_and_is_kept_only_when_asked(archived: Archived) -> None:
@@ -107,7 +107,9 @@ def test_two_processes_tell_what_one_tells(archived: Archived) -> None:
     with in_processes(2) as mapper:
         together = outcomes(mapper, jobs, 1)
     assert (
-        sorted(one.outcome for one in together) == sorted(one.outcome for one in alone) == ["missing", "same", "same"]
+        sorted(entry.outcome for entry in together)
+        == sorted(entry.outcome for entry in alone)
+        == ["missing", "same", "same"]
     )
 
 
@@ -136,23 +138,23 @@ def cluster() -> Iterator[str]:
 def test_a_dask_cluster_tells_the_same_in_chunks(archived: Archived) -> None:
     with cluster() as address, on_cluster(address) as mapper:
         answers = outcomes(mapper, [archived.job] * 3, LEAST_FITS_OF_A_TASK)
-    assert [one.outcome for one in answers] == ["same"] * 3
+    assert [answer.outcome for answer in answers] == ["same"] * 3
 
 
 def test_chunks_are_large_enough_for_the_pool_and_keep_every_job(archived: Archived) -> None:
     assert (chunk_size(2000, 2), chunk_size(10, 2), chunk_size(1, 2)) == (50, 1, 1)
-    parts = chunks([replace(archived.job, run_id=str(place)) for place in range(7)], 3)
+    parts = chunks([replace(archived.job, run_id=str(index)) for index in range(7)], 3)
     assert [[job.run_id for job in part] for part in parts] == [["0", "1", "2"], ["3", "4", "5"], ["6"]]
 
 
 def test_publishing_what_changed_keeps_the_old_and_then_nothing_changes_any_more(
     archived: Archived, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    asked = ["resolve", "--archive", archived.url, "--workers", "1", "--extended", "no", "--json"]
-    assert run_command([*asked, "--publish"]) == 0
+    text = ["resolve", "--archive", archived.url, "--workers", "1", "--extended", "no", "--json"]
+    assert run_command([*text, "--publish"]) == 0
     assert json.loads(capsys.readouterr().out)["published"] == 1
     assert len(list_sets(archived.url)) == 2
-    assert run_command(asked) == 0
+    assert run_command(text) == 0
     assert json.loads(capsys.readouterr().out)["same"] == 1
 
 
@@ -160,8 +162,8 @@ def test_what_is_compared_is_what_stands_in_the_set(archived: Archived) -> None:
     solved = solve_run(archived.run)
     built = sets_of(solved)
     assert primaries_of(solved).keys() == built.keys()
-    for name, one in primaries_of(solved).items():
+    for name, primary in primaries_of(solved).items():
         document = built[name].document["axes"]
         assert {axis: section["primary"] for axis, section in document.items()} == {
-            axis: section["primary"] for axis, section in one["axes"].items()
+            axis: section["primary"] for axis, section in primary["axes"].items()
         }

@@ -60,7 +60,7 @@ def test_ranges_are_exact_in_decimals(tenths: int, steps: int, start: int) -> No
     if abs(last) > 360:
         return
     values = Range.model_validate({"from": float(first), "to": float(last), "step": float(step)}).values()
-    assert values == tuple(float(first + step * place) for place in range(steps + 1))
+    assert values == tuple(float(first + step * index) for index in range(steps + 1))
 
 
 def test_a_plan_error_names_the_line_of_its_key() -> None:

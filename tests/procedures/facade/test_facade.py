@@ -47,8 +47,8 @@ def test_importing_it_loads_nothing_heavy_and_every_name_is_there() -> None:
         "import sys, calrig; print(sorted(m for m in sys.modules if m.partition('.')[0] in "
         "('numpy', 'pandas', 'scipy', 'matplotlib', 'pydantic', 'ams', 'rig', 'procedures')))"
     )
-    told = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
-    assert told.stdout.splitlines() == ["[]"]
+    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["[]"]
     assert dir(calrig) == sorted(calrig.__all__)
     assert [name for name in calrig.__all__ if not hasattr(calrig, name)] == []
     with pytest.raises(AttributeError, match="module 'calrig' has no attribute 'nothing'"):
@@ -57,9 +57,9 @@ def test_importing_it_loads_nothing_heavy_and_every_name_is_there() -> None:
 
 def test_fit_is_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     named = [word for axis, column in AXES.items() for word in ("--axis", f"{axis}={column}")]
-    told = call(capsys, "fit", OBSERVATIONS, *named, "--rig", EXAMPLE_RIG, "--extended", "test", "--json")
+    outcome = call(capsys, "fit", OBSERVATIONS, *named, "--rig", EXAMPLE_RIG, "--extended", "test", "--json")
     found = calrig.fit(str(OBSERVATIONS), AXES, rig=str(EXAMPLE_RIG), extended="test", sensor="SN1047")
-    assert json.loads(json.dumps(found.document)) == told.document
+    assert json.loads(json.dumps(found.document)) == outcome.document
     assert found.parameters["sensor"].unique().tolist() == ["SN1047"]
 
 
@@ -78,7 +78,7 @@ def _levels(replications: int, levels: tuple[float, ...]) -> pd.DataFrame:
     """31.24 counts a microtesla about 12 counts, and a fixed scatter of a count."""
     rows = [(turn, point, level) for turn in range(1, replications + 1) for point, level in enumerate(levels, 1)]
     table = pd.DataFrame(rows, columns=["replication", "point", "reference_ut"])
-    scatter = [((7 * place) % 11 - 5) / 5.0 for place in range(len(table))]
+    scatter = [((7 * index) % 11 - 5) / 5.0 for index in range(len(table))]
     table["mx_counts"] = 12.0 + 31.24 * table["reference_ut"] + scatter
     return table.assign(my_counts=-table["mx_counts"])
 
@@ -90,9 +90,9 @@ def test_a_table_of_levels_is_solved_as_the_command_does(
     table = _levels(replications, levels)
     table.to_csv(tmp_path / "levels.csv", index=False)
     named = ["--axis", "x=mx_counts", "--axis", "y=my_counts", "--model", "linear"]
-    told = call(capsys, "fit", tmp_path / "levels.csv", *named, "--json")
+    outcome = call(capsys, "fit", tmp_path / "levels.csv", *named, "--json")
     found = calrig.fit(table, {"x": "mx_counts", "y": "my_counts"}, model="linear")
-    assert json.loads(json.dumps(found.document)) == told.document
+    assert json.loads(json.dumps(found.document)) == outcome.document
     assert found.document["axes"]["x"]["parameters"]["gain_ut_per_counts"]["value"] == pytest.approx(1 / 31.24, 1e-3)
     if replications > 1:
         assert found.parameters["parameter"].tolist() == 2 * ["gain_ut_per_counts", "offset_ut"]
@@ -158,9 +158,11 @@ def test_a_composed_plan_is_what_the_command_says_of_its_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     planned = calrig.plan(COMPOSED, str(EXAMPLE_RIG))
-    told = call(capsys, "check", planned.save(tmp_path / "p.toml"), "--rig", EXAMPLE_RIG, "--out", tmp_path, "--json")
+    outcome = call(
+        capsys, "check", planned.save(tmp_path / "p.toml"), "--rig", EXAMPLE_RIG, "--out", tmp_path, "--json"
+    )
     said = json.loads(json.dumps(planned.document))
-    assert {key: told.document[key] for key in said} == said
+    assert {key: outcome.document[key] for key in said} == said
     assert planned.preflight(tmp_path).refusals == ()
     steps = planned.steps
     assert len(steps) == said["dwells_planned"]
@@ -224,6 +226,6 @@ def test_a_composed_plan_is_rehearsed(tmp_path: Path) -> None:
     planned = calrig.plan(COMPOSED, EXAMPLE_RIG)
     done = calrig.run(planned, out=tmp_path / "runs", rehearse=True, operator="A. Person")
     design = done.dwells.query("purpose == 'design' and accepted")
-    asked = planned.steps.query("purpose == 'design'")
-    assert design["step"].tolist() == asked.index.tolist()
-    assert (abs(design["pitch_deg"].to_numpy() - asked["pitch_deg"].to_numpy()) < 0.1).all()
+    request = planned.steps.query("purpose == 'design'")
+    assert design["step"].tolist() == request.index.tolist()
+    assert (abs(design["pitch_deg"].to_numpy() - request["pitch_deg"].to_numpy()) < 0.1).all()

@@ -296,9 +296,9 @@ def test_prompt_last_message_and_stop_are_in_view_at_any_size(tmp_path: Path, si
             _press(pilot, "g", "1", "0")
             await _until(pilot, lambda: "10" in shown(app, "#prompt"))
             height = size[1]
-            for place in ("#prompt", "#keys", "#messages", "#channels", "#axes"):
-                region = app.query_one(place).region
-                assert 0 <= region.y < region.bottom <= height, place
+            for location in ("#prompt", "#keys", "#messages", "#channels", "#axes"):
+                region = app.query_one(location).region
+                assert 0 <= region.y < region.bottom <= height, location
             assert app.query_one("#messages").region.bottom <= app.query_one("#prompt").region.y
             assert "stops everything" in shown(app, "#keys")
             assert "only goes to positions" in shown(app, "#messages")
@@ -307,8 +307,8 @@ def test_prompt_last_message_and_stop_are_in_view_at_any_size(tmp_path: Path, si
             readings = shown(app, "#channels")
             assert ("sn1048z" in readings, "sn1041x" in readings) == (True, False)
 
-    def shown(app: JogApp, place: str) -> str:
-        region = app.query_one(place).region
+    def shown(app: JogApp, location: str) -> str:
+        region = app.query_one(location).region
         lines = ("".join(part.text for part in line) for line in app.screen._compositor.render_strips(app.screen.size))
         return "\n".join(list(lines)[region.y : region.bottom])
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from jog_pages import JogScene, jog_scene, one_of
+from jog_pages import JogScene, choice_of, jog_scene
 
 DRIVEN_S, MOVING_S = 0.32, 0.75
 """From the last moment at which somebody who wanted it was there: told to stop, and at rest from 20°/s."""
@@ -19,7 +19,7 @@ def _walk(scene: JogScene, seed: int) -> list[str]:
     done = []
     for _ in range(ACTS):
         done.append(scene.do(chance))
-        scene.live(one_of(PAUSES_S, chance))
+        scene.live(choice_of(PAUSES_S, chance))
     return done
 
 

@@ -47,11 +47,11 @@ def test_a_silent_axis_has_no_position() -> None:
     assert "0.0000" not in text
 
 
-@pytest.mark.parametrize(("degrees", "place"), [(-180.0, 0), (0.0, 10), (180.0, 20), (90.0, 15), (400.0, 20)])
-def test_the_gauge_shows_where_the_axis_stands(degrees: float, place: int) -> None:
+@pytest.mark.parametrize(("degrees", "index"), [(-180.0, 0), (0.0, 10), (180.0, 20), (90.0, 15), (400.0, 20)])
+def test_the_gauge_shows_where_the_axis_stands(degrees: float, index: int) -> None:
     drawn = panels.gauge(replace(AXIS, state=_state(position_deg=degrees)), 21).plain
     assert len(drawn) == 21
-    assert drawn.index("●") == place
+    assert drawn.index("●") == index
 
 
 @pytest.mark.parametrize(
@@ -95,28 +95,28 @@ def test_a_key_stands_beside_its_meaning_at_any_width(width: int) -> None:
 
 
 def _channels(count: int, read: int) -> tuple[ChannelView, ...]:
-    return tuple(ChannelView(f"daq.{place}", count=place < read) for place in range(count))
+    return tuple(ChannelView(f"daq.{index}", count=index < read) for index in range(count))
 
 
 def test_every_channel_stands_on_one_page_and_no_page_is_empty() -> None:
     channels = _channels(24, 24)
     pages = [panels.page_of(channels, 5, number) for number in range(5)]
-    assert [one.name for page in pages for one in page.channels] == [one.name for one in channels]
-    assert [page.told for page in pages][-1] == "page 5 of 5"
+    assert [channel.name for page in pages for channel in page.channels] == [channel.name for channel in channels]
+    assert [page.label for page in pages][-1] == "page 5 of 5"
     assert panels.page_of(channels, 5, 99) == pages[-1]
-    assert panels.page_of(channels, 24, 0).told == ""
+    assert panels.page_of(channels, 24, 0).label == ""
 
 
 def test_the_first_sweep_is_told_until_every_channel_was_read_or_is_silent() -> None:
-    assert panels.sweep_told(_channels(24, 7)) == "first sweep: 7 of 24 channels read"
-    assert panels.sweep_told((*_channels(2, 2), ChannelView("z", silence="no reply"))) == ""
+    assert panels.sweep_text(_channels(24, 7)) == "first sweep: 7 of 24 channels read"
+    assert panels.sweep_text((*_channels(2, 2), ChannelView("z", silence="no reply"))) == ""
 
 
 @pytest.mark.parametrize("lines", range(1, 5))
 @pytest.mark.parametrize("width", [20, 60])
 def test_the_newest_message_is_seen_whatever_fits(lines: int, width: int) -> None:
-    told = [ShownMessage("12:00:00", "note", f"message {place} " + "long " * place) for place in range(8)]
-    text = panels.messages_panel(told, lines, width).plain
+    said = [ShownMessage("12:00:00", "note", f"message {index} " + "long " * index) for index in range(8)]
+    text = panels.messages_panel(said, lines, width).plain
     assert "message 7" in text
     assert sum(-(-len(line) // width) for line in text.splitlines()) <= lines
 

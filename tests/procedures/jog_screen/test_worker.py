@@ -43,8 +43,8 @@ class Turning:
 
     def until(self, words: str) -> None:
         until_s = CLOCK.monotonic_s() + WITHIN_S
-        while words not in (told := f"{[line.text for line in self.bench.view.messages]} {self.bench.guard.lost}"):
-            assert CLOCK.monotonic_s() < until_s, told
+        while words not in (text := f"{[line.text for line in self.bench.view.messages]} {self.bench.guard.lost}"):
+            assert CLOCK.monotonic_s() < until_s, text
             self.answer()
 
     def at_rest_deg(self) -> float:

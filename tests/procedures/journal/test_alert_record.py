@@ -32,6 +32,6 @@ def test_a_resume_journals_what_became_of_them(tmp_path: Path) -> None:
     small, run_dir, second = bench(tmp_path), tmp_path / "run", tmp_path / "second"
     run_unattended(small, UnattendedRun(run_dir, after={3: asks("stop")}))
     keep_outcomes(run_dir, second, [RANG, DEAF])
-    resume(run_dir, "tester", services=RunServices(second_place=second))
+    resume(run_dir, "tester", services=RunServices(second_folder=second))
     assert [event.detail for event in events(run_dir, "alert")] == [RANG, DEAF]
     assert read_outcomes(run_dir, second) == ()

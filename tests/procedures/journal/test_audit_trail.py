@@ -33,7 +33,7 @@ def test_a_killed_run_was_interrupted_from_its_last_sign_of_life() -> None:
 
 def test_a_stretch_that_changes_its_name_is_one_interruption() -> None:
     states = ["running", "held", "tripped", "checking", "running"]
-    events = [event(place, "state", 10.0 * place, to=state) for place, state in enumerate(states)]
+    events = [event(index, "state", 10.0 * index, to=state) for index, state in enumerate(states)]
     (trip,) = interruptions_in(events)
     assert trip.what == "held"
     assert trip.ended_utc == events[-1].utc
@@ -75,7 +75,7 @@ def test_an_aborted_run_never_went_on() -> None:
 
 
 def test_a_clean_run_has_no_interruption() -> None:
-    events = [event(place, "state", place, to=state) for place, state in enumerate(("checking", "running", "finished"))]
+    events = [event(index, "state", index, to=state) for index, state in enumerate(("checking", "running", "finished"))]
     assert interruptions_in(events) == ()
 
 

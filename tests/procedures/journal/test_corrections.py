@@ -81,7 +81,7 @@ def test_a_moved_package_begins_a_mounting_whose_check_set_is_compared_with_no_o
     assert solved is not None
     assert "coning and azimuth are those of mounting 2, the last" in str(solved.warnings)
     axis = solved.axes["x"]
-    found = {one.name: one.value for one in axis.parameters}
+    found = {parameter.name: parameter.value for parameter in axis.parameters}
     assert found["azimuth_deg"] == pytest.approx(36.0, abs=0.3)
     assert found["sensitivity_v_per_g"] == pytest.approx(2.5, abs=1e-4)
     earlier = axis.notes["mountings"]["earlier"]  # type: ignore[index]
@@ -110,16 +110,16 @@ def _with_azimuth(rig: RigDescription, azimuth_deg: float) -> object:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "told"),
+    ("wrong", "expected"),
     [
         (lambda run: void_from(run, 999, BUMPED), r"no accepted dwell of step 999 \(accepted steps: 6 to 32\)"),
         (lambda run: redo(run, 9, BUMPED), "replication 9 has no accepted dwell"),
         (lambda run: redo(run, 1, Authorisation("anna", " ")), "redo needs a reason"),
     ],
 )
-def test_what_cannot_be_taken_back_is_refused_and_nothing_is_written(whole: Path, wrong: object, told: str) -> None:
+def test_what_cannot_be_taken_back_is_refused_and_nothing_is_written(whole: Path, wrong: object, expected: str) -> None:
     before = (whole / JOURNAL_FILE).read_bytes()
-    with pytest.raises(RequestError, match=told):
+    with pytest.raises(RequestError, match=expected):
         wrong(whole)  # type: ignore[operator]
     assert (whole / JOURNAL_FILE).read_bytes() == before
 
@@ -210,7 +210,7 @@ def test_an_acknowledgement_at_rest_and_in_a_held_run_is_on_record_and_known(sma
     outcome = run_unattended(small, unattended, rig_of=RigWithBadLine)
     assert outcome.state in (State.FINISHED, State.STOPPED)
     (ack,) = events(unattended.run_dir, "ack")
-    assert (ack.detail["by"], any(one.event == "ack" for one in unattended.told)) == ("bert", True)
+    assert (ack.detail["by"], any(entry.event == "ack" for entry in unattended.heard)) == ("bert", True)
 
 
 def test_a_tripped_run_is_acknowledged_by_a_word_after_its_trip_or_by_a_resume(small: Bench, tmp_path: Path) -> None:

@@ -40,16 +40,16 @@ def followed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[News]
 def test_what_is_told_piece_by_piece_is_the_whole_journal(followed: tuple[Path, list[News]]) -> None:
     run_dir, news = followed
     with JournalReader.open(run_dir) as reader:
-        assert [event for one in news for event in one.events] == list(reader.events())
-    told, held = [one for some in news for one in some.dwells], dwells_of(run_dir)
-    assert [(one.record.step, one.record.attempt, one.record.accepted) for one in told] == [
+        assert [event for added in news for event in added.events] == list(reader.events())
+    found, held = [dwell for some in news for dwell in some.dwells], dwells_of(run_dir)
+    assert [(entry.record.step, entry.record.attempt, entry.record.accepted) for entry in found] == [
         (dwell.step, dwell.attempt, dwell.accepted) for dwell in held
     ]
-    for one, dwell in zip(told, held, strict=True):
-        assert one.record.readings == {}
+    for each_dwell, dwell in zip(found, held, strict=True):
+        assert each_dwell.record.readings == {}
         for channel, reading in dwell.readings.items():
-            assert one.mean[channel] == pytest.approx(float(np.mean(reading.samples)), rel=1e-15)
-            assert one.standard_deviation[channel] == pytest.approx(reading.standard_deviation, rel=1e-9)
+            assert each_dwell.mean[channel] == pytest.approx(float(np.mean(reading.samples)), rel=1e-15)
+            assert each_dwell.standard_deviation[channel] == pytest.approx(reading.standard_deviation, rel=1e-9)
 
 
 def test_a_follower_that_comes_late_knows_the_same(followed: tuple[Path, list[News]]) -> None:
@@ -66,20 +66,20 @@ def test_a_run_that_goes_on_tells_how_far_it_is_and_what_a_request_refers_to(
     run_dir, news = followed
     with JournalReader.open(run_dir) as reader:
         entered = {event.sequence: str(event.detail["to"]) for event in reader.events("state")}
-    going = [one.status.to_document() for one in news if one.status.state is State.RUNNING and one.is_alive]
-    assert {entered[one["state_sequence"]] for one in going} == {"running"}
-    assert [one["replication"] for one in going if one["dwells_done"] in (1, 13)][:2] == [1, 2]
+    going = [added.status.to_document() for added in news if added.status.state is State.RUNNING and added.is_alive]
+    assert {entered[entry["state_sequence"]] for entry in going} == {"running"}
+    assert [entry["replication"] for entry in going if entry["dwells_done"] in (1, 13)][:2] == [1, 2]
     assert (going[-1]["replications"], going[-1]["rejected"]) == (2, 0)
     assert "state_sequence" not in news[-1].status.to_document()
 
 
 def test_states_are_told_as_they_were_entered(followed: tuple[Path, list[News]]) -> None:
     _, news = followed
-    assert [one.status.state for one in news if any(event.kind == "state" for event in one.events)][-2:] == [
+    assert [added.status.state for added in news if any(event.kind == "state" for event in added.events)][-2:] == [
         State.RUNNING,
         State.FINISHED,
     ]
-    assert all(one.is_alive for one in news[:-1])
+    assert all(added.is_alive for added in news[:-1])
 
 
 def test_a_quiet_run_costs_a_look_at_its_bell(

@@ -39,14 +39,14 @@ def test_fault_56_what_the_guard_did_is_told_and_then_journalled(tmp_path: Path)
     (run.run_dir / RECORD).write_text(json.dumps(DOCUMENT), encoding="utf-8")
     record = read_guard_record(run.run_dir)
     assert record is not None
-    told = "the engine was frozen (SIGSTOP); it was ended while roll could move"
-    assert told in guard_sentence(record)
-    assert told in handover(run.run_dir)
+    text = "the engine was frozen (SIGSTOP); it was ended while roll could move"
+    assert text in guard_sentence(record)
+    assert text in handover(run.run_dir)
     with open_rig(small.rig) as rig:
         assert resume_on(run.run_dir, rig, "carla").state is State.FINISHED
     (event,) = events(run.run_dir, EVENT)
     assert event.detail == DOCUMENT
-    assert told in handover(run.run_dir)
+    assert text in handover(run.run_dir)
     assert not (run.run_dir / RECORD).exists()
 
 
@@ -62,7 +62,7 @@ def test_a_death_that_people_were_told_of_is_journalled_by_the_resume_and_not_to
     later = UnattendedRun(run.run_dir)
     with open_rig(small.rig) as rig:
         assert resume_on(run.run_dir, rig, "carla", observer=later).state is State.FINISHED
-    entered = [one for one in later.told if (one.event, one.state) == ("state", State.INTERRUPTED)]
+    entered = [one for one in later.heard if (one.event, one.state) == ("state", State.INTERRUPTED)]
     assert bool(entered) is not is_told
     (journalled,) = [one for one in events(run.run_dir, "state") if one.detail["to"] == State.INTERRUPTED]
     assert journalled.detail["reason"] == (sentence if is_told else "the process ended without a last line")
@@ -83,18 +83,18 @@ def test_a_run_that_was_aborted_through_the_guard_tells_who_asked(tmp_path: Path
     run = UnattendedRun(tmp_path / "run", after={5: ask_the_guard})
     outcome = run_unattended(small, run)
     guard.close()
-    told = f"the stop guard stopped the axes at once (asked for by {named})"
-    assert (outcome.state, outcome.reason) == (State.ABORTED, told)
+    text = f"the stop guard stopped the axes at once (asked for by {named})"
+    assert (outcome.state, outcome.reason) == (State.ABORTED, text)
     stands = status(run.run_dir)
-    assert (stands.asked_by, stands.why) == (named, told)
-    assert f"{told}\n" in handover(run.run_dir)
-    last = run.told[-1]
-    assert (last.asked_by, is_unasked(last.state, last.asked_by)) == (named, False)
+    assert (stands.requested_by, stands.why) == (named, text)
+    assert f"{text}\n" in handover(run.run_dir)
+    last = run.heard[-1]
+    assert (last.requested_by, is_unasked(last.state, last.requested_by)) == (named, False)
 
 
 def test_an_axis_that_could_not_be_told_is_named() -> None:
-    told = guard_sentence({**DOCUMENT, "axes": {"roll": "NOT told to stop: the line takes no bytes"}})
-    assert told.endswith("but roll: NOT told to stop: the line takes no bytes; use the stop button at the machine")
+    found = guard_sentence({**DOCUMENT, "axes": {"roll": "NOT told to stop: the line takes no bytes"}})
+    assert found.endswith("but roll: NOT told to stop: the line takes no bytes; use the stop button at the machine")
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"format": "another"}'])

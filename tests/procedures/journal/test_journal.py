@@ -206,7 +206,7 @@ def test_a_new_journal_never_replaces_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "expected"),
     [
         (b"", "has zero length"),
         (b"x,y\n1,2\n", "is not a journal"),
@@ -214,11 +214,11 @@ def test_a_new_journal_never_replaces_one(tmp_path: Path) -> None:
         (b"SQLite format 3\0", "truncated or damaged|not a whole journal"),
     ],
 )
-def test_what_is_no_journal_is_told(tmp_path: Path, content: bytes, told: str) -> None:
+def test_what_is_no_journal_is_told(tmp_path: Path, content: bytes, expected: str) -> None:
     path = tmp_path / "journal.sqlite"
     path.write_bytes(content)
     for opened in (JournalReader.open, Journal.open_for_append):
-        with pytest.raises(JournalError, match=told):
+        with pytest.raises(JournalError, match=expected):
             opened(path)
     assert path.read_bytes() == content
 
@@ -275,17 +275,17 @@ def test_a_lost_write_ahead_log_is_noticed(tmp_path: Path) -> None:
 def test_a_flipped_bit_in_the_samples_names_the_dwell(tmp_path: Path) -> None:
     path = journal_with(tmp_path / "journal.sqlite", 5)
     samples = a_dwell(3).readings["dmm.x"].samples.tobytes()
-    flipped = bytes(byte ^ (0x10 if place == 17 else 0) for place, byte in enumerate(samples))
+    flipped = bytes(byte ^ (0x10 if index == 17 else 0) for index, byte in enumerate(samples))
     content = path.read_bytes()
     assert samples in content
     path.write_bytes(content.replace(samples, flipped))  # wherever it lies: pages that were split leave a copy behind
-    told = "the dwell of step 3, attempt 1, epoch 1 is not as it was written"
-    with JournalReader.open(path) as reader, pytest.raises(JournalError, match=told):
+    text = "the dwell of step 3, attempt 1, epoch 1 is not as it was written"
+    with JournalReader.open(path) as reader, pytest.raises(JournalError, match=text):
         reader.verify()
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "expected"),
     [
         ("UPDATE dwells SET record = replace(record, '10.0001', '10.0002') WHERE step = 1", "dwell of step 1"),
         ("UPDATE dwells SET accepted = 0 WHERE step = 2", "dwell of step 2.*filed under another key"),
@@ -298,11 +298,11 @@ def test_a_flipped_bit_in_the_samples_names_the_dwell(tmp_path: Path) -> None:
         ("UPDATE header SET document = replace(document, 'tester', 'nobody')", "the header is not as it was written"),
     ],
 )
-def test_a_changed_record_is_noticed(tmp_path: Path, change: str, told: str) -> None:
+def test_a_changed_record_is_noticed(tmp_path: Path, change: str, expected: str) -> None:
     path = journal_with(tmp_path / "journal.sqlite", 3)
     _change(path, change)
     (tmp_path / "journal.count").unlink()
-    with pytest.raises(JournalError, match=told), JournalReader.open(path) as reader:
+    with pytest.raises(JournalError, match=expected), JournalReader.open(path) as reader:
         reader.verify()
 
 
@@ -333,9 +333,9 @@ def _fill_a_limited_disk(folder: Path) -> None:
 def test_a_full_disk_is_one_clear_error_and_loses_nothing_acknowledged(tmp_path: Path) -> None:
     _, status = os.waitpid(in_child(lambda: _fill_a_limited_disk(tmp_path)), 0)
     assert status == 0
-    acknowledged, told, exit_status = json.loads((tmp_path / "told.json").read_text())
-    assert "cannot be written" in told
-    assert "everything committed before is intact" in told
+    acknowledged, file, exit_status = json.loads((tmp_path / "told.json").read_text())
+    assert "cannot be written" in file
+    assert "everything committed before is intact" in file
     assert exit_status == ExitStatus.FAILED
     with JournalReader.open(tmp_path) as reader:
         reader.verify()

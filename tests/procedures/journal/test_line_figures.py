@@ -31,15 +31,15 @@ def test_counts_are_added_over_connections_and_not_within_one() -> None:
 
 
 @pytest.mark.parametrize(
-    ("figures", "told"),
+    ("figures", "expected"),
     [
         (LineFigures(1000, 0, 0), "1000 questions, 0 without a good answer"),
         (LineFigures(1000, 25, 0), "1000 questions, 25 without a good answer (2.50%)"),
         (LineFigures(3, 0, 12), "3 questions, 0 without a good answer, 12 bytes nobody asked for"),
     ],
 )
-def test_figures_are_told_in_one_phrase(figures: LineFigures, told: str) -> None:
-    assert figures.in_words() == told
+def test_figures_are_told_in_one_phrase(figures: LineFigures, expected: str) -> None:
+    assert figures.in_words() == expected
 
 
 def test_a_run_tells_its_lines_in_status_and_report(tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_a_run_tells_its_lines_in_status_and_report(tmp_path: Path) -> None:
     assert bench(tmp_path).run(run_dir).state is State.FINISHED
     lines = status(run_dir).lines
     assert set(lines) == {"axes.pitch", "readouts.dmm", "environment.air"}
-    assert all(line.asked > 50 and line.errors == 0 for line in lines.values())
+    assert all(line.questions > 50 and line.errors == 0 for line in lines.values())
     with JournalReader.open(run_dir) as reader:
         sections = condition_sections(tuple(reader.events()))
     assert sections["lines"] == {name: line.in_words() for name, line in lines.items()}

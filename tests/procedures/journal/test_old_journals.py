@@ -54,9 +54,9 @@ def test_the_old_set_follows_from_the_raw_samples_of_the_accepted_dwells_alone()
     """Nothing of ours between: the blobs by ``sqlite3``, TP (2) in its linear form by ``numpy.linalg.lstsq``."""
     rows, means = _raw(REPEATED / "journal.sqlite")
     then = json.loads((REPEATED / "SN1.json").read_text(encoding="utf-8"))
-    for place, axis in enumerate("xyz"):
+    for index, axis in enumerate("xyz"):
         values = then["axes"][axis]["primary"]["values"]
-        found = np.linalg.lstsq(rows, means[:, place], rcond=None)[0]
+        found = np.linalg.lstsq(rows, means[:, index], rcond=None)[0]
         scale = sum(abs(value) for value in values.values())
         np.testing.assert_allclose(found, list(values.values()), rtol=0, atol=1e-12 * scale)
 

@@ -40,11 +40,11 @@ def test_an_entry_tells_what_the_status_of_the_run_tells(state: State, is_alive:
     run = make_run(tmp_path / "run", state, dwells=20)
     if is_alive:
         with owning(run):
-            (listed,), told = RunList(tmp_path).read(), status(run)
+            (listed,), found = RunList(tmp_path).read(), status(run)
     else:
-        (listed,), told = RunList(tmp_path).read(), status(run)
-    assert (listed.path, listed.state, listed.is_alive, listed.trouble) == (run, told.state, is_alive, "")
-    assert (listed.dwells_done, listed.dwells_planned) == (told.dwells_done, told.dwells_planned)
+        (listed,), found = RunList(tmp_path).read(), status(run)
+    assert (listed.path, listed.state, listed.is_alive, listed.trouble) == (run, found.state, is_alive, "")
+    assert (listed.dwells_done, listed.dwells_planned) == (found.dwells_done, found.dwells_planned)
     assert (listed.title, listed.started_utc) == ("title of run", STARTED_UTC)
     assert (listed.state is State.INTERRUPTED) == (state in ACTIVE and not is_alive)
 
@@ -52,7 +52,7 @@ def test_an_entry_tells_what_the_status_of_the_run_tells(state: State, is_alive:
 def test_the_latest_start_comes_first_whatever_the_folders_are_called(tmp_path: Path) -> None:
     for name, day in (("b", 2), ("a", 1), ("c", 0)):
         make_run(tmp_path / name, State.FINISHED, started_utc=STARTED_UTC + timedelta(days=day))
-    assert [one.path.name for one in RunList(tmp_path).read()] == ["b", "a", "c"]
+    assert [entry.path.name for entry in RunList(tmp_path).read()] == ["b", "a", "c"]
 
 
 def test_a_folder_that_is_not_there_or_holds_other_things_holds_no_run(tmp_path: Path) -> None:
@@ -108,13 +108,13 @@ def test_a_lock_that_comes_and_goes_is_seen_without_reading_the_journal_again(
 ) -> None:
     run = make_run(tmp_path / "run", State.RUNNING)
     listing = RunList(tmp_path, LATER)
-    assert [one.state for one in listing.read()] == [State.INTERRUPTED]
+    assert [entry.state for entry in listing.read()] == [State.INTERRUPTED]
     opened.clear()
     with owning(run):
         assert listing.alive() == (run,)
-        assert [one.state for one in listing.read()] == [State.RUNNING]
+        assert [entry.state for entry in listing.read()] == [State.RUNNING]
     assert listing.alive() == ()
-    assert [one.state for one in listing.read()] == [State.INTERRUPTED]
+    assert [entry.state for entry in listing.read()] == [State.INTERRUPTED]
     assert opened == []
 
 
@@ -143,17 +143,17 @@ def test_whatever_byte_rots_the_list_still_tells_of_every_run(tmp_path: Path) ->
     content = journal.read_bytes()
     for number in range(200):
         rotten = bytearray(content)
-        place = int(chance.integers(0, len(rotten)))
+        location = int(chance.integers(0, len(rotten)))
         width = int(chance.choice([1, 16, 4096]))
-        rotten[place : place + width] = chance.bytes(len(rotten[place : place + width]))
+        rotten[location : location + width] = chance.bytes(len(rotten[location : location + width]))
         folder = tmp_path / f"rotten-{number:03}"
         folder.mkdir()
         (folder / "journal.sqlite").write_bytes(bytes(rotten))
     listed = RunList(tmp_path).read()
     assert len(listed) == 201
-    assert next(one for one in listed if one.path.name == "whole").state is State.FINISHED
-    assert all(one.trouble or one.state is not None for one in listed)
-    assert any(one.trouble for one in listed)
+    assert next(entry for entry in listed if entry.path.name == "whole").state is State.FINISHED
+    assert all(entry.trouble or entry.state is not None for entry in listed)
+    assert any(entry.trouble for entry in listed)
 
 
 def test_a_run_that_is_removed_meanwhile_is_gone_from_the_list(tmp_path: Path) -> None:

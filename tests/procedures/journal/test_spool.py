@@ -15,19 +15,19 @@ WHOLE = Request("pause", "anna", "2026-03-01T12:00:00+00:00", "tea", 41, "consol
 
 
 def _steered(folder: Path, state_sequence: int = 41) -> tuple[Steering, Spool, list[Taken]]:
-    told: list[Taken] = []
+    messages: list[Taken] = []
     spool = Spool(folder)
     clock = a_clock()
-    return Steering(spool, clock, clock, told.append, state_sequence=lambda: state_sequence), spool, told
+    return Steering(spool, clock, clock, messages.append, state_sequence=lambda: state_sequence), spool, messages
 
 
 def test_everything_that_a_request_says_comes_out_and_is_kept(tmp_path: Path) -> None:
-    steering, spool, told = _steered(tmp_path)
+    steering, spool, found = _steered(tmp_path)
     spool.submit(WHOLE)
     steering.look()
-    assert told[0].request == steering.pause == WHOLE
-    assert told[0].detail() == {
-        "file": told[0].file, "kind": "pause", "by": "anna", "at_utc": WHOLE.at_utc, "text": "tea", "expects": 41,
+    assert found[0].request == steering.pause == WHOLE
+    assert found[0].detail() == {
+        "file": found[0].file, "kind": "pause", "by": "anna", "at_utc": WHOLE.at_utc, "text": "tea", "expects": 41,
         "via": "console", "place": "bench-pc", "key": "a-key",
     }  # fmt: skip
 
@@ -37,20 +37,20 @@ def test_everything_that_a_request_says_comes_out_and_is_kept(tmp_path: Path) ->
 def test_what_was_asked_in_view_of_another_state_is_refused_and_told(
     tmp_path: Path, kind: str, expects: int | None, words: str
 ) -> None:
-    steering, spool, told = _steered(tmp_path)
+    steering, spool, found = _steered(tmp_path)
     spool.submit(replace(WHOLE, kind=kind, expects=expects))  # type: ignore[arg-type]
     steering.look()
     assert (steering.pause, steering.continued) == (None, None)
-    assert words in str(told[0].detail()["refused"])
+    assert words in str(found[0].detail()["refused"])
 
 
 def test_stop_and_note_are_taken_as_they_come(tmp_path: Path) -> None:
-    steering, spool, told = _steered(tmp_path)
+    steering, spool, found = _steered(tmp_path)
     for kind in ("stop", "note"):
         spool.submit(Request(kind, "anna", WHOLE.at_utc, key=kind, expects=3))  # type: ignore[arg-type]
     steering.look()
     assert steering.stop is not None
-    assert [taken.complaint for taken in told] == ["", ""]
+    assert [taken.complaint for taken in found] == ["", ""]
 
 
 def test_an_abort_is_taken_as_it_comes(tmp_path: Path) -> None:
@@ -61,20 +61,20 @@ def test_an_abort_is_taken_as_it_comes(tmp_path: Path) -> None:
 
 
 def test_a_request_that_comes_twice_is_taken_once(tmp_path: Path) -> None:
-    steering, spool, told = _steered(tmp_path)
+    steering, spool, found = _steered(tmp_path)
     spool.submit(WHOLE)
     steering.look()
     steering.pause = None
     spool.submit(WHOLE)
     steering.look()
     assert steering.pause is None
-    assert told[1].complaint == "pause with the key a-key was taken already"
+    assert found[1].complaint == "pause with the key a-key was taken already"
 
 
 @pytest.mark.parametrize("expects", [True, "41", 4.1, [41]])
 def test_an_expectation_that_is_no_number_of_an_event_is_no_request(tmp_path: Path, expects: object) -> None:
-    steering, spool, told = _steered(tmp_path)
+    steering, spool, found = _steered(tmp_path)
     spool.folder.mkdir()
     (spool.folder / "x.json").write_text(json.dumps({**WHOLE.to_document(), "expects": expects}))
     steering.look()
-    assert told[0].complaint.startswith("not a request: expects: got")
+    assert found[0].complaint.startswith("not a request: expects: got")

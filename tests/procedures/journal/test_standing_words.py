@@ -48,10 +48,10 @@ def test_where_the_reader_lives_by_utc_it_is_told_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "told"), [(-3.0, "0 s"), (89.0, "89 s"), (720.0, "12 min"), (11100.0, "3 h 05 min")]
+    ("seconds", "expected"), [(-3.0, "0 s"), (89.0, "89 s"), (720.0, "12 min"), (11100.0, "3 h 05 min")]
 )
-def test_durations(seconds: float, told: str) -> None:
-    assert duration(seconds) == told
+def test_durations(seconds: float, expected: str) -> None:
+    assert duration(seconds) == expected
 
 
 def test_every_line_of_the_metrics_is_in_the_format_whatever_a_run_is_called() -> None:
@@ -74,5 +74,5 @@ def test_a_phase_tells_how_long_it_usually_takes() -> None:
 def test_an_end_says_when_it_is_late_in_one_case_of_ten() -> None:
     ends, late = NOW + timedelta(hours=1), NOW + timedelta(hours=2)
     progress = replace(MOMENT, eta_utc=ends, late_utc=late)
-    told = dict(rows_of(progress, "", None, NOW, UTC))["ends"]
-    assert told == "2026-03-01 05:00 UTC; later than 2026-03-01 06:00 UTC in one case of ten"
+    found = dict(rows_of(progress, "", None, NOW, UTC))["ends"]
+    assert found == "2026-03-01 05:00 UTC; later than 2026-03-01 06:00 UTC in one case of ten"

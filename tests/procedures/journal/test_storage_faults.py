@@ -90,9 +90,11 @@ def _whatever_the_order(run: SolvedRun) -> dict[str, Any]:
     for sensor in document.values():
         for axis in sensor["axes"].values():
             axis["findings"] = [
-                {name: one[name] for name in ("kind", "text", "significant")} if one["kind"] in _LOW_ORDER else one
-                for one in axis["findings"]
-                if "previous attitude" not in one["text"]
+                {name: entry[name] for name in ("kind", "text", "significant")}
+                if entry["kind"] in _LOW_ORDER
+                else entry
+                for entry in axis["findings"]
+                if "previous attitude" not in entry["text"]
             ]
     return document
 
@@ -221,7 +223,7 @@ def test_fault_04_a_disk_that_turns_read_only_leaves_a_copy_in_the_second_place(
 
     monkeypatch.setattr(Journal, "commit_dwell", refused)
     unattended = UnattendedRun(tmp_path / "run")
-    outcome = run_unattended(small, unattended, RunServices(second_place=tmp_path / "second"))
+    outcome = run_unattended(small, unattended, RunServices(second_folder=tmp_path / "second"))
     assert (outcome.state, outcome.exit_status) == (State.STOPPED, ExitStatus.FAILED)
     assert "attempt to write a readonly database" in outcome.reason
     assert f"copied to {tmp_path / 'second' / 'run'} (14 dwells" in outcome.reason
@@ -235,9 +237,9 @@ def test_fault_04_a_disk_that_turns_read_only_leaves_a_copy_in_the_second_place(
 
 
 def test_fault_04_a_second_place_that_fails_as_well_is_told(clean: Path, tmp_path: Path) -> None:
-    place = tmp_path / "a-file"
-    place.write_text("")
-    assert emergency_copy(clean, place, None).startswith(f"; no copy could be made in {place}")
+    location = tmp_path / "a-file"
+    location.write_text("")
+    assert emergency_copy(clean, location, None).startswith(f"; no copy could be made in {location}")
 
 
 def test_fault_05_a_sync_that_fails_is_not_believed(tmp_path: Path, small: Bench) -> None:
@@ -355,11 +357,11 @@ def test_a_copy_is_made_when_people_know_and_the_axes_rest(tmp_path: Path, monke
     seen: list[tuple[State, list[bool]]] = []
 
     def copy(*_: object) -> str:
-        seen.append((run.told[-1].state, [axis.state().is_moving for axis in run.rig.axes.values()]))
+        seen.append((run.heard[-1].state, [axis.state().is_moving for axis in run.rig.axes.values()]))
         return "; copied elsewhere"
 
     run = UnattendedRun(tmp_path / "run", after={3: lambda _: monkeypatch.setattr(Journal, "append_event", refuse)})
     monkeypatch.setattr("procedures.run.engine.emergency_copy", copy)
-    outcome = run_unattended(bench(tmp_path), run, RunServices(second_place=tmp_path / "second"))
+    outcome = run_unattended(bench(tmp_path), run, RunServices(second_folder=tmp_path / "second"))
     assert seen == [(State.STOPPED, [False, False])]
     assert "; copied elsewhere" in outcome.reason

@@ -39,8 +39,8 @@ def _axis(solved: SolvedSensor, axis: str) -> AxisCalibration:
     return solved.calibration.axes[axis]
 
 
-def _parameter(solved: SolvedSensor, axis: str, place: int) -> tuple[float, float]:
-    estimate = _axis(solved, axis).parameters[place]
+def _parameter(solved: SolvedSensor, axis: str, index: int) -> tuple[float, float]:
+    estimate = _axis(solved, axis).parameters[index]
     assert estimate.value is not None
     assert estimate.standard_uncertainty is not None
     return estimate.value, estimate.standard_uncertainty

@@ -75,13 +75,13 @@ def test_check_attitudes_are_attitudes_of_the_design(tmp_path):
 
 def test_the_reference_attitude_comes_after_every_so_many_design_dwells(tmp_path):
     plan = plan_of(tmp_path, more="[check]\nreference_every = 20\npitch_deg = 5.0\n")
-    places, design_dwells = [], 0
+    indices, design_dwells = [], 0
     for dwell in plan.dwells:
         design_dwells += dwell.purpose == "design"
         if dwell.purpose == "reference":
-            places.append(design_dwells)
+            indices.append(design_dwells)
             assert dwell.targets_deg == {"pitch": 5.0, "roll": 0.0}
-    assert places == [20, 40, 60]
+    assert indices == [20, 40, 60]
 
 
 def test_each_plateau_is_soaked_once_and_holds_all_its_replications(tmp_path):

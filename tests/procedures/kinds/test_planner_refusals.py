@@ -98,9 +98,9 @@ def test_fewer_points_than_parameters_are_refused(tmp_path):
 
 
 def test_as_many_dwells_as_parameters_leave_no_uncertainty(tmp_path):
-    one = ("replications = 2", "replications = 1")
+    entry = ("replications = 2", "replications = 1")
     grid = [('"D1"', '"D"'), (PITCH, "pitch_deg = [0.0, 30.0]"), (ROLL, "roll_deg = [0.0, 90.0]")]
-    assert "1 × 4 dwells for 4 parameters leave no degree of freedom" in refusal(tmp_path, one, *grid)
+    assert "1 × 4 dwells for 4 parameters leave no degree of freedom" in refusal(tmp_path, entry, *grid)
 
 
 def test_roll_at_one_value_only_is_refused_naming_the_parameters(tmp_path):

@@ -105,11 +105,11 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("example", "procedure", "changes", "rig_changes", "told"), REFUSED)
+@pytest.mark.parametrize(("example", "procedure", "changes", "rig_changes", "expected"), REFUSED)
 def test_the_impossible_is_refused_with_file_line_and_key(
-    tmp_path: Path, example: str, procedure: str, changes: dict[str, str], rig_changes: dict[str, str], told: str
+    tmp_path: Path, example: str, procedure: str, changes: dict[str, str], rig_changes: dict[str, str], expected: str
 ) -> None:
-    with pytest.raises(PlanError, match=told):
+    with pytest.raises(PlanError, match=expected):
         motion_run(tmp_path, example, procedure, changes, rig_changes)
 
 
@@ -125,11 +125,11 @@ WRONG = [
 ]
 
 
-@pytest.mark.parametrize(("example", "procedure", "changes", "told"), WRONG)
+@pytest.mark.parametrize(("example", "procedure", "changes", "expected"), WRONG)
 def test_tables_that_do_not_go_together_are_refused(
-    tmp_path: Path, example: str, procedure: str, changes: dict[str, str], told: str
+    tmp_path: Path, example: str, procedure: str, changes: dict[str, str], expected: str
 ) -> None:
-    with pytest.raises(DescriptionError, match=told):
+    with pytest.raises(DescriptionError, match=expected):
         motion_run(tmp_path, example, procedure, changes)
 
 

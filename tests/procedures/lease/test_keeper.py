@@ -71,8 +71,8 @@ class _Wall(VirtualClock):
         super().__init__(datetime.now(UTC))
 
 
-def _keeper(archive: Archive, clock: _Wall, told: list[str]) -> LeaseKeeper:
-    keeper = LeaseKeeper(archive.url, "run night", told.append, clock, LAPSES_S, NEVER_S)
+def _keeper(archive: Archive, clock: _Wall, expected: list[str]) -> LeaseKeeper:
+    keeper = LeaseKeeper(archive.url, "run night", expected.append, clock, LAPSES_S, NEVER_S)
     keeper.claim([DEVICE])
     return keeper
 
@@ -93,7 +93,7 @@ def test_fault_80_another_computer_is_refused_and_told_who_has_it_until_it_is_gi
         assert other.returncode == 0
         with leased(archive.url, "jog", pytest.fail) as lease:
             lease.claim([DEVICE])
-            assert [one.holder.purpose for one in held(archive.url, [DEVICE], CLOCK.now_utc())] == ["jog"]
+            assert [entry.holder.purpose for entry in held(archive.url, [DEVICE], CLOCK.now_utc())] == ["jog"]
         assert held(archive.url, [DEVICE], CLOCK.now_utc()) == ()
 
 
@@ -123,8 +123,8 @@ def test_the_lease_of_a_killed_process_lapses_and_its_own_computer_need_not_wait
 
 
 def test_a_database_that_is_lost_is_an_alarm_once_and_found_again(archive: Archive) -> None:
-    clock, told = _Wall(), list[str]()
-    keeper = _keeper(archive, clock, told)
+    clock, messages = _Wall(), list[str]()
+    keeper = _keeper(archive, clock, messages)
     assert keeper.news() == []
     archive.execute("ALTER TABLE leases RENAME TO away")
     clock.sleep(LAPSES_S - 1.0)
@@ -144,7 +144,7 @@ def test_a_database_that_is_lost_is_an_alarm_once_and_found_again(archive: Archi
     assert keeper.news() == [LeaseNews("the lease of 192.0.2.7 port 1234 is held again", is_lost=False)]
     keeper.close()
     assert held(archive.url, [DEVICE], clock.now_utc()) == ()
-    assert told == []
+    assert messages == []
 
 
 @pytest.mark.thorough
@@ -177,9 +177,9 @@ def test_a_lease_that_another_took_is_an_alarm_until_it_is_free(
 
 
 def test_a_database_that_does_not_answer_refuses_nothing_and_says_that_nothing_guards(tmp_path: Path) -> None:
-    clock, told = _Wall(), list[str]()
-    keeper = _keeper(Archive(f"sqlite:///{tmp_path / 'away' / 'archive.sqlite'}"), clock, told)
-    assert "192.0.2.7 port 1234: nothing guards against a second computer now: " in told[0]
+    clock, messages = _Wall(), list[str]()
+    keeper = _keeper(Archive(f"sqlite:///{tmp_path / 'away' / 'archive.sqlite'}"), clock, messages)
+    assert "192.0.2.7 port 1234: nothing guards against a second computer now: " in messages[0]
     (news,) = keeper.news()
     assert news.is_lost
     assert news.text.startswith("no lease of 192.0.2.7 port 1234 could be taken (")
@@ -213,13 +213,13 @@ def test_fault_80_a_run_whose_lease_is_lost_rings_and_goes_on_to_its_end(tmp_pat
     due = {3: lost, 9: again}
 
     def news() -> list[LeaseNews]:
-        done = max((progress.dwells_done for progress in unattended.told), default=0)
+        done = max((progress.dwells_done for progress in unattended.heard), default=0)
         return [due.pop(at) for at in sorted(due) if at <= done]
 
     outcome = run_unattended(small, unattended, RunServices(lease_news=news))
     assert outcome.state is State.FINISHED
     assert [event.detail["lost"] for event in events(unattended.run_dir, "lease")] == [True, False]
-    assert [progress.event for progress in unattended.told if progress.event in (LEASE, LEASE_LOST)] == [
+    assert [progress.event for progress in unattended.heard if progress.event in (LEASE, LEASE_LOST)] == [
         LEASE_LOST,
         LEASE,
     ]
@@ -227,27 +227,27 @@ def test_fault_80_a_run_whose_lease_is_lost_rings_and_goes_on_to_its_end(tmp_pat
 
 
 def test_a_lost_lease_is_told_again_until_it_is_acknowledged_or_over(tmp_path: Path) -> None:
-    clock, told = VirtualClock(datetime(2026, 3, 1, tzinfo=UTC)), tmp_path / "told.jsonl"
+    clock, file = VirtualClock(datetime(2026, 3, 1, tzinfo=UTC)), tmp_path / "told.jsonl"
     write = "import json, pathlib, sys; pathlib.Path(sys.argv[1]).open('a').write(json.dumps(sys.stdin.read()) + '\\n')"
-    settings = AlertSettings(command=(sys.executable, "-c", write, str(told)), repeat_every_s=900.0)
-    desk = AlertDispatcher(settings, "night", clock, SilentObserver())
+    settings = AlertSettings(command=(sys.executable, "-c", write, str(file)), repeat_every_s=900.0)
+    dispatcher = AlertDispatcher(settings, "night", clock, SilentObserver())
     lost = Progress(LEASE_LOST, State.RUNNING, 3, 24, 1, 2, None, None, "the lease of X has lapsed; the run goes on")
 
     def subjects() -> list[str]:
-        desk.close()
-        texts = [json.loads(line) for line in told.read_text(encoding="utf-8").splitlines()]
-        told.write_text("", encoding="utf-8")
+        dispatcher.close()
+        texts = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+        file.write_text("", encoding="utf-8")
         return [text.splitlines()[0] for text in texts]
 
-    desk.on_event(lost)
+    dispatcher.on_event(lost)
     assert subjects() == ["calrig: night: the lease of a device is lost"]
-    desk.on_event(replace(lost, event="state", state=State.PAUSED, asked_by="anna", message=""))
+    dispatcher.on_event(replace(lost, event="state", state=State.PAUSED, requested_by="anna", message=""))
     clock.sleep(900.0)
-    desk.pulse()
+    dispatcher.pulse()
     assert subjects() == ["calrig: night: still without its lease"]
-    desk.on_event(replace(lost, event=LEASE, message="the lease of X is held again"))
+    dispatcher.on_event(replace(lost, event=LEASE, message="the lease of X is held again"))
     clock.sleep(900.0)
-    desk.pulse()
+    dispatcher.pulse()
     assert subjects() == ["calrig: night: the lease of a device is held again"]
 
 

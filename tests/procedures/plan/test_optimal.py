@@ -27,16 +27,16 @@ def test_no_single_swap_betters_it_and_chance_does_not_find_a_better_one(region:
     best = criterion(ROWS[found], region)
     assert len(set(found)) == 24
     others = np.setdiff1d(np.arange(len(ROWS)), found)
-    for place in range(0, 24, 5):
-        swapped = [criterion(ROWS[[*found[:place], other, *found[place + 1 :]]], region) for other in others]
+    for index in range(0, 24, 5):
+        swapped = [criterion(ROWS[[*found[:index], other, *found[index + 1 :]]], region) for other in others]
         assert min(swapped) > best - 1e-6 * abs(best)
     chance = np.random.default_rng(2)
     assert best < min(criterion(ROWS[chance.permutation(len(ROWS))[:24]], region) for _ in range(200))
 
 
 def test_the_same_seed_makes_the_same_design() -> None:
-    one, other = (exchanged(ROWS, 24, np.random.default_rng(5), MEAN) for _ in range(2))
-    assert one == other
+    entry, other = (exchanged(ROWS, 24, np.random.default_rng(5), MEAN) for _ in range(2))
+    assert entry == other
 
 
 OPTIMAL = [

@@ -36,7 +36,7 @@ def _add(folder: Path) -> None:
 
 
 def _places(folder: Path) -> list[str]:
-    return [one["place"] for one in json.loads(_calrig(folder, "queue", "list", "--json"))["items"]]
+    return [load["place"] for load in json.loads(_calrig(folder, "queue", "list", "--json"))["items"]]
 
 
 def _runner_lives(folder: Path, for_s: float) -> None:
@@ -55,7 +55,7 @@ def _runner_lives(folder: Path, for_s: float) -> None:
 
 def _dwells(run: Path) -> list[object]:
     with JournalReader.open(run) as reader:
-        return [(one.step, one.attempt, _samples(one)) for one in reader.dwells()]
+        return [(dwell.step, dwell.attempt, _samples(dwell)) for dwell in reader.dwells()]
 
 
 def _samples(dwell: DwellRecord) -> list[object]:
@@ -77,11 +77,11 @@ def test_a_runner_that_is_killed_at_random_moments_measures_each_item_once(tmp_p
     _calrig(tmp_path, "run", "procedure.toml", "--rig", "rig.toml", "--out", "alone", "--archive", archive, *ANNA)
     _add(tmp_path)
     chance, kills = np.random.default_rng(3), 0
-    while set(places := _places(tmp_path)) != {"finished"} or kills < LEAST_KILLS:
-        if set(places) == {"finished"}:
+    while set(indices := _places(tmp_path)) != {"finished"} or kills < LEAST_KILLS:
+        if set(indices) == {"finished"}:
             _add(tmp_path)
-        if "needs a decision" in places:  # killed between the line and the process
-            number = str(places.index("needs a decision") + 1)
+        if "needs a decision" in indices:  # killed between the line and the process
+            number = str(indices.index("needs a decision") + 1)
             _calrig(tmp_path, "queue", "decide", number, "again", "--reason", "nothing began", *ANNA)
         if not json.loads(_calrig(tmp_path, "queue", "list", "--json"))["armed"]:
             _calrig(tmp_path, "queue", "arm", "--until", "2099-01-01T00:00", *ANNA)
@@ -89,8 +89,8 @@ def test_a_runner_that_is_killed_at_random_moments_measures_each_item_once(tmp_p
         kills += 1
         assert kills < MOST_KILLS
     items = len(_places(tmp_path))
-    (alone,) = [one.parent for one in (tmp_path / "alone").glob("*/journal.sqlite")]
-    runs = [one.parent for one in (tmp_path / "runs").glob("*/journal.sqlite")]
+    (alone,) = [entry.parent for entry in (tmp_path / "alone").glob("*/journal.sqlite")]
+    runs = [entry.parent for entry in (tmp_path / "runs").glob("*/journal.sqlite")]
     assert len(runs) == items > 5, "an item that needed a decision had begun nothing"
     for run in runs:
         assert _dwells(run) == _dwells(alone)

@@ -14,15 +14,15 @@ from queue_scene import (
     arm_queue,
     end_process,
     make_ready,
-    place_of,
     queue_files,
+    state_of,
     steps,
 )
 
 from procedures.errors import JournalError, RequestError
 from procedures.queue import people
-from procedures.queue.runner import SHUTDOWN, WAITING_TOLD_S
-from procedures.queue.state import Place
+from procedures.queue.runner import SHUTDOWN, WAITING_NOTICE_S
+from procedures.queue.state import ItemState
 from procedures.queue.store import FILE
 from procedures.queue.words import queue_lines
 from procedures.records.states import State
@@ -45,7 +45,7 @@ def test_what_is_armed_and_mounted_starts_and_the_next_after_it(scene, files):
     assert scene.world.started == [(1, "start")]
     end_process(scene, 1, State.FINISHED)
     steps(scene)
-    assert (place_of(scene, 1), scene.world.started) == (Place.FINISHED, [(1, "start"), (2, "start")])
+    assert (state_of(scene, 1), scene.world.started) == (ItemState.FINISHED, [(1, "start"), (2, "start")])
     assert scene.world.notes[0][1].by == ANNA, "who attested it stands in the run"
 
 
@@ -55,7 +55,7 @@ def test_nothing_starts_disarmed_or_unattested(scene, files):
     arm_queue(scene)
     steps(scene)
     assert scene.world.started == []
-    assert "waits for an attestation" in scene.told[0]
+    assert "waits for an attestation" in scene.messages[0]
     people.attest(scene.store, ANNA, dict.fromkeys(item.needs, "B"))
     steps(scene)
     assert scene.world.started == [], "another datum face"
@@ -78,7 +78,7 @@ def test_a_halt_disarms_and_waits_for_a_decision(scene, files, state: State):
     steps(scene)
     end_process(scene, 1, state)
     steps(scene)
-    assert (place_of(scene), scene.queue().arming) == (Place.UNDECIDED, None)
+    assert (state_of(scene), scene.queue().arming) == (ItemState.UNDECIDED, None)
     with pytest.raises(RequestError, match="item 1 needs a decision first"):
         arm_queue(scene)
     with pytest.raises(RequestError, match="needs a reason"):
@@ -111,7 +111,7 @@ def test_a_held_run_keeps_the_rig_and_what_waits_too_long_expires(scene, files):
     scene.world.processes[1].run, scene.world.processes[1].state = Path("/runs/1"), State.HELD
     scene.clock.sleep(3 * 3600.0)
     steps(scene)
-    assert (place_of(scene, 1), place_of(scene, 2)) == (Place.RUNNING, Place.EXPIRED)
+    assert (state_of(scene, 1), state_of(scene, 2)) == (ItemState.RUNNING, ItemState.EXPIRED)
     end_process(scene, 1, State.FINISHED)
     steps(scene)
     assert scene.world.started == [(1, "start")]
@@ -145,7 +145,7 @@ def test_a_refused_item_stays_with_its_sentences_and_the_next_starts(scene, file
     steps(scene, 1)
     item = scene.queue().item(1)
     assert item is not None
-    assert (item.place, item.told) == (Place.REFUSED, ("procedure.toml: was changed since",))
+    assert (item.state, item.reasons) == (ItemState.REFUSED, ("procedure.toml: was changed since",))
     scene.world.refused = ()
     add_item(scene, files)
     steps(scene)
@@ -156,16 +156,16 @@ def test_a_busy_rig_is_waited_for_and_told_after_ten_minutes(scene, files):
     make_ready(scene, files)
     scene.world.busy_by = "process 7 (jog)"
     steps(scene)
-    assert scene.told == []
-    scene.clock.sleep(WAITING_TOLD_S)
+    assert scene.messages == []
+    scene.clock.sleep(WAITING_NOTICE_S)
     steps(scene)
-    assert scene.told == ["item 1 waits for the rig, which is in use by process 7 (jog)"]
+    assert scene.messages == ["item 1 waits for the rig, which is in use by process 7 (jog)"]
     scene.world.busy_by = ""
     steps(scene)
     assert scene.world.started == [(1, "start")]
     scene.world.processes[1] = Process(is_alive=False, was_busy=True, of_start=1)
     steps(scene, 1)
-    assert place_of(scene) is Place.WAITING, "somebody was quicker"
+    assert state_of(scene) is ItemState.WAITING, "somebody was quicker"
 
 
 def test_fault_90_what_does_not_begin_in_the_night_rings_once(scene, files):
@@ -179,12 +179,12 @@ def test_fault_90_what_does_not_begin_in_the_night_rings_once(scene, files):
     late = add_item(scene, files, hours=1.0)
     scene.world.busy_by = "process 7 (jog)"
     steps(scene)
-    scene.clock.sleep(WAITING_TOLD_S)
+    scene.clock.sleep(WAITING_NOTICE_S)
     steps(scene)
     scene.clock.sleep(3600.0)
     steps(scene)
     assert [word for word, _ in scene.rung[2:]] == ["waits", "expired"]
-    assert place_of(scene, late.number) is Place.EXPIRED
+    assert state_of(scene, late.number) is ItemState.EXPIRED
     scene.world.busy_by = ""
     dies = add_item(scene, files)
     steps(scene, 1)
@@ -200,9 +200,9 @@ def test_fault_90_what_waits_for_an_attestation_that_nobody_gives_rings_and_says
     arm_queue(scene)
     steps(scene)
     assert scene.rung == [], "who has just armed it may still be about to say"
-    scene.clock.sleep(WAITING_TOLD_S)
+    scene.clock.sleep(WAITING_NOTICE_S)
     steps(scene)
-    scene.clock.sleep(WAITING_TOLD_S)
+    scene.clock.sleep(WAITING_NOTICE_S)
     steps(scene)
     ((word, text),) = scene.rung
     assert word == "waits"
@@ -219,7 +219,7 @@ def test_what_nobody_armed_expires_without_ringing(scene, files):
     add_item(scene, files, hours=1.0)
     scene.clock.sleep(2 * 3600.0)
     steps(scene)
-    assert (place_of(scene), scene.rung) == (Place.EXPIRED, [])
+    assert (state_of(scene), scene.rung) == (ItemState.EXPIRED, [])
 
 
 def test_a_run_that_began_tells_its_own_end_but_for_a_restart_of_the_machine(scene, files):
@@ -253,12 +253,12 @@ def test_a_cold_start_resumes_once_where_the_rig_file_allows_it_and_something_st
     resumed = allows and is_guarded
     assert scene.world.started == [(1, "start")] + [(1, "resume")] * resumed
     if not resumed:
-        assert place_of(scene) is Place.UNDECIDED
+        assert state_of(scene) is ItemState.UNDECIDED
         return
     scene.world.boots = 3
     end_process(scene, 1, state, SHUTDOWN)
     steps(scene)
-    assert (place_of(scene), len(scene.world.started)) == (Place.UNDECIDED, 2), "once"
+    assert (state_of(scene), len(scene.world.started)) == (ItemState.UNDECIDED, 2), "once"
 
 
 @pytest.mark.parametrize("how", ["disarmed", "added to by another", "over", "machine slept"])
@@ -278,7 +278,7 @@ def test_nothing_resumes_itself_after_a_cold_start_once_it_was_disarmed(scene, f
     scene.world.boots = 2
     end_process(scene, 1, State.RUNNING)
     steps(scene)
-    assert (place_of(scene), scene.world.started) == (Place.UNDECIDED, [(1, "start")])
+    assert (state_of(scene), scene.world.started) == (ItemState.UNDECIDED, [(1, "start")])
 
 
 @pytest.mark.parametrize("kind", ["start", "resume"])
@@ -300,7 +300,7 @@ def test_nothing_starts_that_is_disarmed_between_its_line_in_the_record_and_its_
     steps(scene, 1)
     scene.world.after_change = lambda: None
     steps(scene)
-    assert (place_of(scene), scene.world.started) == (Place.UNDECIDED, before)
+    assert (state_of(scene), scene.world.started) == (ItemState.UNDECIDED, before)
 
 
 def test_after_a_cold_start_nothing_new_starts_before_it_is_armed_again(scene, files):

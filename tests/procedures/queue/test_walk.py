@@ -20,20 +20,20 @@ from queue_scene import (
 
 from procedures.errors import RequestError
 from procedures.queue import people
-from procedures.queue.state import AT_WORK, Place
+from procedures.queue.state import AT_WORK, ItemState
 from procedures.records.states import State
 
 
 class QueueWalk:
     """People, time, processes, power and a runner that is killed between any two lines, against a model of the law."""
 
-    def __init__(self, place: Path, chance: np.random.Generator) -> None:
+    def __init__(self, location: Path, chance: np.random.Generator) -> None:
         self.chance, (self.chance_of_disarm,) = chance, chance.spawn(1)
         self.word_of = ""
-        self.procedure, self.rig_file, rig = queue_files(place)
+        self.procedure, self.rig_file, rig = queue_files(location)
         section = rig.rig.model_copy(update={"resume_after_power_cut": True})
         self.rig = rig.model_copy(update={"rig": section})
-        self.scene = Scene(place / "queue")
+        self.scene = Scene(location / "queue")
         self.armed_by = ""
         self.word_stands = False
         """Whether somebody armed it and nobody has disarmed it since; a power cut takes only the arming."""
@@ -172,7 +172,7 @@ class QueueWalk:
 
     def _look(self, lives: int) -> None:
         world = self.scene.world
-        undecided = bool(self.scene.queue().in_place(Place.UNDECIDED))
+        undecided = bool(self.scene.queue().in_state(ItemState.UNDECIDED))
         world.after_change = self.disarm if self.chance_of_disarm.random() < 0.01 else lambda: None
         self.kills += self.scene.step(lives)
         world.after_change = lambda: None
@@ -199,23 +199,23 @@ class QueueWalk:
                 until = self.windows[number]
                 assert until is None or self.scene.clock.now_utc() <= until, "started late"
         self.seen = len(world.started)
-        for item in self.scene.queue().in_place(Place.UNDECIDED):
+        for item in self.scene.queue().in_state(ItemState.UNDECIDED):
             self.allowed[item.number].clear()  # a start that was allowed and came to nothing is allowed no more
 
     def any_item(self) -> int:
         return int(self.chance.integers(1, max(len(self.allowed), 1) + 1))
 
     def undecided(self) -> int:
-        waiting = self.scene.queue().in_place(Place.UNDECIDED)
+        waiting = self.scene.queue().in_state(ItemState.UNDECIDED)
         return waiting[0].number if waiting else self.any_item()
 
     def none_is_lost(self) -> None:
         queue = self.scene.queue()
-        assert sorted(one.number for one in queue.items) == sorted(self.allowed)
-        assert len(queue.in_place(*AT_WORK)) <= 1
+        assert sorted(item.number for item in queue.items) == sorted(self.allowed)
+        assert len(queue.in_state(*AT_WORK)) <= 1
 
     def whoever_lives_is_known_to_have_the_rig(self) -> None:
-        at_work = [one.number for one in self.scene.queue().in_place(*AT_WORK)]
+        at_work = [entry.number for entry in self.scene.queue().in_state(*AT_WORK)]
         assert set(self.scene.world.alive()) <= set(at_work)
 
 
@@ -230,9 +230,9 @@ def _walks(folder: Path, count: int, steps: int) -> tuple[int, int]:
     """So many walks, each with its seed; how often the runner was killed, and how much was started."""
     kills = starts = 0
     for seed in range(count):
-        place = folder / str(seed)
-        place.mkdir()
-        walk = QueueWalk(place, np.random.default_rng(seed))
+        location = folder / str(seed)
+        location.mkdir()
+        walk = QueueWalk(location, np.random.default_rng(seed))
         walk.walk(steps)
         kills, starts = kills + walk.kills, starts + len(walk.scene.world.started)
     return kills, starts

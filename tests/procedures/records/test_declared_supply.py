@@ -18,10 +18,10 @@ RESISTOR = Chain(load_resistor_ohm=2500.0, load_resistor_tc_per_degc=5e-5, load_
 
 def test_readings_are_as_they_would_be_by_declaration_and_the_supply_is_left_out() -> None:
     read = dwell(1, volts={"dmm.x": (2.525, 2.5250001), "dmm.y": (1.0, 1.0), "dmm.s": (5.05, 5.05)}, degc=31.0)
-    told = at_declared(read, {"dmm.x": RATIOMETRIC, "dmm.y": RESISTOR})
-    assert set(told.readings) == {"dmm.x", "dmm.y"}
-    assert told.readings["dmm.x"].samples == pytest.approx([2.5, 2.5000001], rel=1e-9)
-    assert told.readings["dmm.y"].mean == pytest.approx(1.0 / 1.0004, rel=1e-12)
+    text = at_declared(read, {"dmm.x": RATIOMETRIC, "dmm.y": RESISTOR})
+    assert set(text.readings) == {"dmm.x", "dmm.y"}
+    assert text.readings["dmm.x"].samples == pytest.approx([2.5, 2.5000001], rel=1e-9)
+    assert text.readings["dmm.y"].mean == pytest.approx(1.0 / 1.0004, rel=1e-12)
     assert read.readings["dmm.x"].mean == pytest.approx(2.52500005)  # what was read stays as it is
 
 
@@ -38,11 +38,11 @@ def test_without_chains_a_record_is_itself() -> None:
 def test_a_supply_that_drifted_over_a_restart_is_no_step() -> None:
     before = dwell(1, "check", volts={"dmm.x": (2.5, 2.50001, 2.49999), "dmm.s": (5.0, 5.0, 5.0)})
     after = dwell(1, "check", volts={"dmm.x": (2.525, 2.52501, 2.52499), "dmm.s": (5.05, 5.05, 5.05)})
-    assert any(one.is_step for one in compare({1: before}, {1: after}, []))
+    assert any(entry.is_step for entry in compare({1: before}, {1: after}, []))
     chains = {"dmm.x": RATIOMETRIC}
-    told = compare({1: at_declared(before, chains)}, {1: at_declared(after, chains)}, [])
-    assert [one.channel for one in told] == ["dmm.x"]
-    assert not told[0].is_step
+    found = compare({1: at_declared(before, chains)}, {1: at_declared(after, chains)}, [])
+    assert [entry.channel for entry in found] == ["dmm.x"]
+    assert not found[0].is_step
 
 
 def test_a_run_whose_supply_drifts_is_resumed_without_a_step(tmp_path: Path) -> None:
@@ -54,9 +54,9 @@ def test_a_run_whose_supply_drifts_is_resumed_without_a_step(tmp_path: Path) -> 
     chains = "".join(f'[chain."dmm.{axis}"]\n{chain}' for axis in "xyz")
     supply = '[twin.supplies."dmm.s"]\ndrift_v_per_replication = 0.05\n'
     tables = (("[twin]\n", f"{chains}[twin]\n"), ("[twin.truth.SN1]", f"{supply}[twin.truth.SN1]"))
-    one = bench(tmp_path, rig=(channels, *tables), procedure=(("[check]", "[stop]\nmax_duration_s = 60.0\n[check]"),))
+    entry = bench(tmp_path, rig=(channels, *tables), procedure=(("[check]", "[stop]\nmax_duration_s = 60.0\n[check]"),))
     run_dir = tmp_path / "run"
-    outcome, processes = one.run(run_dir), 1
+    outcome, processes = entry.run(run_dir), 1
     while outcome.state is State.STOPPED and processes < 9:
         outcome, processes = resumed(run_dir), processes + 1
     assert (outcome.state, outcome.reason) == (State.FINISHED, "")

@@ -27,7 +27,7 @@ def _errors(name: str, error_deg: float) -> AngleErrors:
 
 def _condition(kind: str, run: RunView, error_deg: float, limit_deg: float) -> Condition:
     errors = {name: _errors(name, error_deg) for name in ("pitch", "roll")}
-    judged = tuple(judge(one, limit_deg, "guard-band") for one in errors.values())
+    judged = tuple(judge(error, limit_deg, "guard-band") for error in errors.values())
     return Condition(kind, SHA, run.started_utc, errors, judged)  # type: ignore[arg-type]
 
 

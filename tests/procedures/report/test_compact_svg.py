@@ -40,9 +40,9 @@ def test_marks_letters_and_lines_stand_where_they_were() -> None:
         (mark, "33.3", "4.4", None), (mark, "55.6", "-6.7", None), (letter, None, None, None),
         (letter, "64", None, None), (mark, "1", "2", None),
     ]  # fmt: skip
-    ids = {one.get("id") for one in root.iter() if one.get("id")}
+    ids = {entry.get("id") for entry in root.iter() if entry.get("id")}
     assert {str(mark)[1:], str(letter)[1:]} < ids
-    text = next(one for one in root.iter(f"{NAMES}g") if one.get("transform"))
+    text = next(entry for entry in root.iter(f"{NAMES}g") if entry.get("transform"))
     assert text.get("transform") == "translate(22.4 77.6) scale(0.015625 -0.015625)"
     drawn = [path.get("d") for path in root.iter(f"{NAMES}path")]
     assert drawn[:2] == ["M10.1 20H90.5", "M1 2L3 4"]

@@ -38,12 +38,12 @@ def test_the_meters_proofs_are_summed_up() -> None:
 
 
 @pytest.mark.parametrize(
-    ("off_v", "told"),
+    ("off_v", "expected"),
     [(1e-5, "off by +10 µV, allowed ±100 µV"), (2.5, "off by +2.5 V, allowed ±0.0001 V, 1 beyond it")],
 )
-def test_small_voltages_are_told_in_microvolts(off_v: float, told: str) -> None:
+def test_small_voltages_are_told_in_microvolts(off_v: float, expected: str) -> None:
     sections = condition_sections([_check(1, "start", 36.4, anew=False, off_v=off_v)])
-    assert sections["checks of dmm"]["reference on 10 V"] == told
+    assert sections["checks of dmm"]["reference on 10 V"] == expected
 
 
 def test_a_run_without_any_has_no_section() -> None:

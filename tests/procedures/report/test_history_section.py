@@ -16,13 +16,13 @@ from procedures.report.view import RunView
 
 
 @pytest.fixture(scope="module")
-def told() -> SyntheticArchive:
+def archive() -> SyntheticArchive:
     return synthetic_archive(np.random.default_rng(3))
 
 
-def _view(told: SyntheticArchive, sensor: str) -> RunView:
+def _view(archive: SyntheticArchive, sensor: str) -> RunView:
     view = run_view(Scene(axes=("x",)))
-    past = SensorHistory(history_of(told.population, sensor), None, None, None)
+    past = SensorHistory(history_of(archive.population, sensor), None, None, None)
     return replace(view, sensors=(replace(view.sensors[0], history=past),))
 
 
@@ -31,9 +31,9 @@ def _text(view: RunView) -> str:
     return " ".join(re.sub(r"<[^>]+>", " ", page).split())
 
 
-def test_a_drop_stands_in_the_report_with_its_date(told: SyntheticArchive) -> None:
-    (sensor,) = told.dropped
-    view = _view(told, sensor)
+def test_a_drop_stands_in_the_report_with_its_date(archive: SyntheticArchive) -> None:
+    (sensor,) = archive.dropped
+    view = _view(archive, sensor)
     past = view.sensors[0].history
     assert past is not None
     (step,) = (finding for finding in past.history.findings if finding.kind == "step")
@@ -41,14 +41,14 @@ def test_a_drop_stands_in_the_report_with_its_date(told: SyntheticArchive) -> No
     assert any(figure.name == f"{view.sensors[0].slug}-history" for figure in draw_figures(view).all())
 
 
-def test_a_quiet_past_is_told_as_such(told: SyntheticArchive) -> None:
+def test_a_quiet_past_is_told_as_such(archive: SyntheticArchive) -> None:
     quiet = next(
         name
-        for name in sorted({label.sensor for label in told.population.labels})
-        if history_of(told.population, name).is_sound
+        for name in sorted({label.sensor for label in archive.population.labels})
+        if history_of(archive.population, name).is_sound
     )
     assert "No calibration left the prediction interval of the one before, and nothing drifts." in _text(
-        _view(told, quiet)
+        _view(archive, quiet)
     )
 
 

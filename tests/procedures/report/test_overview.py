@@ -8,7 +8,7 @@ from report_scene import Scene, run_view
 
 from procedures.cli.main import run_command
 from procedures.journal.verdict_file import VERDICT_FILE
-from procedures.report.overview import overview_rows, told_once
+from procedures.report.overview import overview_rows, stated_once
 
 EVERYONE = ("SN1", "SN2", "SN3")
 
@@ -17,7 +17,7 @@ def test_a_statement_is_said_once_with_all_of_whom_it_is_true() -> None:
     of_all = [(name, "", "the level is not declared") for name in EVERYONE]
     of_axes = [("SN1", "x", "drifts"), ("SN1", "y", "drifts"), ("SN3", "x", "drifts")]
     everywhere = [(name, axis, "curved") for name in EVERYONE for axis in "xy"]
-    assert told_once([*of_all, *of_axes, ("SN2", "", "was dropped"), *everywhere], EVERYONE) == [
+    assert stated_once([*of_all, *of_axes, ("SN2", "", "was dropped"), *everywhere], EVERYONE) == [
         "all 3 sensors: the level is not declared",
         "SN1 x, y; SN3 x: drifts",
         "SN2: was dropped",
@@ -26,7 +26,7 @@ def test_a_statement_is_said_once_with_all_of_whom_it_is_true() -> None:
 
 
 def test_one_sensor_is_called_by_its_name() -> None:
-    assert told_once([("SN1", "", "was dropped")], ["SN1"]) == ["SN1: was dropped"]
+    assert stated_once([("SN1", "", "was dropped")], ["SN1"]) == ["SN1: was dropped"]
 
 
 def test_a_row_tells_a_sensor_in_five_words() -> None:

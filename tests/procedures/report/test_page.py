@@ -63,7 +63,7 @@ def _page(view: RunView) -> _Page:
     [
         Scene(),
         Scene(axes=("x",), replications=1, null_azimuth=True, simulated=False),
-        Scene(sensors=tuple(f"SN{place}" for place in range(8))),
+        Scene(sensors=tuple(f"SN{index}" for index in range(8))),
         Scene(interruptions=3, rejected=4, note="bumped", tooth_arcsec=2.0, offset_drift_v=4e-6),
     ],
 )

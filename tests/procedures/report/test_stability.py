@@ -32,8 +32,8 @@ def test_one_epoch_has_nothing_to_compare() -> None:
 
 def test_reference_traces_start_at_zero_and_leave_out_rejected_visits() -> None:
     visits = [
-        dwell(place, "reference", volts={"dmm.x": (volt, volt)}, accepted=place != 2)
-        for place, volt in enumerate((1.0, 1.5, 9.0, 1.25))
+        dwell(index, "reference", volts={"dmm.x": (volt, volt)}, accepted=index != 2)
+        for index, volt in enumerate((1.0, 1.5, 9.0, 1.25))
     ]
     (trace,) = reference_traces(visits, LABELS)
     assert trace.change.tolist() == [0.0, 0.5, 0.25]
@@ -56,15 +56,15 @@ def _check(step: int, epoch: int, by_v: float) -> DwellRecord:
 
 def _sets(changes: Mapping[int, float], attitudes: Mapping[int, int]) -> list[DwellRecord]:
     found = [_check(step, epoch, by_v) for epoch, by_v in changes.items() for step in range(attitudes[epoch])]
-    return [replace(one, step=one.step % 100) for one in found]
+    return [replace(entry, step=entry.step % 100) for entry in found]
 
 
 def test_the_verdict_tells_of_a_restart_step_exactly_where_the_table_of_restarts_does() -> None:
     for by_v in (0.0, 2e-6, 5e-6, 1e-4):
         found = check_comparisons(_sets({1: 0.0, 2: by_v}, {1: 6, 2: 6}), LABELS)
-        told = restart_steps(found)
-        assert bool(told) == any(one.is_step for one in found) == (by_v > 1.5e-6)
-    assert told[0].startswith("restart 1: SN1 x changed by 0.0001 V")
+        said = restart_steps(found)
+        assert bool(said) == any(entry.is_step for entry in found) == (by_v > 1.5e-6)
+    assert said[0].startswith("restart 1: SN1 x changed by 0.0001 V")
 
 
 def test_fault_87_a_set_that_was_cut_short_is_compared_as_far_as_it_goes() -> None:
@@ -74,9 +74,9 @@ def test_fault_87_a_set_that_was_cut_short_is_compared_as_far_as_it_goes() -> No
 
 def test_a_step_that_a_person_accepted_is_told_once() -> None:
     sets = _sets({1: 0.0, 2: 1e-4, 3: 1e-4}, {1: 6, 2: 6, 3: 6})
-    opened = [event(place, "opened", place) for place in (1, 2)]
+    opened = [event(location, "opened", location) for location in (1, 2)]
     accepted = [*opened, event(3, "state", 3, cause="seam", to="tripped"), event(4, "opened", 4)]
-    assert [one.is_step for one in check_comparisons(sets, LABELS, accepted)] == [True, False]
+    assert [check_comparison.is_step for check_comparison in check_comparisons(sets, LABELS, accepted)] == [True, False]
 
 
 def test_a_set_at_another_temperature_is_drawn_and_not_judged() -> None:
@@ -87,8 +87,8 @@ def test_a_set_at_another_temperature_is_drawn_and_not_judged() -> None:
 
 def test_visits_at_two_attitudes_have_a_trace_each() -> None:
     visits = [
-        dwell(place, "reference", pitch_deg=30.0 * (place % 2), volts={"dmm.x": (volt, volt)})
-        for place, volt in enumerate((1.0, 2.0, 1.5, 2.25))
+        dwell(index, "reference", pitch_deg=30.0 * (index % 2), volts={"dmm.x": (volt, volt)})
+        for index, volt in enumerate((1.0, 2.0, 1.5, 2.25))
     ]
     traces = reference_traces(visits, LABELS)
     assert [trace.change.tolist() for trace in traces] == [[0.0, 0.5], [0.0, 0.25]]

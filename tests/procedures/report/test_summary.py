@@ -58,6 +58,6 @@ def test_no_digit_is_cut_in_a_table_of_lines_or_rates(width: int) -> None:
     view = run_view(Scene())
     print_summary(replace(view, sensors=(replace(view.sensors[0], axes=(), section=section),)), console)
     assert isinstance(console.file, StringIO)
-    told = console.file.getvalue()
-    assert all(cell in told for cell in row)
-    assert "…" not in told
+    found = console.file.getvalue()
+    assert all(cell in found for cell in row)
+    assert "…" not in found

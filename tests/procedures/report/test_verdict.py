@@ -38,8 +38,8 @@ def test_a_remark_is_said_and_is_no_reservation_where_a_warning_is_one() -> None
     view = run_view(Scene())
     sensor, text = view.sensors[0], "the offset holds at the reference time"
     axis = replace(sensor.axes[0], calibration=replace(sensor.axes[0].calibration, remarks=(text,)))
-    told = replace(view, sensors=(replace(sensor, axes=(axis, *sensor.axes[1:]), remarks=("times count from noon",)),))
-    trust, said = _judged(told)
+    found = replace(view, sensors=(replace(sensor, axes=(axis, *sensor.axes[1:]), remarks=("times count from noon",)),))
+    trust, said = _judged(found)
     assert trust == "sound"
     assert "SN1047: times count from noon" in said
     assert f"SN1047: {text}" in said
@@ -50,9 +50,9 @@ def test_a_remark_is_said_and_is_no_reservation_where_a_warning_is_one() -> None
 def test_a_band_without_the_level_says_so_in_the_verdict() -> None:
     view = run_view(Scene())
     (remark,) = level_remarks(read_rig(EXAMPLES / "inclinometer" / "rig.toml").model_copy(update={"level": Level()}))
-    told = replace(view, sensors=(replace(view.sensors[0], remarks=(remark,)), *view.sensors[1:]))
+    found = replace(view, sensors=(replace(view.sensors[0], remarks=(remark,)), *view.sensors[1:]))
     assert (
-        _judged(told)[1]
+        _judged(found)[1]
         .splitlines()[0]
         .endswith("or better (95 %), without the level of the base, which is not declared.")
     )

@@ -62,8 +62,8 @@ def test_fault_62_a_reversed_polarity_is_named_by_axis_and_sign() -> None:
 
 
 def test_fault_60_swapped_channels_are_both_named() -> None:
-    told = contradictions("SN1", SENSOR, _tumble(axes="yxz"))
-    assert told == (
+    text = contradictions("SN1", SENSOR, _tumble(axes="yxz"))
+    assert text == (
         "SN1.x (dmm.x): declared along +x of the table, but it reads as +y: another axis",
         "SN1.y (dmm.y): declared along +y of the table, but it reads as +x: another axis",
     )
@@ -83,13 +83,13 @@ def test_fault_62_a_declared_rotation_is_obeyed_and_an_undeclared_one_refused() 
 
 
 def test_fault_61_a_channel_that_does_not_respond_is_named() -> None:
-    (told,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 2.5, 0.0)))
-    assert told.startswith("SN1.z (dmm.z): does not respond: it changed by 0.0")
+    (text,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 2.5, 0.0)))
+    assert text.startswith("SN1.z (dmm.z): does not respond: it changed by 0.0")
 
 
 def test_fault_69_a_sensitivity_of_another_unit_is_named() -> None:
-    (told,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 2.5, 25.0)))
-    assert "SN1.z (dmm.z): sensitivity about 25 V/g, declared 2.5 V/g, allowed 0.5 to 2 times that" in told
+    (text,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 2.5, 25.0)))
+    assert "SN1.z (dmm.z): sensitivity about 25 V/g, declared 2.5 V/g, allowed 0.5 to 2 times that" in text
 
 
 def test_a_package_of_mixed_precision_is_judged_axis_by_axis() -> None:
@@ -99,8 +99,8 @@ def test_a_package_of_mixed_precision_is_judged_axis_by_axis() -> None:
     assert contradictions("SN1", mixed, _tumble(gains=(2.5, 0.5, 0.5))) == (
         "SN1.z (dmm.z): declared along +z of the table, but it reads as -z: polarity reversed",
     )
-    (told,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 0.5, 2.5)))
-    assert told.startswith("SN1.y (dmm.y): sensitivity about 0.5")
+    (text,) = contradictions("SN1", SENSOR, _tumble(gains=(2.5, 0.5, 2.5)))
+    assert text.startswith("SN1.y (dmm.y): sensitivity about 0.5")
 
 
 def test_attitudes_that_cannot_tell_contradict_nothing() -> None:

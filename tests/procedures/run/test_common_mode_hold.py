@@ -40,10 +40,10 @@ TWO = (
 
 def several_sensors(folder: Path, count: int) -> Bench:
     """Packages on one meter, each a little different."""
-    names = tuple(f"SN{place}" for place in range(1, count + 1))
+    names = tuple(f"SN{index}" for index in range(1, count + 1))
     channels = ", ".join(
-        f"{name}{axis} = {{ scanner = {100 * (1 + place // 3) + 3 * (place % 3) + number}, range_v = 10.0 }}"
-        for place, name in enumerate(names)
+        f"{name}{axis} = {{ scanner = {100 * (1 + index // 3) + 3 * (index % 3) + number}, range_v = 10.0 }}"
+        for index, name in enumerate(names)
         for number, axis in enumerate("xyz")
     )
     meter = next(line for line in RIG.splitlines() if line.startswith("channels = { x = { scanner"))
@@ -55,11 +55,11 @@ def several_sensors(folder: Path, count: int) -> Bench:
     truths = "".join(
         f"[twin.truth.{name}]\n"
         + "".join(
-            f"{axis} = {{ offset_v = {0.002 * place - 0.005}, sensitivity_v_per_g = {2.5 + 0.004 * place}, "
-            f"coning_deg = 0.4, azimuth_deg = {40.0 * place - 150.0}, noise_v = 2e-5 }}\n"
+            f"{axis} = {{ offset_v = {0.002 * index - 0.005}, sensitivity_v_per_g = {2.5 + 0.004 * index}, "
+            f"coning_deg = 0.4, azimuth_deg = {40.0 * index - 150.0}, noise_v = 2e-5 }}\n"
             for axis in "xyz"
         )
-        for place, name in enumerate(names)
+        for index, name in enumerate(names)
     )
     old_sensor = RIG[RIG.index("[sensors.SN1]") : RIG.index("[twin]")]
     old_truth = RIG[RIG.index("[twin.truth.SN1]") :]
@@ -126,7 +126,7 @@ def test_whoever_continues_is_held_once_and_nothing_of_the_run_passes_for_good(t
     for name, sensor in solved.sensors.items():
         assert sensor.calibration is not None
         axis = sensor.calibration.axes["x"]
-        assert [one.text for one in axis.findings if one.is_significant] == [text]
+        assert [finding.text for finding in axis.findings if finding.is_significant] == [text]
         assert text in axis.warnings
         assert text in sets[name].document["warnings"]  # type: ignore[operator]
     verdict = assemble_view(solved.record, solved.sensors).verdict
@@ -135,14 +135,14 @@ def test_whoever_continues_is_held_once_and_nothing_of_the_run_passes_for_good(t
     assert {row.verdict for row in rows} == {"not usable"}, "one verdict on one page"
     assert sum(text[1:] in ground for ground in verdict.grounds) == 1, "said once, not once a sensor"
     publish_solved(url, unattended.run_dir, solved.record, solved.sensors, sets)
-    assert [one.quarantine for one in list_sets(url)] == [text] * 3
+    assert [coefficients.quarantine for coefficients in list_sets(url)] == [text] * 3
 
 
 def test_what_was_in_doubt_is_measured_again_after_void_and_resume(three: Bench, tmp_path: Path) -> None:
     unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={7: slips("roll", -0.02)})
     assert run_unattended(three, unattended).state is State.STOPPED
-    (told,) = events(unattended.run_dir, "common_mode")
-    doubtful = told.detail["doubtful"]
+    (noted,) = events(unattended.run_dir, "common_mode")
+    doubtful = noted.detail["doubtful"]
     assert isinstance(doubtful, list)
     page = handover(unattended.run_dir)
     assert "next       it was held before. All sensors turned together" in page, "not only that it may be resumed"
@@ -160,8 +160,8 @@ def test_a_turn_that_all_dwells_stand_after_is_told_and_spoils_nothing(three: Be
     """The seam tripped, every dwell was taken back as of a package that was moved, and the run measured all again."""
     unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={7: slips("roll", -0.02)})
     assert run_unattended(three, unattended).state is State.STOPPED
-    (told,) = events(unattended.run_dir, "common_mode")
-    doubtful = told.detail["doubtful"]
+    (noted,) = events(unattended.run_dir, "common_mode")
+    doubtful = noted.detail["doubtful"]
     assert isinstance(doubtful, list)
     void_from(unattended.run_dir, min(doubtful), Authorisation("bert", "the coupling is tight again"))
     with open_rig(three.rig) as rig:  # it was not: the rig's twin still stands where it slipped to
@@ -174,13 +174,15 @@ def test_a_turn_that_all_dwells_stand_after_is_told_and_spoils_nothing(three: Be
         assert resume_on(unattended.run_dir, rig, "bert", "all is measured again").state is State.FINISHED
     solved = solve_run(unattended.run_dir)
     view = assemble_view(solved.record, solved.sensors)
-    assert [one.kind for one in run_findings(solved.record)] == ["table-rotation"], "it did turn, and that is told"
+    assert [run_finding.kind for run_finding in run_findings(solved.record)] == ["table-rotation"], (
+        "it did turn, and that is told"
+    )
     assert view.verdict.trust == "reserved"
     assert any("stand on one side of it" in ground for ground in view.verdict.grounds)
     assert "not usable" not in {row.verdict for row in overview_rows(view)}
     url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
     publish_solved(url, unattended.run_dir, solved.record, solved.sensors, sets)
-    assert [one.quarantine for one in list_sets(url)] == [None] * 3
+    assert [coefficients.quarantine for coefficients in list_sets(url)] == [None] * 3
 
 
 def changed(channel: str, by: Callable[[Burst], Burst], since: int) -> Callable[[int, Burst], Burst]:
@@ -216,10 +218,10 @@ def test_a_drift_of_one_sensor_is_blamed_on_it_and_the_meters_gain_and_offset_on
 ) -> None:
     unattended = UnattendedRun(tmp_path / "run")
     assert run_unattended(three, unattended, rig_of=around(spoil)).state is State.FINISHED
-    told = told_by(unattended.run_dir)
-    assert {kind} == {one for kinds, _, _ in told for one in kinds}
-    assert not any(held for _, held, _ in told)
-    assert words in told[0][2]
+    found = told_by(unattended.run_dir)
+    assert {kind} == {kind for kinds, _, _ in found for kind in kinds}
+    assert not any(held for _, held, _ in found)
+    assert words in found[0][2]
 
 
 def test_a_quiet_run_says_nothing(three: Bench, tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def test_a_run_of_which_something_was_taken_back_is_published_again(tmp_path: Pa
     redo(run_dir, 2, Authorisation("anna", "leaned on"))
     assert resume(run_dir, "tester").state is State.FINISHED
     _, published = publish_folder(run_dir, lambda _: url)
-    assert [one.is_new for one in published.publications] == [True]
+    assert [publication.is_new for publication in published.publications] == [True]
 
 
 @pytest.mark.usefixtures("no_report")
@@ -74,8 +74,8 @@ def test_fault_83_a_clock_that_is_set_in_the_night_dates_nothing(
     for instant in ("measured_utc", "ended_utc"):  # since the run began: they did not begin at one time
         lasted = [getattr(run.record, instant) - run.record.created_utc for run in (before, after)]
         assert abs(lasted[1] - lasted[0]) < timedelta(seconds=2.0)
-    (told,) = sets_of(after).values()
-    assert "the computer's clock was set by +31536000.0 s" in str(told.document["warnings"])
+    (said,) = sets_of(after).values()
+    assert "the computer's clock was set by +31536000.0 s" in str(said.document["warnings"])
     delivered = deliver(after, None)
     assert delivered.view is not None
     assert any("clock was set" in note.text for note in delivered.view.notes)
@@ -123,15 +123,15 @@ def test_fault_84_what_an_alert_was_sent_with_does_not_get_into_the_record() -> 
     Response: left out of the record; the name of the program is told.
     """
     secrets = ("--token=xoxb-123456", "https://user:hunter22@hc.example/ping/abcdef", "-v")
-    told = "ring: xoxb-123456 refused by hc.example for hunter22 at /ping/abcdef, exit status 1"
-    assert without_secrets(told, secrets) == "ring: … refused by … for … at /ping/…, exit status 1"
+    text = "ring: xoxb-123456 refused by hc.example for hunter22 at /ping/abcdef, exit status 1"
+    assert without_secrets(text, secrets) == "ring: … refused by … for … at /ping/…, exit status 1"
 
 
 def test_an_archive_takes_the_journal_of_a_copy_only_by_name(tmp_path: Path) -> None:
     small, url = bench(tmp_path), f"sqlite:///{tmp_path / 'archive.sqlite'}"
-    for place in ("one", "two"):
-        (tmp_path / place).mkdir()
-        small.run(tmp_path / place / "run")
+    for location in ("one", "two"):
+        (tmp_path / location).mkdir()
+        small.run(tmp_path / location / "run")
     publish_folder(tmp_path / "one" / "run", lambda _: url)
     with pytest.raises(ArchiveForbids, match="--supersede"):
         publish_folder(tmp_path / "two" / "run", lambda _: url)

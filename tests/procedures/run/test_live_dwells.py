@@ -27,8 +27,8 @@ def test_phases_and_soaks_are_told_in_seconds_of_who_looks(tmp_path: Path, facto
         return found
 
     dwells.phase("settling")
-    told = seen()
-    assert (told["usual_s"], told["seldom_over_s"]) == (12.0 / factor, 15.0 / factor)
+    found = seen()
+    assert (found["usual_s"], found["seldom_over_s"]) == (12.0 / factor, 15.0 / factor)
     tell = dwells.soaks(Soak(3, 1, "air", 20.0, 1.0, 1800.0))
     assert seen()["soak_left_s"] == 1800.0 / factor
     tell(20.1, 600.0)

@@ -159,24 +159,24 @@ def test_fault_45_an_axis_that_lost_its_home_is_only_homed_and_the_check_set_com
     Detected: homed flag of the machine at every look.
     Response: held; nothing but the reference move, then check set and seam test.
     """
-    told: list[str] = []
+    messages: list[str] = []
 
     class PowerCycled(FaultyRig):
         def __init__(self, rig: Rig) -> None:
             super().__init__(rig, look=self._after_the_cut)
             home, start_move = self.pitch.home, self.pitch.start_move
-            self.pitch.home = lambda: (told.append("home"), home())[1]  # type: ignore[method-assign]
-            self.pitch.start_move = lambda deg: (told.append("move"), start_move(deg))[1]  # type: ignore[method-assign]
+            self.pitch.home = lambda: (messages.append("home"), home())[1]  # type: ignore[method-assign]
+            self.pitch.start_move = lambda deg: (messages.append("move"), start_move(deg))[1]  # type: ignore[method-assign]
 
         def _after_the_cut(self, state: AxisState) -> AxisState:
-            is_cut = self.meter.read_so_far >= 60 and told.count("home") < 2
-            if is_cut and "cut" not in told:
-                told.append("cut")
+            is_cut = self.meter.read_so_far >= 60 and messages.count("home") < 2
+            if is_cut and "cut" not in messages:
+                messages.append("cut")
             return replace(state, is_homed=False) if is_cut else state
 
     unattended = UnattendedRun(tmp_path / "run")
     assert run_unattended(small, unattended, rig_of=PowerCycled).state is State.FINISHED
-    assert told[told.index("cut") + 1] == "home"
+    assert messages[messages.index("cut") + 1] == "home"
     assert states(unattended.run_dir)[3:] == ["held", "checking", "running", "finished"]
     assert "pitch: the axis is not homed" in str(
         [event.detail["reason"] for event in events(unattended.run_dir, "state")]

@@ -33,8 +33,8 @@ class Terminal(io.StringIO):
 
 def test_a_line_tells_done_planned_rate_and_end() -> None:
     assert MOMENT.eta_utc is not None
-    told = "running 120/1482 · replication 1 of 6 · 7.43 dwells/min · ends "
-    assert line_of(MOMENT) == told + at_both(MOMENT.eta_utc)  # by the watch of whoever reads, wherever that is
+    text = "running 120/1482 · replication 1 of 6 · 7.43 dwells/min · ends "
+    assert line_of(MOMENT) == text + at_both(MOMENT.eta_utc)  # by the watch of whoever reads, wherever that is
 
 
 def test_plain_lines_are_one_a_twentieth_and_every_state_and_rejection() -> None:
@@ -96,13 +96,13 @@ class Ends:
 
     def __init__(self, run_dir: Path) -> None:
         self._run_dir = run_dir
-        self.told: list[tuple[datetime, datetime | None, datetime | None]] = []
+        self.estimates: list[tuple[datetime, datetime | None, datetime | None]] = []
 
     def on_event(self, progress: Progress) -> None:
         if progress.state is State.RUNNING and progress.event == "dwell":
             found = status(self._run_dir)
-            self.told += [(datetime.now(UTC), progress.eta_utc, progress.late_utc)]
-            self.told += [(datetime.now(UTC), found.eta_utc, found.late_utc)]
+            self.estimates += [(datetime.now(UTC), progress.eta_utc, progress.late_utc)]
+            self.estimates += [(datetime.now(UTC), found.eta_utc, found.late_utc)]
 
 
 def test_the_end_of_a_run_whose_twins_live_faster_is_told_by_a_persons_clock(tmp_path: Path) -> None:
@@ -110,8 +110,8 @@ def test_the_end_of_a_run_whose_twins_live_faster_is_told_by_a_persons_clock(tmp
     ends = Ends(tmp_path / "run")
     small.run(tmp_path / "run", observer=ends)
     finished, expected_s = datetime.now(UTC), small.plan.expected.p50_s
-    assert len(ends.told) >= 2 * 24
-    for now, median, late in ends.told:
+    assert len(ends.estimates) >= 2 * 24
+    for now, median, late in ends.estimates:
         assert median is not None
         assert late is not None
         assert (

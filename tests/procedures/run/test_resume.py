@@ -90,7 +90,7 @@ def test_the_record_tells_who_resumed_and_why(small: Bench) -> None:
     resume(run_dir, "carla", "back from lunch")
     with JournalReader.open(run_dir) as reader:
         opened = [event.detail for event in reader.events("opened")]
-    assert [(one["operator"], one["epoch"], one["reason"]) for one in opened] == [
+    assert [(entry["operator"], entry["epoch"], entry["reason"]) for entry in opened] == [
         ("tester", 1, ""),
         ("carla", 2, "back from lunch"),
     ]
@@ -113,9 +113,9 @@ def test_fault_70_resume_refuses_a_changed_file_and_shows_the_difference(
     key, was, found = old.split(" = ")[0], old.split(" = ")[1], new.split(" = ")[1]
     with pytest.raises(
         RequestError, match=rf"not what the run began with.*\n .*\.{key}: was {was}, is {found}$"
-    ) as told:
+    ) as output:
         resume(run_dir, "carla")
-    assert told.value.exit_status == ExitStatus.WRONG_REQUEST
+    assert output.value.exit_status == ExitStatus.WRONG_REQUEST
     assert (run_dir / JOURNAL_FILE).read_bytes() == before
 
 
@@ -266,7 +266,9 @@ def test_requests_to_a_dead_process_are_journalled_and_not_obeyed(small: Bench) 
     assert resume(run_dir, "carla").state is State.FINISHED
     with JournalReader.open(run_dir) as reader:
         refused = [event.detail for event in reader.events("request") if "refused" in event.detail]
-        assert [(one["kind"], one["refused"]) for one in refused] == [("abort", "asked of the process before this one")]
+        assert [(entry["kind"], entry["refused"]) for entry in refused] == [
+            ("abort", "asked of the process before this one")
+        ]
         assert [event.detail["text"] for event in reader.events("note")] == ["door was open"]
 
 
@@ -360,9 +362,9 @@ def test_a_full_disk_ends_the_run_safely_and_resume_finishes_it(small: Bench, li
     run_dir = small.folder / "full"
     _, exit_status = os.waitpid(in_child(lambda: _on_a_full_disk(small, run_dir, limit_bytes)), 0)
     assert exit_status == 0
-    told = (run_dir / "outcome.txt").read_text()
-    assert told.startswith("1 ")
-    assert "everything committed before is intact" in told
+    text = (run_dir / "outcome.txt").read_text()
+    assert text.startswith("1 ")
+    assert "everything committed before is intact" in text
     assert status(run_dir).state in (State.STOPPED, State.INTERRUPTED)
     assert resume(run_dir, "carla", "space again").state is State.FINISHED
     assert measured(dwells_of(run_dir)) == measured(dwells_of(small.folder / "whole"))

@@ -38,9 +38,9 @@ def test_a_run_ends_when_it_has_measured_enough_and_its_solution_says_so(tmp_pat
     outcome = made.run(tmp_path / "run", services=SERVICES)
     assert (outcome.state, _replications(tmp_path / "run")) == (State.FINISHED, 2)
     assert outcome.dwells_done == 2 * 12 < outcome.dwells_planned
-    (told,) = _told(tmp_path / "run")
-    assert told["enough"] is True
-    assert told["half_width_deg"]["SN1"] < 0.01
+    (text,) = _told(tmp_path / "run")
+    assert text["enough"] is True
+    assert text["half_width_deg"]["SN1"] < 0.01
     solved = solve_sensors(dwells_of(tmp_path / "run"), made.rig, made.plan, "run")["SN1"]
     assert any("sequential: 2 of at most 5 replications" in remark for remark in solved.calibration.remarks)
 
@@ -49,7 +49,7 @@ def test_a_run_ends_when_it_has_measured_enough_and_its_solution_says_so(tmp_pat
 def test_what_is_never_enough_is_measured_to_the_last_replication(tmp_path: Path) -> None:
     outcome = sequential(tmp_path, 1e-6, most=3).run(tmp_path / "run", services=SERVICES)
     assert (outcome.state, _replications(tmp_path / "run")) == (State.FINISHED, 3)
-    assert [one["enough"] for one in _told(tmp_path / "run")] == [False]
+    assert [entry["enough"] for entry in _told(tmp_path / "run")] == [False]
 
 
 def test_a_significant_drift_is_measured_to_the_last_replication(tmp_path: Path) -> None:

@@ -82,11 +82,11 @@ def test_a_file_that_is_no_request_is_told_and_removed(tmp_path: Path, content: 
     spool = Spool(tmp_path)
     spool.folder.mkdir()
     (spool.folder / "x.json").write_bytes(content)
-    told: list[Taken] = []
-    steering = Steering(spool, a_clock(), a_clock(), told.append)
+    messages: list[Taken] = []
+    steering = Steering(spool, a_clock(), a_clock(), messages.append)
     steering(1.0)
-    assert told[0].complaint.startswith("not a request")
-    json.dumps(dict(told[0].detail()), allow_nan=False)
+    assert messages[0].complaint.startswith("not a request")
+    json.dumps(dict(messages[0].detail()), allow_nan=False)
     assert list(spool.folder.iterdir()) == []
 
 
@@ -120,8 +120,8 @@ def test_stop_and_pause_do_not_end_a_wait(tmp_path: Path) -> None:
 
 
 def test_the_first_interrupt_is_a_stop_the_second_an_abort(tmp_path: Path) -> None:
-    clock, told = a_clock(), []
-    steering = Steering(Spool(tmp_path), clock, clock, told.append)
+    clock, found = a_clock(), []
+    steering = Steering(Spool(tmp_path), clock, clock, found.append)
     with signals_steer(steering):
         os.kill(os.getpid(), signal.SIGINT)
         steering(1.0)
@@ -129,7 +129,7 @@ def test_the_first_interrupt_is_a_stop_the_second_an_abort(tmp_path: Path) -> No
         os.kill(os.getpid(), signal.SIGINT)
         with pytest.raises(WaitEnded, match="signal SIGINT"):
             steering(1.0)
-    assert [taken.request.kind for taken in told] == ["stop", "abort"]
+    assert [taken.request.kind for taken in found] == ["stop", "abort"]
 
 
 def test_a_termination_is_a_stop_that_does_not_wait_for_the_dwell(tmp_path: Path) -> None:
@@ -154,13 +154,13 @@ def test_a_quit_is_an_abort(tmp_path: Path) -> None:
 
 
 def test_a_closed_terminal_ends_nothing_and_is_told_once(tmp_path: Path) -> None:
-    clock, told = a_clock(), []
-    steering = Steering(Spool(tmp_path), clock, clock, lambda _: None, hung_up=lambda: told.append("closed"))
+    clock, found = a_clock(), []
+    steering = Steering(Spool(tmp_path), clock, clock, lambda _: None, hung_up=lambda: found.append("closed"))
     with signals_steer(steering):
         os.kill(os.getpid(), signal.SIGHUP)
         steering(1.0)
         steering(1.0)
-    assert told == ["closed"]
+    assert found == ["closed"]
     assert (steering.stop, steering.abort) == (None, None)
 
 
@@ -192,16 +192,16 @@ def test_nothing_freezes_a_process_that_watches_axes(tmp_path: Path, number: sig
 
 def test_what_was_asked_since_this_process_owns_the_run_is_obeyed(tmp_path: Path) -> None:
     """A stop that `calrig stop` acknowledged while the run was being taken up must stop it."""
-    clock, told = a_clock(), []
+    clock, found = a_clock(), []
     spool = Spool(tmp_path)
-    steering = Steering(spool, clock, clock, told.append)
+    steering = Steering(spool, clock, clock, found.append)
     owned = datetime.fromisoformat(NOON)
     spool.submit(Request("pause", "anna", (owned - timedelta(seconds=1)).isoformat()))
     spool.submit(Request("stop", "anna", (owned + timedelta(seconds=1)).isoformat()))
     steering.discard_pending(owned)
     assert steering.pause is None
     assert steering.stop is not None
-    assert [taken.complaint for taken in told] == ["asked of the process before this one", ""]
+    assert [taken.complaint for taken in found] == ["asked of the process before this one", ""]
 
 
 class Signalling:

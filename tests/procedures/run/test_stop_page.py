@@ -57,8 +57,8 @@ def test_a_trip_says_where_every_axis_rests(small: Bench, tmp_path: Path) -> Non
     unattended = UnattendedRun(tmp_path / "run")
     outcome = run_unattended(small, unattended, rig_of=Button)
     assert outcome.state is State.TRIPPED
-    told = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in outcome.positions_deg.items())
-    assert f"at rest, read back: {told}; nothing has been moved since" in (unattended.run_dir / "why.txt").read_text()
+    text = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in outcome.positions_deg.items())
+    assert f"at rest, read back: {text}; nothing has been moved since" in (unattended.run_dir / "why.txt").read_text()
 
 
 def test_where_the_rig_file_is_contradicted_the_page_names_file_and_key_to_change_before_a_resume(
@@ -147,12 +147,12 @@ def _helper(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_fault_15_the_machine_is_kept_awake_while_the_run_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = tmp_path / "asked"
-    _helper(tmp_path, f'echo "$@" > "{asked}"; shift 4; "$@"; echo over >> "{asked}"', monkeypatch)
+    text = tmp_path / "asked"
+    _helper(tmp_path, f'echo "$@" > "{text}"; shift 4; "$@"; echo over >> "{text}"', monkeypatch)
     with awake("night run") as refusal:
         assert refusal == ""
-    assert asked.read_text().startswith("--what=sleep:idle:handle-lid-switch --who=calrig")
-    assert asked.read_text().endswith("over\n")
+    assert text.read_text().startswith("--what=sleep:idle:handle-lid-switch --who=calrig")
+    assert text.read_text().endswith("over\n")
 
 
 def test_fault_15_an_inhibitor_that_refuses_is_told_and_keeps_no_run_from_running(

@@ -27,9 +27,9 @@ TRUE_V_PER_G = {"x": 2.5, "y": 2.48, "z": 2.52}
 def _solved(folder: Path, chain: str, truth: str) -> tuple[SolvedSensor, Path]:
     chains = "".join(f'[chain."dmm.{axis}"]\n{chain}' for axis in "xyz")
     tables = (("[twin]\n", f"{chains}[twin]\n"), ("[twin.truth.SN1]", f"{truth}[twin.truth.SN1]"))
-    one = bench(folder, rig=(CHANNELS, *tables))
-    assert one.run(folder / "run").state is State.FINISHED
-    sensors = solve_sensors(dwells_of(folder / "run"), one.rig, one.plan, "run")
+    entry = bench(folder, rig=(CHANNELS, *tables))
+    assert entry.run(folder / "run").state is State.FINISHED
+    sensors = solve_sensors(dwells_of(folder / "run"), entry.rig, entry.plan, "run")
     return sensors["SN1"], folder / "run"
 
 
@@ -65,9 +65,9 @@ def test_a_straight_line_holds_at_the_declared_supply_too(tmp_path: Path) -> Non
         (design, 'kind = "up-down"\norder = "raster"\n'),
         ("[check]\nreference_every = 7\n", '[solve]\nmodel = "linear"\n'),
     )
-    one = bench(tmp_path, rig=(CHANNELS, *tables), procedure=kinds)
-    assert one.run(tmp_path / "run").state is State.FINISHED
-    solved = solve_sensors(dwells_of(tmp_path / "run"), one.rig, one.plan, "run")["SN1"]
+    entry = bench(tmp_path, rig=(CHANNELS, *tables), procedure=kinds)
+    assert entry.run(tmp_path / "run").state is State.FINISHED
+    solved = solve_sensors(dwells_of(tmp_path / "run"), entry.rig, entry.plan, "run")["SN1"]
     gains = {
         axis: parameter.value
         for axis, result in solved.calibration.axes.items()  # type: ignore[union-attr]

@@ -25,23 +25,23 @@ SENSITIVITIES = {"x": 1.25, "y": 1.26, "z": 1.27}
 
 
 def rig_at(latitude_deg: float | None, heading_deg: float | None) -> RigDescription:
-    place = {"name": "a", "gravity_mps2": 9.81, "latitude_deg": latitude_deg, "heading_deg": heading_deg}
+    location = {"name": "a", "gravity_mps2": 9.81, "latitude_deg": latitude_deg, "heading_deg": heading_deg}
     sensor = {"model": "single-axis package", "measures": "rate", "channels": {"x": "s.x"}}
     return RigDescription.model_construct(
-        rig=RigDescription.model_fields["rig"].annotation.model_validate(place), axes={},
+        rig=RigDescription.model_fields["rig"].annotation.model_validate(location), axes={},
         sensors={"G": RigDescription.model_fields["sensors"].annotation.__args__[1].model_validate(sensor)},
     )  # fmt: skip
 
 
 def rates_seen(rig: RigDescription, pitch_deg: float, roll_deg: float, turned: np.ndarray | None = None) -> np.ndarray:
     """What a package at rest senses, rad/s along its axes."""
-    one = np.zeros(1)
+    entry = np.zeros(1)
     rows = Observations(
-        np.ones(1, dtype=int), np.ones(1, dtype=int), one + np.deg2rad(pitch_deg), one + np.deg2rad(roll_deg),
-        {"x": one}, euler_rate_rad_s=np.zeros((1, 3)),
+        np.ones(1, dtype=int), np.ones(1, dtype=int), entry + np.deg2rad(pitch_deg), entry + np.deg2rad(roll_deg),
+        {"x": entry}, euler_rate_rad_s=np.zeros((1, 3)),
     )  # fmt: skip
     found = with_turned_earth(rows, rig, rig.sensors["G"], turned)
-    return body_rates_rad_s(np.stack([rows.pitch_rad, one, rows.roll_rad], axis=-1), found.euler_rate_rad_s)[0]
+    return body_rates_rad_s(np.stack([rows.pitch_rad, entry, rows.roll_rad], axis=-1), found.euler_rate_rad_s)[0]
 
 
 @pytest.mark.parametrize(
@@ -91,17 +91,17 @@ def test_what_is_not_known_of_it_is_a_vector_of_its_length() -> None:
 @pytest.mark.thorough
 def test_a_rate_table_on_the_turning_earth_gives_the_gyros_own_offset(tmp_path) -> None:
     """0.0042 °/s are 5 mV, a hundred times the noise; with it taken off CR table 4's offsets come back."""
-    place = {"gravity_mps2 = 9.80665": "gravity_mps2 = 9.80665\nlatitude_deg = 45.5\nheading_deg = 30.0"}
+    location = {"gravity_mps2 = 9.80665": "gravity_mps2 = 9.80665\nlatitude_deg = 45.5\nheading_deg = 30.0"}
     turning = {r"\[twin\]\n": "[twin.base]\nearth = [45.5, 30.0]\n[twin]\n"}
     faster = {r"replications = 4": "replications = 2", r"\[10.0, 40.0\]": "[90.0]", r"dwell_s = \S+": "dwell_s = 4.0"}
-    run = motion_run(tmp_path, "rate-table", "rates", faster, {**place, **turning}).solved()
-    told = run.sensors["ENC03J"]
-    assert "latitude 45.5°, heading of the table 30°" in " ".join(told.calibration.remarks)
+    run = motion_run(tmp_path, "rate-table", "rates", faster, {**location, **turning}).solved()
+    text = run.sensors["ENC03J"]
+    assert "latitude 45.5°, heading of the table 30°" in " ".join(text.calibration.remarks)
     rig = run.record.rig
     silent = rig.model_copy(update={"rig": rig.rig.model_copy(update={"latitude_deg": None, "heading_deg": None})})
     untold = solve_record(replace(run.record, rig=silent))["ENC03J"]
     for axis, truth in OFFSETS_V.items():
-        known, unknown = (one.calibration.axes[axis].parameters[0] for one in (told, untold))
+        known, unknown = (entry.calibration.axes[axis].parameters[0] for entry in (text, untold))
         earth_v = SENSITIVITIES[axis] * np.rad2deg(EARTH_RAD_S)
         assert abs(known.value - truth) < 0.05 * earth_v
         assert known.standard_uncertainty < 0.1 * earth_v
@@ -110,14 +110,14 @@ def test_a_rate_table_on_the_turning_earth_gives_the_gyros_own_offset(tmp_path) 
         line = next(line for line in untold.budgets[axis].lines if line.source == "Earth's rotation")
         assert line.type == "B"
         assert line.contributions["offset_v"] > known.standard_uncertainty
-        assert not any(line.source == "Earth's rotation" for line in told.budgets[axis].lines)
+        assert not any(line.source == "Earth's rotation" for line in text.budgets[axis].lines)
 
 
 def test_a_gravity_of_another_place_is_refused_and_a_doubtful_one_is_told(tmp_path) -> None:
-    place = ("gravity_mps2 = 9.80665", "gravity_mps2 = 9.80665\nlatitude_deg = 0.0\nheight_m = 0.0")
+    location = ("gravity_mps2 = 9.80665", "gravity_mps2 = 9.80665\nlatitude_deg = 0.0\nheight_m = 0.0")
     with pytest.raises(PlanError, match=r"rig\.gravity_mps2: gravity is stated as 9\.80665.*0\.0263 m/s² more"):
-        bench(tmp_path, (place,))
-    made = bench(tmp_path, ((place[0], place[1].replace("latitude_deg = 0.0", "latitude_deg = 42.0")),))
+        bench(tmp_path, (location,))
+    made = bench(tmp_path, ((location[0], location[1].replace("latitude_deg = 0.0", "latitude_deg = 42.0")),))
     forecast = forecast_of_design(made.rig, read_procedure(tmp_path / "procedure.toml"), made.plan, [])
-    (sentence,) = [one for one in forecast.reservations if "gravity" in one]
+    (sentence,) = [reservation for reservation in forecast.reservations if "gravity" in reservation]
     assert "0.0032 m/s² more, allowed 0.0015" in sentence

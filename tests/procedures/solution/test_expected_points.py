@@ -81,4 +81,4 @@ def test_of_rows_that_nobody_knows_before_the_run_nothing_is_told(tmp_path: Path
     record = _record(kind, tmp_path)
     own = KINDS[record.plan.kind]
     assert isinstance(own, PointKind)
-    assert forecast_of_points(record.rig, record.plan, own.solver_beforehand(record.plan)).expected == ()
+    assert forecast_of_points(record.rig, record.plan, own.forecast_solver(record.plan)).expected == ()

@@ -86,8 +86,8 @@ def test_cr_s_sting_and_model_packages_are_calibrated_in_one_run(tmp_path: Path)
     made = bench(tmp_path, (YAW, STING, STING_TRUTH), (GIMBAL, solve_table('model = "pitch-yaw-roll"')))
     made.run(tmp_path / "run")
     found = solve_sensors(dwells_of(tmp_path / "run"), made.rig, made.plan, "run")
-    told = {name: one.calibration.model for name, one in found.items() if one.calibration}
-    assert told == {"SN1": "pitch-yaw-roll-model", "STING": "pitch-yaw-roll-sting"}
+    said = {name: entry.calibration.model for name, entry in found.items() if entry.calibration}
+    assert said == {"SN1": "pitch-yaw-roll-model", "STING": "pitch-yaw-roll-sting"}
     truths = {
         "SN1": {"x": (0.005, 2.5, 0.5, 35.0)},
         "STING": {"x": (0.011, 2.45, 0.6, 50.0), "y": (-0.007, 2.55, 0.4, -70.0)},
@@ -203,7 +203,7 @@ def test_straight_lines_of_accelerometers_leave_a_report_and_a_set(tmp_path: Pat
     assert "g/V" in delivery.report.read_text(encoding="utf-8")
     axis = sensors_document(run)["SN1"]["axes"]["z"]
     assert axis["remarks"][0].startswith("the level of the base is not declared")
-    (level,) = (one for one in axis["findings"] if one["kind"] == "level-undeclared")
+    (level,) = (entry for entry in axis["findings"] if entry["kind"] == "level-undeclared")
     assert (level["significant"], level["text"]) == (False, axis["remarks"][0])
 
 
@@ -338,7 +338,7 @@ def test_package_and_table_are_solved_together_where_the_procedure_says_so(tmp_p
     axes = solved_axes(made, tmp_path / "run")
     for axis, truth in {"x": (0.005, 2.5), "y": (-0.003, 2.48), "z": (0.008, 2.52)}.items():
         for name, value in zip(("offset_v", "sensitivity_v_per_g"), truth, strict=True):
-            estimate = next(one for one in axes[axis].parameters if one.name == name)
+            estimate = next(parameter for parameter in axes[axis].parameters if parameter.name == name)
             assert estimate.interval_95[0] < value < estimate.interval_95[1]
     across = axes["z"].primary_covariance[2, 2] ** 0.5
     assert across == pytest.approx(2.52 * 20.0 * np.pi / 648_000, rel=0.05), "no row tells roll zero from a turned z"

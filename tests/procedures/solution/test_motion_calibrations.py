@@ -68,11 +68,11 @@ def _require_a_set_that_turns_readings_into_levels(
     solved: SolvedRun, sensor: str, truths: Mapping[str, tuple[float, float]], level: float, within: float
 ) -> None:
     """What SR's own real = A·reading + B says of a level, the set says as well."""
-    one = sets_of(solved)[sensor]
-    one.check_vectors(sensor)
+    entry = sets_of(solved)[sensor]
+    entry.check_vectors(sensor)
     levels = np.array([level, -level, 0.5 * level])
     readings = {axis: (own - offset) / gain for own, (axis, (gain, offset)) in zip(levels, truths.items(), strict=True)}
-    assert sensed_level(one, readings) == pytest.approx(levels, abs=within)
+    assert sensed_level(entry, readings) == pytest.approx(levels, abs=within)
 
 
 def _table_4(without: str = "") -> dict[str, dict[str, float]]:
@@ -161,8 +161,8 @@ def test_sr_magnetometer_with_and_without_the_coil_s_field_the_earth_s_known_or_
         _require_inside(solved, "MicroMag3", {axis: {"surroundings_ut": 40.0} for axis in "xyz"})
     rig = solved.record.rig
     for axis, found in calibration.axes.items():
-        told = truth_of(rig, "MicroMag3", axis, solved.sensors["MicroMag3"].observations, found)
-        towards = {name: value for name, value in told.items() if name.startswith("towards_")}
+        text = truth_of(rig, "MicroMag3", axis, solved.sensors["MicroMag3"].observations, found)
+        towards = {name: value for name, value in text.items() if name.startswith("towards_")}
         assert len(towards) == 2
         _require_inside(solved, "MicroMag3", {axis: towards})
     document = json.loads(json.dumps(sensors_document(solved), allow_nan=False))["MicroMag3"]
@@ -212,8 +212,8 @@ def _require_a_set_for_the_rates_that_were_turned(solved: SolvedRun, folder: Pat
     assert verify(delivery.sets["ENC03J"]).forward_vectors == 9
     assert delivery.archived is not None
     page = delivery.report.read_text(encoding="utf-8")
-    for told in ("Rates from position and time", "+40", "u(drift) (ppm)", "Residuals"):
-        assert told in page
+    for text in ("Rates from position and time", "+40", "u(drift) (ppm)", "Residuals"):
+        assert text in page
 
 
 @pytest.mark.thorough
@@ -242,13 +242,13 @@ def test_an_offset_at_rest_and_a_drift_verdict(tmp_path: Path) -> None:
     """White noise σ at 1 sample/s: the Allan deviation at T is σ/√T, the angle error √2·σ·√T: 0.1 °/s drifts 3.1°."""
     solved = motion_run(tmp_path, "servo-mechanism", "drift").solved()
     for axis, (gain, offset) in SR_GYRO.items():
-        told = solved.sensors["ITG3200"].static[axis]
-        assert told.mean == pytest.approx(-offset / gain, abs=5.0 * 0.1 / 1200.0**0.5)
-        assert told.random_walk_per_sqrt_s == pytest.approx(0.1, rel=0.1)
-        assert told.drift_deg == pytest.approx(2.0 * 2.0**0.5 * 0.1 * 120.0**0.5, rel=0.4)  # few means of 120 s
-        assert told.holds is False
-    assert all(told.holds for told in solved.sensors["SCA3000"].static.values())
-    assert {told.drift_deg for told in solved.sensors["MicroMag3"].static.values()} == {None}
+        text = solved.sensors["ITG3200"].static[axis]
+        assert text.mean == pytest.approx(-offset / gain, abs=5.0 * 0.1 / 1200.0**0.5)
+        assert text.random_walk_per_sqrt_s == pytest.approx(0.1, rel=0.1)
+        assert text.drift_deg == pytest.approx(2.0 * 2.0**0.5 * 0.1 * 120.0**0.5, rel=0.4)  # few means of 120 s
+        assert text.holds is False
+    assert all(found.holds for found in solved.sensors["SCA3000"].static.values())
+    assert {found.drift_deg for found in solved.sensors["MicroMag3"].static.values()} == {None}
     assert not solved.failures
     document = json.loads(json.dumps(sensors_document(solved), allow_nan=False))
     assert document["ITG3200"]["static"]["x"]["verdict"].endswith("beyond the allowed ±0.1 deg")
@@ -260,10 +260,10 @@ def _run_until_a_look(small: MotionRun, run_dir: Path, fatal: int) -> None:
     """In a process of its own: SIGKILL at that look at a turning axis."""
     looks, take = iter(range(1, 10_000)), RateWatch.take
 
-    def look(self: RateWatch, one: TurnLook) -> None:
+    def look(self: RateWatch, turn_look: TurnLook) -> None:
         if next(looks) == fatal:
             os.kill(os.getpid(), signal.SIGKILL)
-        take(self, one)
+        take(self, turn_look)
 
     RateWatch.take = look  # type: ignore[assignment, method-assign]
     small.run(run_dir)
@@ -283,6 +283,6 @@ def test_a_run_that_was_killed_while_it_turned_goes_on_to_the_same_numbers(tmp_p
     assert whole is not None
     assert killed is not None
     for axis in "xyz":
-        for one, other in zip(whole.axes[axis].parameters, killed.axes[axis].parameters, strict=True):
-            assert one.value == pytest.approx(other.value, rel=1e-9, abs=1e-9)
-            assert one.standard_uncertainty == pytest.approx(other.standard_uncertainty, rel=1e-6)
+        for parameter, other in zip(whole.axes[axis].parameters, killed.axes[axis].parameters, strict=True):
+            assert parameter.value == pytest.approx(other.value, rel=1e-9, abs=1e-9)
+            assert parameter.standard_uncertainty == pytest.approx(other.standard_uncertainty, rel=1e-6)

@@ -24,11 +24,11 @@ def test_a_limit_of_the_data_sheet_counts_up_to_the_farther_end_of_the_range(tmp
         largest_sensitivity_tc_per_degc=3e-5,
     )  # fmt: skip
     sensor = rig.sensors["SN1047"]
-    errors = {one.name: one for one in shared_errors(rig, sensor, None, 22.0)["x"]}
+    errors = {shared_error.name: shared_error for shared_error in shared_errors(rig, sensor, None, 22.0)["x"]}
     offset, gain = errors["temperature of use, offset"], errors["temperature of use, sensitivity"]
     assert (offset.effect, offset.standard_uncertainty) == ("reading", pytest.approx(2e-5 * 8.0 / sqrt(3.0)))
     assert (gain.effect, gain.standard_uncertainty) == ("gain", pytest.approx(3e-5 * 8.0 / sqrt(3.0)))
-    assert not any("of use" in one.name for one in shared_errors(rig, sensor, None, None)["x"])
+    assert not any("of use" in shared_error.name for shared_error in shared_errors(rig, sensor, None, None)["x"])
     assert use_warnings(sensor, 22.0) == ()
 
 

@@ -127,16 +127,16 @@ def _off(item: SensorRows, angles: Mapping[str, FloatArray], rng: np.random.Gene
 def _axes(campaign: Campaign) -> dict[str, dict[str, ParameterEstimate]]:
     solved = solve_lines(campaign.item, campaign.observations).calibration
     assert solved is not None
-    return {label: {one.name: one for one in axis.parameters} for label, axis in solved.axes.items()}
+    return {label: {parameter.name: parameter for parameter in axis.parameters} for label, axis in solved.axes.items()}
 
 
 def _truths(campaign: Campaign, label: str, *, known: bool) -> dict[str, float]:
     own = "xyz".index(label)
     truths = {"gain_ut_per_ut": GAIN, "offset_ut": OFFSET_UT}
     towards = {
-        f"towards_{name}_deg": float(campaign.towards_deg[own, place])
-        for place, name in enumerate("xyz")
-        if place != own
+        f"towards_{name}_deg": float(campaign.towards_deg[own, index])
+        for index, name in enumerate("xyz")
+        if index != own
     }
     return {**truths, **towards, **({} if known else {"surroundings_ut": float(EARTH_UT[2])})}
 
@@ -171,9 +171,9 @@ def test_how_each_axis_lies_is_found_however_still_the_servos_stand() -> None:
         turned = from_level_axes(rows.pitch_rad, rows.yaw_rad, rows.roll_rad)
         found = field_across(turned, np.array([0.0, 0.0, 1.0]), _applied(campaign.item.dwells), rows.outputs)
         assert found is not None, seed
-        for place, label in enumerate("xyz"):
-            lies = np.rad2deg(np.arctan(found.matrix[label] / found.matrix[label][place]))
-            np.testing.assert_allclose(lies, campaign.towards_deg[place], atol=0.5)
+        for index, label in enumerate("xyz"):
+            lies = np.rad2deg(np.arctan(found.matrix[label] / found.matrix[label][index]))
+            np.testing.assert_allclose(lies, campaign.towards_deg[index], atol=0.5)
 
 
 @pytest.mark.parametrize("known", [True, pytest.param(False, marks=pytest.mark.thorough)])
@@ -215,7 +215,7 @@ def test_one_pair_of_senses_is_a_line_and_says_what_it_cannot_know(points: int, 
     solved = solve_lines(campaign.item, campaign.observations).calibration
     assert solved is not None
     assert any(NOMINAL in sentence for sentence in solved.warnings) == says
-    names = [one.name for one in solved.axes["x"].parameters]
+    names = [parameter.name for parameter in solved.axes["x"].parameters]
     assert ("towards_y_deg" in names) != says
 
 
@@ -224,7 +224,7 @@ def test_one_pair_of_senses_is_a_line_and_says_what_it_cannot_know(points: int, 
     [
         (True, 0.0),
         (False, 3.0),
-        *[pytest.param(*one, marks=pytest.mark.thorough) for one in ((True, 3.0), (False, 0.0))],
+        *[pytest.param(*entry, marks=pytest.mark.thorough) for entry in ((True, 3.0), (False, 0.0))],
     ],
 )
 def test_an_axis_that_is_unplugged_spoils_no_other(known: bool, reads: float) -> None:
@@ -261,7 +261,7 @@ def test_the_field_across_follows_a_field_and_neither_an_offset_nor_a_gain() -> 
     more = np.array([0.3, -0.2, 0.0])
     moved = sum(found.gain[label] @ (turned @ more @ found.matrix[label]) for label in "xyz")
     np.testing.assert_allclose(moved, more, atol=1e-6)
-    for place, label in enumerate("xyz"):
+    for index, label in enumerate("xyz"):
         of_gain = turned @ (found.across + coil * found.along[label]) + (turned @ coil) * applied[:, None]
         np.testing.assert_allclose(found.gain[label] @ np.ones(applied.size), np.zeros(3), atol=1e-9)
-        np.testing.assert_allclose(found.gain[label] @ of_gain[:, place], np.zeros(3), atol=1e-4)
+        np.testing.assert_allclose(found.gain[label] @ of_gain[:, index], np.zeros(3), atol=1e-4)

@@ -52,9 +52,9 @@ def test_a_wrong_device_stops_a_session_and_is_seen_among_the_others(stated: Pat
                 rig.identities()
             with pytest.raises(RequestRefused, match=sentence):
                 rig.require_identities()
-        asked = {device.key: device for device in identify_each(description, real)}
-        assert "another device answers" in asked["environment.air"].trouble
-        assert [key for key, device in asked.items() if not device.trouble] == [
+        request = {device.key: device for device in identify_each(description, real)}
+        assert "another device answers" in request["environment.air"].trouble
+        assert [key for key, device in request.items() if not device.trouble] == [
             "axes.pitch",
             "axes.roll",
             "readouts.dmm",

@@ -156,12 +156,12 @@ def test_a_reconnected_rig_has_new_lines_to_the_same_machines(tmp_path: Path) ->
     with open_rig(read_rig(rig_file(tmp_path))) as rig:
         home(rig, "pitch", rig.clock.sleep)
         jog_to(rig, "pitch", 20.0, rig.clock.sleep)
-        before, asked = rig.axes["pitch"], rig.link_counts()["axes.pitch"].asked
+        before, text = rig.axes["pitch"], rig.link_counts()["axes.pitch"].questions
         rig.reconnect()
         with pytest.raises(LinkClosed, match=r"axes\.pitch: used after it was closed"):
             before.state()
         assert rig.axes["pitch"].state().position_deg == 20.0
-        assert asked > rig.link_counts()["axes.pitch"].asked > 0
+        assert text > rig.link_counts()["axes.pitch"].questions > 0
         assert set(rig.link_counts()) == {"axes.pitch", "readouts.dmm", "environment.air"}
 
 
@@ -170,9 +170,9 @@ def test_a_device_that_tells_its_serial_number_is_held_by_whatever_port_it_is_re
     example = Path(__file__).parents[3] / "examples" / "rate-table" / "rig.toml"
     with ExitStack() as held:
         rigs = []
-        for place in ("one", "other"):
+        for location in ("one", "other"):
             simulated = held.enter_context(serve_rig(read_rig(example), SystemClock()))
-            described = write_rig(example, simulated.addresses, "real", tmp_path / f"{place}.toml")
+            described = write_rig(example, simulated.addresses, "real", tmp_path / f"{location}.toml")
             rigs.append(held.enter_context(open_rig(described.model_copy(update={"twin": None}))))
         first, second = rigs
         assert "serial" in first.identities()["axes.pitch"]

@@ -93,9 +93,9 @@ def _proven_file(
 
 def _told(proofs: Mapping[str, DeviceProof]) -> list[str]:
     return [
-        f"{key}: {one.field}: device says {one.device}, twin says {one.twin}"
+        f"{key}: {difference.field}: device says {difference.device}, twin says {difference.twin}"
         for key, proof in proofs.items()
-        for one in proof.differences
+        for difference in proof.differences
     ]
 
 
@@ -165,7 +165,7 @@ def _in_g(twins: dict[str, Any]) -> None:
     twin = twins["streams.imu"]
     fields = twin._fields
     twin._fields = lambda output, at_s: tuple(
-        value / 9.80665 if place in (3, 4, 5) else value for place, value in enumerate(fields(output, at_s))
+        value / 9.80665 if index in (3, 4, 5) else value for index, value in enumerate(fields(output, at_s))
     )
 
 
@@ -201,11 +201,11 @@ def test_a_planted_difference_is_named_at_its_device(
     tmp_path: Path, plant: Callable[[dict[str, Any]], None], key: str, words: tuple[str, str]
 ) -> None:
     proofs = _proven(tmp_path, plant)
-    told = _told(proofs)
-    assert told
-    assert {sentence.partition(":")[0] for sentence in told} == {key}
+    found = _told(proofs)
+    assert found
+    assert {sentence.partition(":")[0] for sentence in found} == {key}
     for word in words:
-        assert any(word in sentence for sentence in told), told
+        assert any(word in sentence for sentence in found), found
 
 
 def test_an_identity_that_the_file_states_is_not_compared_with_the_twins(tmp_path: Path) -> None:
@@ -233,8 +233,8 @@ def test_a_start_that_is_ignored_is_named(tmp_path: Path) -> None:
     def ignoring(twins: dict[str, Any]) -> None:
         twins["axes.yaw"].units[1].ignores_starts = True
 
-    (told,) = [sentence for sentence in _told(_proven(tmp_path, ignoring, motion="yaw")) if ": move:" in sentence]
-    assert "does not start" in told
+    (found,) = [sentence for sentence in _told(_proven(tmp_path, ignoring, motion="yaw")) if ": move:" in sentence]
+    assert "does not start" in found
 
 
 def test_an_axis_without_a_home_is_not_moved(tmp_path: Path) -> None:
@@ -251,9 +251,11 @@ def test_what_was_kept_is_a_transcript_that_answers_the_same(tmp_path: Path) -> 
         clock=clock,
         line_source=replaying(tmp_path / "kept" / "device", clock),
     )
-    told = {proof.key: proof for proof in again}
-    asked = [key for key in first if not key.startswith("streams.")]
-    assert [(key, told[key].answers.compared) for key in asked] == [(key, first[key].answers.compared) for key in asked]
+    found = {proof.key: proof for proof in again}
+    request = [key for key in first if not key.startswith("streams.")]
+    assert [(key, found[key].answers.compared) for key in request] == [
+        (key, first[key].answers.compared) for key in request
+    ]
 
 
 def test_a_driver_without_a_twin_is_asked_and_recorded_and_its_neighbours_are_compared(

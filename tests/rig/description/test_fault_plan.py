@@ -102,9 +102,9 @@ def test_a_wrong_kind_hides_no_wrong_line(tmp_path: Path) -> None:
     text = '[fault.it]\nline = "axes.yaw"\nkind = "lost"\nnth = 1\n[fault.that]\nline = "axes.pitch"\nkind = "swap"\n'
     with pytest.raises(DescriptionError) as refused:
         _read(tmp_path, f'{text}other = "axes.tilt"\nnth = 1\n')
-    told = [line.removeprefix(str(tmp_path)) for line in str(refused.value).splitlines()]
-    assert [line.partition(", allowed")[0] for line in told[1:]] == [
+    found = [line.removeprefix(str(tmp_path)) for line in str(refused.value).splitlines()]
+    assert [line.partition(", allowed")[0] for line in found[1:]] == [
         "/faults.toml:2: fault.it.line: got 'axes.yaw'",
         "/faults.toml:8: fault.that.other: got 'axes.tilt'",
     ]
-    assert told[0].startswith("/faults.toml:3: fault.it.kind: got 'lost'")
+    assert found[0].startswith("/faults.toml:3: fault.it.kind: got 'lost'")

@@ -156,8 +156,8 @@ def test_every_axis_may_have_a_nominal_of_its_own(tmp_path: Path) -> None:
     rig = read_rig(changed(EXAMPLE_RIG, "nominal_sensitivity_v_per_g = 2.5", each, tmp_path / "rig.toml"))
     sensor = rig.sensors["SN1047"]
     assert [sensor.nominal_v_per_g(axis) for axis in "xyz"] == [2.5, 0.5, -0.5]
-    one = read_rig(EXAMPLE_RIG).sensors["SN1047"]
-    assert [one.nominal_v_per_g(axis) for axis in "xyz"] == [2.5, 2.5, 2.5]
+    entry = read_rig(EXAMPLE_RIG).sensors["SN1047"]
+    assert [entry.nominal_v_per_g(axis) for axis in "xyz"] == [2.5, 2.5, 2.5]
     bare = rig.model_copy(update={"twin": None}).all_on_twins()
     assert bare.twin is not None
     assert [bare.twin.truth["SN1047"][axis].sensitivity_v_per_g for axis in ("x", "y", "z")] == [2.5, 0.5, -0.5]

@@ -32,7 +32,7 @@ def test_the_nominal_supply_is_the_middle_of_its_band_unless_it_is_given() -> No
 
 
 @pytest.mark.parametrize(
-    ("wrong", "told"),
+    ("wrong", "expected"),
     [
         ({"ratiometric": True}, "needs supply_channel"),
         ({"ratiometric": True, "supply_channel": "dmm.s"}, "needs supply_channel and supply_nominal_v"),
@@ -42,8 +42,8 @@ def test_the_nominal_supply_is_the_middle_of_its_band_unless_it_is_given() -> No
         ({"load_resistor_ohm": 100.0, "load_resistor_tc_per_degc": 25.0}, "less than or equal to 0.01"),  # ppm
     ],
 )
-def test_a_chain_that_could_not_be_corrected_for_is_refused(wrong: dict[str, object], told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_a_chain_that_could_not_be_corrected_for_is_refused(wrong: dict[str, object], expected: str) -> None:
+    with pytest.raises(ValidationError, match=expected):
         Chain.model_validate(wrong)
 
 

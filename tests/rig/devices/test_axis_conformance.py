@@ -126,7 +126,7 @@ def test_whatever_the_line_does_a_position_is_right_or_there_is_none(
     bench.pitch.start_move(30.0)
     bench.clock.sleep(60.0)
     assert bench.pitch.state().position_deg == pytest.approx(30.0, abs=CLOSE_DEG)
-    bench.faults.reads = {bench.faults.taken + place: fault for place, fault in script.items()}
+    bench.faults.reads = {bench.faults.taken + location: fault for location, fault in script.items()}
     for name, angle_deg in (("pitch", 30.0), ("roll", 0.0)) * 3:
         started_s = bench.clock.monotonic_s()
         try:
@@ -141,7 +141,7 @@ def test_whatever_the_line_does_a_position_is_right_or_there_is_none(
 @given(replies=st.lists(st.binary(max_size=40), min_size=1, max_size=20))
 def test_arbitrary_replies_end_in_a_state_or_an_error_of_the_rig(driver: str, replies: list[bytes]) -> None:
     bench = motion_bench(driver)
-    bench.faults.reads = {place: faults.replace(replies[place % len(replies)]) for place in range(200)}
+    bench.faults.reads = {index: faults.replace(replies[index % len(replies)]) for index in range(200)}
     try:
         bench.pitch.home()
         bench.pitch.state()

@@ -172,13 +172,13 @@ def test_an_open_rig_guards_the_axes_whose_cables_wind_up_and_no_others() -> Non
 
 def test_every_axis_of_every_rig_has_a_memory_of_its_own(tmp_path: Path) -> None:
     settings = settings_of("zaber", port="/dev/serial/by-id/usb-x")
-    places = {
-        memory_of(rig, name, axis, replace_file, tmp_path).place
+    indices = {
+        memory_of(rig, name, axis, replace_file, tmp_path).location
         for rig in ("one rig", "another")
         for name, axis in settings.items()
     }
-    assert len(places) == 4
-    assert all(Path(place).parent == tmp_path for place in places)
+    assert len(indices) == 4
+    assert all(Path(location).parent == tmp_path for location in indices)
     again = memory_of("one rig", "pitch", settings["pitch"], replace_file, tmp_path)
-    assert again.place in places
+    assert again.location in indices
     assert isinstance(memory_of("one rig", "pitch", settings_of("zaber")["pitch"], replace_file), Unkept)

@@ -91,8 +91,8 @@ def test_limits_of_the_controller_inside_those_of_the_file_are_refused() -> None
 def test_a_speed_that_is_not_taken_is_a_fault() -> None:
     bench = motion_bench("esp301")
     bench.pitch.state()
-    told = bench.faults.taken + 2  # TB? before, TB? after, then VA?
-    bench.faults.reads = {told: faults.replace(b"3.000000\r\n")}
+    found = bench.faults.taken + 2  # TB? before, TB? after, then VA?
+    bench.faults.reads = {found: faults.replace(b"3.000000\r\n")}
     with pytest.raises(DeviceFault, match="speed 5 deg/s was sent, but reads back 3 deg/s"):
         bench.pitch.home()
 
@@ -130,5 +130,5 @@ def test_another_device_is_told_by_its_nonsense() -> None:
 
 
 def test_the_identity_tells_the_controllers_limits() -> None:
-    told = motion_bench("esp301").pitch.identify()
-    assert told == "ESP301 Version 3.01, axis 1, own limits -360 to 360 deg"
+    text = motion_bench("esp301").pitch.identify()
+    assert text == "ESP301 Version 3.01, axis 1, own limits -360 to 360 deg"

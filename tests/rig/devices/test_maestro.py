@@ -116,7 +116,7 @@ def test_the_baud_rate_is_told_where_the_controller_detects_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "told"),
+    ("wrong", "expected"),
     [
         ({"points": [[1500.0, 0.0]]}, "two or more"),
         ({"pulse_limits_us": [992.0, 2000.0]}, r"limits_deg reach -180 deg, a pulse of 500 us, allowed 992 to 2000"),
@@ -124,8 +124,8 @@ def test_the_baud_rate_is_told_where_the_controller_detects_it() -> None:
         ({"acceleration": 256}, "less than or equal to 255"),
     ],
 )
-def test_settings_that_cannot_work_are_refused(wrong: dict[str, object], told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_settings_that_cannot_work_are_refused(wrong: dict[str, object], expected: str) -> None:
+    with pytest.raises(ValidationError, match=expected):
         settings_of("maestro", **wrong)
 
 
@@ -139,11 +139,11 @@ def test_no_servo_is_sent_anywhere_before_it_was_homed() -> None:
 def test_the_micros_moving_state_is_never_asked() -> None:
     """The guide, page 58: on the Micro it may say 0 while a servo moves."""
     bench = motion_bench("maestro", model="micro")
-    asked: list[bytes] = []
+    requests: list[bytes] = []
     receive = bench.twin.receive
 
     def listen(data: bytes, now_s: float) -> None:
-        asked.append(data)
+        requests.append(data)
         receive(data, now_s)
 
     bench.twin.receive = listen
@@ -151,8 +151,8 @@ def test_the_micros_moving_state_is_never_asked() -> None:
     home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep)
     move_and_arrive(bench.pitch, 90.0, bench.clock, bench.clock.sleep)
     bench.pitch.stop()
-    assert len(asked) > 10
-    assert not any(0x93 in packet for packet in asked)
+    assert len(requests) > 10
+    assert not any(0x93 in packet for packet in requests)
 
 
 def test_fault_51_after_a_brown_out_of_the_controller_no_servo_has_a_position() -> None:

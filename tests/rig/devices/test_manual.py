@@ -31,13 +31,13 @@ def test_a_typed_angle_is_the_position_and_is_judged_as_any() -> None:
 def test_an_answer_that_is_no_angle_is_asked_again() -> None:
     bench = motion_bench("manual")
     home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep)
-    asked = bench.faults.written
+    request = bench.faults.written
     bench.twin.answer = "done"
     bench.pitch.start_move(30.0)
     for _ in range(3):
         bench.clock.sleep(60.0)
         assert bench.pitch.state().awaits_operator
-    assert bench.faults.written == asked + 4
+    assert bench.faults.written == request + 4
     bench.twin.answer = ""
     bench.clock.sleep(60.0)
     bench.pitch.state()  # the last "done", typed before

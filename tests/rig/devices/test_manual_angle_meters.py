@@ -26,11 +26,11 @@ class Scripted:
     """A device that answers as a manual shows, and says nothing to the rest."""
 
     def __init__(self, answers: Mapping[bytes, bytes], unasked: bytes = b"") -> None:
-        self.asked: list[bytes] = []
+        self.questions: list[bytes] = []
         self._answers, self._due = answers, unasked
 
     def receive(self, data: bytes, now_s: float) -> None:
-        self.asked.append(data)
+        self.questions.append(data)
         self._due += self._answers.get(data, b"")
 
     def transmit(self, now_s: float) -> bytes:
@@ -101,8 +101,8 @@ def test_what_streams_from_power_on_is_told_to_stop_before_it_is_asked(dialect: 
     level.prepare()
     assert reads(level, samples=3) == [1.234] * 3
     assert reads(level, "level.y") == [-0.007]
-    assert device.asked[0] == letter
-    assert device.asked.count(letter) == 1
+    assert device.questions[0] == letter
+    assert device.questions.count(letter) == 1
 
 
 def test_the_dpg_says_who_it_is() -> None:
@@ -124,8 +124,8 @@ def test_one_that_goes_on_streaming_is_no_answer() -> None:
 
 def test_the_lds1000_s_unit_is_asked_for() -> None:
     """EDH0170 p. 37: "1TP-1596.3"; p. 48: the unit is a setting, and TA tells it."""
-    told = b"1TA,RT,04512,1,\xb5rad,00102,00241\r\n"
-    level = meter("newport-lds1000", Scripted({b"1TP\r\n": b"1TP-1596.3\r\n", b"1TA\r\n": told}))
+    text = b"1TA,RT,04512,1,\xb5rad,00102,00241\r\n"
+    level = meter("newport-lds1000", Scripted({b"1TP\r\n": b"1TP-1596.3\r\n", b"1TA\r\n": text}))
     assert reads(level) == pytest.approx([-0.0914613], abs=1e-7)
 
 
@@ -202,9 +202,9 @@ def test_every_dialect_tells_the_attitude_of_the_twin_s_table(dialect: str, tmp_
     with open_rig(read_rig(path)) as rig:
         _turn(rig, "pitch", 12.0)
         rig.readouts["level"].prepare()
-        told = rig.readouts["level"].read("level.pitch", 20, rig.clock.sleep)
-    assert told.samples.mean() == pytest.approx(12.0, abs=0.003)
-    assert 0.0005 < told.samples.std() < 0.005
+        said = rig.readouts["level"].read("level.pitch", 20, rig.clock.sleep)
+    assert said.samples.mean() == pytest.approx(12.0, abs=0.003)
+    assert 0.0005 < said.samples.std() < 0.005
 
 
 def _turn(rig: Rig, axis: str, target_deg: float) -> None:

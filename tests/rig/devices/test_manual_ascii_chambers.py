@@ -100,8 +100,8 @@ def test_mode_bits_of_a_3800() -> None:
     bench.twin.mode = "RUN"
     assert bench.said(b"MODE?") == b"1\r\n"
     parse = chamber_words("thermotron-3800").parse_activity
-    told = {b"0": "stopped", b"1": "program", b"2": "stopped", b"8": "program", b"16": "holding", b"17": "program"}
-    assert {bits: parse(bits) for bits in told} == told
+    text = {b"0": "stopped", b"1": "program", b"2": "stopped", b"8": "program", b"16": "holding", b"17": "program"}
+    assert {bits: parse(bits) for bits in text} == text
 
 
 def test_stop_codes_of_an_8800() -> None:

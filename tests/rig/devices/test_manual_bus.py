@@ -137,8 +137,8 @@ def test_revision_option_and_number_of_adjustments_are_recorded() -> None:
     # `REV?` two numbers with a comma; `OPT?` 0 or 1; CAL p. 73 `CALNUM?`: "Returns a decimal number indicating the
     # number of times the multimeter has been adjusted." `247` and `2.47E+02` must both be taken.
     rig = gpib_rig()
-    told = rig.prepared().identify()
-    assert "revision 9,2, option 0, adjusted 247 times" in told
+    found = rig.prepared().identify()
+    assert "revision 9,2, option 0, adjusted 247 times" in found
 
 
 def test_the_input_is_set_to_more_than_ten_gigohm() -> None:

@@ -101,10 +101,10 @@ def test_a_move_of_no_length_is_no_ignored_one() -> None:
     assert bench.pitch.state().position_deg == 0.0
 
 
-@pytest.mark.parametrize(("is_on", "told"), [(True, None), (True, False), (False, True)])
-def test_the_wrap_function_is_read_and_compared(is_on: bool, told: bool | None) -> None:
+@pytest.mark.parametrize(("is_on", "expected"), [(True, None), (True, False), (False, True)])
+def test_the_wrap_function_is_read_and_compared(is_on: bool, expected: bool | None) -> None:
     # Remembered: on as delivered, positions jump at half a turn. Read, not assumed.
-    bench = motion_bench("oriental-az", wrap=told, top_rate_dps=None if told else 180.0)
+    bench = motion_bench("oriental-az", wrap=expected, top_rate_dps=None if expected else 180.0)
     bench.twin.units[1].wraps = is_on
     with pytest.raises(DeviceRefused, match=r"wrap function is (on|off).*axes\.pitch: wrap"):
         bench.pitch.identify()

@@ -71,11 +71,11 @@ def test_preset_does_not_change_the_input_resistance() -> None:
 def test_without_a_list_the_one_takes_the_scan_list_and_the_other_its_own_meter() -> None:
     # UG-97 p. 182: "If you omit the ch_list parameter, the command will be applied to the channels in the active scan
     # list." 980-CR: "this command applies to the internal DMM, independent of any channels or a scan list."
-    for model, told in (("34970A", b"1\n"), ("34980A", b"0\n")):
+    for model, found in (("34970A", b"1\n"), ("34980A", b"0\n")):
         rig, number = _rig(model)
         _said(rig, b"ROUT:SCAN (@%d)" % number)
         _said(rig, IMPEDANCE[model] + b" ON")
-        assert _said(rig, IMPEDANCE[model] + b"? (@%d)" % number) == told
+        assert _said(rig, IMPEDANCE[model] + b"? (@%d)" % number) == found
 
 
 def test_autozero_outlives_a_reset_of_the_34970a_and_ends_below_one_cycle() -> None:

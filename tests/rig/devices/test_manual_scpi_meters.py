@@ -208,12 +208,12 @@ def test_inputs_at_the_other_side_and_another_model_are_refused() -> None:
 
 def test_only_what_a_model_offers_is_accepted() -> None:
     assert PRESETS["34401A"].nplc == (0.02, 0.2, 1.0, 10.0, 100.0)  # 401-UG p. 58
-    for changes, told in (
+    for changes, found in (
         ({"nplc": 2.0}, "allowed: 0.02, 0.2, 1, 10, 100"),
         ({"channels": {"x": {"range_v": 20.0}}}, "no range of 20 V"),
         ({"channels": {"x": {"range_v": 10.0}, "y": {"range_v": 10.0}}}, "at most 1 item"),
     ):
-        with pytest.raises(ValidationError, match=told):
+        with pytest.raises(ValidationError, match=found):
             meter_settings("34401A", **changes)
     rig = meter_rig("34401A")
     with pytest.raises(RequestRefused, match="power-line cycles"):

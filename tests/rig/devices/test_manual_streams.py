@@ -71,9 +71,9 @@ def test_register_54_is_answered_with_eleven_fields() -> None:
     rig.stream.write(b"$VNASY,0*4F\r\n")
     rig.stream.discard_input()
     rig.stream.write(b"$VNRRG,54*72\r\n")
-    told = wire.parse_message(rig.stream.discard_input())
-    assert told[:2] == ["VNRRG", "54"]
-    assert len(told) == 2 + 11
+    found = wire.parse_message(rig.stream.discard_input())
+    assert found[:2] == ["VNRRG", "54"]
+    assert len(found) == 2 + 11
 
 
 def test_a_users_compensation_is_recorded() -> None:
@@ -113,8 +113,8 @@ def test_a_board_may_tell_of_itself_before_it_sends(lines: int) -> None:
     board = rig.csv()
     board.start()  # drops what waits; the board was reset by the opening and tells of itself only now
     rig.twin._due += b"\nrst:0x1 (POWERON_RESET)" * lines + b"\n"  # type: ignore[attr-defined]
-    told = board.poll()
-    assert (told.samples, told.refused) == (0, lines)
+    found = board.poll()
+    assert (found.samples, found.refused) == (0, lines)
     rig.clock.sleep(1.0)
     block = board.poll()
     assert block.samples >= 99

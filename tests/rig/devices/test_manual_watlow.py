@@ -36,10 +36,10 @@ def _f4(twin: WatlowF4Twin, **settings: object) -> WatlowF4:
     return connect_f4("air", described, MemoryStream(twin, virtual_clock(), "chamber"))
 
 
-def _f4t(transport: str, told: dict[str, object], **settings: object) -> WatlowF4T:
+def _f4t(transport: str, expected: dict[str, object], **settings: object) -> WatlowF4T:
     fields = {"driver": "watlow-f4t", "port": "twin", "transport": transport}
     described = WatlowF4TSettings.model_validate(fields | settings)
-    twin = WatlowF4TTwin("air", World(example_rig()), **told)  # type: ignore[arg-type]
+    twin = WatlowF4TTwin("air", World(example_rig()), **expected)  # type: ignore[arg-type]
     slave = ModbusSlave(twin, framing=described.transport)
     return connect_f4t("air", described, MemoryStream(slave, virtual_clock(), "chamber"))
 
@@ -58,10 +58,10 @@ FRAMES = {
 }
 
 
-@pytest.mark.parametrize(("asked", "answered"), FRAMES.values(), ids=list(FRAMES))
-def test_frames_of_the_f4(asked: str, answered: str) -> None:
+@pytest.mark.parametrize(("question", "answered"), FRAMES.values(), ids=list(FRAMES))
+def test_frames_of_the_f4(question: str, answered: str) -> None:
     twin = WatlowF4Twin("air", Room())
-    twin.receive(bytes.fromhex(asked), 0.0)
+    twin.receive(bytes.fromhex(question), 0.0)
     assert twin.transmit(0.0) == bytes.fromhex(answered)
 
 
@@ -69,12 +69,12 @@ def test_frames_of_an_f4_in_fahrenheit() -> None:
     # "901 = 0, 606 = 1: raw 770 is 77.0 °F = 25.0 °C. Writing raw 250 there means 25.0 °F = −3.9 °C." (computed)
     room = Room()
     twin = WatlowF4Twin("air", room, fahrenheit=True)
-    for asked, answered in (
+    for answer, answered in (
         ("01 03 00 64 00 01 C5 D5", "01 03 02 03 02 39 75"),
         ("01 03 03 85 00 01 95 A7", "01 03 02 00 00 B8 44"),
         ("01 06 01 2C 00 FA C9 BC", "01 06 01 2C 00 FA C9 BC"),
     ):
-        twin.receive(bytes.fromhex(asked), 0.0)
+        twin.receive(bytes.fromhex(answer), 0.0)
         assert twin.transmit(0.0) == bytes.fromhex(answered)
     assert room.degc == pytest.approx(-3.9, abs=0.02)
 
@@ -96,7 +96,7 @@ def test_an_f4_in_another_unit_than_the_file_says_is_refused_both_ways() -> None
     for fahrenheit, values in ((True, "degc"), (False, "degf")):
         room = Room()
         chamber = _f4(WatlowF4Twin("air", room, fahrenheit=fahrenheit), values=values)
-        for ask in (chamber.identify, chamber.temperature_degc, lambda told=chamber: told.hold(30.0)):  # type: ignore[misc]
+        for ask in (chamber.identify, chamber.temperature_degc, lambda expected=chamber: expected.hold(30.0)):  # type: ignore[misc]
             with pytest.raises(DeviceNonsense, match=r"register 901.*environment\.air: values"):
                 ask()
         assert room.degc == 25.0
@@ -172,8 +172,8 @@ def test_an_f4t_that_does_not_tell_its_unit_needs_it_in_the_file(transport: str)
     # 14080 and 6730 are in the chamber maker's library only, so a firmware may lack them.
     with pytest.raises(DeviceNonsense, match=r"does not tell .* unit .*values = "):
         _f4t(transport, {"tells_unit": False}).identify()
-    told = _f4t(transport, {"tells_unit": False, "fahrenheit": True}, values="degf")
-    assert told.temperature_degc() == pytest.approx(20.0, abs=0.1)
+    text = _f4t(transport, {"tells_unit": False, "fahrenheit": True}, values="degf")
+    assert text.temperature_degc() == pytest.approx(20.0, abs=0.1)
 
 
 @pytest.mark.parametrize("state", [149, 146, 1783])
@@ -190,8 +190,8 @@ F4T_FRAMES = {
 }
 
 
-@pytest.mark.parametrize(("asked", "answered"), F4T_FRAMES.values(), ids=list(F4T_FRAMES))
-def test_frames_of_the_f4t(asked: str, answered: str) -> None:
+@pytest.mark.parametrize(("question", "answered"), F4T_FRAMES.values(), ids=list(F4T_FRAMES))
+def test_frames_of_the_f4t(question: str, answered: str) -> None:
     slave = ModbusSlave(WatlowF4TTwin("air", Room()))
-    slave.receive(bytes.fromhex(asked), 0.0)
+    slave.receive(bytes.fromhex(question), 0.0)
     assert slave.transmit(0.0) == bytes.fromhex(answered)

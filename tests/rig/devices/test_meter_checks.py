@@ -85,8 +85,8 @@ def test_the_meter_calibrates_itself_once_and_again_when_its_temperature_has_mov
     readout = _calibrating(rig)
     assert readout.needs_check()
     assert readout.check_itself(rig.wait).is_calibrated_anew
-    for own_degc, is_needed in ((36.4, False), (37.3, False), (35.5, False), (37.4, True)):
-        rig.meter.own_degc = lambda _now_s, degc=own_degc: degc
+    for inside_degc, is_needed in ((36.4, False), (37.3, False), (35.5, False), (37.4, True)):
+        rig.meter.inside_degc = lambda _now_s, degc=inside_degc: degc
         assert readout.needs_check() is is_needed
         assert readout.check_itself(rig.wait).is_calibrated_anew is is_needed
     assert len(rig.meter.calibrated_s) == 2
@@ -143,7 +143,7 @@ def test_a_readout_whose_file_asks_for_nothing_is_not_checked() -> None:
 
 
 @pytest.mark.parametrize(
-    ("checks", "told"),
+    ("checks", "expected"),
     [
         ({"short_scanner": 1}, "the short is on channel 101, which belongs to a sensor"),
         ({"short_scanner": 5, "reference_scanner": 105, "reference_v": 1.0}, "the reference is on channel 105"),
@@ -154,8 +154,8 @@ def test_a_readout_whose_file_asks_for_nothing_is_not_checked() -> None:
         ({"short_scanner": 5, "samples": 1}, "greater than or equal to 2"),
     ],
 )
-def test_checks_that_prove_nothing_are_refused(checks: dict[str, object], told: str) -> None:
-    with pytest.raises(ValidationError, match=told):
+def test_checks_that_prove_nothing_are_refused(checks: dict[str, object], expected: str) -> None:
+    with pytest.raises(ValidationError, match=expected):
         meter_settings(checks=checks)
 
 
@@ -170,15 +170,15 @@ def test_the_example_on_the_page_is_what_the_driver_takes() -> None:
 def test_no_burst_and_no_check_measures_a_channel_on_another_range() -> None:
     rig = _meter()
     readout = rig.prepared(checks={**CHECKS, "reference_limit_v": 1e-4})
-    told: list[bytes] = []
+    messages: list[bytes] = []
     heard = rig.meter.listen
 
     def listen(message: bytes, now_s: float) -> float:
-        told.extend(part for part in message.split(b";") if part.startswith((b"DCV", b"RANGE", b"ARANGE")))
+        messages.extend(part for part in message.split(b";") if part.startswith((b"DCV", b"RANGE", b"ARANGE")))
         return heard(message, now_s)
 
     rig.meter.listen = listen
     for channel in ("dmm.x", "dmm.y", "dmm.x"):
         readout.check_itself(rig.wait)
         readout.read(channel, 2, rig.wait)
-    assert set(told) == {b"DCV 10"}
+    assert set(messages) == {b"DCV 10"}

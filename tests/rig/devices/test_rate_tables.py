@@ -116,7 +116,7 @@ def test_an_answer_that_comes_with_the_next_command_is_no_position() -> None:
     bench.twin.receive(b"STA\r\n", now_s)
     assert bench.twin.transmit(now_s) == b"JOG30\r\n>\r\n0\r\n>\r\n"
     late = {2: faults.delay(0.05), 3: faults.delay(0.1)}  # state and position, then what STA fetches, then an angle
-    bench.faults.reads = {bench.faults.taken + place: fault for place, fault in late.items()}
+    bench.faults.reads = {bench.faults.taken + location: fault for location, fault in late.items()}
     bench.axis.start_rate(30.0)
     at_deg = bench.axis.turn_look(bench.clock).angle_deg
     assert at_deg == pytest.approx(bench.world.axes["pitch"].table_deg(bench.clock.monotonic_s()), abs=4.0)

@@ -64,14 +64,14 @@ def test_a_readout_keeps_its_promises(readout: tuple[Rig, Readout]) -> None:
 @pytest.mark.parametrize("driver", sorted(RIGS))
 def test_every_line_brings_the_same_readings(driver: str, tmp_path: Path) -> None:
     """The twins' chance is drawn from counters: what was announced equally reads equally, however it travelled."""
-    told = []
+    messages = []
     for line in LINES:
         (tmp_path / line).mkdir()
         with rig_on(line, RIGS[driver](tmp_path / line)) as rig:
             readout = rig.readouts[READOUTS.get(driver, "dmm")]
             readout.prepare()
             rig.chance.announce(7, "read", 2, 0.0)
-            told.append(readout.read(readout.channels[-1], 5, rig.clock.sleep, nplc=1.0).samples)
-    assert told[0].std() > 0.0
-    for other in told[1:]:
-        np.testing.assert_array_equal(other, told[0])
+            messages.append(readout.read(readout.channels[-1], 5, rig.clock.sleep, nplc=1.0).samples)
+    assert messages[0].std() > 0.0
+    for other in messages[1:]:
+        np.testing.assert_array_equal(other, messages[0])

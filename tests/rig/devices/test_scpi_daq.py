@@ -175,11 +175,11 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
-@pytest.mark.parametrize("place", range(24))
-def test_a_line_that_fails_never_makes_a_wrong_reading(fault: faults.Fault, place: int) -> None:
+@pytest.mark.parametrize("index", range(24))
+def test_a_line_that_fails_never_makes_a_wrong_reading(fault: faults.Fault, index: int) -> None:
     rig = daq_rig()
     readout = rig.prepared()
-    script = FaultScript(reads={place: fault})
+    script = FaultScript(reads={index: fault})
     rig.faults.reads, rig.faults.taken = script.reads, 0
     for channel, level_v in (("daq.x", 1.0), ("daq.y", -2.0)):
         try:

@@ -8,7 +8,7 @@ from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent, RigError
 
 class Machine:
     def __init__(self, error: RigError | None, *, starts: bool) -> None:
-        self.sent = self.asked = 0
+        self.sent = self.questions = 0
         self._error, self._starts = error, starts
 
     def send(self) -> None:
@@ -17,21 +17,21 @@ class Machine:
             raise self._error
 
     def has_started(self) -> bool:
-        self.asked += 1
+        self.questions += 1
         return self._starts
 
 
 def test_an_acknowledged_start_asks_nothing() -> None:
     machine = Machine(None, starts=False)
     start_once(machine.send, machine.has_started)
-    assert (machine.sent, machine.asked) == (1, 0)
+    assert (machine.sent, machine.questions) == (1, 0)
 
 
 @pytest.mark.parametrize("error", [DeviceSilent("nothing came"), DeviceNonsense("noise")])
 def test_a_lost_or_damaged_acknowledgement_is_settled_by_asking(error: RigError) -> None:
     machine = Machine(error, starts=True)
     start_once(machine.send, machine.has_started)
-    assert (machine.sent, machine.asked) == (1, 1)
+    assert (machine.sent, machine.questions) == (1, 1)
     idle = Machine(error, starts=False)
     with pytest.raises(type(error)):
         start_once(idle.send, idle.has_started)
@@ -42,4 +42,4 @@ def test_a_refusal_is_passed_on() -> None:
     machine = Machine(DeviceRefused("not now"), starts=True)
     with pytest.raises(DeviceRefused):
         start_once(machine.send, machine.has_started)
-    assert machine.asked == 0
+    assert machine.questions == 0

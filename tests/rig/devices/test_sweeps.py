@@ -50,7 +50,7 @@ def test_after_a_sweep_a_move_has_its_own_speed_again() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rate_dps", "told"),
+    ("rate_dps", "expected"),
     [
         (4.0, r"one unit of the servo's speed is 4\.5 deg/s; nothing moved"),
         (41.0, r"allowed up to 40 deg/s"),
@@ -58,11 +58,11 @@ def test_after_a_sweep_a_move_has_its_own_speed_again() -> None:
         (float("nan"), r"allowed up to 40 deg/s"),
     ],
 )
-def test_what_the_controller_cannot_be_set_to_is_refused(rate_dps: float, told: str) -> None:
+def test_what_the_controller_cannot_be_set_to_is_refused(rate_dps: float, expected: str) -> None:
     bench = _bench()
-    with pytest.raises(RequestRefused, match=told):
+    with pytest.raises(RequestRefused, match=expected):
         bench.pitch.start_sweep(90.0, rate_dps)
-    with pytest.raises(RequestRefused, match=told):  # the plan knows it before any port is opened
+    with pytest.raises(RequestRefused, match=expected):  # the plan knows it before any port is opened
         settings_of("maestro", speed_dps=40.0)["pitch"].refuse_rate("pitch", rate_dps)
     assert not bench.pitch.state().is_moving
 

@@ -90,8 +90,8 @@ def test_a_host_that_speaks_often_enough_is_left_alone(driver: str) -> None:
 def test_arming_moves_nothing_and_takes_two_silences(driver: str) -> None:
     bench = motion_bench(driver, watchdog_s=T_S)
     began_s, before_deg = bench.clock.monotonic_s(), bench.true_deg
-    told = bench.pitch.arm_watchdog(bench.clock.sleep)
-    assert told == "watchdog of 5 s: 2.5 s of silence passed, 6.25 s were noticed"
+    found = bench.pitch.arm_watchdog(bench.clock.sleep)
+    assert found == "watchdog of 5 s: 2.5 s of silence passed, 6.25 s were noticed"
     assert bench.clock.monotonic_s() - began_s == pytest.approx(1.75 * T_S, abs=1.0)
     assert bench.true_deg == before_deg
 

@@ -55,12 +55,12 @@ def test_a_set_point_outside_the_chambers_own_limits_is_refused(scene: Scene) ->
     assert scene.world.setpoint_degc("air") == 20.0
 
 
-@pytest.mark.parametrize(("told", "true"), [("low-first", "high-first"), ("high-first", "low-first")])
-def test_fault_34_the_wrong_word_order_is_refused_and_the_right_one_named(told: str, true: str) -> None:
+@pytest.mark.parametrize(("expected", "true"), [("low-first", "high-first"), ("high-first", "low-first")])
+def test_fault_34_the_wrong_word_order_is_refused_and_the_right_one_named(expected: str, true: str) -> None:
     """Detected: a register of known value, read in all word orders.
     Response: refused before anything is believed; the right order is named.
     """
-    scene = Scene({"word_order": true}, word_order=told)
+    scene = Scene({"word_order": true}, word_order=expected)
     for ask in (scene.chamber.identify, scene.chamber.temperature_degc, lambda: scene.chamber.hold(20.0)):
         with pytest.raises(DeviceNonsense, match=rf"set word_order = '{true}' \(environment\.air\)"):
             ask()

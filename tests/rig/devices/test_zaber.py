@@ -258,8 +258,8 @@ def test_two_axes_of_one_device_are_two_axes() -> None:
     """A controller with several axes: one number on the chain, ``device_axis`` 1 and 2."""
     axes = settings_of("zaber")
     pair = {
-        name: axis.model_copy(update={"axis": 1, "device_axis": place})
-        for place, (name, axis) in enumerate(axes.items(), start=1)
+        name: axis.model_copy(update={"axis": 1, "device_axis": index})
+        for index, (name, axis) in enumerate(axes.items(), start=1)
     }
     world, clock = world_of(pair), virtual_clock()
     opened = connect(pair, MemoryStream(twin_of("zaber", pair, world), clock, "zaber"))

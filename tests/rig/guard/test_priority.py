@@ -23,8 +23,8 @@ TELLS_SLICES = (6, 12)
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="of Linux")
 def test_short_slices_are_asked_for_and_nothing_else_is_changed() -> None:
     assert ctypes.sizeof(ctypes.c_void_p) == 8
-    told = subprocess.run([sys.executable, "-c", ASKS], capture_output=True, text=True, check=True).stdout
-    failed, size, policy, _, nice, priority, runtime_ns, *_ = (int(word) for word in told.split())
+    done = subprocess.run([sys.executable, "-c", ASKS], capture_output=True, text=True, check=True).stdout
+    failed, size, policy, _, nice, priority, runtime_ns, *_ = (int(word) for word in done.split())
     assert (failed, size, policy, priority) == (0, 48, os.SCHED_OTHER, 0)
     assert nice == os.getpriority(os.PRIO_PROCESS, 0) + 3
     kernel = tuple(int(part) for part in os.uname().release.split(".")[:2])

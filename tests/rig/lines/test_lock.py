@@ -123,10 +123,10 @@ SAME = [
 ]
 
 
-@pytest.mark.parametrize(("one", "other"), SAME)
-def test_fault_38_two_names_of_one_address_are_one_lock(tmp_path: Path, one: str, other: str) -> None:
+@pytest.mark.parametrize(("entry", "other"), SAME)
+def test_fault_38_two_names_of_one_address_are_one_lock(tmp_path: Path, entry: str, other: str) -> None:
     with (
-        acquire([one], "run", folder=tmp_path),
+        acquire([entry], "run", folder=tmp_path),
         pytest.raises(RigBusy, match=rf"in use by process {os.getpid()} \(run\) since"),
     ):
         acquire([other], "jog", folder=tmp_path)
@@ -135,10 +135,10 @@ def test_fault_38_two_names_of_one_address_are_one_lock(tmp_path: Path, one: str
 def test_fault_38_an_address_of_this_machine_s_own_is_this_machine() -> None:
     """Whoever reaches a device at localhost reaches it at every address that this machine has."""
     own = {
-        one.address
+        address.address
         for addresses in net_if_addrs().values()
-        for one in addresses
-        if one.family in (socket.AF_INET, socket.AF_INET6) and "%" not in one.address
+        for address in addresses
+        if address.family in (socket.AF_INET, socket.AF_INET6) and "%" not in address.address
     }
     assert {address_of(address) for address in own} == {address_of("localhost")}
     assert address_of("192.0.2.7") == "192.0.2.7"

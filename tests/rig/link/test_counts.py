@@ -33,7 +33,7 @@ def test_fault_35_a_mute_device_keeps_no_other_from_answering_and_is_counted_alo
     assert set(counts) == {f"axes.pitch, {name}" for name in names}
     first, second = (counts[f"axes.pitch, {name}"] for name in names)
     assert (first.errors, second.errors) == (0, 9)  # three questions, each asked three times
-    assert first.asked >= 3
+    assert first.questions >= 3
 
 
 @pytest.mark.parametrize("driver", ["oriental-az", "zaber", "esp301"])
@@ -43,4 +43,4 @@ def test_a_device_alone_on_its_line_is_the_line(driver: str) -> None:
     DRIVERS[driver].connect({"pitch": axes["pitch"]}, line)["pitch"].identify()
     ((name, counts),) = line.by_slave("axes.pitch").items()
     assert name == "axes.pitch"
-    assert counts.asked >= 1
+    assert counts.questions >= 1

@@ -74,7 +74,7 @@ def ask(exchange: Exchange, question: bytes, *, idempotent: bool = True) -> int:
 def test_an_answer_belongs_to_its_question() -> None:
     exchange = exchange_over(Echo())
     assert [ask(exchange, b"A"), ask(exchange, b"B")] == [1, 2]
-    assert exchange.counts.asked == 2
+    assert exchange.counts.questions == 2
     assert exchange.counts.repeated == 0
 
 
@@ -141,7 +141,7 @@ def test_attempts_end() -> None:
     exchange = exchange_over(Echo(), FaultScript(writes=dict.fromkeys(range(9), faults.drop)))
     with pytest.raises(DeviceSilent):
         ask(exchange, b"A")
-    assert exchange.counts.asked == PATIENCE.attempts
+    assert exchange.counts.questions == PATIENCE.attempts
 
 
 @pytest.mark.parametrize("pause_s", [0.0, 0.1])
@@ -156,7 +156,7 @@ def test_a_lost_line_is_not_asked_again() -> None:
     exchange = exchange_over(Echo(), FaultScript(writes={0: faults.hang_up}))
     with pytest.raises(LinkLost, match="hung up"):
         ask(exchange, b"A")
-    assert exchange.counts.asked == 1
+    assert exchange.counts.questions == 1
 
 
 def test_a_closed_line_says_so() -> None:

@@ -18,12 +18,12 @@ class Slave:
     """A slave by literal bytes: answers what ``answer`` says, keeps what it was asked."""
 
     def __init__(self, answer: Callable[[bytes], bytes]) -> None:
-        self.asked: list[bytes] = []
+        self.questions: list[bytes] = []
         self._answer = answer
         self._due = b""
 
     def receive(self, data: bytes, now_s: float) -> None:
-        self.asked.append(data)
+        self.questions.append(data)
         self._due += self._answer(data)
 
     def transmit(self, now_s: float) -> bytes:
@@ -52,7 +52,7 @@ def _checked(body: bytes) -> bytes:
 def _registers(request: bytes) -> bytes:
     """Register n holds n."""
     address, count = int.from_bytes(request[2:4], "big"), int.from_bytes(request[4:6], "big")
-    values = b"".join((address + place).to_bytes(2, "big") for place in range(count))
+    values = b"".join((address + index).to_bytes(2, "big") for index in range(count))
     return _checked(request[:2] + bytes([len(values)]) + values)
 
 
@@ -85,13 +85,13 @@ def test_the_checksum_rule_agrees_with_the_published_frames() -> None:
 def test_a_read_is_these_bytes() -> None:
     master, slave = _master(lambda _: PV_25_3)
     assert master.read_holding(100) == (253,)
-    assert slave.asked == [READ_PV]
+    assert slave.questions == [READ_PV]
 
 
 def test_a_write_is_these_bytes_and_its_echo_is_checked() -> None:
     master, slave = _master(lambda request: request)
     master.write_register(300, 0xFF33)
-    assert slave.asked == [WRITE_SP]
+    assert slave.questions == [WRITE_SP]
     wrong, _ = _master(lambda _: _checked(bytes.fromhex("01 06 01 2C FF 34")))
     with pytest.raises(DeviceNonsense, match="the echo names register 300"):
         wrong.write_register(300, 0xFF33)
@@ -117,7 +117,7 @@ def test_a_busy_slave_is_asked_again_for_a_while(code: int) -> None:
     answers = iter([_checked(bytes([1, 0x83, code]))] * 2 + [PV_25_3])
     master, slave = _master(lambda _: next(answers))
     assert master.read_holding(100) == (253,)
-    assert len(slave.asked) == 3
+    assert len(slave.questions) == 3
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_silence_is_told_with_the_register_and_the_deadline() -> None:
         DeviceSilent, match=r"chamber: no whole reply to function 3, register 100: got nothing within 1 s"
     ):
         master.read_holding(100)
-    assert len(slave.asked) == 3
+    assert len(slave.questions) == 3
 
 
 @pytest.mark.parametrize("late_s", [1.05, 1.15, 1.5, 2.3])
@@ -227,7 +227,7 @@ def test_a_block_is_written_by_these_bytes_and_its_acknowledgement_is_checked() 
     # Wire facts, section 4: F4T, set point 25.0 of loop 1.
     master, slave = _master(lambda _: _checked(bytes.fromhex("01 10 0A DE 00 02")))
     master.write_registers(2782, [0x0000, 0x41C8])
-    assert slave.asked == [bytes.fromhex("01 10 0A DE 00 02 04 00 00 41 C8 30 19")]
+    assert slave.questions == [bytes.fromhex("01 10 0A DE 00 02 04 00 00 41 C8 30 19")]
     wrong, _ = _master(lambda _: _checked(bytes.fromhex("01 10 0A DE 00 01")))
     with pytest.raises(DeviceNonsense, match="it acknowledges register 2782, 1 of them"):
         wrong.write_registers(2782, [0x0000, 0x41C8])

@@ -23,12 +23,12 @@ class Server:
     """Answers what ``answer`` says of each request; a request is at least a header."""
 
     def __init__(self, answer: Callable[[bytes], bytes]) -> None:
-        self.asked: list[bytes] = []
+        self.questions: list[bytes] = []
         self._answer = answer
         self._due = b""
 
     def receive(self, data: bytes, now_s: float) -> None:
-        self.asked.append(data)
+        self.questions.append(data)
         self._due += self._answer(data)
 
     def transmit(self, now_s: float) -> bytes:
@@ -46,13 +46,13 @@ def _client(answer: Callable[[bytes], bytes], script: FaultScript | None = None)
 
 def _numbered(body: str) -> Callable[[bytes], bytes]:
     """The reply with the transaction number of the question."""
-    return lambda asked: asked[:2] + bytes.fromhex(body)
+    return lambda request: request[:2] + bytes.fromhex(body)
 
 
 def _registers(request: bytes) -> bytes:
     """Register n holds n."""
     address, count = int.from_bytes(request[8:10], "big"), int.from_bytes(request[10:12], "big")
-    values = b"".join((address + place).to_bytes(2, "big") for place in range(count))
+    values = b"".join((address + index).to_bytes(2, "big") for index in range(count))
     return (
         request[:2] + b"\x00\x00" + (3 + len(values)).to_bytes(2, "big") + b"\x01\x03" + bytes([len(values)]) + values
     )
@@ -61,20 +61,20 @@ def _registers(request: bytes) -> bytes:
 def test_a_read_is_these_bytes() -> None:
     client, server = _client(lambda _: PV_25)
     assert client.read_holding(2820, 2) == (0x0000, 0x41C8)
-    assert server.asked == [READ_2820]
+    assert server.questions == [READ_2820]
 
 
 def test_a_write_is_these_bytes() -> None:
     client, server = _client(lambda _: WRITTEN)
     client.write_registers(2782, [0x0000, 0x41C8])
-    assert server.asked == [WRITE_25]
+    assert server.questions == [WRITE_25]
 
 
 def test_every_question_has_its_own_number() -> None:
     client, server = _client(_registers)
     for _ in range(3):
         client.read_holding(10)
-    assert [asked[:2] for asked in server.asked] == [b"\x00\x01", b"\x00\x02", b"\x00\x03"]
+    assert [text[:2] for text in server.questions] == [b"\x00\x01", b"\x00\x02", b"\x00\x03"]
 
 
 def test_fault_32_a_reply_with_another_number_is_passed_over_and_the_right_one_waited_for() -> None:
@@ -82,7 +82,7 @@ def test_fault_32_a_reply_with_another_number_is_passed_over_and_the_right_one_w
     Response: passed over, and the right one waited for until the deadline.
     """
     other = bytes.fromhex("00 63 00 00 00 05 01 03 02 00 07")
-    client, _ = _client(lambda asked: other + _registers(asked))
+    client, _ = _client(lambda request: other + _registers(request))
     assert client.read_holding(10) == (10,)
     assert client.counts.stale_bytes == len(other)
     assert client.counts.repeated == 0
@@ -109,7 +109,7 @@ def test_a_connection_without_frames_is_given_up(body: str) -> None:
     for _ in range(2):
         with pytest.raises(LinkLost, match="no Modbus TCP header"):
             client.read_holding(10)
-    assert len(server.asked) == 1
+    assert len(server.questions) == 1
 
 
 @pytest.mark.parametrize(("code", "kind"), [(2, DeviceRefused), (4, DeviceFault), (99, DeviceNonsense)])
@@ -123,7 +123,7 @@ def test_silence_is_told_after_three_questions() -> None:
     client, server = _client(lambda _: b"")
     with pytest.raises(DeviceSilent, match=r"chamber: no whole reply to function 3, register 10 within 1 s"):
         client.read_holding(10)
-    assert len(server.asked) == 3
+    assert len(server.questions) == 3
 
 
 @given(st.lists(st.tuples(st.integers(0, 15), st.integers(0, 5), st.floats(0.0, 4.0)), max_size=6))

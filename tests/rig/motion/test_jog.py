@@ -33,12 +33,12 @@ def test_steps_add_up_from_the_read_back(rig: Rig) -> None:
 @pytest.mark.parametrize("jog", [jog_to, jog_by])
 def test_a_move_that_is_made_again_is_told(tmp_path: Path, jog: Callable[..., float]) -> None:
     stall = FaultPlan(fault={"stall": FaultRule(line="axes.pitch", kind="stall", for_s=1000.0, at_s=100.0)})
-    told: list[str] = []
+    messages: list[str] = []
     with open_rig(read_rig(rig_file(tmp_path)), faults=stall) as rig:
         home(rig, "pitch", rig.clock.sleep)
         rig.clock.sleep(100.0)
-        assert jog(rig, "pitch", 30.0, rig.clock.sleep, told.append) == 30.0
-    (again,) = told
+        assert jog(rig, "pitch", 30.0, rig.clock.sleep, messages.append) == 30.0
+    (again,) = messages
     assert "pitch: move to 30 deg: no progress in 2 s" in again
     assert "it went back to 0 deg and is tried once more" in again
 

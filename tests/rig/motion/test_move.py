@@ -90,8 +90,8 @@ def test_a_stop_during_a_move_stops_the_axis_first() -> None:
 
 
 def _go_telling(bench: TableBench, target_deg: float) -> tuple[float, list[str]]:
-    told: list[str] = []
-    return move_and_arrive(bench.pitch, target_deg, bench.clock, bench.clock.sleep, told.append), told
+    messages: list[str] = []
+    return move_and_arrive(bench.pitch, target_deg, bench.clock, bench.clock.sleep, messages.append), messages
 
 
 def test_a_coupling_that_does_not_seat_is_seated_anew_twice_and_then_a_fault() -> None:
@@ -108,14 +108,14 @@ def test_a_coupling_that_seats_at_the_second_attempt_is_told_of_and_used() -> No
     bench = _homed()
     table = bench.twin.axes[1]
     table.seats = False
-    told: list[str] = []
+    messages: list[str] = []
 
     def tell(sentence: str) -> None:
-        told.append(sentence)
+        messages.append(sentence)
         table.seats = True
 
     assert move_and_arrive(bench.pitch, 30.0, bench.clock, bench.clock.sleep, tell) == 30.0
-    (sentence,) = told
+    (sentence,) = messages
     assert "the coupling is not seated and locked" in sentence
     assert sentence.endswith("it is approached anew from 29 deg")
 
@@ -123,24 +123,24 @@ def test_a_coupling_that_seats_at_the_second_attempt_is_told_of_and_used() -> No
 def test_an_axis_that_stalls_is_stopped_after_two_seconds_and_tried_once_more() -> None:
     bench = _homed()
     bench.world.axes["pitch"].stall(1000.0)
-    told: list[str] = []
+    messages: list[str] = []
 
     def tell(sentence: str) -> None:
-        told.append(sentence)
+        messages.append(sentence)
         bench.world.axes["pitch"].stall(1000.0)
 
     with pytest.raises(DeviceFault, match=r"no progress in 2 s at 29 deg, though it says it moves; .* stalled twice"):
         move_and_arrive(bench.pitch, 30.0, bench.clock, bench.clock.sleep, tell)
-    assert len(told) == 1
+    assert len(messages) == 1
 
 
 def test_an_axis_that_stalls_once_goes_back_and_arrives_at_the_second_attempt() -> None:
     bench = _homed()
     _go(bench, 10.0)
     bench.world.axes["pitch"].stall(1000.0)
-    arrived_deg, told = _go_telling(bench, 30.0)
+    arrived_deg, found = _go_telling(bench, 30.0)
     assert arrived_deg == 30.0
-    assert "it went back to 10 deg and is tried once more" in told[0]
+    assert "it went back to 10 deg and is tried once more" in found[0]
 
 
 def test_an_axis_that_is_too_slow_is_stopped_when_its_time_is_over() -> None:

@@ -138,7 +138,7 @@ def test_fault_73_a_damaged_order_is_stopped_where_it_leaves_its_way_and_never_t
 
 def test_fault_73_a_home_that_became_a_move_inside_the_limits_is_searched_again_and_refused() -> None:
     """Found later: it ended homed, at rest and inside the limits, and 40 deg was believed to be home."""
-    bench, told = motion_bench("indexing-table"), []
+    bench, text = motion_bench("indexing-table"), []
     bench.home_all()
     pitch = Supervisor(bench.clock).supervise(bench.pitch)
 
@@ -150,8 +150,8 @@ def test_fault_73_a_home_that_became_a_move_inside_the_limits_is_searched_again_
 
     bench.stream._faults = Once(b"1 HOME", b"1 MOVE +040.0000")  # type: ignore[assignment]
     with pytest.raises(MotionBreach, match="home: ended at 0 deg, the search before it at 40 deg"):
-        home_and_arrive(pitch, bench.clock, bench.clock.sleep, told.append)
-    assert told == [
+        home_and_arrive(pitch, bench.clock, bench.clock.sleep, text.append)
+    assert text == [
         "pitch: home: ended at 40 deg, not at its zero of 0 deg; it is searched once more and has to end at the same"
         " place"
     ]
@@ -221,7 +221,7 @@ def test_a_healthy_machine_is_never_accused(driver: str) -> None:
             assert move_and_arrive(axis, target_deg, bench.clock, bench.clock.sleep) == pytest.approx(
                 target_deg, abs=0.1
             )
-        told: list[str] = []
+        messages: list[str] = []
         for axis in (pitch, roll):
-            home_and_arrive(axis, bench.clock, bench.clock.sleep, told.append)
-        assert told == []
+            home_and_arrive(axis, bench.clock, bench.clock.sleep, messages.append)
+        assert messages == []

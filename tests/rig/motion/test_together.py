@@ -32,7 +32,7 @@ class Wire:
         return (Part(data),)
 
     def first(self, start: bytes) -> int:
-        return next((place for place, data in enumerate(self.sent) if data.startswith(start)), -1)
+        return next((index for index, data in enumerate(self.sent) if data.startswith(start)), -1)
 
 
 def _supervised(bench: MotionBench) -> dict[str, SupervisedAxis]:
@@ -98,8 +98,8 @@ def test_without_a_declaration_the_second_waits_for_the_first_to_be_seated() -> 
 
     def wait(duration_s: float) -> None:
         bench.clock.sleep(duration_s)
-        places = _places_deg(bench)
-        assert places["roll"] == 0.0 or places["pitch"] == 30.0
+        indices = _places_deg(bench)
+        assert indices["roll"] == 0.0 or indices["pitch"] == 30.0
 
     move_all(axes, TARGETS, (), bench.clock, wait)
 
@@ -152,11 +152,11 @@ def test_an_axis_that_is_moved_by_somebody_else_stops_both_that_move() -> None:
 def test_an_obstacle_in_the_way_of_one_stops_both_and_each_goes_on_alone() -> None:
     bench, axes, wire = _table()
     bench.world.axes["pitch"].stall(1000.0)
-    told: list[str] = []
+    messages: list[str] = []
     at_the_stop: list[dict[str, float]] = []
 
     def tell(sentence: str) -> None:
-        told.append(sentence)
+        messages.append(sentence)
         at_the_stop.append(_places_deg(bench))
         bench.world.axes["pitch"].stall(0.0)
 
@@ -164,9 +164,9 @@ def test_an_obstacle_in_the_way_of_one_stops_both_and_each_goes_on_alone() -> No
         bench.clock.sleep(duration_s)
 
     assert move_all(axes, TARGETS, BOTH, bench.clock, wait, tell) == TARGETS
-    assert "pitch: move to 30 deg: no progress in 2 s" in told[0]
-    assert told[0].endswith("the axes that moved with it were stopped too, and each goes on alone")
-    assert "went back to 0 deg and is tried once more" in told[1]
+    assert "pitch: move to 30 deg: no progress in 2 s" in messages[0]
+    assert messages[0].endswith("the axes that moved with it were stopped too, and each goes on alone")
+    assert "went back to 0 deg and is tried once more" in messages[1]
     assert at_the_stop[0] == at_the_stop[1] | {"pitch": at_the_stop[0]["pitch"]}  # roll waits while pitch goes back
     assert -50.0 < at_the_stop[0]["roll"] < -5.0
     assert wire.first(b"2 STOP") > 0
@@ -184,14 +184,14 @@ def test_a_coupling_that_does_not_seat_is_approached_anew_alone() -> None:
     bench, axes, _ = _table()
     table = bench.twin.axes[2]
     table.seats = False
-    told: list[str] = []
+    messages: list[str] = []
 
     def tell(sentence: str) -> None:
-        told.append(sentence)
+        messages.append(sentence)
         table.seats = True
 
     assert move_all(axes, TARGETS, BOTH, bench.clock, bench.clock.sleep, tell) == TARGETS
-    assert "roll: move to -60 deg: at rest at -60 deg, but the coupling is not seated" in told[0]
+    assert "roll: move to -60 deg: at rest at -60 deg, but the coupling is not seated" in messages[0]
 
 
 def test_a_target_that_one_may_not_reach_moves_none() -> None:

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 from motion_bench import DRIVERS, settings_of
-from own_axis_rig import own_axis_rig
 from table_bench import example_rig
+from turner_rig import turner_rig
 
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
@@ -46,7 +46,7 @@ def test_the_line_they_break_is_the_axis_own() -> None:
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RigDescription:
-    return read_rig(own_axis_rig(tmp_path, monkeypatch))
+    return read_rig(turner_rig(tmp_path, monkeypatch))
 
 
 def _steps(command: int, value: int = 0, beside: int = 0) -> Callable[[Any], tuple[StopStep, ...]]:

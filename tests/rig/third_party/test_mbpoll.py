@@ -49,7 +49,10 @@ def _mbpoll(server: TwinServer, *arguments: str) -> str:
 
 
 def _values(printed: str) -> dict[int, float]:
-    return {int(place): float(value) for place, value in re.findall(r"^\[(\d+)\]:\s+(-?[\d.]+)", printed, re.MULTILINE)}
+    return {
+        int(location): float(value)
+        for location, value in re.findall(r"^\[(\d+)\]:\s+(-?[\d.]+)", printed, re.MULTILINE)
+    }
 
 
 def test_it_reads_and_writes_a_watlow_f4() -> None:

@@ -72,9 +72,9 @@ def test_fault_33_bare_pymodbus_gives_one_register_the_value_of_another() -> Non
         assert client.connect()
         with suppress(ModbusException):
             assert client.read_holding_registers(10, count=1, device_id=1).isError()
-        told = client.read_holding_registers(20, count=1, device_id=1)
-        assert not told.isError()
-        assert told.registers == [10]
+        found = client.read_holding_registers(20, count=1, device_id=1)
+        assert not found.isError()
+        assert found.registers == [10]
         client.close()
 
 
@@ -86,19 +86,21 @@ def test_fault_33_our_conversation_on_the_same_line_never_does() -> None:
         master.set_sentinel(606, 606)
         with pytest.raises(DeviceSilent):
             master.read_holding(10)
-        told = []
+        messages = []
         for register in (20, 30, 40):
             with suppress(DeviceNonsense, DeviceSilent):
-                told.append((register, master.read_holding(register)))
-        assert told
-        assert all(values == (register,) for register, values in told)
+                messages.append((register, master.read_holding(register)))
+        assert messages
+        assert all(values == (register,) for register, values in messages)
         stream.close()
 
 
 @contextmanager
 def _pymodbus_server(registers: dict[int, int], framer: FramerType) -> Iterator[str]:
     """A free port of pymodbus' own server; the address of the line to it."""
-    data = [SimData(place, values=[value], datatype=DataType.REGISTERS) for place, value in sorted(registers.items())]
+    data = [
+        SimData(location, values=[value], datatype=DataType.REGISTERS) for location, value in sorted(registers.items())
+    ]
     ready, loop, ports = threading.Event(), asyncio.new_event_loop(), list[int]()
     servers: list[ModbusTcpServer] = []
 
@@ -154,7 +156,7 @@ def test_the_azs_driver_starts_an_operation_on_a_pymodbus_server() -> None:
 def test_the_f4ts_driver_reads_and_writes_a_pymodbustcp_server() -> None:
     server = ModbusServer(host="127.0.0.1", port=0, no_block=True)
     # -70, 180, 20 and 21.5 degC as floats, low word first: C28C 0000, 4334 0000, 41A0 0000, 41AC 0000; automatic.
-    for place, words in {
+    for location, words in {
         2774: [0x0000, 0xC28C],
         2776: [0x0000, 0x4334],
         2782: [0x0000, 0x41A0],
@@ -162,7 +164,7 @@ def test_the_f4ts_driver_reads_and_writes_a_pymodbustcp_server() -> None:
         2730: [10],
         2814: [10],
     }.items():
-        server.data_bank.set_holding_registers(place, words)
+        server.data_bank.set_holding_registers(location, words)
     server.start()
     try:
         port = server._service.server_address[1]

@@ -62,7 +62,7 @@ class Line:
     def __init__(self, **rule: object) -> None:
         self.clock = virtual_clock()
         self.parrot = Parrot()
-        self.told: list[str] = []
+        self.messages: list[str] = []
         self.other = self._twin(Parrot(), {})
         self.twin = self._twin(self.parrot, {"it": FaultRule(line="axes.pitch", **rule)})
         self.stream = MemoryStream(self.twin, self.clock, "line")
@@ -70,7 +70,7 @@ class Line:
     def _twin(self, parrot: Parrot, rules: dict[str, FaultRule]) -> FaultyTwin:
         chance = np.random.default_rng(1)
         return FaultyTwin(
-            parrot, ["axes.pitch"], rules, chance, Still(), 0.0, lambda _key: self.other, self.told.append
+            parrot, ["axes.pitch"], rules, chance, Still(), 0.0, lambda _key: self.other, self.messages.append
         )
 
     def say(self, text: str, within_s: float = 1.0) -> str:
@@ -103,8 +103,8 @@ class Line:
 def test_what_travels(rule: dict[str, object], answers: list[str]) -> None:
     line = Line(nth=(2,), **rule)
     assert [line.say(text) for text in ("one", "two", "three")] == answers
-    assert len(line.told) == 1
-    assert f"axes.pitch: it: {rule['kind']}, {rule.get('on', 'reply')} 2" in line.told[0]
+    assert len(line.messages) == 1
+    assert f"axes.pitch: it: {rule['kind']}, {rule.get('on', 'reply')} 2" in line.messages[0]
 
 
 def test_a_wrong_baud_rate_leaves_nothing_of_the_text() -> None:
@@ -178,19 +178,19 @@ def _plan(**rules: dict[str, object]) -> FaultPlan:
     return FaultPlan(fault={name: FaultRule(**rule) for name, rule in rules.items()})  # type: ignore[arg-type]
 
 
-def _rig(folder: Path, told: list[str], **rules: dict[str, object]) -> Rig:
-    rig = open_rig(read_rig(rig_file(folder)), faults=_plan(**rules), tell_fault=told.append)
+def _rig(folder: Path, expected: list[str], **rules: dict[str, object]) -> Rig:
+    rig = open_rig(read_rig(rig_file(folder)), faults=_plan(**rules), tell_fault=expected.append)
     for axis in rig.axes:
         home(rig, axis, rig.clock.sleep)
     return rig
 
 
 def test_a_stalled_axis_is_noticed(tmp_path: Path) -> None:
-    told: list[str] = []
-    with _rig(tmp_path, told, it={"line": "axes.pitch", "kind": "stall", "at_s": 30.0, "for_s": 60.0}) as rig:
+    messages: list[str] = []
+    with _rig(tmp_path, messages, it={"line": "axes.pitch", "kind": "stall", "at_s": 30.0, "for_s": 60.0}) as rig:
         rig.clock.sleep(30.0)
         assert not rig.axes["pitch"].state().is_moving
-        assert len(told) == 1
+        assert len(messages) == 1
         rig.axes["pitch"].start_move(20.0)
         seen = [
             _looked_at(rig, "pitch", after_s) for after_s in (4.4, 30.0, 20.0, 20.0)
@@ -222,16 +222,18 @@ def test_a_seen_slip_is_read_back_and_an_unseen_one_is_not(tmp_path: Path) -> No
 
 
 def test_power_of_the_table_takes_its_home_along(tmp_path: Path) -> None:
-    told: list[str] = []
+    messages: list[str] = []
     rule = {"line": "axes.roll", "kind": "power-cycle", "at_s": 30.0, "away_s": 30.0}
-    with _rig(tmp_path, told, it=rule) as rig:
+    with _rig(tmp_path, messages, it=rule) as rig:
         jog_to(rig, "pitch", 20.0, rig.clock.sleep)
         rig.clock.sleep(30.0)
         with pytest.raises(DeviceSilent, match=r"axes\.pitch"):
             rig.axes["roll"].state()
         rig.clock.sleep(30.0)
         assert not rig.axes["pitch"].state().is_homed
-        assert told == ["30.000 s: axes.pitch and axes.roll: it: power-cycle, at 30 s"] or told[0].endswith("at 30 s")
+        assert messages == ["30.000 s: axes.pitch and axes.roll: it: power-cycle, at 30 s"] or messages[0].endswith(
+            "at 30 s"
+        )
 
 
 def test_modbus_says_no_by_its_code(tmp_path: Path) -> None:

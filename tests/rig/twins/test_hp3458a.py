@@ -121,11 +121,11 @@ def test_function_and_range_read_back() -> None:
     assert [float(part) for part in said(twin, b"FUNC?").split(b",")] == [1.0, 100.0]
 
 
-@pytest.mark.parametrize(("asked", "set_to"), [(0.5, 0.5), (1, 1), (7.2, 8), (10, 10), (12, 20), (100, 100)])
-def test_power_line_cycles_come_in_steps(asked: float, set_to: float) -> None:
+@pytest.mark.parametrize(("question", "set_to"), [(0.5, 0.5), (1, 1), (7.2, 8), (10, 10), (12, 20), (100, 100)])
+def test_power_line_cycles_come_in_steps(question: float, set_to: float) -> None:
     # 3458A user's guide, NPLC: steps of 1 from 1 to 10, of 10 from 10 to 1000.
     twin = quiet_meter()
-    twin.listen(b"NPLC %g" % asked, 0.0)
+    twin.listen(b"NPLC %g" % question, 0.0)
     assert float(said(twin, b"NPLC?")) == set_to
 
 

@@ -114,11 +114,11 @@ def test_homes_may_be_off() -> None:
 
 
 def test_the_micros_moving_state_lies_and_the_minis_does_not() -> None:
-    for model, told in (("micro", b"\x00"), ("mini", b"\x01")):
+    for model, found in (("micro", b"\x00"), ("mini", b"\x01")):
         twin = _twin(model=model)
         _go(twin, 0, 0, 1000.0, 0.0)
         _go(twin, 1, 0, 2000.0, 10.0)
-        assert _said(twin, "93", 11.0) == told
+        assert _said(twin, "93", 11.0) == found
         assert _said(twin, "93", 60.0) == b"\x00"
 
 

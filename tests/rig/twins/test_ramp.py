@@ -27,24 +27,24 @@ def test_without_limits_it_is_a_line_or_a_jump() -> None:
 
 
 @given(
-    place=st.floats(-500, 500),
+    position=st.floats(-500, 500),
     target=st.floats(-500, 500),
     top=st.floats(0.5, 50),
     acceleration=st.floats(0.5, 100),
     part=st.floats(-1, 1),
 )
 def test_no_ramp_breaks_its_limits_or_jumps(
-    place: float, target: float, top: float, acceleration: float, part: float
+    position: float, target: float, top: float, acceleration: float, part: float
 ) -> None:
-    ramp = Ramp(place, target, 0.0, top, speed=part * top, acceleration=acceleration)
+    ramp = Ramp(position, target, 0.0, top, speed=part * top, acceleration=acceleration)
     step_s = ramp.arrival_s / 400.0
-    places = [ramp.at(i * step_s) for i in range(401)]
+    indices = [ramp.at(i * step_s) for i in range(401)]
     speeds = [ramp.speed_at(i * step_s) for i in range(401)]
-    assert places[0] == pytest.approx(place, abs=1e-6)
+    assert indices[0] == pytest.approx(position, abs=1e-6)
     assert ramp.at(ramp.arrival_s) == target
     assert ramp.speed_at(ramp.arrival_s) == 0.0
     assert max(abs(speed) for speed in speeds) <= top * (1.0 + 1e-6)
-    assert all(abs(b - a) <= (top + acceleration * step_s) * step_s + 1e-6 for a, b in pairwise(places))
+    assert all(abs(b - a) <= (top + acceleration * step_s) * step_s + 1e-6 for a, b in pairwise(indices))
     assert all(abs(b - a) <= acceleration * step_s * 1.001 + 1e-3 for a, b in pairwise(speeds))
 
 

@@ -89,10 +89,10 @@ def test_the_queue_is_first_in_first_out_and_tells_when_it_is_full() -> None:
     port = _port()
     for _ in range(12):
         _said(port, b"BEEP")
-    told = [_said(port, b"SYST:ERR?") for _ in range(11)]
-    assert told[0] == b'-113,"Undefined header"\n'
-    assert told[9] == b'-350,"Too many errors"\n'
-    assert told[10] == b'+0,"No error"\n'
+    text = [_said(port, b"SYST:ERR?") for _ in range(11)]
+    assert text[0] == b'-113,"Undefined header"\n'
+    assert text[9] == b'-350,"Too many errors"\n'
+    assert text[10] == b'+0,"No error"\n'
 
 
 def test_cards_by_slot() -> None:

@@ -26,7 +26,7 @@ def _said(twin: Vn100Twin, line: bytes) -> bytes:
 
 
 @pytest.mark.parametrize(
-    ("asked", "answered"),
+    ("question", "answered"),
     [
         (b"$VNRRG,1*42\r\n", b"$VNRRG,01,VN-100T-CR*32\r\n"),
         (b"$VNRRG,1*XX\r\n", b"$VNRRG,01,VN-100T-CR*32\r\n"),
@@ -35,12 +35,12 @@ def _said(twin: Vn100Twin, line: bytes) -> bytes:
         (b"$VNASY,0*4F\r\n", b"$VNASY,0*4F\r\n"),
     ],
 )
-def test_registers_answer_with_lines_seen_on_real_units(asked: bytes, answered: bytes) -> None:
-    assert _said(_quiet(), asked) == answered
+def test_registers_answer_with_lines_seen_on_real_units(question: bytes, answered: bytes) -> None:
+    assert _said(_quiet(), question) == answered
 
 
 @pytest.mark.parametrize(
-    ("asked", "code"),
+    ("question", "code"),
     [
         (b"$VNRRG,1*43\r\n", b"03"),
         (b"$VNXXX,1*XX\r\n", b"04"),
@@ -51,8 +51,8 @@ def test_registers_answer_with_lines_seen_on_real_units(asked: bytes, answered: 
         (b"$VNWRG,1,5*XX\r\n", b"09"),
     ],
 )
-def test_errors_have_the_codes_of_the_manual(asked: bytes, code: bytes) -> None:
-    assert _said(_quiet(), asked).startswith(b"$VNERR," + code)
+def test_errors_have_the_codes_of_the_manual(question: bytes, code: bytes) -> None:
+    assert _said(_quiet(), question).startswith(b"$VNERR," + code)
 
 
 def test_it_streams_from_the_first_moment_as_delivered() -> None:

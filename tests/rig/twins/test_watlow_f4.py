@@ -41,9 +41,9 @@ def _answer(twin: WatlowF4Twin, frame: bytes, now_s: float = 0.0) -> bytes:
     return twin.transmit(now_s)
 
 
-@pytest.mark.parametrize(("asked", "answered"), FRAMES.values(), ids=list(FRAMES))
-def test_published_frames(asked: str, answered: str) -> None:
-    assert _answer(WatlowF4Twin("air", Room()), bytes.fromhex(asked)) == bytes.fromhex(answered)
+@pytest.mark.parametrize(("question", "answered"), FRAMES.values(), ids=list(FRAMES))
+def test_published_frames(question: str, answered: str) -> None:
+    assert _answer(WatlowF4Twin("air", Room()), bytes.fromhex(question)) == bytes.fromhex(answered)
 
 
 def test_both_ways_of_writing_reach_the_room() -> None:

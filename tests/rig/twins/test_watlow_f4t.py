@@ -65,14 +65,14 @@ def test_a_frame_may_come_byte_by_byte() -> None:
 
 
 def test_a_register_that_is_none_is_refused() -> None:
-    asked = bytes.fromhex("00 01 00 00 00 06 01 03 00 01 00 02")
-    assert _answer(_tcp(), asked) == bytes.fromhex("00 01 00 00 00 03 01 83 02")
+    text = bytes.fromhex("00 01 00 00 00 06 01 03 00 01 00 02")
+    assert _answer(_tcp(), text) == bytes.fromhex("00 01 00 00 00 03 01 83 02")
 
 
 def test_a_block_across_values_is_read_at_once() -> None:
     # 2774 and 2776: -70.0 is C28C 0000, 180.0 is 4334 0000; low word first.
-    asked = bytes.fromhex("00 01 00 00 00 06 01 03 0A D6 00 04")
-    assert _answer(_tcp(), asked)[9:] == bytes.fromhex("00 00 C2 8C 00 00 43 34")
+    text = bytes.fromhex("00 01 00 00 00 06 01 03 0A D6 00 04")
+    assert _answer(_tcp(), text)[9:] == bytes.fromhex("00 00 C2 8C 00 00 43 34")
 
 
 @given(st.binary(max_size=80))

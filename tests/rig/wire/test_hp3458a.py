@@ -83,8 +83,19 @@ def test_functions_and_counts_are_pairs() -> None:
 
 def test_ranges_follow_the_guide_s_table() -> None:
     # 3458A user's guide, DCV: largest expected input 0.12, 1.2, 12, 120 and 1000 V.
-    asked = (0.1, 0.12, 0.13, 1.2, 1.3, 12.0, 12.1, 120.0, 121.0, 1000.0)
-    assert [wire.range_for(value) for value in asked] == [0.1, 0.1, 1.0, 1.0, 10.0, 10.0, 100.0, 100.0, 1000.0, 1000.0]
+    request = (0.1, 0.12, 0.13, 1.2, 1.3, 12.0, 12.1, 120.0, 121.0, 1000.0)
+    assert [wire.range_for(value) for value in request] == [
+        0.1,
+        0.1,
+        1.0,
+        1.0,
+        10.0,
+        10.0,
+        100.0,
+        100.0,
+        1000.0,
+        1000.0,
+    ]
 
 
 def test_the_status_byte_is_that_of_the_guide() -> None:

@@ -35,10 +35,12 @@ FRAMES: list[tuple[Command, bytes, Reply, bytes]] = [
 ]
 
 
-@pytest.mark.parametrize(("command", "asked", "reply", "answered"), FRAMES, ids=[str(frame[0]) for frame in FRAMES])
-def test_a_command_and_its_reply_are_these_bytes(command: Command, asked: bytes, reply: Reply, answered: bytes) -> None:
-    assert CODEC.encode_command(command) == asked
-    assert CODEC.decode_command(asked[:-2]) == command
+@pytest.mark.parametrize(("command", "question", "reply", "answered"), FRAMES, ids=[str(frame[0]) for frame in FRAMES])
+def test_a_command_and_its_reply_are_these_bytes(
+    command: Command, question: bytes, reply: Reply, answered: bytes
+) -> None:
+    assert CODEC.encode_command(command) == question
+    assert CODEC.decode_command(question[:-2]) == command
     assert CODEC.encode_reply(reply, getattr(command, "axis", 0), type(command)) == answered
     assert CODEC.decode_reply(answered[:-2], command) == reply
 

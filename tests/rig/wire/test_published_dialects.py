@@ -61,17 +61,17 @@ FRAMES: list[tuple[str, Command, bytes, bytes, Reply]] = [
 ]
 
 
-@pytest.mark.parametrize(("name", "command", "asked", "answered", "reply"), FRAMES)
+@pytest.mark.parametrize(("name", "command", "question", "answered", "reply"), FRAMES)
 def test_a_published_line_is_sent_and_understood(
-    name: str, command: Command, asked: bytes, answered: bytes, reply: Reply
+    name: str, command: Command, question: bytes, answered: bytes, reply: Reply
 ) -> None:
     codec = TableCodec(load_dialect(name, 1.0))
-    assert codec.encode_command(command) == asked
-    told = codec.decode_reply(answered, command)
-    if isinstance(told, Position) and isinstance(reply, Position):
-        assert told.position_deg == pytest.approx(reply.position_deg)
+    assert codec.encode_command(command) == question
+    answer = codec.decode_reply(answered, command)
+    if isinstance(answer, Position) and isinstance(reply, Position):
+        assert answer.position_deg == pytest.approx(reply.position_deg)
     else:
-        assert told == reply
+        assert answer == reply
 
 
 def test_a_silent_move_is_whole_degrees_and_answers_nothing() -> None:

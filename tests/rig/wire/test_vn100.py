@@ -87,9 +87,9 @@ def test_any_checksum_stands_in_a_command_and_never_in_an_answer() -> None:
 
 
 @given(st.integers(0, len(YMR) - 1), st.integers(1, 255))
-def test_one_wrong_byte_is_never_another_sample(place: int, flip: int) -> None:
+def test_one_wrong_byte_is_never_another_sample(index: int, flip: int) -> None:
     damaged = bytearray(YMR)
-    damaged[place] ^= flip
+    damaged[index] ^= flip
     rows = wire.parse_rows(bytes(damaged), "YMR", wire.row_pattern("YMR"))
     assert not len(rows.values) or rows.values.tolist() == [list(YMR_VALUES)]  # a lower-case letter changes nothing
 

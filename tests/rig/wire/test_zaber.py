@@ -41,12 +41,12 @@ def test_the_checksum_covers_everything_after_the_lead_character() -> None:
 
 
 @given(st.integers(0, 25), st.integers(0, 7), st.integers(-(2**31), 2**31 - 1), st.integers(0, 99))
-def test_one_flipped_bit_is_never_a_reply(position: int, bit: int, place: int, message_id: int) -> None:
-    line = bytearray(wire.encode_reply(Reply(1, 1, True, False, "--", str(place), message_id))[:-2])
+def test_one_flipped_bit_is_never_a_reply(position: int, bit: int, index: int, message_id: int) -> None:
+    line = bytearray(wire.encode_reply(Reply(1, 1, True, False, "--", str(index), message_id))[:-2])
     line[position % len(line)] ^= 1 << bit
     damaged = wire.decode_reply(bytes(line))
     # A flip in the colon hides the checksum: then there is none, and the driver asks for one.
-    assert damaged is None or not damaged.has_checksum or damaged.data == str(place)
+    assert damaged is None or not damaged.has_checksum or damaged.data == str(index)
 
 
 @pytest.mark.parametrize(

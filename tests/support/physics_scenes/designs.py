@@ -136,17 +136,17 @@ def visiting_order(order: str, pitches: int, rolls: int, chance: np.random.Gener
     there-and-back goes out on every second pitch and comes home on those between, so that time is nearly orthogonal
     to pitch; it turns the roll to and fro, as serpentine does. raster is pitch by pitch, each from the first roll.
     """
-    places = np.arange(pitches * rolls).reshape(pitches, rolls)
+    indices = np.arange(pitches * rolls).reshape(pitches, rolls)
     if order == "raster":
-        return places.ravel()
+        return indices.ravel()
     if order == "random":
-        return chance.permutation(places.size)
+        return chance.permutation(indices.size)
     if order not in ORDERS:
         raise ValueError(f"order: {order!r} is none of {', '.join(ORDERS)}")
     rows = np.arange(pitches)
     if order == "there-and-back":
         rows = np.concatenate([rows[::2], rows[1::2][::-1]])
-    return np.concatenate([places[row][:: 1 if turn % 2 == 0 else -1] for turn, row in enumerate(rows)])
+    return np.concatenate([indices[row][:: 1 if turn % 2 == 0 else -1] for turn, row in enumerate(rows)])
 
 
 def schedule_of(setup: Setup, chance: np.random.Generator) -> Schedule:

@@ -11,7 +11,7 @@ from physics_scenes.world import World, centred, chosen_event, since_event
 
 def linear(world: World, size: float, chance: np.random.Generator) -> World:
     """The offset drifts evenly with time by the size over the run, either way; the truth is the mean of the run."""
-    return _added(world, size * _signs(world, chance) * _own(world.schedule.run_phase()[None]))
+    return _added(world, size * _signs(world, chance) * _deviation_alone(world.schedule.run_phase()[None]))
 
 
 def per_replication(world: World, size: float, chance: np.random.Generator) -> World:
@@ -31,7 +31,7 @@ def step(world: World, size: float, chance: np.random.Generator) -> World:
     """The offset of every axis jumps once, by the size, at one dwell; the truth is the mean of the run."""
     event = chosen_event(world, chance, inner=0.1)
     since = centred(world, since_event(world, event))
-    return replace(_added(world, size * _signs(world, chance) * _own(since)), event=event)
+    return replace(_added(world, size * _signs(world, chance) * _deviation_alone(since)), event=event)
 
 
 def random_walk(world: World, size: float, chance: np.random.Generator) -> World:
@@ -62,7 +62,7 @@ def in_pitch_order(world: World, size: float, chance: np.random.Generator) -> Wo
     Nothing in the data tells them apart; the plan does.
     """
     phase = world.schedule.replication_phase() - 0.5
-    return _added(world, size * _signs(world, chance) * _own(phase[None]))
+    return _added(world, size * _signs(world, chance) * _deviation_alone(phase[None]))
 
 
 def raster_linear(world: World, size: float, chance: np.random.Generator) -> World:
@@ -73,7 +73,7 @@ def raster_linear(world: World, size: float, chance: np.random.Generator) -> Wor
 def warm_up(world: World, size: float, chance: np.random.Generator) -> World:
     """The offset settles from the size to the truth with a time constant of an hour from the first dwell on."""
     settled = np.exp(-world.schedule.time_s / 3600.0)[None]
-    return _added(world, size * _signs(world, chance) * _own(settled))
+    return _added(world, size * _signs(world, chance) * _deviation_alone(settled))
 
 
 def settling(world: World, size: float, chance: np.random.Generator) -> World:
@@ -82,14 +82,14 @@ def settling(world: World, size: float, chance: np.random.Generator) -> World:
     After a sixth of the dwells a twentieth is left. The truth is what it settles to.
     """
     fading = np.where(world.schedule.replication >= 0, np.exp(-18.0 * world.schedule.replication_phase()), 0.0)
-    return _added(world, size * world.setup.noise_arcsec * _signs(world, chance) * _own(fading[None]))
+    return _added(world, size * world.setup.noise_arcsec * _signs(world, chance) * _deviation_alone(fading[None]))
 
 
 def _added(world: World, offset_arcsec: FloatArray) -> World:
     return replace(world, added_g=world.added_g + offset_arcsec * ARCSEC)
 
 
-def _own(column: FloatArray) -> FloatArray:
+def _deviation_alone(column: FloatArray) -> FloatArray:
     return column[..., None, None]
 
 

@@ -61,8 +61,8 @@ def mixed(sizes: Mapping[str, float], chance: np.random.Generator, count: int, *
     setup = Setup(**{key: value for entry in entries for key, value in entry.design.items()} | design)
 
     def build(world: World, size: float, chance: np.random.Generator) -> World:
-        for entry, own in zip(entries, chance.spawn(len(entries)), strict=True):
-            world = entry.build(world, sizes[entry.name], own)
+        for entry, generator in zip(entries, chance.spawn(len(entries)), strict=True):
+            world = entry.build(world, sizes[entry.name], generator)
         return world
 
     return draw_campaign(build, 1.0, setup, count, chance)

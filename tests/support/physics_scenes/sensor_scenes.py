@@ -138,8 +138,8 @@ def traceless_basis() -> FloatArray:
     basis = np.zeros((5, 3, 3))
     basis[0] = np.diag([1.0, -1.0, 0.0]) / np.sqrt(2.0)
     basis[1] = np.diag([1.0, 1.0, -2.0]) / np.sqrt(6.0)
-    for place, (i, j) in enumerate([(0, 1), (0, 2), (1, 2)], start=2):
-        basis[place, i, j] = basis[place, j, i] = np.sqrt(0.5)
+    for index, (i, j) in enumerate([(0, 1), (0, 2), (1, 2)], start=2):
+        basis[index, i, j] = basis[index, j, i] = np.sqrt(0.5)
     return basis
 
 

@@ -61,7 +61,7 @@ def supply(world: World, size: float, chance: np.random.Generator) -> World:
     return meter_gain(world, size, chance)
 
 
-def own_rotation(world: World, size: float, chance: np.random.Generator) -> World:
+def sensor_rotation(world: World, size: float, chance: np.random.Generator) -> World:
     """One sensor turns on its mount by the size about any direction; the others stay."""
     known, since, sensor = _single(world, chance)
     turn = arcsec(size) * random_directions(chance, world.campaigns)
@@ -69,14 +69,14 @@ def own_rotation(world: World, size: float, chance: np.random.Generator) -> Worl
     return replace(known, mount_turn_rad=world.mount_turn_rad + turns)
 
 
-def own_gain(world: World, size: float, chance: np.random.Generator) -> World:
+def sensor_gain(world: World, size: float, chance: np.random.Generator) -> World:
     """The sensitivity of one axis of one sensor changes by the size in ppm, either way."""
     known, where = _single_axis(world, chance)
     change = size * 1e-6 * _either(world, chance)[..., None, None] * where
     return replace(known, gain=world.gain * (1.0 + change))
 
 
-def own_offset(world: World, size: float, chance: np.random.Generator) -> World:
+def sensor_offset_change(world: World, size: float, chance: np.random.Generator) -> World:
     """The offset of one axis of one sensor changes by the size, either way."""
     known, where = _single_axis(world, chance)
     change = arcsec(size) * _either(world, chance)[..., None, None] * where
@@ -175,9 +175,11 @@ SLIP_SCENES = (
     Scene("meter-gain", meter_gain, "ppm", PPM, "meter-gain", design=WATCHED),
     Scene("meter-offset", meter_offset, "µV", PPM, "meter-offset", design=WATCHED),
     Scene("supply", supply, "ppm", PPM, "meter-gain", design=WATCHED),
-    Scene("sensor-rotation", own_rotation, "arcsec", SLIPS_ARCSEC, "sensor-change", design=WATCHED),
-    Scene("sensor-gain", own_gain, "ppm", PPM, "sensor-change", also=("drift",), design=WATCHED),
-    Scene("sensor-offset", own_offset, "arcsec", SLIPS_ARCSEC, "sensor-change", also=("drift",), design=WATCHED),
+    Scene("sensor-rotation", sensor_rotation, "arcsec", SLIPS_ARCSEC, "sensor-change", design=WATCHED),
+    Scene("sensor-gain", sensor_gain, "ppm", PPM, "sensor-change", also=("drift",), design=WATCHED),
+    Scene(
+        "sensor-offset", sensor_offset_change, "arcsec", SLIPS_ARCSEC, "sensor-change", also=("drift",), design=WATCHED
+    ),
     Scene("remount", remount, "arcsec", SLIPS_ARCSEC, "sensor-change", also=("drift",), design=WATCHED),
     Scene(
         "fixture-mounts",

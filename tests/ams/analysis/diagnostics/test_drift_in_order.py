@@ -23,8 +23,8 @@ def _line(order: Sequence[Sequence[float]], drift_sd: float, *, term: bool = Fal
     time_s = 30.0 * np.arange(levels.size)
     drift = drift_sd * (time_s / time_s[-1] - 0.5)
     counts = 12.0 + levels / GAIN_UT_PER_COUNTS + drift + np.random.default_rng(seed).standard_normal(levels.size)
-    replication = np.repeat(np.arange(1, len(order) + 1), [len(one) for one in order])
-    point = np.concatenate([np.argsort(np.argsort(one)) + 1 for one in order])
+    replication = np.repeat(np.arange(1, len(order) + 1), [len(entry) for entry in order])
+    point = np.concatenate([np.argsort(np.argsort(entry)) + 1 for entry in order])
     nothing = np.zeros(levels.size)
     rows = Observations(
         replication, point, nothing, nothing, {"x": counts}, time_s=time_s, reference_level=levels,
@@ -35,7 +35,7 @@ def _line(order: Sequence[Sequence[float]], drift_sd: float, *, term: bool = Fal
 
 
 def _told(axis: AxisCalibration) -> list[str]:
-    return [one.text for one in axis.findings if one.kind == "time-confounded" and one.is_significant]
+    return [finding.text for finding in axis.findings if finding.kind == "time-confounded" and finding.is_significant]
 
 
 def _gain_off_u(axis: AxisCalibration) -> float:
@@ -64,9 +64,9 @@ def test_a_drift_with_the_levels_is_told_as_what_it_does_to_the_gain() -> None:
     axis = _line([UP] * 4, 20.0)
     (text,) = (text for text in _told(axis) if "drifts evenly" in text)
     assert abs(_gain_off_u(axis)) > 3.0
-    told = re.search(r"gain by −([0-9.e-]+) µT/counts", text.replace("e−", "e-"))
-    assert told is not None
-    assert float(told[1]) == pytest.approx(4.31e-5, rel=0.12), "three standard deviations of the drift as it is found"
+    said = re.search(r"gain by −([0-9.e-]+) µT/counts", text.replace("e−", "e-"))
+    assert said is not None
+    assert float(said[1]) == pytest.approx(4.31e-5, rel=0.12), "three standard deviations of the drift as it is found"
     assert "--time-term linear" in text
     assert not any("contained" in warning for warning in axis.warnings if "from replication to replication" in warning)
 
@@ -94,5 +94,5 @@ def test_a_rest_at_the_end_of_every_replication_hides_no_rates_in_ascending_orde
         replication + 1, point + 1, nothing, nothing, {"x": output}, time_s=time_s, yaw_rad=nothing,
         euler_rate_rad_s=euler_rate,
     )  # fmt: skip
-    told = _told(calibrate(observations, CalibrationRequest(model="gyro", nominal_axes={"x": "x"})).axes["x"])
-    assert any("time and rate go together" in text for text in told)
+    found = _told(calibrate(observations, CalibrationRequest(model="gyro", nominal_axes={"x": "x"})).axes["x"])
+    assert any("time and rate go together" in text for text in found)

@@ -23,11 +23,11 @@ from ams.units import RAD_PER_ARCSEC
 SMALL = {"pitch_count": 7, "roll_count": 6, "replications": 4}
 
 
-def _rows(drawn, place: int = 0) -> Observations:
+def _rows(drawn, index: int = 0) -> Observations:
     schedule = drawn.schedule
     time_s = schedule.time_s[schedule.grid_rows()].ravel()
-    temperature = drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)[place]
-    outputs = {axis: columns_of(drawn, axis)[:, place] for axis in drawn.setup.axes}
+    temperature = drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)[index]
+    outputs = {axis: columns_of(drawn, axis)[:, index] for axis in drawn.setup.axes}
     return replace(rows_of(drawn), time_s=time_s, temperature_degc=temperature, outputs=outputs)
 
 
@@ -58,7 +58,7 @@ def _run_rings(drawn, sensors: int = 1) -> float:
     """Share of runs of so many sensors, three axes each, in which anything is told: a run in every ``sensors``."""
     axes, runs = drawn.setup.axes, drawn.campaigns // sensors
     found = {axis: _diagnosed(drawn, axis=axis, family=len(axes) * sensors) for axis in axes}
-    rings = np.array([[bool(_kinds(one)) for one in told] for told in found.values()])
+    rings = np.array([[bool(_kinds(entry)) for entry in found] for found in found.values()])
     return float(np.mean(rings[:, : runs * sensors].reshape(len(axes), runs, sensors).any(axis=(0, 2))))
 
 
@@ -136,8 +136,12 @@ def test_a_table_that_is_not_square_is_told_from_a_sensor_that_couples() -> None
     for name, sizes_arcsec in named.items():
         drawn = campaigns(name, 5.0, np.random.default_rng(5), 20)
         for found in _diagnosed(drawn, axis="y"):
-            told = [one for one in found.findings if one.details["test"] == SQUARENESS and one.is_significant]
-            sizes_arcsec += [abs(float(one.details["size"])) / RAD_PER_ARCSEC for one in told]
+            said = [
+                finding
+                for finding in found.findings
+                if finding.details["test"] == SQUARENESS and finding.is_significant
+            ]
+            sizes_arcsec += [abs(float(entry.details["size"])) / RAD_PER_ARCSEC for entry in said]
     assert len(named["table-orthogonality"]) >= 19
     assert named["table-orthogonality"] == pytest.approx([5.0] * len(named["table-orthogonality"]), abs=0.6)
     assert len(named["soft-mount"]) <= 2
@@ -170,7 +174,7 @@ def test_terms_of_second_order_take_up_the_bend_that_a_straight_line_leaves() ->
 @pytest.mark.parametrize("name", ["temperature-in-step", "temperature-alternating"])
 def test_a_recorded_temperature_that_is_not_modelled_is_named_where_it_matters(name: str) -> None:
     drawn = campaigns(name, 0.5, np.random.default_rng(4), 5, axes="x")
-    found = [calibrate(_rows(drawn, place), CalibrationRequest()).axes["x"] for place in range(5)]
+    found = [calibrate(_rows(drawn, index), CalibrationRequest()).axes["x"] for index in range(5)]
     assert all("temperature-residual" in _kinds(axis) for axis in found)
     assert all("drift" not in _kinds(axis) for axis in found)
 
@@ -206,19 +210,21 @@ def test_a_sensor_that_remembers_where_it_was_turned_from_is_named_with_its_size
     points = [chance.permutation(len(grid)) for _ in range(4)]
     if order == "alternating":
         points = [points[0]] * 4
-    place = np.concatenate(points)
-    pitch, roll = np.deg2rad(grid[place]).T
+    location = np.concatenate(points)
+    pitch, roll = np.deg2rad(grid[location]).T
     sensed = 0.002 + 2.5 * np.sin(pitch)
     for kept_v_per_g, named in ((1e-4, True), (0.0, False)):
-        before = np.where(np.arange(place.size) % len(grid) == 0, sensed, np.roll(sensed, 1))
-        outputs = sensed + kept_v_per_g / 2.5 * (before - sensed) + 2e-5 * chance.normal(size=place.size)
-        rows = Observations(np.repeat([1, 2, 3, 4], len(grid)), place + 1, pitch, roll, {"x": outputs})
-        told = [one for one in calibrate(rows, CalibrationRequest()).axes["x"].findings if one.is_significant]
-        remembered = [one for one in told if "a dwell remembers the attitude before it" in one.text]
-        assert bool(remembered) == named, told
-        for one in remembered:
-            assert one.kind == "autocorrelation"
-            size, uncertainty = (one.details[name] for name in ("size", "standard_uncertainty"))
+        before = np.where(np.arange(location.size) % len(grid) == 0, sensed, np.roll(sensed, 1))
+        outputs = sensed + kept_v_per_g / 2.5 * (before - sensed) + 2e-5 * chance.normal(size=location.size)
+        rows = Observations(np.repeat([1, 2, 3, 4], len(grid)), location + 1, pitch, roll, {"x": outputs})
+        found = [
+            finding for finding in calibrate(rows, CalibrationRequest()).axes["x"].findings if finding.is_significant
+        ]
+        remembered = [entry for entry in found if "a dwell remembers the attitude before it" in entry.text]
+        assert bool(remembered) == named, found
+        for finding in remembered:
+            assert finding.kind == "autocorrelation"
+            size, uncertainty = (finding.details[name] for name in ("size", "standard_uncertainty"))
             assert isinstance(size, float)
             assert isinstance(uncertainty, float)
             assert abs(size - kept_v_per_g) < 4 * uncertainty < kept_v_per_g
@@ -238,8 +244,8 @@ def test_dwells_that_stand_out_a_little_to_one_side_part_a_robust_fit_from_the_e
         outputs = 0.002 + 2.5 * np.sin(pitch) + 2e-5 * (chance.normal(size=pitch.size) + off)
         replication, point = np.divmod(np.arange(pitch.size), len(grid))
         rows = Observations(replication + 1, point + 1, pitch, roll, {"x": outputs})
-        told = calibrate(rows, CalibrationRequest()).axes["x"].findings
-        robust = next(one for one in told if one.details["test"] == "robust fit")
+        said = calibrate(rows, CalibrationRequest()).axes["x"].findings
+        robust = next(entry for entry in said if entry.details["test"] == "robust fit")
         assert "by chance ±" in robust.text
         found.append(robust.is_significant)
     assert found == [named] * 3
@@ -254,8 +260,8 @@ def test_a_product_that_attitudes_at_right_angles_never_excite_is_not_told_as_a_
     solved = calibrate(Observations(replication, point, pitch, roll, outputs), CalibrationRequest())
     sizes = {
         (axis, str(finding.details["test"])): float(finding.details["size"] or 0.0)
-        for axis, one in solved.axes.items()
-        for finding in one.findings
+        for axis, solved_axis in solved.axes.items()
+        for finding in solved_axis.findings
         if finding.kind in ("quadratic", "cross-coupling")
     }
     assert {name for axis, name in sizes if axis == "x"} == {"K2", "Kpp", "Kip", "Kio"}

@@ -29,7 +29,7 @@ def _calibration(seed: int, kept: int, k2_v_per_g2: float = 0.0, drift_v: float 
 
 
 def _p_values(found: Calibration) -> dict[str, float]:
-    tests = {str(one.details.get("test")): one.p_value for one in found.axes["x"].findings}
+    tests = {str(finding.details.get("test")): finding.p_value for finding in found.axes["x"].findings}
     return {name: float(tests[name]) for name in TERMS}
 
 
@@ -49,4 +49,4 @@ def test_a_term_that_is_there_is_found_whatever_the_last_replication_lacks(kept:
 def test_a_drift_between_replications_of_which_one_stopped_is_no_term() -> None:
     found = _calibration(4, 24, drift_v=10.0 * NOISE_V)
     assert min(_p_values(found).values()) > 1e-3
-    assert any(one.kind == "drift" and one.is_significant for one in found.axes["x"].findings)
+    assert any(finding.kind == "drift" and finding.is_significant for finding in found.axes["x"].findings)

@@ -70,10 +70,10 @@ def test_a_run_ends_up_in_the_archive_found_and_left(archive, laboratory: Labora
 
 
 def test_show_tells_coefficients_what_was_found_and_who_signed(archive) -> None:  # type: ignore[no-untyped-def]
-    told = archive("show", "SN1").out
-    assert "as found: " in told
-    assert "decision rule: pass where |error| + U is inside the limit" in told
-    assert ": unsigned" in told
+    text = archive("show", "SN1").out
+    assert "as found: " in text
+    assert "decision rule: pass where |error| + U is inside the limit" in text
+    assert ": unsigned" in text
     assert archive("show", "SN1", "--json").document["sensor"]["name"] == "SN1"
 
 
@@ -81,7 +81,7 @@ def test_compare_takes_the_remount_out(archive) -> None:  # type: ignore[no-unty
     old, new = checksums(archive)
     document = archive("compare", old[:12], new[:12], "--json").document
     assert set(document["rotation_deg"]) == {"x", "y", "z"}
-    assert 0.001 < max(abs(one["value"]) for one in document["rotation_deg"].values()) < 0.05
+    assert 0.001 < max(abs(entry["value"]) for entry in document["rotation_deg"].values()) < 0.05
     assert abs(document["axes"]["x"]["sensitivity_relative"]["value"]) < 1e-4
     assert "common rotation of the package (remount): x " in archive("compare", old[:12], new[:12]).out
 
@@ -89,7 +89,7 @@ def test_compare_takes_the_remount_out(archive) -> None:  # type: ignore[no-unty
 def test_runs_are_found_by_any_words_and_what_is_due_is_told(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
     assert archive("search").out.startswith("2 runs")
     found = archive("search", "sn1", laboratory.runs[1].name, "--json").document["runs"]
-    assert [one["run"]["run_id"] for one in found] == [laboratory.runs[1].name]
+    assert [entry["run"]["run_id"] for entry in found] == [laboratory.runs[1].name]
     assert archive("search", "nobody-wrote-this").out.startswith("0 runs")
     assert archive("due").out == "nothing is due\n", "twins are left out"
     assert archive("due", "--within-days", "30", "--json").document["due"] == []
@@ -97,18 +97,18 @@ def test_runs_are_found_by_any_words_and_what_is_due_is_told(archive, laboratory
 
 def test_history_is_told_and_drawn(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
     plot = laboratory.folder / "history.svg"
-    told = archive("history", "SN1", "--plot", plot)
-    assert told.status == 0
-    assert "not judged yet" in told.out
-    assert "next calibration, as advice" not in told.out  # two runs of one hour say nothing of an interval
+    text = archive("history", "SN1", "--plot", plot)
+    assert text.status == 0
+    assert "not judged yet" in text.out
+    assert "next calibration, as advice" not in text.out  # two runs of one hour say nothing of an interval
     assert plot.read_bytes().startswith(b"<?xml")
     charts = archive("history", "SN1", "--json").document["history"]["charts"]
     assert [chart["name"] for chart in charts][:2] == ["offset_v.x", "offset_v.y"]
 
 
 def test_publishing_a_run_again_says_that_it_was_there(archive, laboratory: Laboratory) -> None:  # type: ignore[no-untyped-def]
-    told = archive("publish", laboratory.runs[0])
-    assert (told.status, "was there already" in told.out) == (0, True)
+    text = archive("publish", laboratory.runs[0])
+    assert (text.status, "was there already" in text.out) == (0, True)
     assert archive("publish", laboratory.runs[0], "--json").document["sets"][0]["is_new"] is False
 
 
@@ -119,10 +119,10 @@ def test_a_run_without_a_set_says_of_every_sensor_why(
     run: str,
     sentence: str,  # type: ignore[no-untyped-def]
 ) -> None:
-    told = archive("publish", StoredCase(DATA / "runs_0_1_0" / run).copy("finished", tmp_path / "run"))
-    assert told.status == 2
-    assert sentence in told.err
-    assert ": ;" not in told.err
+    text = archive("publish", StoredCase(DATA / "runs_0_1_0" / run).copy("finished", tmp_path / "run"))
+    assert text.status == 2
+    assert sentence in text.err
+    assert ": ;" not in text.err
 
 
 def test_a_run_of_straight_lines_is_published_with_its_units(
@@ -130,9 +130,9 @@ def test_a_run_of_straight_lines_is_published_with_its_units(
 ) -> None:
     own = "--archive", f"sqlite:///{tmp_path / 'lines.sqlite'}"
     run = StoredCase(DATA / "runs_0_1_0" / "two_level").copy("finished", tmp_path / "run")
-    told = call(capsys, "archive", "publish", run, *own)
-    assert told.status == 0
-    assert "µT with U" in told.out
+    outcome = call(capsys, "archive", "publish", run, *own)
+    assert outcome.status == 0
+    assert "µT with U" in outcome.out
     (listed,) = call(capsys, "archive", "list", "--json", *own).document["sets"]
     assert listed["model"] == "linear"
     charts = call(capsys, "archive", "history", listed["sensor"], "--json", *own).document["history"]["charts"]
@@ -162,17 +162,17 @@ def test_signing_needs_the_secret_of_that_very_person(
     assert (report["verified"], report["faults"]) == (True, [])
     assert "intact" in archive("verify").out
     with sqlite3.connect(laboratory.folder / "archive.sqlite") as records:
-        (told,) = records.execute("SELECT detail FROM records WHERE kind = 'signature'").fetchone()
-    assert json.loads(told)["identified_by"] == "the secret of that name"
+        (text,) = records.execute("SELECT detail FROM records WHERE kind = 'signature'").fetchone()
+    assert json.loads(text)["identified_by"] == "the secret of that name"
 
 
 def test_resolve_finds_the_same_numbers_and_writes_nothing(
     laboratory: Laboratory, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = (laboratory.folder / "archive.sqlite").read_bytes()
-    told = call(capsys, "resolve", "--archive", laboratory.url, "--workers", 1, "--json")
-    assert told.status == 0
-    assert {name: told.document[name] for name in ("runs", "same", "published")} == {
+    outcome = call(capsys, "resolve", "--archive", laboratory.url, "--workers", 1, "--json")
+    assert outcome.status == 0
+    assert {name: outcome.document[name] for name in ("runs", "same", "published")} == {
         "runs": 2, "same": 2, "published": 0
     }  # fmt: skip
     otherwise = call(capsys, "resolve", "--archive", laboratory.url, "--workers", 1, "--extended", "no")
@@ -197,22 +197,24 @@ def test_what_is_asked_wrongly_is_a_sentence(
     arguments: list[object], status: int, sentence: str, laboratory: Laboratory, capsys: pytest.CaptureFixture[str]
 ) -> None:
     where = [] if arguments[0] == "demo" else ["--archive", laboratory.url]
-    told = call(capsys, "archive", *arguments, *where)
-    assert (told.status, told.out) == (status, "")
-    assert sentence in told.err
+    outcome = call(capsys, "archive", *arguments, *where)
+    assert (outcome.status, outcome.out) == (status, "")
+    assert sentence in outcome.err
 
 
 def test_an_override_needs_its_name(laboratory: Laboratory, capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "archive", "publish", laboratory.runs[0], "--override", "why not", "--archive", laboratory.url)
-    assert (told.status, "--override REASON and --operator NAME together" in told.err) == (2, True)
+    outcome = call(
+        capsys, "archive", "publish", laboratory.runs[0], "--override", "why not", "--archive", laboratory.url
+    )
+    assert (outcome.status, "--override REASON and --operator NAME together" in outcome.err) == (2, True)
 
 
 @pytest.mark.parametrize("command", ["list", "verify", "migrate"])
 def test_an_archive_that_is_not_there_is_a_wrong_request_and_is_not_made(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = call(capsys, "archive", command, "--archive", f"sqlite:///{tmp_path / 'none.sqlite'}")
-    assert (told.status, "there is no archive: no such file" in told.err) == (2, True)
+    outcome = call(capsys, "archive", command, "--archive", f"sqlite:///{tmp_path / 'none.sqlite'}")
+    assert (outcome.status, "there is no archive: no such file" in outcome.err) == (2, True)
     assert not (tmp_path / "none.sqlite").exists()
 
 
@@ -227,9 +229,9 @@ def test_an_archive_that_is_not_there_is_a_wrong_request_and_is_not_made(
 def test_resolve_asked_wrongly_is_a_sentence(
     arguments: list[object], status: int, sentence: str, laboratory: Laboratory, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = call(capsys, "resolve", *arguments, "--archive", laboratory.url)
-    assert (told.status, told.out) == (status, "")
-    assert sentence in told.err
+    outcome = call(capsys, "resolve", *arguments, "--archive", laboratory.url)
+    assert (outcome.status, outcome.out) == (status, "")
+    assert sentence in outcome.err
 
 
 @pytest.mark.thorough
@@ -240,7 +242,7 @@ def test_a_synthetic_archive_is_made_once_and_tells_who_did_what(
     made = call(capsys, "archive", "demo", "--out", path, "--sensors", 8, "--years", 4, "--json").document
     assert made["sets"] == 9 * 8
     (dropped,) = made["dropped"]
-    told = call(capsys, "archive", "history", dropped, "--archive", made["archive"], "--json").document
-    assert "step" in {finding["kind"] for finding in told["history"]["findings"]}
+    outcome = call(capsys, "archive", "history", dropped, "--archive", made["archive"], "--json").document
+    assert "step" in {finding["kind"] for finding in outcome["history"]["findings"]}
     again = call(capsys, "archive", "demo", "--out", path)
     assert (again.status, "is there already" in again.err) == (2, True)

@@ -195,7 +195,11 @@ def test_fault_85_a_line_that_never_ends_is_told_and_the_next_one_answered(
     answers = rows_of(call(capsys, "attitude", stored, "-").out)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert [one["flag"] for one in answers] == ["", f"line 3: longer than {attitude_stream.LONGEST_LINE} letters", ""]
+    assert [answer["flag"] for answer in answers] == [
+        "",
+        f"line 3: longer than {attitude_stream.LONGEST_LINE} letters",
+        "",
+    ]
     assert peak < 8_000_000
 
 
@@ -235,7 +239,7 @@ def cells(line: str) -> list[float | str]:
 def many_rows(count: int) -> list[str]:
     """Return lines of three outputs at different attitudes."""
     attitudes = zip(np.linspace(-80, 80, count).tolist(), np.linspace(-170, 170, count).tolist(), strict=True)
-    return [",".join(repr(float(output_v(axis, TRUTH[axis], *one))) for axis in "xyz") for one in attitudes]
+    return [",".join(repr(float(output_v(axis, TRUTH[axis], *attitude))) for axis in "xyz") for attitude in attitudes]
 
 
 def test_every_way_of_writing_says_the_same(
@@ -342,7 +346,7 @@ def test_gyros_and_accelerometers_together(gyros: Path, tmp_path: Path, capsys: 
     ("options", "sentence"),
     [
         (["--force-sd-g", "0.1"], "--force-sd-g: belongs to --accelerometers"),
-        (["--intervals"], "belong to accelerometers, got gyros"),
+        (["--intervals"], "--intervals: belongs to accelerometers, got gyros"),
         (["--model-set", "tp.json"], "--model-set: belongs to a sting package"),
         (["--rate-hz", "-1"], "sampling rate: got -1 Hz"),
         (["--start-deg", "0", "95", "0"], "got yaw 95°"),
@@ -355,7 +359,7 @@ def test_an_option_that_gyros_have_no_use_for_is_refused(
     gyros: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], sentence: str
 ) -> None:
     motion_file(tmp_path / "m.csv", 0.1)
-    full = [str(tmp_path / one) if one.endswith(".json") else one for one in options]
+    full = [str(tmp_path / option) if option.endswith(".json") else option for option in options]
     outcome = call(capsys, "attitude", gyros, tmp_path / "m.csv", *full)
     assert (outcome.status, outcome.out) == (2, "")
     assert sentence in outcome.err

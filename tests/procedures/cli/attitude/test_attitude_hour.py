@@ -73,12 +73,12 @@ class Seen:
     def write(self, rows: Rows) -> None:
         if self.look is not None:
             self.look(self, rows)
-        counts = np.bincount(rows.places, minlength=len(rows.words))
+        counts = np.bincount(rows.indices, minlength=len(rows.words))
         for word, count in zip(rows.words, counts.tolist(), strict=True):
             # A sentence with the number of its line is another one in every row: told by what it says.
             name = word.partition(": ")[2] if word.startswith("line ") else word
             self.flags[name] = self.flags.get(name, 0) + count
-        self.rows += rows.places.size
+        self.rows += rows.indices.size
         self.writer.write(rows)
 
     def close(self) -> None:
@@ -108,8 +108,8 @@ def test_an_hour_of_accelerometers_loses_nothing_and_tells_every_spoilt_row(seco
     clean = [numbers.primary["offset_v"] + numbers.direction_v_per_g @ force for numbers in coefficients.axes.values()]
     noisy = (np.array(clean) + NOISE_V * chance.normal(size=(ROWS_PER_S, 3))).tolist()
     lines = [",".join(f"{value:.6f}" for value in row) for row in noisy]
-    for place in (100, 101, 102):
-        lines[place] = ",".join(["nan", *lines[place].split(",")[1:]])
+    for index in (100, 101, 102):
+        lines[index] = ",".join(["nan", *lines[index].split(",")[1:]])
     lines[20_000] = ",".join(["9.99", *lines[20_000].split(",")[1:]])
     lines[30_000] = ",".join(str(10.0 * float(cell)) for cell in lines[30_000].split(","))
     lines[40_000] = lines[40_000][:10]
@@ -121,7 +121,7 @@ def test_an_hour_of_accelerometers_loses_nothing_and_tells_every_spoilt_row(seco
     def look(seen: Seen, rows: Rows) -> None:
         if not settled_b and seen.rows >= SETTLED_ROWS:
             settled_b.append(resident_b())
-        good = rows.places == next(place for place, word in enumerate(rows.words) if not word)
+        good = rows.indices == next(index for index, word in enumerate(rows.words) if not word)
         off = np.abs(rows.columns["pitch_deg"][good] - PITCH_DEG) / rows.columns["pitch_sd_deg"][good]
         wrong.append(float(np.max(off, initial=0.0)))
 
@@ -158,7 +158,7 @@ def test_an_hour_of_gyros_goes_on_behind_gaps_doubles_and_rubbish(turns: int) ->
     cells = [",".join(f"{value:.9f}" for value in row) for row in outputs]
 
     def turn(number: int) -> bytes:
-        rows = [f"{number * 16.0 + place / rate_hz:.3f},{cells[place]}" for place in range(count)]
+        rows = [f"{number * 16.0 + index / rate_hz:.3f},{cells[index]}" for index in range(count)]
         del rows[5_000:5_002]
         rows.insert(3_000, rows[2_999])
         return ("\n".join(rows) + "\n").encode()
@@ -166,7 +166,7 @@ def test_an_hour_of_gyros_goes_on_behind_gaps_doubles_and_rubbish(turns: int) ->
     ends: list[np.ndarray] = []
 
     def look(_: Seen, rows: Rows) -> None:
-        if rows.places.size:
+        if rows.indices.size:
             ends.append(np.array([rows.columns[f"{name}_{end}"][-1] for name in ("pitch", "yaw", "roll") for end in
                                   ("deg", "sd_deg")]))  # fmt: skip
             del ends[:-1]
@@ -174,10 +174,10 @@ def test_an_hour_of_gyros_goes_on_behind_gaps_doubles_and_rubbish(turns: int) ->
     angles = GyroAngles(GyroPackage(gyros, COLUMNS, 1e-6), Motion(rate_hz))
     seen = answered(angles, Repeated(b"time_s,x_v,y_v,z_v\n", turn, turns), look)
     assert seen.rows == turns * (count - 1)
-    told = flag_codes.WORDS
+    found = flag_codes.WORDS
     for word, times in (
-        (told[flag_codes.SAMPLES_LOST], 1), (told[flag_codes.NOT_AFTER], 1), (told[flag_codes.RATE_BRIDGED], 1),
-        (told[flag_codes.OUTSIDE_RATE], 2),
+        (found[flag_codes.SAMPLES_LOST], 1), (found[flag_codes.NOT_AFTER], 1), (found[flag_codes.RATE_BRIDGED], 1),
+        (found[flag_codes.OUTSIDE_RATE], 2),
     ):  # fmt: skip
         assert sum(c for flag, c in seen.flags.items() if word in flag) == times * turns, word
     assert seen.flags[""] == turns * (count - 1 - 5)

@@ -91,16 +91,19 @@ def test_rows_come_by_datagram_and_answers_leave_by_datagram(stored: Path) -> No
                 lambda columns: (attitude_rows.JsonRows(target, columns), target),
                 attitude_lines.Datagrams(listening),  # type: ignore[arg-type]
             )
-        told: list[dict] = []
-        while len(told) < 2:
-            told += [json.loads(line) for line in ear.recv(65_536).decode().splitlines()]
-    assert [row["pitch_deg"] for row in told] == pytest.approx([pitch for pitch, _ in ATTITUDES[:2]], abs=1e-7)
+        messages: list[dict] = []
+        while len(messages) < 2:
+            messages += [json.loads(line) for line in ear.recv(65_536).decode().splitlines()]
+    assert [row["pitch_deg"] for row in messages] == pytest.approx([pitch for pitch, _ in ATTITUDES[:2]], abs=1e-7)
 
 
 @pytest.mark.parametrize("address", ["udp://127.0.0.1", "udp://:5005", "socket://host:port"])
 def test_an_address_that_is_none_is_a_sentence(stored: Path, address: str, capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "attitude", stored, address)
-    assert (told.status, "is no address: allowed are socket://HOST:PORT and udp://HOST:PORT" in told.err) == (2, True)
+    outcome = call(capsys, "attitude", stored, address)
+    assert (outcome.status, "is no address: allowed are socket://HOST:PORT and udp://HOST:PORT" in outcome.err) == (
+        2,
+        True,
+    )
 
 
 def test_the_view_shows_the_newest_row_with_rate_and_loss(stored: Path) -> None:
@@ -110,9 +113,9 @@ def test_the_view_shows_the_newest_row_with_rate_and_loss(stored: Path) -> None:
     rows = [[output_v(axis, TRUTH[axis], -35.0, -20.0) for axis in "xyz"] for _ in range(200)]
     rows[10][1] = float("nan")
     viewed = ViewedRows("TP1", Console(file=shown, width=80, force_terminal=False), clock, None)
-    for place in range(0, 200, 50):
+    for index in range(0, 200, 50):
         clock.sleep(0.25)
-        block = np.array(rows[place : place + 50]).T
+        block = np.array(rows[index : index + 50]).T
         viewed.write(attitude_rows.Rows.of(found.answer(dict(zip(("x_v", "y_v", "z_v"), block, strict=True)))))
     viewed.close()
     text = shown.getvalue()
@@ -123,8 +126,8 @@ def test_the_view_shows_the_newest_row_with_rate_and_loss(stored: Path) -> None:
 
 
 def test_a_view_of_a_file_is_a_sentence(stored: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "attitude", stored, data, "--view")
-    assert (told.status, "--view: shows rows as they arrive" in told.err) == (2, True)
+    outcome = call(capsys, "attitude", stored, data, "--view")
+    assert (outcome.status, "--view: shows rows as they arrive" in outcome.err) == (2, True)
 
 
 def test_an_alignment_is_solved_stored_and_used(
@@ -141,9 +144,9 @@ def test_an_alignment_is_solved_stored_and_used(
         + "".join(",".join(map(repr, (*row, *true))) + "\n" for row, true in zip(rows, truths, strict=True))
     )
     out = tmp_path / "alignment.json"
-    told = call(capsys, "attitude", stored, known, "--solve-alignment", out)
-    assert (told.status, "alignment: " in told.err) == (0, True)
-    assert "an error that all known attitudes share" in told.err
+    outcome = call(capsys, "attitude", stored, known, "--solve-alignment", out)
+    assert (outcome.status, "alignment: " in outcome.err) == (0, True)
+    assert "an error that all known attitudes share" in outcome.err
     level = tmp_path / "level.csv"
     level.write_text("x_v,y_v,z_v\n" + ",".join(repr(output_v(a, TRUTH[a], 10.0, 0.0)) for a in "xyz") + "\n")
     (row,) = rows_of(call(capsys, "attitude", stored, level, "--alignment", out).out)
@@ -169,8 +172,8 @@ def test_a_picture_of_many_rows_holds_so_many_that_it_shows(stored: Path, tmp_pa
 def test_a_picture_of_a_file_is_drawn_beside_the_answers(
     stored: Path, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = call(capsys, "attitude", stored, data, "--plot", tmp_path / "a.svg")
-    assert (told.status, len(rows_of(told.out))) == (0, len(ATTITUDES))
+    outcome = call(capsys, "attitude", stored, data, "--plot", tmp_path / "a.svg")
+    assert (outcome.status, len(rows_of(outcome.out))) == (0, len(ATTITUDES))
     assert (tmp_path / "a.svg").read_bytes().startswith(b"<?xml")
     wrong = call(capsys, "attitude", stored, data, "--plot", tmp_path / "a.jpg")
     assert (wrong.status, "the name must end in .svg" in wrong.err) == (2, True)

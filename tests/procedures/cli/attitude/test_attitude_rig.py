@@ -47,23 +47,25 @@ def test_a_stream_of_the_rig_becomes_angles_and_nothing_moves(
     rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The twin's board lies level; its noise is 2 mg, one sample a second."""
-    told = call(capsys, "attitude", accelerometers(tmp_path), "--rig", rig, "--stream", "imu", "--for", 40, *CHANNELS)
-    rows = list(csv.DictReader(io.StringIO(told.out)))
-    assert (told.status, len(rows) >= 38) == (0, True)
+    outcome = call(
+        capsys, "attitude", accelerometers(tmp_path), "--rig", rig, "--stream", "imu", "--for", 40, *CHANNELS
+    )
+    rows = list(csv.DictReader(io.StringIO(outcome.out)))
+    assert (outcome.status, len(rows) >= 38) == (0, True)
     pitch = np.array([float(row["pitch_deg"]) for row in rows])
     assert abs(pitch.mean()) < 0.25  # coning of the twin's axes, 0.2°, which a line does not know
     assert pitch.std() == pytest.approx(np.rad2deg(0.002), rel=0.5)
-    assert f"streams.imu: {len(rows)} samples, 0 missing" in told.err
+    assert f"streams.imu: {len(rows)} samples, 0 missing" in outcome.err
 
 
 def test_somebody_else_s_rig_is_not_read_and_its_owner_is_named(
     rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with acquire([str(rig)], "run"):
-        told = call(capsys, "attitude", accelerometers(tmp_path), "--rig", rig, "--stream", "imu", *CHANNELS)
-    assert told.status != 0
-    assert "(run)" in told.err
-    assert "process" in told.err
+        outcome = call(capsys, "attitude", accelerometers(tmp_path), "--rig", rig, "--stream", "imu", *CHANNELS)
+    assert outcome.status != 0
+    assert "(run)" in outcome.err
+    assert "process" in outcome.err
 
 
 @pytest.mark.parametrize(
@@ -79,8 +81,8 @@ def test_somebody_else_s_rig_is_not_read_and_its_owner_is_named(
 def test_what_the_rig_does_not_tell_is_a_sentence(
     rig: Path, tmp_path: Path, given: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = call(capsys, "attitude", accelerometers(tmp_path), "--rig", rig, *given)
-    assert (told.status, sentence in told.err) == (2, True), told.err
+    outcome = call(capsys, "attitude", accelerometers(tmp_path), "--rig", rig, *given)
+    assert (outcome.status, sentence in outcome.err) == (2, True), outcome.err
 
 
 def test_data_or_a_rig_is_given_and_not_both(rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -138,10 +140,10 @@ def test_gyros_take_butcher_s_method_and_a_field_by_option(tmp_path: Path, capsy
     field_file = stored(tmp_path, field, "m.json")
     both = ["--accelerometers", force_file, "--magnetometers", field_file]
     common = ["attitude", gyro_file, data, "--rate-hz", 20, "--reading-sd-v", 0.01]
-    told = call(capsys, *common, *both, "--field-ut", 21, 0, 43)
-    last = list(csv.DictReader(io.StringIO(told.out)))[-1]
+    outcome = call(capsys, *common, *both, "--field-ut", 21, 0, 43)
+    last = list(csv.DictReader(io.StringIO(outcome.out)))[-1]
     assert float(last["yaw_deg"]) == pytest.approx(20.0, abs=1e-3)
-    assert "innovation of the field" in told.err
+    assert "innovation of the field" in outcome.err
     assert "the field where they are used is missing" in call(capsys, *common, *both).err
     assert "belongs to --magnetometers" in call(capsys, *common, *both[:2], "--field-ut", 21, 0, 43).err
     by_butcher = call(capsys, *common, "--method", "butcher")

@@ -91,19 +91,19 @@ def turning_bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def test_a_rate_is_measured_and_ends_at_rest(turning_bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
     roll = ("jog", "--rig", turning_bench, "--axis", "roll")
     assert call(capsys, *roll, "--home").status == 0
-    told = call(capsys, *roll, "--rate", -4, "--for", 30, "--json").document
-    assert told["rate_dps"] == pytest.approx(-4.0, abs=0.05 + told["rate_limit_dps"])
-    assert told["turned_deg"] == pytest.approx(-120.0, abs=15.0)
+    outcome = call(capsys, *roll, "--rate", -4, "--for", 30, "--json").document
+    assert outcome["rate_dps"] == pytest.approx(-4.0, abs=0.05 + outcome["rate_limit_dps"])
+    assert outcome["turned_deg"] == pytest.approx(-120.0, abs=15.0)
     assert call(capsys, *roll, "--rate", 24.5, "--for", 1).status == 2
     again = call(capsys, "jog", "--rig", turning_bench, "--samples", 2, "--json").document
-    assert again["positions_deg"]["roll"] == pytest.approx(told["position_deg"], abs=0.001), "it stands"
+    assert again["positions_deg"]["roll"] == pytest.approx(outcome["position_deg"], abs=0.001), "it stands"
 
 
 def test_a_stop_sees_the_axes_stand(turning_bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "jog", "--rig", turning_bench, "--stop", "--json").document
-    assert told["stopped"] == ["pitch", "roll"]
-    told = call(capsys, "jog", "--rig", turning_bench, "--stop", "--axis", "roll", "--json").document
-    assert told["stopped"] == ["roll"]
+    outcome = call(capsys, "jog", "--rig", turning_bench, "--stop", "--json").document
+    assert outcome["stopped"] == ["pitch", "roll"]
+    outcome = call(capsys, "jog", "--rig", turning_bench, "--stop", "--axis", "roll", "--json").document
+    assert outcome["stopped"] == ["roll"]
 
 
 def test_a_servo_stays_homed_from_one_command_to_the_next(

@@ -35,8 +35,8 @@ def test_the_unit_is_written_with_the_folders_it_may_write_to(
     for name in ("config", "state"):
         monkeypatch.setenv(f"XDG_{name.upper()}_HOME", str(tmp_path / name))
     monkeypatch.setattr("procedures.cli.bench.service._program", lambda: "/opt/calrig/bin/calrig")
-    told = call(capsys, "service", "--out", tmp_path / "runs")
-    assert told.status == 0
+    outcome = call(capsys, "service", "--out", tmp_path / "runs")
+    assert outcome.status == 0
     unit = (tmp_path / "config" / "systemd" / "user" / "calrig@.service").read_text("utf-8")
     assert f"ExecStart=/opt/calrig/bin/calrig resume {tmp_path}/runs/%i --operator %u" in unit
     assert not re.search(r"@[A-Z]+@", unit), "a place that was not filled in"
@@ -50,8 +50,8 @@ def test_showing_it_writes_nothing(
 ) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setattr("procedures.cli.bench.service._program", lambda: "/opt/calrig/bin/calrig")
-    told = call(capsys, "service", "--show")
-    assert told.out.startswith("[Unit]")
+    outcome = call(capsys, "service", "--show")
+    assert outcome.out.startswith("[Unit]")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -60,9 +60,9 @@ def test_a_path_that_a_unit_would_misread_is_refused(
 ) -> None:
     folder = tmp_path / "a place"
     folder.mkdir()
-    told = call(capsys, "service", "--out", folder, "--show")
-    assert told.status == 2
-    assert "has a space" in told.err
+    outcome = call(capsys, "service", "--out", folder, "--show")
+    assert outcome.status == 2
+    assert "has a space" in outcome.err
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="systemd is of Linux")
@@ -105,6 +105,6 @@ def test_a_queue_of_a_rig_that_is_not_there_gets_no_unit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    told = call(capsys, "service", "--out", tmp_path / "runs", "--queue", tmp_path / "rig.toml")
-    assert (told.status, list(tmp_path.iterdir())) == (2, [])
-    assert "no rig file is there; nothing was written" in told.err
+    outcome = call(capsys, "service", "--out", tmp_path / "runs", "--queue", tmp_path / "rig.toml")
+    assert (outcome.status, list(tmp_path.iterdir())) == (2, [])
+    assert "no rig file is there; nothing was written" in outcome.err

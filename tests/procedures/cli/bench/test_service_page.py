@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from procedures.errors import ExitStatus
-from rig.machine_folder import PLACES
+from rig.machine_folder import FOLDERS
 
 PAGE = Path(__file__).parents[4] / "docs" / "service.md"
 
@@ -20,10 +20,10 @@ def test_the_unit_may_write_where_the_locks_are() -> None:
     the locks may not lie there."""
     unit = _unit()
     assert (unit["ProtectSystem"], unit["PrivateTmp"]) == ("strict", "yes")
-    assert PLACES[0] in unit["ReadWritePaths"].split()
+    assert FOLDERS[0] in unit["ReadWritePaths"].split()
 
 
 def test_the_unit_restarts_nothing_that_waits_for_a_person() -> None:
     waiting = {ExitStatus.WRONG_REQUEST, ExitStatus.HELD, ExitStatus.ABORTED}
-    assert {int(one) for one in _unit()["RestartPreventExitStatus"].split()} == {int(status) for status in waiting}
+    assert {int(entry) for entry in _unit()["RestartPreventExitStatus"].split()} == {int(status) for status in waiting}
     assert _unit()["KillSignal"] == "SIGTERM", "stops at once, and can be resumed"

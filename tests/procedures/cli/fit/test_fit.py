@@ -39,8 +39,8 @@ def test_the_document_has_the_form_others_rely_on(tmp_path: Path, capsys: pytest
     assert set(x["replication"]["tp"]) == {"sigma_bias_v", "sigma_prec_v", "t_bias", "f_bias_95", "drift"}
     assert x["warnings"] == []
     for name in NAMES:
-        place = NAMES.index(name)
-        assert x["covariance"][place][place] == pytest.approx(x["parameters"][name]["standard_uncertainty"] ** 2)
+        index = NAMES.index(name)
+        assert x["covariance"][index][index] == pytest.approx(x["parameters"][name]["standard_uncertainty"] ** 2)
 
 
 def test_one_replication_has_no_replication_analysis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -29,10 +29,10 @@ def drifting(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_observations(path, range(-90, 91, 15), range(-180, 180, 30), 5, noise_v=6e-6)
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    for place, row in enumerate(rows):
+    for index, row in enumerate(rows):
         pitch, roll = np.deg2rad(float(row["pitch_deg"])), np.deg2rad(float(row["roll_deg"]))
-        row["time_s"] = str(60.0 * place)
-        added = DRIFT_V_PER_H * place / 60.0 + SOFT_V * np.sin(2 * pitch) * np.cos(roll)
+        row["time_s"] = str(60.0 * index)
+        added = DRIFT_V_PER_H * index / 60.0 + SOFT_V * np.sin(2 * pitch) * np.cos(roll)
         row["sx_v"] = repr(float(row["sx_v"]) + float(added))
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))
@@ -42,22 +42,22 @@ def drifting(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_advice_names_the_term_and_the_drift(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ("--axis", "x=sx_v", "--extended", "no")
-    axis = call(capsys, "fit", drifting, *asked, "--json").document["axes"]["x"]
+    said = ("--axis", "x=sx_v", "--extended", "no")
+    axis = call(capsys, "fit", drifting, *said, "--json").document["axes"]["x"]
     assert axis["advice"]["lack_of_fit"][0]["name"] == "sin 2α·cos R"
     assert axis["advice"]["lack_of_fit"][0]["amplitude_v"] == pytest.approx(SOFT_V, rel=0.1)
-    text = call(capsys, "fit", drifting, *asked).out
+    text = call(capsys, "fit", drifting, *said).out
     assert "advice: The residuals repeat as sin 2α·cos R with 3.3″ (40 µV;" in text
     assert "advice: Offset drifts by +78 µV a replication" in text
     assert ", +30 µV an hour." in text
 
 
 def test_a_time_term_takes_the_drift_with_its_interval(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = call(capsys, "fit", drifting, "--axis", "x=sx_v", "--time-term", "linear", "--json").document
-    drift = asked["axes"]["x"]["parameters"]["offset_drift_v_per_h"]
+    outcome = call(capsys, "fit", drifting, "--axis", "x=sx_v", "--time-term", "linear", "--json").document
+    drift = outcome["axes"]["x"]["parameters"]["offset_drift_v_per_h"]
     assert drift["value"] == pytest.approx(DRIFT_V_PER_H, abs=4.0 * drift["standard_uncertainty"])
     assert drift["standard_uncertainty"] < 1e-6
-    assert any("never applied" in remark for remark in asked["axes"]["x"]["remarks"])
+    assert any("never applied" in remark for remark in outcome["axes"]["x"]["remarks"])
     text = call(capsys, "fit", drifting, "--axis", "x=sx_v", "--time-term", "linear").out
     assert "offset drift" in text
     assert "V/h" in text
@@ -98,11 +98,11 @@ def test_a_rig_brings_its_meter_into_result_and_budget(
 
 
 def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = call(capsys, "fit", drifting, "--axis", "y=sy_v", "--monte-carlo", 20_000, "--json").document
-    check = asked["axes"]["y"]["budget"]["monte_carlo"]
+    outcome = call(capsys, "fit", drifting, "--axis", "y=sy_v", "--monte-carlo", 20_000, "--json").document
+    check = outcome["axes"]["y"]["budget"]["monte_carlo"]
     assert (check["trials"], check["seed"]) == (20_000, 0)
     low, high = check["parameters"]["sensitivity_v_per_g"]["interval_95"]
-    assert low < asked["axes"]["y"]["parameters"]["sensitivity_v_per_g"]["value"] < high
+    assert low < outcome["axes"]["y"]["parameters"]["sensitivity_v_per_g"]["value"] < high
     assert "Monte Carlo, 20000 trials" in call(capsys, "fit", drifting, "--axis", "y=sy_v", "--monte-carlo", 20_000).out
 
 
@@ -142,8 +142,8 @@ def test_what_a_fit_cannot_tell_is_refused_and_not_left_out(
     options: tuple[str, ...], sentence: str, drifting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rig_file(tmp_path)
-    told = [str(tmp_path / "rig.toml") if option == "RIG" else option for option in options]
-    done = call(capsys, "fit", drifting, "--axis", "x=sx_v", *told)
+    text = [str(tmp_path / "rig.toml") if option == "RIG" else option for option in options]
+    done = call(capsys, "fit", drifting, "--axis", "x=sx_v", *text)
     assert done.status == 2
     assert sentence in done.err
 

@@ -64,12 +64,12 @@ def test_a_reversed_mount_finds_the_roll_zero(tmp_path: Path, capsys: pytest.Cap
 
 def test_one_mount_says_that_the_roll_zero_stays_confounded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = write_mounts(tmp_path / "one.csv", ("upright",), 10.0)
-    asked = ("fit", file, *AXES, "--joint", "--rig", RIG, "--prior", "roll-zero=30")
-    document = call(capsys, *asked, "--json").document
+    said = ("fit", file, *AXES, "--joint", "--rig", RIG, "--prior", "roll-zero=30")
+    document = call(capsys, *said, "--json").document
     assert not document["nuisances"]["roll zero"]["is_observed"]
     assert any("roll zero: not observable" in sentence for sentence in document["confounded"])
     assert document["axes"]["y"]["parameters"]["azimuth_deg"]["standard_uncertainty"] > 0.5  # 30″ of 0.3° of coning
-    text = call(capsys, *asked).out
+    text = call(capsys, *said).out
     assert "confounded: roll zero: not observable" in text
     assert "not told by these rows" in text
 
@@ -89,8 +89,8 @@ def test_a_sound_joint_fit_is_tested_and_nothing_is_found(tmp_path: Path, capsys
     file = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), 10.0, seed=7)
     document = call(capsys, "fit", file, *AXES, *TWO, "--json").document
     assert significant(document) == {"x": [], "y": [], "z": []}
-    told = [finding["text"] for finding in document["axes"]["z"]["findings"]]
-    assert {text.partition(":")[0] for text in told} == {"mounting 1", "mounting 2"}
+    text = [finding["text"] for finding in document["axes"]["z"]["findings"]]
+    assert {text.partition(":")[0] for text in text} == {"mounting 1", "mounting 2"}
     assert document["verdict"] == "usable", "what stays confounded has to be read"
 
 
@@ -107,7 +107,7 @@ def test_a_wrong_dwell_and_a_cubic_sensor_are_named_in_the_joint_fit(
     bent = write_mounts(tmp_path / "bent.csv", mounts, 10.0, extra_v=lambda r, p, f: 2e-4 * float(f[2]) ** 3)
     stored = tmp_path / "bent.json"
     document = call(capsys, "fit", bent, *AXES, *TWO, "--json", "--set", stored, "--sensor", "J1").document
-    kinds = [one["kind"] for one in document["axes"]["z"]["findings"] if one["significant"]]
+    kinds = [entry["kind"] for entry in document["axes"]["z"]["findings"] if entry["significant"]]
     assert kinds.count("cubic") == len(mounts), "seen in both"
     assert set(significant(document)["z"]) <= set(document["axes"]["z"]["warnings"])
     assert json.loads(stored.read_text())["axes"]["z"]["findings"] == document["axes"]["z"]["findings"]
@@ -138,10 +138,10 @@ def test_an_unknown_roll_zero_ties_y_and_z_together(tmp_path: Path, capsys: pyte
     document = call(capsys, "fit", file, *AXES, "--joint", "--rig", RIG, "--prior", "roll-zero=30", "--json").document
     package = document["package_covariance"]
     covariance = np.array(package["covariance"])
-    one, other = (package["order"].index(entry) for entry in (["y", "k_z_v_per_g"], ["z", "k_y_v_per_g"]))
-    correlation = covariance[one, other] / np.sqrt(covariance[one, one] * covariance[other, other])
+    entry, other = (package["order"].index(entry) for entry in (["y", "k_z_v_per_g"], ["z", "k_y_v_per_g"]))
+    correlation = covariance[entry, other] / np.sqrt(covariance[entry, entry] * covariance[other, other])
     assert abs(correlation) > 0.99
-    assert np.sqrt(covariance[one, one]) == pytest.approx(2.48 * 30.0 * ARCSEC, rel=0.02)
+    assert np.sqrt(covariance[entry, entry]) == pytest.approx(2.48 * 30.0 * ARCSEC, rel=0.02)
 
 
 def test_a_joint_fit_makes_a_set_that_carries_what_the_table_left(
@@ -177,8 +177,8 @@ def test_an_error_of_the_table_far_beyond_its_prior_is_named(
 ) -> None:
     """Two mounts tell the roll zero; 5″ are declared of it, 60″ are twelve times that."""
     file = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), true_arcsec)
-    asked = ("--joint", "--rig", RIG, "--prior", "roll-zero=5", "--prior", "seat=0.5", "--mount", "mount", "--json")
-    document = call(capsys, "fit", file, *AXES, *asked).document
+    text = ("--joint", "--rig", RIG, "--prior", "roll-zero=5", "--prior", "seat=0.5", "--mount", "mount", "--json")
+    document = call(capsys, "fit", file, *AXES, *text).document
     found = [text for axis in significant(document).values() for text in axis if text.startswith("roll zero: ")]
     assert bool(found) == contradicts, found
     assert all("the rows contradict the prior" in text and "--prior" in text for text in found)

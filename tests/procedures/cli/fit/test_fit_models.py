@@ -275,11 +275,11 @@ def test_a_rate_table_that_is_fast_is_in_the_sensitivity_of_a_gyro_where_its_rat
     file = write_gyros(tmp_path / "g.csv", np.zeros((12, 3)), 1.001 * rates, replications=4, noise_v=1e-4)
     header, *rows = file.read_text().splitlines()
     columns = header.split(",")
-    places = [columns.index(name) for name in ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")]
+    indices = [columns.index(name) for name in ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")]
     stated = [row.split(",") for row in rows]
     for row in stated:
-        for place in places:
-            row[place] = repr(float(row[place]) / 1.001)
+        for location in indices:
+            row[location] = repr(float(row[location]) / 1.001)
     file.write_text("\n".join([header, *(",".join(row) for row in stated)]) + "\n")
     gyro = ("fit", file, "--model", "gyro", *AXES)
 

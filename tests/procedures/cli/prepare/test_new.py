@@ -44,24 +44,24 @@ def test_the_schemas_refuse_an_unknown_key_and_know_every_driver() -> None:
 def test_an_answer_that_cannot_be_is_told_by_its_option_and_not_by_a_file_that_nobody_has(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = call(capsys, "new", tmp_path, "--increment-deg", "0")
-    assert told.status == 2
-    assert "new: --increment-deg: got 0.0: input should be greater than 0; nothing was written" in told.err
-    assert "rig.toml" not in told.err
+    outcome = call(capsys, "new", tmp_path, "--increment-deg", "0")
+    assert outcome.status == 2
+    assert "new: --increment-deg: got 0.0: input should be greater than 0; nothing was written" in outcome.err
+    assert "rig.toml" not in outcome.err
 
 
 def test_nothing_is_written_over_what_is_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "rig.toml").write_text("mine", encoding="utf-8")
-    told = call(capsys, "new", tmp_path)
-    assert (told.status, (tmp_path / "rig.toml").read_text(encoding="utf-8")) == (2, "mine")
-    assert "there already; nothing was written" in told.err
+    outcome = call(capsys, "new", tmp_path)
+    assert (outcome.status, (tmp_path / "rig.toml").read_text(encoding="utf-8")) == (2, "mine")
+    assert "there already; nothing was written" in outcome.err
     assert [path.name for path in tmp_path.iterdir()] == ["rig.toml"]
 
 
 def test_a_folder_is_made_and_none_above_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "new", tmp_path / "above" / "lab")
-    assert (told.status, list(tmp_path.iterdir())) == (2, [])
-    assert "above: no folder is there; nothing was written" in told.err
+    outcome = call(capsys, "new", tmp_path / "above" / "lab")
+    assert (outcome.status, list(tmp_path.iterdir())) == (2, [])
+    assert "above: no folder is there; nothing was written" in outcome.err
     assert call(capsys, "new", tmp_path / "lab", "--axes", "x").status == 0
     assert (tmp_path / "lab" / "procedure.toml").is_file()
     assert "rig.toml: is a file" in call(capsys, "new", tmp_path / "lab" / "rig.toml").err
@@ -77,9 +77,9 @@ def test_a_folder_is_made_and_none_above_it(tmp_path: Path, capsys: pytest.Captu
     ],
 )
 def test_bad_answers_are_sentences(tmp_path: Path, capsys, option: str, value: str, sentence: str) -> None:
-    told = call(capsys, "new", tmp_path, option, value)
-    assert told.status == 2
-    assert sentence in told.err
+    outcome = call(capsys, "new", tmp_path, option, value)
+    assert outcome.status == 2
+    assert sentence in outcome.err
     assert list(tmp_path.iterdir()) == []
 
 
@@ -87,18 +87,18 @@ def test_bad_answers_are_sentences(tmp_path: Path, capsys, option: str, value: s
 def test_at_a_terminal_it_asks_what_no_option_says(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[str] = []
+    requests: list[str] = []
 
     def answer(question: str) -> str:
-        asked.append(question)
-        return {"Name of the rig": "asked", "Speed of the table": "quick" if len(asked) < 8 else "7.0"}.get(
+        requests.append(question)
+        return {"Name of the rig": "asked", "Speed of the table": "quick" if len(requests) < 8 else "7.0"}.get(
             question.split(",")[0].split(" [")[0], ""
         )
 
     monkeypatch.setattr("sys.stdin.isatty", lambda: True)
     monkeypatch.setattr("builtins.input", answer)
     assert call(capsys, "new", tmp_path, "--sensor", "SN9").status == 0
-    assert not any("Serial number" in question for question in asked)
+    assert not any("Serial number" in question for question in requests)
     text = (tmp_path / "rig.toml").read_text(encoding="utf-8")
     assert 'name = "asked"' in text
     assert "speed_dps = 7.0" in text

@@ -48,8 +48,8 @@ def test_every_format_goes_there_and_back_to_the_same_bytes(
 
 @pytest.mark.parametrize("name", sorted(LOSSY))
 def test_a_lossy_format_says_what_it_loses(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "export", written(tmp_path), "--to", name).out
-    assert f"The format loses: {FORMATS[name].loses}." in " ".join(told.split())
+    outcome = call(capsys, "export", written(tmp_path), "--to", name).out
+    assert f"The format loses: {FORMATS[name].loses}." in " ".join(outcome.split())
 
 
 def test_an_unknown_format_is_refused_with_those_there_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

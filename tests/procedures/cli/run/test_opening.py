@@ -59,15 +59,15 @@ def test_fault_90_a_run_that_is_refused_where_nobody_looks_rings(
                 (tmp_path / "runs").write_text("a file", encoding="utf-8")
         if cause == "in use":
             with acquire([str(tmp_path / "rig.toml")], "a jog"):
-                told = call(capsys, *words)
+                outcome = call(capsys, *words)
         else:
-            told = call(capsys, *words)
-    assert told.status != 0
+            outcome = call(capsys, *words)
+    assert outcome.status != 0
     title = "procedure" if cause == "wrong file" else "small grid"
     rung = _rung(tmp_path)
     assert rung.startswith(f"calrig: {title}: not begun\n\n")
     assert rung.count("calrig: ") == 1, "once"
-    assert told.err.strip().removeprefix("calrig: ").splitlines()[0] in rung
+    assert outcome.err.strip().removeprefix("calrig: ").splitlines()[0] in rung
     assert "There is no run yet. Nobody was at a terminal to read this." in rung
     assert not [path for path in (tmp_path / "runs").glob("*/*") if path.is_dir()]
 

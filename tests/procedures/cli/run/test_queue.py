@@ -33,7 +33,7 @@ def test_a_night_is_told_to_the_queue(files: Path, capsys: pytest.CaptureFixture
     assert "armed by Anna until" in _queue(capsys, "arm", "--until", "06:00", "--operator", "Anna").out
     assert _queue(capsys, "list", "--json").document["armed"]
     assert "disarmed: Ben disarmed it" in _queue(capsys, "disarm", "--operator", "Ben").out
-    assert [one["item"] for one in _queue(capsys, "list", "--json").document["items"]] == [2, 1]
+    assert [entry["item"] for entry in _queue(capsys, "list", "--json").document["items"]] == [2, 1]
     _queue(capsys, "remove", 1)
     assert "small grid, not after" not in _queue(capsys, "list").out
 
@@ -53,8 +53,8 @@ def test_what_the_queue_refuses_is_a_sentence(
     words: list[object], sentence: str, files: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(files)
-    told = _queue(capsys, *words)
-    assert (told.status, sentence in told.err) == (2, True)
+    found = _queue(capsys, *words)
+    assert (found.status, sentence in found.err) == (2, True)
 
 
 def test_people_are_added_listed_and_removed(files: Path, capsys: pytest.CaptureFixture[str]) -> None:

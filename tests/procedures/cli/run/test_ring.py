@@ -96,11 +96,11 @@ def test_fault_89_a_run_whose_process_is_killed_or_frozen_while_an_axis_moves_ri
         assert night.process.returncode == -signal.SIGKILL
         night.process.send_signal(signal.SIGCONT)  # somebody thaws what is no more
         assert until(night.has_rung_out, LONGEST_S)
-        (told,), (escalated,) = night.sink.of("/desk"), night.sink.of("/others")
-        assert told.startswith("calrig: small grid: interrupted\n\ninterrupted 0/24 · stop guard, ")
-        assert f"{cause} while " in told
-        assert "every axis was told to stop" in told
-        assert f"calrig ack {night.run.resolve()} ends the repeats" in told
+        (text,), (escalated,) = night.sink.of("/desk"), night.sink.of("/others")
+        assert text.startswith("calrig: small grid: interrupted\n\ninterrupted 0/24 · stop guard, ")
+        assert f"{cause} while " in text
+        assert "every axis was told to stop" in text
+        assert f"calrig ack {night.run.resolve()} ends the repeats" in text
         assert escalated.startswith("calrig: small grid: still interrupted, unacknowledged\n")
         assert read_guard_record(night.run) is not None
         assert read_last_words(night.run, None) is not None, "the resume will journal it and tell nobody again"
@@ -141,7 +141,9 @@ def test_where_the_guard_is_killed_too_nobody_is_told_anything(
         night.process.wait()
         guard.kill()
         assert until(lambda: not guard.is_running() or guard.status() == psutil.STATUS_ZOMBIE, LONGEST_S)
-        assert not [one for one in psutil.process_iter(["cmdline"]) if str(night.run) in (one.info["cmdline"] or ())]
+        assert not [
+            entry for entry in psutil.process_iter(["cmdline"]) if str(night.run) in (entry.info["cmdline"] or ())
+        ]
         assert (night.sink.received, read_guard_record(night.run)) == ([], None)
         assert status(night.run).state is State.INTERRUPTED
         assert "stop guard" not in call(capsys, "status", night.run).out

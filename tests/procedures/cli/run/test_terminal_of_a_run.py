@@ -40,8 +40,8 @@ def test_fault_77_a_terminal_that_is_closed_ends_nothing(tmp_path: Path) -> None
     assert os.waitstatus_to_exitcode(left) == 0
     (run_dir,) = (path for path in (tmp_path / "runs").iterdir() if path.is_dir())
     assert status(run_dir).state is State.FINISHED
-    (told,) = events(run_dir, "terminal")
-    assert told.detail["text"] == "the terminal was closed; the run goes on"
+    (text,) = events(run_dir, "terminal")
+    assert text.detail["text"] == "the terminal was closed; the run goes on"
     assert (run_dir / "report.pdf").read_bytes().startswith(b"%PDF")
 
 
@@ -60,10 +60,10 @@ def test_a_run_gives_the_shell_back_is_attached_stopped_at_once_and_closed(
     clock = SystemClock()
     while is_owned(run_dir) or status(run_dir).state in ACTIVE:
         clock.sleep(0.05)
-    told = call(capfd, "status", run_dir).out
-    assert "because: told to end" in told
-    assert "alert: calrig: small grid: stopped: not delivered: command false: exit status 1" in told
-    assert "hush" not in told
+    outcome = call(capfd, "status", run_dir).out
+    assert "because: told to end" in outcome
+    assert "alert: calrig: small grid: stopped: not delivered: command false: exit status 1" in outcome
+    assert "hush" not in outcome
     assert "signal SIGTERM" in call(capfd, "handover", run_dir).out
     _require_a_refused_resume_rings(capfd, run_dir)
     assert call(capfd, "close", run_dir, "--reason", "sensor sold").status == 0
@@ -92,5 +92,5 @@ def test_what_hides_something_is_refused_where_it_is_typed(tmp_path: Path, capsy
         assert f"holds {name}, which nobody sees, or which acts on a screen" in refused.err
         assert hidden not in refused.err
     (tmp_path / "procedure.toml").write_text(PROCEDURE.replace("small grid", "small \\u202egrid"), encoding="utf-8")
-    told = call(capsys, "check", tmp_path / "procedure.toml", "--rig", tmp_path / "rig.toml")
-    assert "procedure.title: holds <U+202E>" in told.err
+    outcome = call(capsys, "check", tmp_path / "procedure.toml", "--rig", tmp_path / "rig.toml")
+    assert "procedure.title: holds <U+202E>" in outcome.err

@@ -55,8 +55,8 @@ def test_the_run_that_is_alive_is_steered_though_others_began_later(
 ) -> None:
     runs = night(tmp_path, State.RUNNING, State.STOPPED, State.FINISHED)
     with owning(runs[0]):
-        told = call(capsys, kind, "--out", tmp_path)
-    assert (told.status, told.err) == (0, f"{runs[0]}: the run that is alive\n")
+        outcome = call(capsys, kind, "--out", tmp_path)
+    assert (outcome.status, outcome.err) == (0, f"{runs[0]}: the run that is alive\n")
     assert [path.name.split("-")[-1] for path in (runs[0] / "requests").iterdir()] == [f"{kind}.json"]
     assert not any((run / "requests").exists() for run in runs[1:])
 
@@ -75,18 +75,18 @@ def test_the_latest_is_looked_at_where_none_is_alive_and_the_choice_is_told_besi
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     runs = night(tmp_path, State.FINISHED, State.STOPPED)
-    told = call(capsys, "status", "--out", tmp_path, "--json")
-    assert told.document["run"] == str(runs[1])
-    assert told.err == f"{runs[1]}: the latest run; none is alive\n"
+    outcome = call(capsys, "status", "--out", tmp_path, "--json")
+    assert outcome.document["run"] == str(runs[1])
+    assert outcome.err == f"{runs[1]}: the latest run; none is alive\n"
     assert str(runs[1]) in call(capsys, "handover", "--out", tmp_path).out
 
 
 def test_a_damaged_journal_is_left_out_by_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     runs = night(tmp_path, State.FINISHED, State.STOPPED)
     (runs[1] / "journal.sqlite").write_bytes(b"")
-    told = call(capsys, "status", "--out", tmp_path, "--json")
-    assert told.document["run"] == str(runs[0])
-    assert f"{runs[1]}: left out: {runs[1] / 'journal.sqlite'}: has zero length" in told.err
+    outcome = call(capsys, "status", "--out", tmp_path, "--json")
+    assert outcome.document["run"] == str(runs[0])
+    assert f"{runs[1]}: left out: {runs[1] / 'journal.sqlite'}: has zero length" in outcome.err
 
 
 @pytest.mark.parametrize("command", [*ANY_RUN, *CHANGING], ids=lambda command: command[0])
@@ -131,9 +131,11 @@ def test_the_only_one_is_taken_though_others_are_alive_or_have_ended(
     runs = night(tmp_path, State.STOPPED, State.RUNNING, State.FAILED, State.FAILED)
     with ExitStack() as kept:
         kept.enter_context(owning(runs[1]))
-        told = call(capsys, "redo", "--replication", 1, "--reason", "bumped", "--operator", "anna", "--out", tmp_path)
-        assert told.status == 0
-        assert f"{runs[0]}: stopped, the only run that can be taken back from" in told.err
+        outcome = call(
+            capsys, "redo", "--replication", 1, "--reason", "bumped", "--operator", "anna", "--out", tmp_path
+        )
+        assert outcome.status == 0
+        assert f"{runs[0]}: stopped, the only run that can be taken back from" in outcome.err
     assert status(runs[0]).dwells_done == 0
     assert status(runs[1]).dwells_done > 0
 
@@ -157,12 +159,12 @@ def test_all_runs_are_listed_with_state_and_count_the_latest_first(
     with owning(runs[0]):
         listed = call(capsys, "status", "--all", "--out", tmp_path, "--json").document["runs"]
         text = call(capsys, "status", "--all", "--out", tmp_path).out.splitlines()
-        one = call(capsys, "status", runs[0], "--json").document
+        entry = call(capsys, "status", runs[0], "--json").document
     assert [entry["run"] for entry in listed] == [str(runs[1]), str(runs[0]), str(runs[2])]
     assert [entry["state"] for entry in listed] == ["finished", "running", None]
     assert [entry["alive"] for entry in listed] == [False, True, False]
     assert {key: listed[1][key] for key in ("run", "state", "dwells_done", "dwells_planned")} == {
-        key: one[key] for key in ("run", "state", "dwells_done", "dwells_planned")
+        key: entry[key] for key in ("run", "state", "dwells_done", "dwells_planned")
     }
     assert listed[0]["trouble"] is None
     assert "has zero length" in listed[2]["trouble"]

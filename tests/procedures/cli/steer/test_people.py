@@ -79,8 +79,8 @@ def test_salvage_says_what_is_intact_and_leaves_the_original(
     finished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = (finished / "journal.sqlite").read_bytes()
-    told = call(capsys, "salvage", finished, "--to", tmp_path / "saved")
-    assert (told.status, "are intact" in told.out) == (0, True)
+    outcome = call(capsys, "salvage", finished, "--to", tmp_path / "saved")
+    assert (outcome.status, "are intact" in outcome.out) == (0, True)
     assert (finished / "journal.sqlite").read_bytes() == before
     assert call(capsys, "salvage", finished, "--to", tmp_path / "saved").status == 2
 

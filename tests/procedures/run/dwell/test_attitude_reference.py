@@ -69,4 +69,4 @@ def test_an_attitude_beyond_its_range_is_none(tmp_path: Path) -> None:
 def test_the_example_s_devices_are_as_their_twins(tmp_path: Path) -> None:
     proofs = prove(read_rig(ROOT / "examples" / "inclinometer" / "rig.toml"), tmp_path)
     assert "readouts.level" in {proof.key for proof in proofs}
-    assert [one for proof in proofs for one in proof.differences] == []
+    assert [difference for proof in proofs for difference in proof.differences] == []

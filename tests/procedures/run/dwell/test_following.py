@@ -46,14 +46,14 @@ class _Rig:
 def _led(motion: Follow, axis: str) -> tuple[Led, list[float], object]:
     bench = motion_bench("zaber", speed_dps=90.0)
     bench.home_all()
-    one, began_s, off_deg = Led(bench.pitch, 0.0), bench.clock.monotonic_s(), list[float]()
+    entry, began_s, off_deg = Led(bench.pitch, 0.0), bench.clock.monotonic_s(), list[float]()
     for update in range(int(motion.seconds / motion.update_s)):
         now_s = update * motion.update_s
         bench.clock.sleep(began_s + now_s - bench.clock.monotonic_s())
-        one.lead(_Rig(bench.clock), lambda at: profile_deg(motion, axis, at), now_s, motion.update_s)  # type: ignore[arg-type]
+        entry.lead(_Rig(bench.clock), lambda at: profile_deg(motion, axis, at), now_s, motion.update_s)  # type: ignore[arg-type]
         off_deg.append(bench.true_deg - profile_deg(motion, axis, now_s))
     bench.pitch.stop()
-    return one, off_deg, bench
+    return entry, off_deg, bench
 
 
 @pytest.mark.parametrize(("motion", "axis"), [(HARMONIC, "roll"), (HARMONIC, "pitch"), (RAMP, "pitch")])
@@ -64,10 +64,10 @@ def test_an_axis_with_limited_acceleration_catches_up_and_stays(motion: Follow, 
 
 
 def test_what_is_kept_is_where_the_axis_was_not_where_it_should_have_been() -> None:
-    one, off_deg, _ = _led(HARMONIC, "roll")
-    looked = np.array([look.angle_deg for look in one.looks])
-    asked = np.array([profile_deg(HARMONIC, "roll", place * HARMONIC.update_s) for place in range(looked.size)])
-    np.testing.assert_allclose(looked - asked, off_deg, atol=3e-4)  # a microstep
+    entry, off_deg, _ = _led(HARMONIC, "roll")
+    looked = np.array([look.angle_deg for look in entry.looks])
+    request = np.array([profile_deg(HARMONIC, "roll", index * HARMONIC.update_s) for index in range(looked.size)])
+    np.testing.assert_allclose(looked - request, off_deg, atol=3e-4)  # a microstep
 
 
 def test_an_axis_that_does_not_follow_is_at_fault() -> None:

@@ -73,9 +73,9 @@ def test_fault_67_one_sample_lost_in_a_thousand_is_named() -> None:
     rig.faults.reads = {rig.faults.taken + 700: drop}
     recorded = _recorded(rig, 12.0)
     assert [(gap.missing, gap.why) for gap in recorded.gaps] == [(1, "the count goes on by 2")]
-    told = timing(recorded, align(recorded))
-    assert (told.missing, told.doubled, told.doubtful) == (1, 0, 0)
-    assert told.first_gap == f"before sample {recorded.gaps[0].at}: the count goes on by 2"
+    found = timing(recorded, align(recorded))
+    assert (found.missing, found.doubled, found.doubtful) == (1, 0, 0)
+    assert found.first_gap == f"before sample {recorded.gaps[0].at}: the count goes on by 2"
     np.testing.assert_allclose(recorded.device_s[-1] - recorded.device_s[0], 0.01 * recorded.samples, atol=1e-9)
 
 
@@ -130,7 +130,7 @@ def test_a_stream_without_time_stamps_is_counted() -> None:
 def test_a_stream_that_falls_silent_is_told() -> None:
     rig = csv_rig()
     stream = rig.csv()
-    rig.faults.reads = {rig.faults.taken + place: drop for place in range(100, 100_000)}
+    rig.faults.reads = {rig.faults.taken + index: drop for index in range(100, 100_000)}
     with recording({"imu": stream}, rig.clock, rig.clock.sleep) as recorder:
         recorder.start()
         with pytest.raises(DeviceSilent, match=r"streams\.imu: no sample for 5\.05 s"):

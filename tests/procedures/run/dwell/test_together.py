@@ -52,7 +52,7 @@ class Watched:
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
-        self.readouts: Mapping[str, Readout] = {name: Noting(one, self) for name, one in rig.readouts.items()}  # type: ignore[misc]
+        self.readouts: Mapping[str, Readout] = {name: Noting(readout, self) for name, readout in rig.readouts.items()}  # type: ignore[misc]
         self.reading: set[str] = set()
         self.most_at_once = 0
         self.order: list[str] = []

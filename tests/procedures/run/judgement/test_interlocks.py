@@ -175,7 +175,7 @@ def test_fault_63_too_many_rejected_dwells_ask_for_a_person(tmp_path: Path) -> N
 
 def _free(unattended: UnattendedRun, full_at: int, free_again_at: int) -> Callable[[Path], int]:
     def free_bytes(folder: Path) -> int:
-        done = max((progress.dwells_done for progress in unattended.told), default=0)
+        done = max((progress.dwells_done for progress in unattended.heard), default=0)
         return int(1.0 * MB) if done >= full_at and unattended.rests < free_again_at else 10**12
 
     return free_bytes
@@ -203,11 +203,11 @@ def test_fault_03_a_disk_without_room_for_the_plan_is_refused_before_anything_is
     run_dir = tmp_path / "run"
     run_dir.mkdir()
     needed = needed_bytes(small.plan, len(small.plan.dwells)) + 64.0 * MB
-    with open_rig(small.rig) as rig, pytest.raises(RequestError, match=r"MB are free, the run needs") as told:
+    with open_rig(small.rig) as rig, pytest.raises(RequestError, match=r"MB are free, the run needs") as refusal:
         begin(
             run_dir, small.header(run_dir), small.plan, rig, services=RunServices(free_bytes=lambda _: int(needed) - 1)
         )
-    assert told.value.exit_status == ExitStatus.WRONG_REQUEST
+    assert refusal.value.exit_status == ExitStatus.WRONG_REQUEST
     assert not list(run_dir.iterdir())
 
 
@@ -238,8 +238,8 @@ def test_fault_13_a_step_of_the_wall_clock_is_recorded_and_changes_no_dwell(smal
     small.run(tmp_path / "clean")
     unattended = UnattendedRun(tmp_path / "run", after={8: step})
     assert run_unattended(small, unattended).state is State.FINISHED
-    (told,) = events(unattended.run_dir, "clock_step")
-    assert told.detail["step_s"] == pytest.approx(-3600.0)
+    (noted,) = events(unattended.run_dir, "clock_step")
+    assert noted.detail["step_s"] == pytest.approx(-3600.0)
     assert measured(dwells_of(unattended.run_dir)) == measured(dwells_of(tmp_path / "clean"))
     assert all(dwell.ended_s > dwell.started_s for dwell in dwells_of(unattended.run_dir))
 

@@ -78,7 +78,7 @@ def test_readings_that_drift_are_rejected() -> None:
 
 @pytest.mark.parametrize("when", ["before", "after"])
 @pytest.mark.parametrize(
-    ("state", "told"),
+    ("state", "expected"),
     [
         (
             replace(HERE, position_deg=10.002),
@@ -90,22 +90,22 @@ def test_readings_that_drift_are_rejected() -> None:
         (replace(HERE, fault="LIMIT"), "pitch: at fault (LIMIT) {when} the readings"),
     ],
 )
-def test_a_position_that_is_not_trusted_is_rejected(when: str, state: AxisState, told: str) -> None:
+def test_a_position_that_is_not_trusted_is_rejected(when: str, state: AxisState, expected: str) -> None:
     measured = _measured(_good(), **{when: replace(LOOK, axes={"pitch": state})})
     (reason,) = judge(measured, LIMITS, _known_noise())
-    assert reason.startswith(told.format(when=when))
+    assert reason.startswith(expected.format(when=when))
 
 
 @pytest.mark.parametrize(
-    ("degc", "told"),
+    ("degc", "expected"),
     [
         (21.2, "air: 21.20 degC after the readings, allowed 20 ± 1 degC"),
         (float("nan"), "air: no temperature after the readings"),
     ],
 )
-def test_a_temperature_outside_its_band_is_rejected(degc: float, told: str) -> None:
+def test_a_temperature_outside_its_band_is_rejected(degc: float, expected: str) -> None:
     measured = _measured(_good(), after=replace(LOOK, temperature_degc={"air": degc}))
-    assert judge(measured, LIMITS, _known_noise()) == (told,)
+    assert judge(measured, LIMITS, _known_noise()) == (expected,)
 
 
 def test_without_a_plateau_any_temperature_is_a_record() -> None:

@@ -33,9 +33,9 @@ def _judged(
     measured: Measurement,
     dwell: Dwell = DWELL,
     noise: NoiseReference | None = None,
-    told: AttitudeReference | None = None,
+    expected: AttitudeReference | None = None,
 ) -> tuple[str, ...]:
-    return judge_dwell(dwell, measured, LIMITS, noise or NoiseReference(), told)
+    return judge_dwell(dwell, measured, LIMITS, noise or NoiseReference(), expected)
 
 
 def test_a_sound_turn_has_no_reason_against_it() -> None:
@@ -43,7 +43,7 @@ def test_a_sound_turn_has_no_reason_against_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("lost", "told"),
+    ("lost", "expected"),
     [
         ({"missing": 1}, "1 missing"),
         ({"doubled": 2}, "2 sent twice"),
@@ -51,10 +51,10 @@ def test_a_sound_turn_has_no_reason_against_it() -> None:
         ({"missing": 1, "doubled": 2}, "1 missing, 2 sent twice"),
     ],
 )
-def test_fault_67_one_lost_sample_is_one_too_many(lost: dict[str, int], told: str) -> None:
+def test_fault_67_one_lost_sample_is_one_too_many(lost: dict[str, int], expected: str) -> None:
     stream = replace(STREAM, first_gap="before sample 7: the count goes on by 2", **lost)  # type: ignore[arg-type]
     (reason,) = _judged(_measured(motion=MotionRecord(streams=(stream,))))
-    assert reason == f"imu: of 60 samples {told} (before sample 7: the count goes on by 2), allowed none"
+    assert reason == f"imu: of 60 samples {expected} (before sample 7: the count goes on by 2), allowed none"
 
 
 def test_a_number_that_is_none_is_told() -> None:
@@ -88,9 +88,9 @@ def test_a_reference_says_where_it_is_and_the_axes_need_not() -> None:
     rest = Dwell(3, "design", 1, 2, {"pitch": 0.0, "roll": 0.0}, Rest(60.0))
     moved = Look({"pitch": _state(-0.75), "roll": _state(0.5)}, {})
     measured = _measured(before=moved, after=moved, reference_deg={"pitch": 0.02, "roll": -0.05})
-    assert _judged(measured, rest, told=reference) == ()
+    assert _judged(measured, rest, expected=reference) == ()
     assert measured.mean_position_deg() == {"pitch": 0.02, "roll": -0.05}  # measured, not commanded
     off = replace(measured, reference_deg={"pitch": 0.3, "roll": 360.0})  # 0.1 and three times 0.05 are allowed
-    assert _judged(off, rest, told=reference) == (
+    assert _judged(off, rest, expected=reference) == (
         "pitch: the reference tells 0.3 deg, allowed within 0.25 deg of its target",
     )

@@ -32,7 +32,7 @@ def _visit(chance: np.random.Generator, step: int, change_v: float) -> DwellReco
 
 
 def _steps(before: dict[int, DwellRecord], after: dict[int, DwellRecord], visits: list[DwellRecord]) -> int:
-    return sum(one.is_step for one in compare(before, after, visits))
+    return sum(entry.is_step for entry in compare(before, after, visits))
 
 
 def test_fewer_than_one_percent_of_a_thousand_healthy_restarts_stop() -> None:
@@ -57,12 +57,12 @@ def test_a_step_of_ten_standard_errors_is_found_up_or_down(standard_errors: floa
 def test_t_is_the_change_over_its_standard_error() -> None:
     chance = np.random.default_rng(6)
     before, after = _check_set(chance), _check_set(chance)
-    one = compare(before, after, [])[0]
+    entry = compare(before, after, [])[0]
     readings = [dwell.readings["dmm.x"].samples for dwell in (*before.values(), *after.values())]
     pooled_v2 = np.mean([values.var(ddof=1) for values in readings])
     change_v = after[0].readings["dmm.x"].mean - before[0].readings["dmm.x"].mean
-    assert one.t == pytest.approx(change_v / np.sqrt(2.0 * pooled_v2 / SAMPLES), rel=1e-12)
-    assert one.t_limit == pytest.approx(5.05, abs=0.05)  # t at 228 degrees of freedom, 1e-6 two-sided; normal: 4.89
+    assert entry.t == pytest.approx(change_v / np.sqrt(2.0 * pooled_v2 / SAMPLES), rel=1e-12)
+    assert entry.t_limit == pytest.approx(5.05, abs=0.05)  # t at 228 degrees of freedom, 1e-6 two-sided; normal: 4.89
 
 
 def test_a_sensor_that_drifts_from_visit_to_visit_is_not_called_broken() -> None:

@@ -137,16 +137,16 @@ class Desk:
 
 def _watch(offs_v: list[float]) -> tuple[MeterWatch, Desk, list[str]]:
     desk = Desk(virtual_clock(), {"dmm": Meter(offs_v)})
-    told: list[str] = []
+    messages: list[str] = []
 
     def record(_kind: str, detail: Mapping[str, object]) -> None:
-        told.append(str(detail["occasion"]))
+        messages.append(str(detail["occasion"]))
 
-    return MeterWatch(desk, record, desk.clock.sleep), desk, told  # type: ignore[arg-type]
+    return MeterWatch(desk, record, desk.clock.sleep), desk, messages  # type: ignore[arg-type]
 
 
 def test_a_meter_is_due_at_the_start_on_time_when_warm_and_at_the_end_and_at_no_other_time() -> None:
-    watch, desk, told = _watch([0.0] * 9)
+    watch, desk, found = _watch([0.0] * 9)
 
     def look(last_dwell_s: float | None = None) -> None:
         assert watch.look(lambda: None, last_dwell_s) is None
@@ -155,7 +155,7 @@ def test_a_meter_is_due_at_the_start_on_time_when_warm_and_at_the_end_and_at_no_
     look()
     desk.clock.sleep(99.0)
     look()
-    assert told == ["start"]
+    assert found == ["start"]
     desk.clock.sleep(2.0)
     look()
     desk.readouts["dmm"].is_warm = True
@@ -167,11 +167,11 @@ def test_a_meter_is_due_at_the_start_on_time_when_warm_and_at_the_end_and_at_no_
     look(last_dwell_s)
     assert not watch.owes(last_dwell_s)
     look(last_dwell_s)
-    assert told == ["start", "time", "temperature", "end"]
+    assert found == ["start", "time", "temperature", "end"]
 
 
 def test_a_bad_proof_that_holds_is_read_again_as_soon_as_somebody_says_continue() -> None:
-    watch, desk, told = _watch([0.0, 2e-4, 2e-4, 0.0])
+    watch, desk, found = _watch([0.0, 2e-4, 2e-4, 0.0])
     assert watch.look(lambda: None) is None
     good_s = desk.clock.monotonic_s()
     desk.clock.sleep(200.0)
@@ -181,4 +181,4 @@ def test_a_bad_proof_that_holds_is_read_again_as_soon_as_somebody_says_continue(
     assert second is not None
     assert second.void_from_s is None  # what is in doubt was taken back with the first
     assert watch.look(lambda: None) is None
-    assert told == ["start", "time", "again", "again"]
+    assert found == ["start", "time", "again", "again"]

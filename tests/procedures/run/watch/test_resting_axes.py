@@ -87,13 +87,13 @@ def test_a_read_back_that_is_wrong_once_is_recorded_and_trips_nothing(small: Ben
 
     def look(state: AxisState) -> AxisState:
         nonlocal lies
-        told, lies = (state.position_deg + 40.0 if lies else state.position_deg), 0
-        return replace(state, position_deg=told)
+        found, lies = (state.position_deg + 40.0 if lies else state.position_deg), 0
+        return replace(state, position_deg=found)
 
     unattended = UnattendedRun(tmp_path / "run", after={3: lie})
     assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, look=look)).state is State.FINISHED
-    (told,) = events(unattended.run_dir, "unconfirmed")
-    assert "pitch: was moved, though nothing told it to" in str(told.detail["told"])
+    (noted,) = events(unattended.run_dir, "unconfirmed")
+    assert "pitch: was moved, though nothing told it to" in str(noted.detail["told"])
 
 
 def _latched(small: Bench, run_dir: Path, fault: str) -> None:

@@ -38,12 +38,12 @@ def test_fault_56_a_run_proves_the_watchdogs_feeds_them_through_a_soak_and_lets_
     """Detected: the device's own time-out, set and verified when the run begins.
     Response: the device stops by itself within its time-out.
     """
-    one = _bench(tmp_path, machine)
+    entry = _bench(tmp_path, machine)
     run_dir = tmp_path / "run"
-    outcome = one.run(run_dir)
+    outcome = entry.run(run_dir)
     assert (outcome.state, outcome.reason) == (State.FINISHED, "")
-    told = [(event.detail["axis"], event.detail["is_armed"]) for event in _events(run_dir, "watchdog")]
-    assert told == [("pitch", True), ("roll", True)]
+    text = [(event.detail["axis"], event.detail["is_armed"]) for event in _events(run_dir, "watchdog")]
+    assert text == [("pitch", True), ("roll", True)]
     assert "were noticed" in str(_events(run_dir, "watchdog")[0].detail["told"])
     with JournalReader.open(run_dir) as reader:
         kinds = [event.kind for event in reader.events()]
@@ -58,19 +58,19 @@ def test_an_axis_without_one_is_told_in_the_journal(tmp_path: Path) -> None:
 
 
 def test_a_watchdog_that_does_not_act_trips_the_run_before_anything_moves(tmp_path: Path) -> None:
-    one = _bench(tmp_path, AZ.replace("watchdog_s", "watchdog_register = 0x5C\nwatchdog_s"))
+    entry = _bench(tmp_path, AZ.replace("watchdog_s", "watchdog_register = 0x5C\nwatchdog_s"))
     run_dir = tmp_path / "run"
-    outcome = one.run(run_dir)
+    outcome = entry.run(run_dir)
     assert outcome.state is State.TRIPPED
     assert "pitch: the machine did not notice a silence of 5 s" in outcome.reason
     assert not _events(run_dir, "intent")
 
 
 def test_after_a_run_an_az_waits_for_nobody(tmp_path: Path) -> None:
-    one = _bench(tmp_path, AZ)
-    with open_rig(one.rig) as rig:
+    entry = _bench(tmp_path, AZ)
+    with open_rig(entry.rig) as rig:
         (tmp_path / "run").mkdir()
-        begin(tmp_path / "run", one.header(tmp_path / "run"), one.plan, rig)
+        begin(tmp_path / "run", entry.header(tmp_path / "run"), entry.plan, rig)
         rig.clock.sleep(3600.0)
         pitch = rig.axes["pitch"]
         assert isinstance(pitch, Watchdog)

@@ -23,6 +23,6 @@ def test_the_silence_that_proves_one_is_not_broken_by_the_other(tmp_path: Path) 
     outcome = small.run(tmp_path / "run")
     assert outcome.state == "finished", outcome
     with JournalReader.open(tmp_path / "run") as reader:
-        told = [event.detail for event in reader.events() if event.kind == "watchdog"]
-    assert [one["is_armed"] for one in told] == [True, True], json.dumps(told)
-    assert all("3.75 s were noticed" in str(one["told"]) for one in told)
+        found = [event.detail for event in reader.events() if event.kind == "watchdog"]
+    assert [entry["is_armed"] for entry in found] == [True, True], json.dumps(found)
+    assert all("3.75 s were noticed" in str(entry["told"]) for entry in found)

@@ -15,7 +15,7 @@ NOISE_V = 1e-5
 SENSITIVITY_V_PER_G = 2.5
 
 
-class DeskAxis:
+class BenchAxis:
     """Arrives the moment it is sent."""
 
     limits_deg = (-360.0, 360.0)
@@ -47,7 +47,7 @@ class DeskAxis:
         return None
 
 
-class DeskReadout:
+class BenchReadout:
     """One g on each package axis, and white noise from one block of numbers drawn beforehand."""
 
     def __init__(self, name: str, channels: tuple[str, ...], clock: VirtualClock, axes: Mapping[str, Axis]) -> None:
@@ -55,7 +55,7 @@ class DeskReadout:
         self._axes = axes
         self._clock = clock
         self._noise: NDArray[np.float64] = np.random.default_rng(1).normal(0.0, NOISE_V, 100_003)
-        self._place = 0
+        self._next = 0
 
     def identify(self) -> str:
         return f"desk readout {self.name}"
@@ -66,8 +66,8 @@ class DeskReadout:
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         started_s = self._clock.monotonic_s()
         wait(samples * self.reading_s(nplc))
-        self._place = (self._place + samples) % (self._noise.size - samples)
-        values = self._output_v(channel) + self._noise[self._place : self._place + samples]
+        self._next = (self._next + samples) % (self._noise.size - samples)
+        values = self._output_v(channel) + self._noise[self._next : self._next + samples]
         return Burst(channel, values, np.zeros(samples, dtype=np.bool_), started_s, self.reading_s(nplc))
 
     def _output_v(self, channel: str) -> float:
@@ -83,7 +83,7 @@ class DeskReadout:
         return {}
 
 
-class DeskEnvironment:
+class BenchEnvironment:
     """Twenty degrees."""
 
     def __init__(self, name: str) -> None:
@@ -102,14 +102,14 @@ class DeskEnvironment:
         assert setpoint_degc == 20.0
 
 
-class Desk:
+class BenchRig:
     """An open rig of these devices."""
 
     def __init__(self) -> None:
         self.clock = VirtualClock(datetime(2026, 1, 1, tzinfo=UTC))
-        self.axes: Mapping[str, Axis] = {name: DeskAxis(name) for name in ("pitch", "roll")}
-        self.readouts: Mapping[str, Readout] = {"dmm": DeskReadout("dmm", ("x", "y", "z"), self.clock, self.axes)}
-        self.environments: Mapping[str, Environment] = {"air": DeskEnvironment("air")}
+        self.axes: Mapping[str, Axis] = {name: BenchAxis(name) for name in ("pitch", "roll")}
+        self.readouts: Mapping[str, Readout] = {"dmm": BenchReadout("dmm", ("x", "y", "z"), self.clock, self.axes)}
+        self.environments: Mapping[str, Environment] = {"air": BenchEnvironment("air")}
         self.streams: Mapping[str, Stream] = {}
         self.fields: Mapping[str, Field] = {}
         self.chance = NoChance()

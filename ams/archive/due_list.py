@@ -54,22 +54,26 @@ def due_list(
         rows = connection.execute(select(STANDARDS)).mappings().all()
     newest: dict[str, Due] = {}
     for row in rows:
-        one = Due("standard", row["name"], row["serial"], f"certificate {row['certificate']}", row["due"])
-        before = newest.get(one.serial)
-        if before is None or (before.due is not None and (one.due is None or one.due > before.due)):
-            newest[one.serial] = one
-    last = {one.sensor: one for one in list_sets(archive_url, busy_timeout_s=busy_timeout_s) if not one.simulated}
+        certificate = Due("standard", row["name"], row["serial"], f"certificate {row['certificate']}", row["due"])
+        before = newest.get(certificate.serial)
+        if before is None or (before.due is not None and (certificate.due is None or certificate.due > before.due)):
+            newest[certificate.serial] = certificate
+    last = {
+        coefficients.sensor: coefficients
+        for coefficients in list_sets(archive_url, busy_timeout_s=busy_timeout_s)
+        if not coefficients.simulated
+    }
     sensors = (
         Due(
             "sensor",
-            one.sensor,
-            one.serial or "",
-            f"calibrated {one.created_utc:%Y-%m-%d}",
-            one.created_utc.date() + timedelta(days=sensor_every_days),
+            coefficients.sensor,
+            coefficients.serial or "",
+            f"calibrated {coefficients.created_utc:%Y-%m-%d}",
+            coefficients.created_utc.date() + timedelta(days=sensor_every_days),
         )
-        for one in last.values()
+        for coefficients in last.values()
     )
-    return tuple(sorted((*newest.values(), *sensors), key=lambda one: (one.due or date.max, one.kind, one.name)))
+    return tuple(sorted((*newest.values(), *sensors), key=lambda item: (item.due or date.max, item.kind, item.name)))
 
 
 def search_runs(archive_url: str, words: Sequence[str], busy_timeout_s: float = BUSY_TIMEOUT_S) -> tuple[FoundRun, ...]:

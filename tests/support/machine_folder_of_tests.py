@@ -14,7 +14,7 @@ from rig.machine_folder import OVERRIDE
 _PASSABLE = 0o755
 
 
-def enter_own_machine() -> Path:
+def enter_machine_folder() -> Path:
     """Have this process and its children share locks with nobody else; return the folder, to be removed at the end."""
     folder = Path(tempfile.mkdtemp(prefix="calrig-tests-"))
     folder.chmod(_PASSABLE)  # some tests become another account
@@ -22,6 +22,6 @@ def enter_own_machine() -> Path:
     return folder
 
 
-def leave_own_machine(folder: Path) -> None:
+def leave_machine_folder(folder: Path) -> None:
     """Remove what is left of it."""
     shutil.rmtree(folder, ignore_errors=True)

@@ -11,8 +11,8 @@ from command import call
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.cli import own_log
-from procedures.cli.own_log import LoggedObserver, log_path, logged, tell, without_addresses
+from procedures.cli import program_log
+from procedures.cli.program_log import LoggedObserver, log_path, logged, tell, without_addresses
 from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import State
 
@@ -30,11 +30,11 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_command_its_error_and_its_end_are_a_line_each(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    told = call(capsys, "status", "no-such-run")
-    assert told.status == 2
+    outcome = call(capsys, "status", "no-such-run")
+    assert outcome.status == 2
     begun, error, ended = lines(log)
     assert (begun["what"], begun["message"], begun["level"]) == ("command", "calrig status no-such-run", "info")
-    assert (error["level"], f"calrig: {error['message']}") == ("error", told.err.strip())
+    assert (error["level"], f"calrig: {error['message']}") == ("error", outcome.err.strip())
     assert ended["message"] == "ended with status 2"
     assert logging.getLogger("calrig").handlers == []
 
@@ -54,9 +54,9 @@ def test_what_a_run_tells_is_logged_and_told_on_and_dwells_to_those_who_ask(tmp_
     with logged([], {"CALRIG_LOG": str(path), "CALRIG_LOG_LEVEL": level, "CALRIG_LOG_FORMAT": "json"}):
         for event in ("dwell", "state"):
             observer.on_event(Progress(event, State.HELD, 1, 9, 1, 1, None, None, "the air is too warm"))
-    told = [line["message"] for line in lines(path) if line["what"] == "run"]
-    assert told[-1] == "runs/a: state: held 1/9 · replication 1 of 1 · the air is too warm"
-    assert len(told) == (2 if level == "debug" else 1)
+    text = [line["message"] for line in lines(path) if line["what"] == "run"]
+    assert text[-1] == "runs/a: state: held 1/9 · replication 1 of 1 · the air is too warm"
+    assert len(text) == (2 if level == "debug" else 1)
 
 
 def test_a_log_that_cannot_be_written_costs_a_command_nothing(
@@ -64,15 +64,15 @@ def test_a_log_that_cannot_be_written_costs_a_command_nothing(
 ) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("CALRIG_LOG", str(tmp_path / "file" / "calrig.log"))
-    told = call(capsys, "--version")
-    assert (told.status, told.err) == (0, "")
+    outcome = call(capsys, "--version")
+    assert (outcome.status, outcome.err) == (0, "")
 
 
 def test_a_disk_that_hangs_is_not_waited_for(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     goes_on = threading.Event()
-    monkeypatch.setattr(own_log._QuietFile, "emit", lambda *_: goes_on.wait())
-    monkeypatch.setattr(own_log, "CLOSING_S", 0.05)
-    monkeypatch.setattr(own_log, "MOST_WAITING", 3)
+    monkeypatch.setattr(program_log._QuietFile, "emit", lambda *_: goes_on.wait())
+    monkeypatch.setattr(program_log, "CLOSING_S", 0.05)
+    monkeypatch.setattr(program_log, "MOST_WAITING", 3)
     with logged(["run"]):
         for _ in range(50):
             tell("run", "more than the queue holds")
@@ -80,11 +80,11 @@ def test_a_disk_that_hangs_is_not_waited_for(log: Path, monkeypatch: pytest.Monk
 
 
 def test_a_file_that_is_full_is_turned_over_and_the_oldest_goes(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(own_log, "LARGEST_BYTES", 2000)
-    monkeypatch.setattr(own_log, "KEPT_FILES", 2)
+    monkeypatch.setattr(program_log, "LARGEST_BYTES", 2000)
+    monkeypatch.setattr(program_log, "KEPT_FILES", 2)
     with logged(["run"]):
-        for place in range(60):
-            tell("run", f"line {place} {'.' * 60}")
+        for index in range(60):
+            tell("run", f"line {index} {'.' * 60}")
     assert sorted(path.name for path in log.parent.iterdir()) == ["calrig.log", "calrig.log.1", "calrig.log.2"]
     assert all(path.stat().st_size <= 2000 for path in log.parent.iterdir())
     assert lines(log)[-1]["message"].startswith("line 59 ")
@@ -99,9 +99,9 @@ def test_no_log_where_it_is_off_and_its_place_is_told_for_support(capsys: pytest
 def test_a_setting_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("CALRIG_LOG", "somewhere.log")
     monkeypatch.setenv("CALRIG_LOG_LEVEL", "loud")
-    told = call(capsys, "--version")
-    assert told.status == 2
-    assert "CALRIG_LOG_LEVEL: got 'loud', allowed are info, debug, warning, error; nothing was done" in told.err
+    outcome = call(capsys, "--version")
+    assert outcome.status == 2
+    assert "CALRIG_LOG_LEVEL: got 'loud', allowed are info, debug, warning, error; nothing was done" in outcome.err
 
 
 SECRET = st.text("abcdefXYZ0123456789-_.~%+", min_size=6, max_size=20).filter(lambda text: text.strip("."))

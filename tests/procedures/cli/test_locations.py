@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from procedures.cli.places import (
+from procedures.cli.locations import (
     archive_to_show,
     archive_url,
     find_run,

@@ -70,7 +70,7 @@ def left_out_where_empty(folder: Path) -> Iterator[None]:
         raise
 
 
-def second_place() -> Path:
+def second_folder() -> Path:
     """Return where the last words of a run lie whose own disk takes nothing, by its name."""
     return user_state_path("calrig") / "emergency"
 

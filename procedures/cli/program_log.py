@@ -25,7 +25,7 @@ from procedures.errors import RequestError
 from procedures.records.progress import Progress, RunObserver, line_of
 from rig.plain_text import one_line
 
-PLACE, FORM, LEVEL = "CALRIG_LOG", "CALRIG_LOG_FORMAT", "CALRIG_LOG_LEVEL"
+FILE, FORM, LEVEL = "CALRIG_LOG", "CALRIG_LOG_FORMAT", "CALRIG_LOG_LEVEL"
 """Environment variables: a file or ``off``; ``text`` or ``json``; ``debug``, ``info``, ``warning`` or ``error``."""
 LARGEST_BYTES, KEPT_FILES = 1_000_000, 5
 MOST_WAITING = 1000
@@ -41,7 +41,7 @@ _LOGIN = re.compile(r"://[^\s/@'\"]+@")
 
 def log_path(environment: Mapping[str, str] = os.environ) -> Path | None:
     """Return the file of the log; None where it is off."""
-    given = environment.get(PLACE, "")
+    given = environment.get(FILE, "")
     if given.lower() == "off":
         return None
     return Path(given) if given else user_log_path("calrig", appauthor=False) / "calrig.log"
@@ -59,9 +59,9 @@ def logged(arguments: Sequence[str], environment: Mapping[str, str] = os.environ
         yield
     finally:
         _LOG.propagate = True
-        for desk in _desks():
-            _LOG.removeHandler(desk)
-            desk.close()
+        for handler in _queued_handlers():
+            _LOG.removeHandler(handler)
+            handler.close()
         closing = Thread(target=_closed, args=(listener,), daemon=True)
         closing.start()
         closing.join(CLOSING_S)
@@ -69,7 +69,7 @@ def logged(arguments: Sequence[str], environment: Mapping[str, str] = os.environ
 
 def tell(what: str, message: str, level: str = "info") -> None:
     """Put one line into the log, addresses cut off; nothing where there is no log."""
-    if _desks():
+    if _queued_handlers():
         _LOG.log(LEVELS[level], "%s", without_addresses(message), extra={"what": what})
 
 
@@ -93,7 +93,7 @@ def without_addresses(text: str) -> str:
 
 def _begun(environment: Mapping[str, str]) -> QueueListener | None:
     path = log_path(environment)
-    if path is None or _desks():  # off, or a command inside a command
+    if path is None or _queued_handlers():  # off, or a command inside a command
         return None
     form, level = _setting(environment, FORM, FORMS), _setting(environment, LEVEL, LEVELS)
     file = _QuietFile(
@@ -105,7 +105,7 @@ def _begun(environment: Mapping[str, str]) -> QueueListener | None:
     listener.start()
     _LOG.setLevel(level)
     _LOG.propagate = False
-    _LOG.addHandler(_Desk(lines))
+    _LOG.addHandler(_QueuedHandler(lines))
     return listener
 
 
@@ -119,8 +119,8 @@ def _setting(environment: Mapping[str, str], name: str, allowed: Mapping[str, T]
     return allowed[given]
 
 
-def _desks() -> list[logging.Handler]:
-    return [handler for handler in _LOG.handlers if isinstance(handler, _Desk)]
+def _queued_handlers() -> list[logging.Handler]:
+    return [handler for handler in _LOG.handlers if isinstance(handler, _QueuedHandler)]
 
 
 def _closed(listener: QueueListener) -> None:
@@ -130,7 +130,7 @@ def _closed(listener: QueueListener) -> None:
             file.close()
 
 
-class _Desk(QueueHandler):
+class _QueuedHandler(QueueHandler):
     """Hands a line to the writing thread, which is never waited for."""
 
     def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802  logging's name

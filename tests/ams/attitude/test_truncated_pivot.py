@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from ams.attitude.told_rows import along_distance, factor_across, factor_along, factor_of_root
+from ams.attitude.truncated_pivot import along_distance, factor_across, factor_along, factor_of_root
 
 FULL = 1.959964
 FROM_BOUND = np.arange(-2.5, 8.25, 0.25)

@@ -5,7 +5,7 @@ from pathlib import Path
 from procedures.journal.storage import JOURNAL_FILE
 
 
-def told_folder(log: Path) -> Path | None:
+def announced_folder(log: Path) -> Path | None:
     """Return the first whole line that is the folder of a run; None where there is none yet."""
     try:
         lines = log.read_text(encoding="utf-8", errors="replace").splitlines(keepends=True)

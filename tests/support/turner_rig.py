@@ -13,7 +13,7 @@ TABLE = (
 """Its home switch is not at attitude 0, and 0 is not the middle of its range."""
 
 
-def own_axis_rig(folder: Path, monkeypatch: pytest.MonkeyPatch, port: str = "twin") -> Path:
+def turner_rig(folder: Path, monkeypatch: pytest.MonkeyPatch, port: str = "twin") -> Path:
     """Install the example until the test ends and write ``FOLDER/rig/rig.toml``, which names it; return that."""
     install_example("own_axis", folder / "site", monkeypatch)
     tables = EXAMPLE_RIG.read_text(encoding="utf-8").split("\n\n")
