@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from math import degrees, sqrt
 from typing import Final, Literal
 
+from procedures.numbers import two_digits
+
 COVERAGE: Final = 2.0
 
 
@@ -90,4 +92,4 @@ def checked(part: SensorPart, random_walk_per_sqrt_s: float, at_use: float, per_
         return ()
     times = f"{shown / stated:.2g}"
     relation = "within the table" if float(times) <= 1.0 else f"{times} times the table"
-    return what, f"{stated:g} {unit}", f"{shown:.3g} {unit}", relation
+    return what, f"{stated:g} {unit}", f"{two_digits(shown)} {unit}", relation

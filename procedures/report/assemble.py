@@ -9,6 +9,7 @@ from datetime import datetime
 
 import numpy as np
 
+from ams.calibration_result import SensorVerdict
 from ams.findings import Finding, turned_the_table
 from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
 from procedures.kinds.registry import KINDS
@@ -130,8 +131,17 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
             for axis, result in calibration.axes.items()
         ),
         section=section,
-        verdict="not usable" if calibration is None or failure else calibration.verdict,
+        verdict=_verdict_of(solved, failure),
     )
+
+
+def _verdict_of(solved: SolvedSensor | None, failure: str | None) -> SensorVerdict:
+    """Return what is said of a sensor in one word: a rest, which solves nothing, is sound where every drift holds."""
+    if solved is None or failure:
+        return "not usable"
+    if solved.static:
+        return "sound" if all(axis.holds for axis in solved.static.values()) else "usable"
+    return "not usable" if solved.calibration is None else solved.calibration.verdict
 
 
 def _as_the_run_is(sensor: SensorView, findings: Sequence[Finding]) -> SensorView:

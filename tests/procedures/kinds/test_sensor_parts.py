@@ -9,6 +9,8 @@ from motion_runs import motion_run
 
 from procedures.errors import PlanError
 from procedures.kinds.sensor_parts import PARTS, checked, forecast_of
+from procedures.report.assemble import assemble_view
+from procedures.report.overview import overview_rows
 
 RATE_HZ = 100.0
 DENSITY = 225e-6
@@ -40,7 +42,7 @@ def test_noise_of_the_density_of_the_table_is_off_by_what_the_table_lets_expect(
     simulated = 2.0 * np.rad2deg(np.std(means[:, 1] - means[:, 0]))
     assert PARTS["ADXL105"].expected_deg(use) == pytest.approx(simulated, rel=0.05)
     walk = SAMPLE_SD_G / math.sqrt(RATE_HZ)
-    assert checked(PARTS["ADXL105"], walk, 0.0, 1.0) == ("white noise", "225 µg/√Hz", "225 µg/√Hz", "within the table")
+    assert checked(PARTS["ADXL105"], walk, 0.0, 1.0) == ("white noise", "225 µg/√Hz", "230 µg/√Hz", "within the table")
     assert checked(PARTS["ADXL105"], 3.0 * walk, 0.0, 1.0)[3] == "3 times the table"
     assert checked(PARTS["SCA3000"], walk, 0.0, 1.0) == ()
 
@@ -77,3 +79,11 @@ def test_a_part_that_is_none_is_a_sentence(parts: str, sentence: str, tmp_path: 
     with pytest.raises(PlanError, match=r"procedure\.toml:\d+: static\.parts: ") as refused:
         motion_run(tmp_path, "rate-table", "../servo-mechanism/drift", {r"(use_s = 120.0)": f"\\1\nparts = {parts}"})
     assert sentence in str(refused.value)
+
+
+def test_the_overview_of_a_rest_says_what_the_run_s_verdict_says(tmp_path: Path) -> None:
+    """It said of every sensor of a rest that it is not usable, beneath a verdict that all are."""
+    run = motion_run(tmp_path, "servo-mechanism", "drift", {r"duration_s = 1200.0": "duration_s = 480.0"})
+    solved = run.solved()
+    words = {row.sensor: row.verdict for row in overview_rows(assemble_view(solved.record, solved.sensors))}
+    assert words == {"SCA3000": "sound", "ITG3200": "usable", "MicroMag3": "usable"}
