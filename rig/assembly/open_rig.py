@@ -288,12 +288,14 @@ def _connected(
     with ExitStack() as opened:
         lines = Lines(clock, twins, line_source, opened)
         found: dict[str, Axis] = {}
+        line_of: dict[str, str] = {}
         for names in axis_lines(description.axes):
             found |= open_axes({name: description.axes[name] for name in names}, lines)
+            line_of |= dict.fromkeys(names, names[0])
         guarded_lines = _guarded_lines(description, found, lines)
         supervisor = Supervisor(clock, guard if guarded_lines else None)
         homes_deg = {name: settings.home_attitude_deg for name, settings in description.axes.items()}
-        supervised = {name: supervisor.supervise(axis, homes_deg[name]) for name, axis in found.items()}
+        supervised = {name: supervisor.supervise(axis, homes_deg[name], line_of[name]) for name, axis in found.items()}
         found = {name: guarded(axis, description, name, write) for name, axis in supervised.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},

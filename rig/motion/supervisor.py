@@ -15,7 +15,7 @@ from typing import Any, Protocol, TypeVar
 
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState, TurnLook, Wait
-from rig.errors import MotionBreach, RigError
+from rig.errors import DeviceSilent, LinkLost, MotionBreach, RigError
 from rig.motion.expectation import (
     Bounds,
     Homing,
@@ -62,16 +62,20 @@ class Supervisor:
         self._warden = warden
         self._axes: dict[str, SupervisedAxis] = {}
 
-    def supervise(self, axis: Axis, home_deg: float = 0.0) -> "SupervisedAxis":
-        """Return the axis as everybody else may have it. ``home_deg``: where a home search ends."""
-        supervised = SupervisedAxis(axis, self._clock, self, home_deg)
+    def supervise(self, axis: Axis, home_deg: float = 0.0, line: str = "") -> "SupervisedAxis":
+        """Return the axis as everybody else may have it. ``home_deg``: where a home search ends.
+
+        ``line``: on which it is spoken to; axes on one line have the same, unless empty.
+        """
+        supervised = SupervisedAxis(axis, self._clock, self, home_deg, line)
         self._axes[axis.name] = supervised
         return supervised
 
     def look_at_others(self, moving: "SupervisedAxis", *, only_unknown: bool = False) -> None:
         """Look at the axes that should stand; one that does not answer is left to whoever needs it.
 
-        Raises: MotionBreach.
+        Raises: MotionBreach, and DeviceSilent or LinkLost of one on the line of an axis that is under way: that one
+        would not answer either, and to ask it too would leave it unseen for as long again.
         """
         for axis in self._axes.values():
             if axis is not moving and axis.is_to_be_seen(only_unknown=only_unknown):
@@ -79,8 +83,11 @@ class Supervisor:
                     axis.look()
                 except MotionBreach:
                     raise
-                except RigError:
+                except RigError as error:
                     axis.is_silent = True
+                    is_one_line = bool(axis.line) and axis.line == moving.line
+                    if is_one_line and moving.is_under_way and isinstance(error, DeviceSilent | LinkLost):
+                        raise
 
     def expect_motion(self, starting: "SupervisedAxis") -> None:
         """See that a guard is there. Raises: GuardLost, WaitEnded."""
@@ -126,8 +133,9 @@ class Supervisor:
 class SupervisedAxis:
     """An axis behind the supervisor. It has the abilities of the axis that it stands for, and no others."""
 
-    def __init__(self, axis: Axis, clock: Clock, supervisor: Supervisor, home_deg: float) -> None:
+    def __init__(self, axis: Axis, clock: Clock, supervisor: Supervisor, home_deg: float, line: str) -> None:
         self.name = axis.name
+        self.line = line
         self.limits_deg = axis.limits_deg
         self.increment_deg = axis.increment_deg
         self.speed_dps = axis.speed_dps
@@ -299,7 +307,8 @@ class SupervisedAxis:
         try:
             send()
         except RigError:
-            self._supervisor.look_at_others(self)
+            with suppress(DeviceSilent, LinkLost):
+                self._supervisor.look_at_others(self)
             raise
 
     def _before_start(self) -> None:

@@ -10,8 +10,9 @@ from motion_bench import motion_bench
 from reply_strikes import KINDS_OF, a_reply
 from table_bench import virtual_clock
 
+from rig.clock import Clock
 from rig.devices.abilities import Remembering, Watchdog
-from rig.errors import MotionBreach
+from rig.errors import DeviceSilent, MotionBreach
 from rig.link.faults import Part
 from rig.motion.move import home_and_arrive, move_and_arrive
 from rig.motion.supervisor import Supervisor
@@ -197,6 +198,48 @@ def test_an_axis_that_somebody_moves_while_another_is_sent_stops_both() -> None:
     bench.clock.sleep(3.0)
     assert not any(axis.state().is_moving for axis in bench.axes.values())
     assert bench.world.axes["roll"].table_deg(bench.clock.monotonic_s()) < 15.0
+
+
+class FallsSilent:
+    """Faults of a line on which nothing is answered from the first question on that has ``mark``, after ``since_s``."""
+
+    def __init__(self, clock: Clock, mark: bytes, since_s: float) -> None:
+        self._clock, self._mark, self._since_s = clock, mark, since_s
+        self.silent_s: float | None = None
+        self.asked: list[bytes] = []
+
+    def on_write(self, data: bytes) -> tuple[Part, ...]:
+        if self.silent_s is None and self._mark in data and self._clock.monotonic_s() > self._since_s:
+            self.silent_s = self._clock.monotonic_s()
+        if self.silent_s is not None:
+            self.asked.append(data)
+        return (Part(data),)
+
+    def on_read(self, data: bytes) -> tuple[Part, ...]:
+        return (Part(data),) if self.silent_s is None else ()
+
+
+@pytest.mark.parametrize("line", ["one", ""])
+def test_a_line_that_falls_silent_while_another_axis_is_looked_at_is_waited_for_once(line: str) -> None:
+    """Found in one death of two hundred: the axis that turned was asked too, and stopped after twice the patience."""
+    bench = motion_bench("indexing-table")
+    bench.home_all()
+    supervisor = Supervisor(bench.clock)
+    pitch, roll = (supervisor.supervise(bench.axes[name], line=line) for name in ("pitch", "roll"))
+    pitch.state()
+    faults = FallsSilent(bench.clock, b"1 ", bench.clock.monotonic_s() + 3.0)
+    roll.start_move(60.0)
+    bench.stream._faults = faults  # type: ignore[assignment]
+
+    def watch() -> None:
+        while True:
+            roll.state()
+            bench.clock.sleep(0.1)
+
+    with pytest.raises(DeviceSilent):
+        watch()
+    asked_of_roll = [one for one in faults.asked if one.startswith(b"2 ")]
+    assert (asked_of_roll == []) is (line == "one"), "axes that share no line are asked each for itself"
 
 
 @pytest.mark.parametrize("driver", FAMILIES)
