@@ -67,10 +67,10 @@ def sweep_text(channels: Sequence[ChannelView]) -> str:
 
 def head(heading: Heading, view: BenchView) -> Group:
     title = Text.assemble(("calrig jog", f"bold {ACCENT}"), "   ", (heading.rig, "bold white"))
-    below = (Text(heading.time, QUIET), Text(heading.owner, QUIET))
+    below = Text(f"{heading.time}   {heading.owner}", QUIET, no_wrap=True, overflow="ellipsis")
     if view.waits_for:
-        below = (Text(view.waits_for, WARM), Text(""))
-    return Group(_apart(title, _activity(view)), _apart(*below))
+        below = Text(view.waits_for, WARM, no_wrap=True, overflow="ellipsis")
+    return Group(_apart(title, _activity(view)), below)
 
 
 def _apart(left: Text, right: Text) -> Table:

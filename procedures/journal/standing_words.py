@@ -5,6 +5,7 @@ from datetime import datetime, tzinfo
 
 from procedures.journal.live import Live, Target
 from procedures.records.progress import Progress, at_both
+from procedures.records.states import ACTIVE
 from rig.plain_text import one_line
 
 Row = tuple[str, str]
@@ -18,10 +19,11 @@ def rows_of(
 
     ``zone``: of the reader; by default that of this machine.
     """
+    goes_on = progress.state in ACTIVE
     return [
         ("state", f"{str(progress.state).upper()}{f': {one_line(reason)}' if reason else ''}"),
         ("done", _done(progress)),
-        *([("ends", _ends(progress.eta_utc, progress.late_utc, zone))] if progress.eta_utc is not None else []),
+        *([("ends", _ends(progress.eta_utc, progress.late_utc, zone))] if goes_on and progress.eta_utc else []),
         *([] if live is None else live_rows(live, now_utc)),
     ]
 

@@ -14,7 +14,7 @@ from urllib.parse import unquote_to_bytes
 ON_SCREEN_ONLY = frozenset({"head", "nav"})
 INLINE = frozenset({"a", "b", "i", "span", "br", "img"})
 BLOCKS = frozenset(
-    {"html", "body", "header", "section", "div", "footer", "h1", "h2", "h3", "p", "ul", "li", "dl", "dt", "dd"}
+    {"html", "body", "main", "header", "section", "div", "footer", "h1", "h2", "h3", "p", "ul", "li", "dl", "dt", "dd"}
     | {"table", "thead", "tbody", "tr", "th", "td", "figure", "figcaption"}
 )
 NEVER_CLOSED = frozenset({"br", "img", "meta"})

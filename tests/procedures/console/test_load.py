@@ -44,6 +44,8 @@ pytestmark = [pytest.mark.soak, pytest.mark.timeout(3600)]
 CLOCK = SystemClock()
 CALRIG, BY = (sys.executable, "-m", "procedures.cli.main"), ("--operator", "Anna")
 KILLS = 100
+DAY = {"replications = 2": "replications = 120", "min_s = 0.5, max_s = 30.0": "min_s = 45.0, max_s = 90.0"}
+"""Somewhat more than a day of the rig's time."""
 Note = Callable[[str, object], None]
 SEEN = """() => { window.seen = {};
   const look = () => document.querySelectorAll('.news li').forEach((line) => {
@@ -170,6 +172,56 @@ def test_memory_is_flat_over_twenty_thousand_dwells_of_24_channels(tmp_path: Pat
         journal.close()
     record_property("resident bytes every 2000 dwells", taken)
     assert max(taken[5:]) < 1.05 * max(taken[1:5])
+
+
+def test_memory_is_flat_over_a_simulated_day(tmp_path: Path, record_property: Note) -> None:
+    """A real run on twins in virtual time that lasts a day of theirs, with the page of it open and looked at."""
+    files, runs = tmp_path / "files", tmp_path / "runs"
+    files.mkdir()
+    runs.mkdir()
+    procedure, rig = job(files, DAY)
+    command = [
+        *CALRIG,
+        "run",
+        procedure,
+        "--rig",
+        rig,
+        "--out",
+        str(runs),
+        "--archive",
+        f"sqlite:///{tmp_path}/a.sqlite",
+    ]
+    taken: list[int] = []
+    with (
+        served_console(runs, tmp_path / "a.sqlite") as console,
+        subprocess.Popen([*command, *BY], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as engine,
+    ):
+        while not list(runs.glob("*/journal.sqlite")):
+            CLOCK.sleep(0.2)
+            assert engine.poll() is None
+        (run,) = [one.parent for one in runs.glob("*/journal.sqlite")]
+        listener, process = _Listener(console, run.name), psutil.Process(console.process.pid)
+        while engine.poll() is None and not _is_measured(run):
+            for path in ("/", "/night", f"/api/v1/runs/{run.name}/map"):
+                listener.get(path)
+            taken.append(process.memory_info().rss)
+            CLOCK.sleep(1.0)
+        engine.terminate()
+        engine.wait()
+    with JournalReader.open(run) as reader:
+        dwells = list(reader.dwells())
+    lasted_s = (dwells[-1].ended_utc - dwells[0].started_utc).total_seconds()
+    quarters = [max(part) for part in np.array_split(taken, 4)]
+    record_property("hours, dwells, resident bytes by quarters", (lasted_s / 3600.0, len(dwells), quarters))
+    assert lasted_s > 86_400.0
+    assert listener.heard > 100
+    assert quarters[3] < 1.05 * quarters[1]
+
+
+def _is_measured(run: Path) -> bool:
+    with JournalReader.open(run) as reader:
+        entered = reader.last_event("state")
+    return entered is not None and entered.detail["to"] == State.FINISHED
 
 
 def _pace(run: Path) -> list[float]:

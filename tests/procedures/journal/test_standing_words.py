@@ -38,6 +38,11 @@ def test_rows_tell_everything_that_a_person_asks_at_night() -> None:
     }
 
 
+def test_what_has_ended_is_not_said_to_end() -> None:
+    rows = dict(rows_of(replace(MOMENT, state=State.FINISHED), "", None, NOW, BERLIN))
+    assert list(rows) == ["state", "done"]
+
+
 def test_a_reason_is_told_in_full() -> None:
     reason = "environment.air: got 22.41 degC, allowed 19 to 22 degC " + "and more " * 40
     assert rows_of(MOMENT, reason, None, NOW)[0][1] == f"RUNNING: {reason}"
