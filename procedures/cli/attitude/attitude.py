@@ -30,7 +30,13 @@ from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
 from procedures.cli.attitude.source import REMEDIES, Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
 from procedures.cli.attitude.tally import TalliedRows
-from procedures.cli.attitude.untested import WatchedOutputs, assumed_gravity, assumed_of_gyros, remarks_on_rest
+from procedures.cli.attitude.untested import (
+    SD_OF_ONE_READING,
+    WatchedOutputs,
+    assumed_gravity,
+    assumed_of_gyros,
+    remarks_on_rest,
+)
 from procedures.cli.attitude.view import ViewedRows
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
@@ -152,6 +158,8 @@ def attitude(
         note(_which_of_two(package, upright=upright, right_wing_down=right_wing_down))
     if isinstance(watched, WatchedOutputs):
         note(assumed_gravity(package))
+    if reading_sd_v is None and (before.average_s, before.low_pass_hz) != (None, None) and not package.senses_rates:
+        note(SD_OF_ONE_READING)
     for assumed in assumed_of_gyros(angles) if isinstance(angles, GyroAngles) else ():
         note(assumed)
     answers = _Answers(out, view, plot, package.coefficients.sensor)

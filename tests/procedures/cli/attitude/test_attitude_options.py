@@ -64,7 +64,11 @@ def test_outputs_are_filtered_and_averaged_before_they_become_angles(
     assert len(filtered) == 400
     assert float(filtered[250]["pitch_deg"]) == pytest.approx(5.0, abs=0.01)
     assert filtered[0]["flag"].endswith("filter not settled")
-    averaged = rows_of(call(capsys, "attitude", stored, path, "--average-s", "0.5").out)
+    told = call(capsys, "attitude", stored, path, "--average-s", "0.5")
+    averaged = rows_of(told.out)
+    assert "standard deviations count the noise of one reading" in told.err
+    stated = call(capsys, "attitude", stored, path, "--average-s", "0.5", "--reading-sd-v", "1e-6")
+    assert "the noise of one reading" not in stated.err
     assert [row["time_s"] for row in averaged][:2] == ["0.245", "0.745"]
     assert float(averaged[3]["pitch_deg"]) == pytest.approx(5.0, abs=1e-6)  # ten periods a window
     refused = call(capsys, "attitude", stored, path, "--low-pass-order", "3")
