@@ -34,6 +34,15 @@ IN_HAND = 1.1
 """What is stated scatters from run to run: the choice leaves a tenth in hand."""
 _BLIND = {"quadratic": "q_xx_v_per_g2", "cubic": "k3_v_per_g3"}
 
+_HELPS = {
+    True: (
+        "a better table or one whose errors are listed (index_table), more readings at use (--usage-noise-arcsec) or a "
+        "smaller usage range would help"
+    ),
+    False: "a better table or one whose errors are listed (index_table) would help",
+}
+"""What would, for an angle and for a parameter."""
+
 
 def compare(request: PlanRequest) -> Comparison:
     """Return the candidates compared. Raises: PlanError where none can be made or none reaches the target."""
@@ -100,9 +109,7 @@ def _chosen(request: PlanRequest, candidates: Sequence[Candidate], front: Sequen
         f"plan: a half-width of {wanted:.3g}{unit} of {what} is out of reach: with 10 % in hand the nearest is "
         f"{IN_HAND * nearest.value(target):.3g}{unit} in {nearest.hours:.3g} h ({nearest.points} points, "
         f"{nearest.replications} replications, {nearest.samples} readings), of which the calibration leaves "
-        f"{nearest.calibration_deg:.2g}° of an angle; nothing was written; a better table or one whose "
-        "errors are listed (index_table), more readings at use (--usage-noise-arcsec) or a smaller usage range "
-        "would help"
+        f"{nearest.calibration_deg:.2g}° of an angle; nothing was written; {_HELPS[target.parameter is None]}"
     )
 
 

@@ -76,6 +76,15 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
     if now is not None:
         middle, late = (now + timedelta(seconds=seconds) for seconds in (expected.p50_s, expected.p90_s))
         table.add_row("begun now", f"it ends {_local(middle)} (p50), {_local(late)} (p90)")
+    if (rule := plan.sequential) is not None:
+        least_s = expected.p50_s * rule.least_replications / plan.replications
+        table.add_row(
+            "may end early",
+            Text(
+                f"from {rule.least_replications} of {plan.replications} replications on (about {_time(least_s)}), when "
+                f"U95 of every angle is at most {rule.half_width_deg * ARCSEC_PER_DEG:.3g}″ ([stop])"
+            ),
+        )
     if report.forecast.design is not None:
         _add_figures(table, report, report.forecast.design)
     table.add_row("journal", f"about {report.journal_bytes / 1e6:.1f} MB")

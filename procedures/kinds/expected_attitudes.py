@@ -65,7 +65,12 @@ def forecast_of_design(
     followed = recommendations(plan, believed, sensors)
     return Forecast(
         expected=tuple(_axes(sensors, believed, plan.dwell.samples)),
-        advice=(*(expected.advice for expected in followed if expected.advice), *_advice(plan), *further),
+        advice=(
+            *(expected.advice for expected in followed if expected.advice),
+            *_advice(plan),
+            *_never_enough(plan, sensors),
+            *further,
+        ),
         design=figures,
         angles={serial: sensor.angles for serial, sensor in sensors.items()},
         usage_pitch_deg=usage.pitch_deg,
@@ -175,6 +180,23 @@ def _reservations_of_rig_and_solution(rig: RigDescription, plan: Plan) -> Iterat
             "package and table are solved together, without terms of second and third order: a soft mount of the "
             "sensor is not in the uncertainty; the expected uncertainties are those of each axis by itself"
             f"{f', and hold nothing of {priors}' if priors else ''}"
+        )
+
+
+def _never_enough(plan: Plan, sensors: Mapping[str, ExpectedSensor]) -> Iterator[str]:
+    """Say where ``[stop]`` asks for what all replications together are not expected to reach."""
+    rule = plan.sequential
+    if rule is None:
+        return
+    worst = max(
+        ((angle.u95_deg, serial, name) for serial, sensor in sensors.items() for name, angle in sensor.angles.items()),
+        default=None,
+    )
+    if worst is not None and worst[0] > rule.half_width_deg:
+        yield (
+            f"[stop] half_width_deg = {rule.half_width_deg:g} is not expected to be reached: after all "
+            f"{plan.replications} replications U95 of {worst[2]} of {worst[1]} is {worst[0]:.2g}°, so the run measures "
+            "them all"
         )
 
 

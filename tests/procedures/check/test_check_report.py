@@ -151,6 +151,23 @@ def test_every_part_is_printed(tmp_path: Path):
         assert piece in text, piece
 
 
+@pytest.mark.parametrize(("half_width_deg", "is_foreseen"), [(0.1, True), (1e-6, False)])
+def test_a_rule_to_stop_is_told_and_one_that_is_never_met_too(
+    tmp_path: Path, half_width_deg: float, is_foreseen: bool
+) -> None:
+    from rich.console import Console
+
+    rule = f"[stop]\nhalf_width_deg = {half_width_deg}\nleast_replications = 2\nmost_replications = 5\n"
+    procedure = procedure_file(tmp_path, ("replications = 2\n", ""), more=rule)
+    report = check(rig_file(tmp_path), procedure)
+    with (tmp_path / "out").open("w", encoding="utf-8") as out:
+        Console(width=200, file=out).print(render(report))
+    told = " ".join((tmp_path / "out").read_text(encoding="utf-8").split())
+    assert "may end early from 2 of 5 replications on" in told
+    assert f"at most {half_width_deg * 3600.0:.3g}″ ([stop])" in told
+    assert ("is not expected to be reached: after all 5 replications" in told) is not is_foreseen
+
+
 def test_without_roll_the_check_speaks_of_the_model_without_roll(tmp_path: Path):
     rig = rig_file(
         tmp_path, ('"three-axis package"', '"single-axis package"'), (', y = "dmm.y", z = "dmm.z" }\nnom', " }\nnom")
