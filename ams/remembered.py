@@ -58,6 +58,12 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
     return wrap
 
 
+@remembered(32)
+def known(values: np.ndarray) -> np.ndarray:
+    """Return an array as the one of its content that is handed out: its content is looked at this once."""
+    return values.copy()
+
+
 def _hand_out(found: object) -> None:
     for part in found if isinstance(found, tuple) else (found,):
         if is_dataclass(part):

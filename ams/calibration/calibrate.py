@@ -12,6 +12,8 @@ Axes that share a basis are solved together (:mod:`ams.calibration.columns`); th
 """
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +34,7 @@ from ams.inputs.table_uncertainty import corrected
 from ams.models.drifting import WithTime
 from ams.models.model import Model
 from ams.observations import Observations
+from ams.remembered import known
 from ams.solve.components import components_of
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linearised import linearise
@@ -42,6 +45,7 @@ from ams.solve.whole_plots import visit_warnings, visits_of
 
 _LARGE_CONDITION = 1e4
 _LONGEST_LIST = 8
+_OF_DESIGN = ("replication", "point", "pitch_rad", "roll_rad", "yaw_rad", "time_s", "temperature_degc")
 
 
 def calibrate(observations: Observations, request: CalibrationRequest) -> Calibration:
@@ -54,7 +58,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         SolveError: the iteration of a nonlinear model did not converge.
     """
     refuse_unusable(observations, request)
-    observations = corrected(observations, request.table)
+    observations = _known(corrected(observations, request.table))
     layout = layout_of(observations)
     labels = tuple(request.axes_of(observations))
     base = base_model(labels[0], observations, request)
@@ -94,6 +98,13 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)
+
+
+def _known(rows: Observations) -> Observations:
+    """Return the rows with columns that what depends on the design alone knows without looking at them again."""
+    columns = {name: getattr(rows, name) for name in _OF_DESIGN}
+    seen: dict[str, Any] = {name: known(column) for name, column in columns.items() if column is not None}
+    return replace(rows, **seen)
 
 
 def _steps(

@@ -17,6 +17,7 @@ from ams.models.model import Model, Stimulus
 from ams.models.remounted import is_of_a_mounting
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.observations import Observations
+from ams.remembered import known, remembered
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm, factor, repeated
@@ -109,7 +110,7 @@ def linearise(
         block = _block(model, stimulus, layout) if weights is None and _repeats(stimulus, layout) else None
         if block is not None:
             stimulus, times = _first(stimulus, layout.points), layout.replications
-        basis = model.basis(stimulus) if block is None else block
+        basis = model.basis(stimulus) if block is None else known(block)
         if model.fixed:
             outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
     form = repeated(factor(basis, names, stimulus, weights), times)
@@ -148,8 +149,13 @@ def _block(model: Model, stimulus: Attitude, layout: Layout) -> FloatArray | Non
     """Return the basis of the points where it is the same in every replication."""
     if stimulus.time_s is None and stimulus.temperature_degc is None:
         return model.basis(_first(stimulus, layout.points))
-    basis = model.basis(stimulus)
-    return basis[: layout.points] if _stands_alike(basis, layout) else None
+    return _block_of(model.basis(stimulus), layout.replications)
+
+
+@remembered(16)
+def _block_of(basis: FloatArray, replications: int) -> FloatArray | None:
+    blocks = basis.reshape(replications, -1, basis.shape[1])
+    return blocks[0].copy() if (blocks[1:] == blocks[0]).all() else None
 
 
 def _stands_alike(values: NDArray[Any], layout: Layout) -> bool:

@@ -108,6 +108,7 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         "journal_bytes": report.journal_bytes,
         "advice": list(report.advice),
         "reservations": list(report.forecast.reservations),
+        "remarks": list(report.forecast.remarks),
         "recommendations": [
             {
                 "number": recommendation.number,

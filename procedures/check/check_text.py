@@ -22,6 +22,7 @@ def render(report: CheckReport, now: datetime | None = None) -> "Group":
     """Return everything of the report, to be printed on a rich console; with ``now``, when such a run would end."""
     advice = [Text(f"! {line}", style="yellow") for line in report.advice]
     advice += [Text(f"reservation: {line}", style="yellow") for line in report.forecast.reservations]
+    advice += [Text(f"remark: {line}") for line in report.forecast.remarks]
     expected = _expected(report)
     expected += _recommendations(report)
     steps: list[RenderableType] = [] if report.forecast.design else [_steps(report), ""]

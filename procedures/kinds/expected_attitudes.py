@@ -75,6 +75,7 @@ def forecast_of_design(
         angles={serial: sensor.angles for serial, sensor in sensors.items()},
         usage_pitch_deg=usage.pitch_deg,
         reservations=(*_reservations_of_rig_and_solution(rig, plan), *_foreseen(rig, plan, rows, of_sensor)),
+        remarks=level_remarks(rig),
         recommendations=followed,
     )
 
@@ -172,7 +173,6 @@ def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
 
 def _reservations_of_rig_and_solution(rig: RigDescription, plan: Plan) -> Iterator[str]:
     """Yield what the report will hold against the result whatever the rows are."""
-    yield from level_remarks(rig)
     yield from dict.fromkeys(text for sensor in plan.sensors.values() for text in gravity_warnings(rig, sensor))
     if plan.solve.joint:
         priors = joint_priors_in_words(plan.solve)

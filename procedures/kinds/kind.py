@@ -89,6 +89,8 @@ class Forecast:
     """The pitch range that the angles are judged over."""
     reservations: tuple[str, ...] = ()
     """What the report will hold against the result, however well the run goes."""
+    remarks: tuple[str, ...] = ()
+    """What the report will say beside the result and not hold against it, in the same words."""
     recommendations: tuple[Recommendation, ...] = ()
     """TP's ten, where the kind is one that they are about."""
 

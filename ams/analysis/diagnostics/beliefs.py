@@ -9,7 +9,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.findings import FindingKind
 
 LEVEL: Final = 0.05
-"""Of all tests of a run: where nothing is wrong some test rings in 4.4 to 6 % of the runs, with one axis, three or nine
+"""Of all tests of a run: where nothing is wrong some test rings in 4.2 to 6 % of the runs, with one axis, three or nine
 (756 to 9 000 simulated)."""
 WRONG_DWELL: Final = "wrong dwell"
 LACK_OF_FIT: Final = "lack of fit"

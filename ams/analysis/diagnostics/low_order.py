@@ -76,8 +76,13 @@ def squareness(rows: Observations, nominal_axis: str, primary: FloatArray) -> Fl
     """
     if nominal_axis == "x":
         return np.zeros(rows.rows)
-    across = np.sin(rows.pitch_rad)
-    return np.asarray(across * (primary[2] * np.cos(rows.roll_rad) - primary[3] * np.sin(rows.roll_rad)))
+    return np.asarray(_across(rows.pitch_rad, rows.roll_rad) @ primary[2:4])
+
+
+@remembered(16)
+def _across(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    across = np.sin(pitch_rad)
+    return np.stack([across * np.cos(roll_rad), -across * np.sin(roll_rad)], axis=1)
 
 
 _ZERO: Final = 1e-9

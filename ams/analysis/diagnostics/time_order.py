@@ -14,6 +14,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
+from ams.solve.extension import stands_alike
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 12
@@ -55,6 +56,22 @@ def time_order(evidence: Evidence) -> IntArray:
 @remembered(16)
 def _time_order(time_s: FloatArray | None, rows: int) -> IntArray:
     return np.arange(rows) if time_s is None else np.argsort(time_s, kind="stable")
+
+
+def has_one_order(evidence: Evidence) -> bool:
+    """Return whether every replication visits all points at the same attitudes in the same order."""
+    layout = evidence.layout
+    return stands_alike(evidence.rows, layout) and _has_one_order(
+        time_order(evidence), layout.replication, layout.point, layout.replications
+    )
+
+
+@remembered(16)
+def _has_one_order(order: IntArray, replication: IntArray, point: IntArray, replications: int) -> bool:
+    place, _ = places_in_replication(order, replication, replications)
+    by_point = np.empty((replications, point.size // replications), dtype=np.int64)
+    by_point[replication, point] = place
+    return bool(np.all(by_point == by_point[0]))
 
 
 def parts_of_replications(evidence: Evidence, parts: int) -> IntArray:
@@ -151,6 +168,8 @@ def settling_between(evidence: Evidence) -> Slope:
     Not known where the order of the points never differs.
     """
     grid, size, column = evidence.grid, evidence.left.shape[1], settling(evidence)
+    if has_one_order(evidence):
+        return Slope(*(np.full(size, np.nan) for _ in range(3)))
     left = grid.projected(evidence.on_grid(column[:, None]))[:, 0]
     square = float(left @ left)
     if evidence.sums is None or grid.dof < LEAST_DOF or not square > _LITTLE * float(column @ column):
@@ -228,8 +247,7 @@ def even_drift(basis: FloatArray, left: FloatArray, fitted: FloatArray, time_s: 
     None where the model takes time as it takes the points, so that nothing tells the two apart, and where nothing
     scatters.
     """
-    seconds = time_s - time_s.mean()
-    z = seconds - basis @ np.linalg.lstsq(basis, seconds, rcond=None)[0]
+    seconds, z = _time_left(basis, time_s)
     square, dof = float(z @ z), left.size - basis.shape[1] - 1
     if dof < 1 or not square > _NOTHING_LEFT * float(seconds @ seconds):
         return None
@@ -239,6 +257,13 @@ def even_drift(basis: FloatArray, left: FloatArray, fitted: FloatArray, time_s: 
         return None
     p_value = float(f_tail(np.array(slope**2 * square * dof / squares), 1.0, float(dof)))
     return EvenDrift(slope, p_value, seconds)
+
+
+@remembered(16)
+def _time_left(basis: FloatArray, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (N,) the times about their mean, and what a (N, P) basis leaves of them."""
+    seconds = time_s - time_s.mean()
+    return seconds, seconds - basis @ np.linalg.lstsq(basis, seconds, rcond=None)[0]
 
 
 _NOTHING = 1e-18
