@@ -206,6 +206,9 @@ Near its threshold a fault hurts before a test at 5 % over all tests of a run ca
 OLDER = """
 † {older} cells, computed when every axis had the whole level by itself: their intervals are as they would be now, since
 nothing of the estimate has changed for them, but *named* and *rings* are those of a test at three times the level.
+
+‡ {searched} cells, computed since changes in mid-run and transients are looked for; in the others *named* and *rings* lack
+that search.
 """
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
@@ -262,7 +265,7 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
     )
     older = sum(bool(line.get("older")) for line in lines.values())
     if older:
-        yield OLDER.format(older=older)
+        yield OLDER.format(older=older, searched=sum(bool(line.get("searched")) for line in lines.values()))
     for scene in dict.fromkeys((*REQUIRED, *TABLES, *FURTHER, *BY_ITSELF)):
         rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
         if rows:
@@ -300,6 +303,7 @@ def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
         figures = [*shares, row["named"], row["rings"]]
         word = verdict(row)
         text = (f"**{word}**" if word == "outside" else word) + (" †" if row.get("older") else "")
+        told += " ‡" if row.get("searched") else ""
         fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
         limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
         declared = ", declared" if "declared_arcsec" in row["design"] else ""

@@ -68,7 +68,7 @@ def has_one_order(evidence: Evidence) -> bool:
 
 @remembered(16)
 def _has_one_order(order: IntArray, replication: IntArray, point: IntArray, replications: int) -> bool:
-    place, _ = places_in_replication(order, replication, replications)
+    place, _ = turns_in_replication(order, replication, replications)
     by_point = np.empty((replications, point.size // replications), dtype=np.int64)
     by_point[replication, point] = place
     return bool(np.all(by_point == by_point[0]))
