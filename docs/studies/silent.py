@@ -207,7 +207,7 @@ OLDER = """
 † {older} cells, computed when every axis had the whole level by itself: their intervals are as they would be now, since
 nothing of the estimate has changed for them, but *named* and *rings* are those of a test at three times the level.
 
-‡ {searched} cells, computed since changes in mid-run and transients are looked for; in the others *named* and *rings* lack
+‡ {searched} cells, computed since changes in mid-run and transients are looked for; elsewhere *named* and *rings* lack
 that search.
 """
 WHY: Mapping[str, str] = {
@@ -228,9 +228,9 @@ WHY: Mapping[str, str] = {
     "use-site-gravity": "two parts in a hundred thousand of |f| are within what a reading of 1.65″ allows",
     "two-packages": "the y axis of the sting package is a yaw, of which the model package tells nothing",
     "drift-settling": "below its threshold; it stays in the estimate",
-    "slip-": "below the thresholds of the search between all dwells and of two attitudes visited",
-    "meter-": "below the thresholds of the search between all dwells and of two attitudes visited",
-    "sensor-": "below the thresholds of the search between all dwells and of two attitudes visited",
+    "slip-": "below the threshold of the search between all dwells (‡), or of two attitudes visited (without ‡)",
+    "meter-": "below the threshold of the search between all dwells (‡), or of two attitudes visited (without ‡)",
+    "sensor-": "below the threshold of the search between all dwells (‡), or of two attitudes visited (without ‡)",
     "field-": "what is declared of coil and surroundings is believed: six positions and one coil do not contradict it",
     "drift-in-pitch-order": "time and pitch are the same: the plan is told, not the data",
 }
@@ -303,7 +303,7 @@ def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
         figures = [*shares, row["named"], row["rings"]]
         word = verdict(row)
         text = (f"**{word}**" if word == "outside" else word) + (" †" if row.get("older") else "")
-        told += " ‡" if row.get("searched") else ""
+        text += " ‡" if row.get("searched") else ""
         fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
         limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
         declared = ", declared" if "declared_arcsec" in row["design"] else ""
