@@ -5,7 +5,8 @@ it is handed to the engine at its next look, which journals it. A dead computer 
 only while the engine looks, so whoever waits for it outside learns of a hung or dead run.
 
 An alarm (whatever stands still though nobody asked for it) is told again until somebody acknowledges it, says
-continue, or it is over; after a while others are told as well. A run that has ended cannot ring by itself, so
+continue, or it is over; after a while others are told as well. That a hold which was told is over is told to the same
+people: who was woken need not come. A run that has ended cannot ring by itself, so
 :meth:`AlertDispatcher.ring_out` goes on for it.
 """
 
@@ -39,6 +40,14 @@ class _Alarm:
     is_escalated: bool = False
 
 
+@dataclass(slots=True)
+class _ToldHold:
+    """People know of it, and do not know yet that it is over."""
+
+    since_s: float
+    do_others_know: bool = False
+
+
 class AlertDispatcher:
     """An observer; :meth:`pulse` is the engine's sign of life."""
 
@@ -58,6 +67,7 @@ class AlertDispatcher:
         self._second_folder = second_folder
         self._alarms: dict[str, _Alarm] = {}
         """At most one by what it is of: the state of the run, its lease."""
+        self._told_hold: _ToldHold | None = None
         self._clock = clock
         self._then = then
         self._last: Progress | None = None
@@ -80,13 +90,16 @@ class AlertDispatcher:
         if progress.event == "state":
             is_alarm = is_unasked(progress.state, progress.requested_by)
             self._set_alarm("state", progress if is_alarm else None)
+            if progress.state is State.RUNNING:
+                self._tell_goes_on(progress)
             if progress.state in ALERTED_STATES:
                 text = (
                     f"{self._text(progress)}\ncalrig ack {self._run} ends the repeats."
                     if is_alarm
                     else self._text(progress)
                 )
-                self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message)
+                if self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message):
+                    self._know_of(progress)
         self._then.on_event(progress)
 
     @property
@@ -105,6 +118,25 @@ class AlertDispatcher:
         word = "the lease of a device is lost" if is_lost else "the lease of a device is held again"
         text = self._text(progress) + (self._how_to_end if is_lost else "")
         self._tell(Message(f"calrig: {self._title}: {word}", text), progress.message)
+
+    def _know_of(self, progress: Progress, do_others_know: bool = False) -> None:
+        """Remember a hold that people have been told of."""
+        if progress.state is State.HELD and progress.event == "state":
+            hold = self._told_hold or _ToldHold(self._clock.monotonic_s())
+            hold.do_others_know |= do_others_know
+            self._told_hold = hold
+
+    def _tell_goes_on(self, progress: Progress) -> None:
+        """Tell everybody who was told of a hold that it is over."""
+        if (hold := self._told_hold) is None:
+            return
+        self._told_hold = None
+        held_min = (self._clock.monotonic_s() - hold.since_s) / 60.0
+        text = f"{self._text(progress)}\nThe hold is over, {held_min:.0f} min after it was told."
+        message = Message(f"calrig: {self._title}: goes on", text)
+        self._post(message)
+        if hold.do_others_know and self._settings.escalate is not None:
+            self._post_to(self._settings.escalate, message)
 
     def _set_alarm(self, of: str, progress: Progress | None) -> None:
         self._alarms.pop(of, None)
@@ -151,10 +183,12 @@ class AlertDispatcher:
         if now_s - alarm.said_s >= self._settings.repeat_every_s:
             alarm.said_s = now_s
             self._post(message)
+            self._know_of(alarm.progress)
         others = self._settings.escalate
         if others is not None and not alarm.is_escalated and open_min >= others.after_min:
             alarm.is_escalated = True
             self._post_to(others, Message(f"{message.subject}, unacknowledged", text))
+            self._know_of(alarm.progress, do_others_know=True)
 
     def close(self) -> Sequence[Mapping[str, object]]:
         """Wait for what is under way, at most its deadline; what became of it."""
@@ -166,13 +200,15 @@ class AlertDispatcher:
     def _taken(self) -> list[Mapping[str, object]]:
         return [self._outcomes.popleft() for _ in range(len(self._outcomes))]
 
-    def _tell(self, message: Message, reason: str) -> None:
-        """Post a message unless the same was posted for the same reason a short time ago."""
+    def _tell(self, message: Message, reason: str) -> bool:
+        """Post a message unless the same was posted for the same reason a short time ago; returns whether it was."""
         key, now_s = f"{message.subject}\n{reason}", self._clock.monotonic_s()
         before_s = self._said_s.get(key)
-        if before_s is None or now_s - before_s >= self._settings.least_gap_s:
+        is_new = before_s is None or now_s - before_s >= self._settings.least_gap_s
+        if is_new:
             self._said_s[key] = now_s
             self._post(message)
+        return is_new
 
     def _post(self, message: Message) -> None:
         self._post_to(self._settings, message)

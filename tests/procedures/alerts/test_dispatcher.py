@@ -240,8 +240,31 @@ def test_an_alarm_that_is_known_or_over_rings_no_more(clock: VirtualClock, tmp_p
     _let_pass(dispatcher, clock, 5)
     dispatcher.on_event(word)
     _let_pass(dispatcher, clock, 120)
-    assert (tmp_path / "told.txt").read_text().count("held") == 2, "subject and text of the first message"
+    assert (tmp_path / "told.txt").read_text().count(": held\n") == 1
+    assert "still held" not in (tmp_path / "told.txt").read_text()
     assert not (tmp_path / "others.txt").exists()
+
+
+RUNS = Progress("state", State.RUNNING, 3, 24, 1, 2, None, None, "")
+
+
+def test_whoever_was_told_of_a_hold_is_told_that_the_run_goes_on(clock: VirtualClock, tmp_path: Path) -> None:
+    """Who was woken at two need not drive in; who was not told of the hold is not told of its end either."""
+    dispatcher = _escalating(clock, tmp_path, least_gap_s=7200.0)
+    dispatcher.on_event(RUNS)
+    dispatcher.on_event(HOLD)
+    _let_pass(dispatcher, clock, 31)
+    dispatcher.on_event(Progress("state", State.CHECKING, 3, 24, 1, 2, None, None, ""))
+    dispatcher.on_event(RUNS)
+    for _ in range(2):  # the same hold again is too soon to be told, and so is its end
+        dispatcher.on_event(HOLD)
+        clock.sleep(60.0)
+        dispatcher.on_event(RUNS)
+    dispatcher.close()
+    for name in ("told.txt", "others.txt"):
+        told = (tmp_path / name).read_text()
+        assert told.count("calrig: night: goes on\n\nrunning 3/24") == 1, told
+        assert "The hold is over, 31 min after it was told." in told
 
 
 def test_a_run_that_ended_in_a_trip_rings_on_until_others_are_told(clock: VirtualClock, tmp_path: Path) -> None:
