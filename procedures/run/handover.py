@@ -86,7 +86,10 @@ def _next(run_dir: Path, state: State, cause: str, held_before: str) -> str:
     if state in (State.STOPPED, State.INTERRUPTED):
         before = f"it was held before. {advice(held_before).replace('RUN', str(run_dir))} " if held_before else ""
         return f"{before}calrig resume {run_dir}"
-    return f"calrig solve {run_dir}" if state is State.FINISHED else "this run has ended; begin a new one"
+    if state is not State.FINISHED:
+        return "this run has ended; begin a new one"
+    is_solved = read_verdict(run_dir) is not None
+    return f"{'nothing, it is solved; what is missing is made by ' if is_solved else ''}calrig solve {run_dir}"
 
 
 def _held_before(events: Sequence[Event]) -> str:

@@ -126,6 +126,7 @@ def jog(
         if is_reading:
             document["positions_deg"] = _positions(opened)
             document["readings"] = _readings(opened, samples, wait)
+            document["moving"] = _moving(opened, document["positions_deg"])
         _tell(document, json)
         if live:
             _follow(opened, samples, wait)
@@ -270,6 +271,24 @@ def _stopped(opened: Rig, axis: str | None) -> dict[str, Any]:
 
 def _positions(opened: Rig) -> dict[str, float]:
     return {name: device.state().position_deg for name, device in opened.axes.items()}
+
+
+def _moving(opened: Rig, before_deg: dict[str, float]) -> list[str]:
+    """Tell of every axis that did not stand while the channels were read, such as one that a dead process left turning.
+
+    The machine's word alone is not enough: some have none for a rotation.
+    """
+    moving = []
+    for name, device in opened.axes.items():
+        state = device.state()
+        turned_deg = state.position_deg - before_deg[name]
+        if state.is_moving or abs(turned_deg) > device.arrival_tolerance_deg:
+            moving.append(name)
+            note(
+                f"{name}: moves: {turned_deg:+.4f}° while the channels were read, which are of no one attitude;"
+                " calrig jog --stop stops it"
+            )
+    return moving
 
 
 def _readings(opened: Rig, samples: int, wait: Wait) -> dict[str, dict[str, float | int | None]]:

@@ -155,6 +155,7 @@ def test_the_handover_is_one_page_that_names_state_doubts_and_what_to_do(small: 
 
 def test_the_handover_of_a_finished_run_tells_its_verdict_and_no_end_to_come(whole: Path) -> None:
     assert "verdict " not in handover(whole)
+    assert f"next       calrig solve {whole}\n" in handover(whole)
     rows = [{"sensor": "SN1", "verdict": "not usable"}, {"sensor": "SN2", "verdict": "usable"}]
     document = {"trust": "unusable", "sentence": "There is no result to use for one sensor.", "sensors": rows}
     (whole / "verdict.json").write_text(json.dumps(document), encoding="utf-8")
@@ -167,6 +168,7 @@ def test_the_handover_of_a_finished_run_tells_its_verdict_and_no_end_to_come(who
     ):
         assert said in page
     assert "\nends " not in page
+    assert "next       nothing, it is solved; what is missing is made by calrig solve " in page
 
 
 def test_what_a_result_lacks_is_listed_and_what_contradicts_the_day_is_refused(small: Bench) -> None:

@@ -1,6 +1,7 @@
 """Laws of jogging by command: the limits of the rig hold, the machine must be homed, and a refusal moves nothing."""
 
 import os
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from table_bench import rig_file
 from turning_rig import SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from rig.clock import ScaledClock
+from rig.description.read import read_rig
 from rig.lines.lock import acquire
 
 BY_HAND = (
@@ -97,6 +99,24 @@ def test_a_rate_is_measured_and_ends_at_rest(turning_bench: Path, capsys: pytest
     assert call(capsys, *roll, "--rate", 24.5, "--for", 1).status == 2
     again = call(capsys, "jog", "--rig", turning_bench, "--samples", 2, "--json").document
     assert again["positions_deg"]["roll"] == pytest.approx(outcome["position_deg"], abs=0.001), "it stands"
+
+
+def test_readings_of_an_axis_that_somebody_left_turning_say_so(
+    turning_bench: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By bytes of another program, as a dead process leaves it: bare voltages would pass for those of an attitude."""
+    look = ("jog", "--rig", turning_bench, "--read", "--samples", 2, "--json")
+    assert call(capsys, *look).document["moving"] == []
+    host, port = read_rig(turning_bench).axes["roll"].port.removeprefix("socket://").rsplit(":", 1)
+    with socket.create_connection((host, int(port)), timeout=10.0) as other:
+        other.sendall(b"/1 1 move vel 655\n")  # 0.2°/s in the stage's unit, 1.6384 × microsteps a second
+        other.recv(100)
+    told = call(capsys, *look)
+    assert told.document["moving"] == ["roll"]
+    assert "roll: moves: +" in told.err
+    assert "calrig jog --stop stops it" in told.err
+    assert call(capsys, "jog", "--rig", turning_bench, "--stop", "--json").status == 0
+    assert call(capsys, *look).document["moving"] == []
 
 
 def test_a_stop_sees_the_axes_stand(turning_bench: Path, capsys: pytest.CaptureFixture[str]) -> None:
