@@ -85,8 +85,8 @@ class Supervisor:
                     raise
                 except RigError as error:
                     axis.is_silent = True
-                    is_one_line = bool(axis.line) and axis.line == moving.line
-                    if is_one_line and moving.is_under_way and isinstance(error, DeviceSilent | LinkLost):
+                    shares_line = bool(axis.line) and axis.line == moving.line
+                    if shares_line and moving.is_under_way and isinstance(error, DeviceSilent | LinkLost):
                         raise
 
     def expect_motion(self, starting: "SupervisedAxis") -> None:
