@@ -31,7 +31,7 @@ from procedures.cli.attitude.source import REMEDIES, Named, OfGyros, OfSamples, 
 from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
 from procedures.cli.attitude.tally import TalliedRows
 from procedures.cli.attitude.untested import (
-    SD_OF_ONE_READING,
+    SD_OF_A_READING,
     WatchedOutputs,
     assumed_gravity,
     assumed_of_gyros,
@@ -159,7 +159,7 @@ def attitude(
     if isinstance(watched, WatchedOutputs):
         note(assumed_gravity(package))
     if reading_sd_v is None and (before.average_s, before.low_pass_hz) != (None, None) and not package.senses_rates:
-        note(SD_OF_ONE_READING)
+        note(SD_OF_A_READING)
     for assumed in assumed_of_gyros(angles) if isinstance(angles, GyroAngles) else ():
         note(assumed)
     answers = _Answers(out, view, plot, package.coefficients.sensor)

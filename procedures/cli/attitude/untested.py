@@ -18,7 +18,7 @@ from ams.inference.rates import GyroAngles
 LEAST_ROWS: Final = 20
 """Fewer say nothing of an output that does not change."""
 _NEAR_SD: Final = 5.0
-SD_OF_ONE_READING: Final = (
+SD_OF_A_READING: Final = (
     "standard deviations count the noise of one reading, as the calibration saw it: how much less an average or a "
     "filtered output has depends on how the noise goes on from sample to sample; --reading-sd-v states its own"
 )
