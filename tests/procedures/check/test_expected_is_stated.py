@@ -121,6 +121,7 @@ def test_what_check_expects_of_a_rig_is_what_its_runs_state(tmp_path: Path) -> N
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("number", range(SCENES))
 def test_every_parameter_of_thirty_rigs_is_expected_within_a_fifth(number: int, tmp_path: Path) -> None:
     ratios = _ratios(number, SEEDS, tmp_path)
