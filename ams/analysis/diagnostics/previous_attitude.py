@@ -12,7 +12,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.temperature import sensed
-from ams.analysis.diagnostics.time_order import LEAST_DOF, has_one_order, time_order
+from ams.analysis.diagnostics.time_order import LEAST_DOF, order_repeats, time_order
 from ams.arrays import FloatArray
 from ams.statistics.distributions import f_tail
 
@@ -30,7 +30,7 @@ def turned_from(evidence: Evidence, output: int) -> FloatArray:
 
 def between_replications(evidence: Evidence, grid: GridResiduals, column: FloatArray) -> Tested | None:
     """Test one output beside the effects of points and replications; None where the order never differs."""
-    if has_one_order(evidence):
+    if order_repeats(evidence):
         return None
     left = grid.projected(evidence.on_grid(column[:, None]))[:, 0]
     square, dof = float(left @ left), grid.dof - 1

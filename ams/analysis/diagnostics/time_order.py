@@ -58,19 +58,19 @@ def _time_order(time_s: FloatArray | None, rows: int) -> IntArray:
     return np.arange(rows) if time_s is None else np.argsort(time_s, kind="stable")
 
 
-def has_one_order(evidence: Evidence) -> bool:
+def order_repeats(evidence: Evidence) -> bool:
     """Return whether every replication visits all points at the same attitudes in the same order."""
     layout = evidence.layout
-    return stands_alike(evidence.rows, layout) and _has_one_order(
+    return stands_alike(evidence.rows, layout) and _order_repeats(
         time_order(evidence), layout.replication, layout.point, layout.replications
     )
 
 
 @remembered(16)
-def _has_one_order(order: IntArray, replication: IntArray, point: IntArray, replications: int) -> bool:
-    place, _ = turns_in_replication(order, replication, replications)
+def _order_repeats(order: IntArray, replication: IntArray, point: IntArray, replications: int) -> bool:
+    turn, _ = turns_in_replication(order, replication, replications)
     by_point = np.empty((replications, point.size // replications), dtype=np.int64)
-    by_point[replication, point] = place
+    by_point[replication, point] = turn
     return bool(np.all(by_point == by_point[0]))
 
 
@@ -168,7 +168,7 @@ def settling_between(evidence: Evidence) -> Slope:
     Not known where the order of the points never differs.
     """
     grid, size, column = evidence.grid, evidence.left.shape[1], settling(evidence)
-    if has_one_order(evidence):
+    if order_repeats(evidence):
         return Slope(*(np.full(size, np.nan) for _ in range(3)))
     left = grid.projected(evidence.on_grid(column[:, None]))[:, 0]
     square = float(left @ left)
