@@ -20,6 +20,7 @@ from ams.solve.mixed_model import (
     common_of_points,
     from_common,
     joined_columns,
+    lack_of_fit,
     row_variance,
     weighted_estimator,
 )
@@ -91,7 +92,7 @@ def expected_estimates(
     estimator = weighted_estimator(form, row_variances if joined else [], joined if is_weighted else [])
     parts = [_spread(estimator, alone, believed, plots, weights)]
     if found.variance.any():
-        parts.append(_lack_of_fit(estimator, layout, found))
+        parts.append(lack_of_fit(estimator, layout, found.variance, found.dof, None))
     parts += from_common(form, estimator, common)
     return MixedEstimates(
         ordinary.T, tuple(parts), estimator, believed.precision, found.variance, ordinary, ss_ordinary, None
@@ -158,10 +159,3 @@ def _spread(
         covariance = noise.covariance
     moved = np.sum(response @ drift @ np.swapaxes(response, -1, -2), axis=-3)
     return ComponentColumns(plots.name, covariance + moved, dof)
-
-
-def _lack_of_fit(estimator: FloatArray, layout: Layout, found: Scatter) -> ComponentColumns:
-    flat = estimator.reshape(-1, layout.rows)
-    by_point = layout.sum_by_point(flat.T).T.reshape(*estimator.shape[:-1], layout.points)
-    squares = by_point @ np.swapaxes(by_point, -1, -2)
-    return ComponentColumns("lack-of-fit", found.variance[:, None, None] * squares, found.dof)

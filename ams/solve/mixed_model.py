@@ -97,7 +97,7 @@ def estimate(
     estimator, found = _weighted(form, outputs, ordinary, row_variances, joined if is_weighted else [])
     components = [_spread(estimator, form, alone, layout, alone_v, sums, plots)]
     if beyond.any():
-        components.append(_lack_of_fit(estimator, layout, beyond, beyond_dof, sums.point_effects))
+        components.append(lack_of_fit(estimator, layout, beyond, beyond_dof, sums.point_effects))
     components += from_common(form, estimator, common)
     return MixedEstimates(found.T, tuple(components), estimator, precision, beyond, ordinary, ss_ordinary, sums)
 
@@ -327,13 +327,14 @@ def _response(estimator: FloatArray, alone: LinearForm, departures: FloatArray, 
     return np.asarray(np.moveaxis(effects, 1, 2).reshape(effects.shape[0], effects.shape[2], -1))
 
 
-def _lack_of_fit(
-    estimator: FloatArray, layout: Layout, variance: FloatArray, dof: FloatArray, point_effects: FloatArray
+def lack_of_fit(
+    estimator: FloatArray, layout: Layout, variance: FloatArray, dof: FloatArray, point_effects: FloatArray | None
 ) -> ComponentColumns:
+    """Return the component of what points have of their own; its causes where the effects of points are measured."""
     flat = estimator.reshape(-1, layout.rows)
     by_point = layout.sum_by_point(flat.T).T.reshape(*estimator.shape[:-1], layout.points)
     squares = by_point @ np.swapaxes(by_point, -1, -2)
-    causes = Causes(by_point, np.sqrt(variance), point_effects)
+    causes = None if point_effects is None else Causes(by_point, np.sqrt(variance), point_effects)
     return ComponentColumns("lack-of-fit", variance[:, None, None] * squares, dof, causes)
 
 

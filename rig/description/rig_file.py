@@ -20,6 +20,8 @@ from rig.description.device_settings import (
     StreamSettings,
 )
 from rig.description.interlocks import Interlocks
+from rig.description.mount import SENSOR_AXES as SENSOR_AXES
+from rig.description.mount import Mount as Mount
 from rig.description.signal_chain import Chain
 from rig.description.twin_truth import AxisTruth as AxisTruth
 from rig.description.twin_truth import AxisTwin as AxisTwin
@@ -30,18 +32,8 @@ from rig.description.twin_truth import TwinSection as TwinSection
 from rig.description.twin_truth import TwinStream as TwinStream
 from rig.toml_file import StrictTable, as_tuple
 
-SENSOR_AXES = ("x", "y", "z")
 PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,63}$")]
-
-
-def _signed(name: str, axis: str) -> int:
-    return 0 if name[1] != axis else (1 if name[0] == "+" else -1)
-
-
-def _determinant(rows: list[list[int]]) -> int:
-    (a, b, c), (d, e, f), (g, h, i) = rows
-    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
 class RigSection(StrictTable):
@@ -82,22 +74,6 @@ class Standard(StrictTable):
     uncertainty_v: NotNegative | None = None
     uncertainty_degc: NotNegative | None = None
     uncertainty_ohm: NotNegative | None = None
-
-
-class Mount(StrictTable):
-    """How the package sits on the table: which table axis each body axis points along."""
-
-    x: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+x"
-    y: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+y"
-    z: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "+z"
-    datum: str = ""
-
-    @model_validator(mode="after")
-    def _right_handed_permutation(self) -> "Mount":
-        rows = [[_signed(name, axis) for axis in SENSOR_AXES] for name in (self.x, self.y, self.z)]
-        if _determinant(rows) != 1:
-            raise ValueError("mount must be a right-handed signed permutation of x, y and z")
-        return self
 
 
 class SensorTemperature(StrictTable):
