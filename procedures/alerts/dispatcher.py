@@ -41,7 +41,7 @@ class _Alarm:
 
 
 @dataclass(slots=True)
-class _ToldHold:
+class _ReportedHold:
     """People know of it, and do not know yet that it is over."""
 
     since_s: float
@@ -67,7 +67,7 @@ class AlertDispatcher:
         self._second_folder = second_folder
         self._alarms: dict[str, _Alarm] = {}
         """At most one by what it is of: the state of the run, its lease."""
-        self._told_hold: _ToldHold | None = None
+        self._reported_hold: _ReportedHold | None = None
         self._clock = clock
         self._then = then
         self._last: Progress | None = None
@@ -122,15 +122,15 @@ class AlertDispatcher:
     def _know_of(self, progress: Progress, do_others_know: bool = False) -> None:
         """Remember a hold that people have been told of."""
         if progress.state is State.HELD and progress.event == "state":
-            hold = self._told_hold or _ToldHold(self._clock.monotonic_s())
+            hold = self._reported_hold or _ReportedHold(self._clock.monotonic_s())
             hold.do_others_know |= do_others_know
-            self._told_hold = hold
+            self._reported_hold = hold
 
     def _tell_goes_on(self, progress: Progress) -> None:
         """Tell everybody who was told of a hold that it is over."""
-        if (hold := self._told_hold) is None:
+        if (hold := self._reported_hold) is None:
             return
-        self._told_hold = None
+        self._reported_hold = None
         held_min = (self._clock.monotonic_s() - hold.since_s) / 60.0
         text = f"{self._text(progress)}\nThe hold is over, {held_min:.0f} min after it was told."
         message = Message(f"calrig: {self._title}: goes on", text)
