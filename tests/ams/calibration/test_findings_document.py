@@ -133,8 +133,9 @@ def test_a_set_stands_at_the_reference_time_and_never_extrapolates_the_drift() -
     np.testing.assert_allclose(found, axis.primary[0] + force @ k, rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", list(FORMATS))
+@pytest.mark.parametrize("kind", sorted(set(FORMATS) - {"imucal"}))
 def test_every_format_takes_a_set_with_a_time_term(kind: str) -> None:
+    """imucal takes triads alone, and says so of these two axes."""
     rows = soft_and_drifting()
     made = build_set(calibrate(rows, CalibrationRequest(time_term=True, extended="no")), provenance())
     assert FORMATS[kind].to_bytes(made)
