@@ -130,6 +130,7 @@ def _clock_of(connection: Connection, now_utc: datetime) -> tuple[datetime, time
 
 
 def _is_free(row: Row[Any], holder: Holder, now: datetime, apart: timedelta) -> bool:
+    # Who has the locks of the folder that it was taken under knows that its holder is dead: a resume waits for nobody.
     if row.token == holder.token or (holder.place and row.place == holder.place):
         return True
     return bool(row.lapses_utc + apart <= now)

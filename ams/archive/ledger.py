@@ -62,6 +62,7 @@ def tell(
     connection: Connection, utc: datetime, kind: str, written: Sequence[Written], detail: Mapping[str, Json]
 ) -> Head:
     """Append one record of rows that are there already; return the new head."""
+    # Read under the writers' lock, which begins with the transaction: two records after one would fork the chain.
     last = head(connection)
     rows: list[Json] = [list(_row_record(part.table, row)) for part in written for row in part.rows]
     text = canonical_bytes({**detail, "rows": rows}).decode("utf-8")

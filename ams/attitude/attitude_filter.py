@@ -1,8 +1,8 @@
 """The Kalman filter over a stream: gyro, specific force and, where there is one, the magnetic field, row by row.
 
 What spoils a row is kept out of the state and marked: a rate that is not a number is bridged by the last one, its
-uncertainty growing with the gap; a force or field that is not a number is left out; one that does not agree with the
-estimate (a package that accelerates, a magnet nearby) is left out, and so is what follows within ``hold_off_s``,
+uncertainty growing with the gap; a force or field that is not a number is left out, and so is one that does not agree
+with the estimate (a package that accelerates, a magnet nearby); of forces also what follows within ``hold_off_s``,
 because a stretch of acceleration passes through values that look like gravity. Row n holds the attitude at sample n;
 between samples the rate runs straight. Arrays are channel-first.
 """
@@ -183,6 +183,7 @@ class AttitudeFilter:
     def _correct_by_force(self, force: Triple) -> tuple[int, float]:
         code, innovation = FORCE_MISSING, float("nan")
         if _is_finite(force):
+            # While it is held off a gate that nothing passes keeps the state, and the innovation still renews the wait.
             is_held_off = self._row <= self._rejected_until
             innovation = weigh(self._state, force, self._force, -1.0 if is_held_off else self.settings.gate)
             code = 0

@@ -127,6 +127,7 @@ class RateScan:
         missing = self._missing[self._given : until]
         bridged = self._bridged + np.cumsum(missing)
         self._quaternion, self._bridged = path[:, -1], int(bridged[-1])
+        # Three stay beside the one that waits: the last interval of a stream is of the cubic through its last four.
         dropped = max(until - 3, 0)
         self._rates, self._missing = self._rates[:, dropped:], self._missing[dropped:]
         self._given = until - dropped

@@ -99,6 +99,7 @@ class LowPassedAngles:
         assert self._clock.interval_s is not None
         settings = self.wish.at(1.0 / self._clock.interval_s)
         self._filter = LowPassStream(settings)
+        # Rows keep their own times, so the delay that is taken off is whole samples: less than half of one stays.
         self._delay = round(delay_s(settings) * settings.sample_rate_hz)
         self._settling = settling_samples(settings) + 1
         return self._filter
@@ -125,6 +126,7 @@ class LowPassedAngles:
             for name, values in both.items()
             if name != _HELD
         }
+        # Whether the filter still holds a gap goes with its answer; whether a reading was missing, with the row itself.
         transient = both[_HELD][late].astype(np.uint64) & np.uint64(flag_codes.TRANSIENT)
         transient |= both[_HELD][:ready].astype(np.uint64) & np.uint64(flag_codes.FILTER_BRIDGED)
         self._kept = {name: values[ready:] for name, values in both.items()}

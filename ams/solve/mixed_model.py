@@ -217,6 +217,7 @@ def weighted_estimator(
     """Return the estimator, (m, P, N) where errors are common: weights for (N,) own variances and those errors."""
     if not joined:
         return form.estimator
+    # Common errors are alike in every repeat: the weights are those of one block, each row with the variance of a mean.
     basis = form.basis[: joined[0].shape[0]]
     of_block = _generalised(basis, np.stack(row_variances)[:, : basis.shape[0]], np.stack(joined))
     return np.tile(of_block / form.repeats, form.repeats)

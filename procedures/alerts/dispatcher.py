@@ -73,6 +73,7 @@ class AlertDispatcher:
         self._last: Progress | None = None
         self._said_s: dict[str, float] = {}
         self._progress_s = self._beat_s = clock.monotonic_s()
+        # The first heartbeat is due at once: from then on its absence means something to whoever waits for it.
         self._beat_s -= settings.heartbeat_every_s
         self._threads: list[Thread] = []
         self._outcomes: deque[Mapping[str, object]] = deque()

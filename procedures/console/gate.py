@@ -102,6 +102,7 @@ class Gate:
             await self._app(scope, receive, guarded)
 
     def _refusal(self, scope: Scope) -> Response | None:
+        # The name first: what was bent to this machine is of its own site to a browser, and passes all that follows.
         headers = Headers(scope=scope)
         is_socket = scope["type"] == "websocket"
         is_act = not is_socket and scope["method"] == "POST"
@@ -116,6 +117,7 @@ class Gate:
         if ((is_socket or is_act) and origins not in same_origin) or (origins and origins not in same_origin):
             return PlainTextResponse("calrig console: asked by a page of another site\n", 403)
         is_open = scope["path"] in OPEN and not is_socket
+        # A link that is followed from a mail is cross-site to a browser: the ways in stand before that is looked at.
         if is_open and not is_act:
             return None
         if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):

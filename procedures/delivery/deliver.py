@@ -127,6 +127,7 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     Only a finished run leaves sets; any run leaves a page and a paper.
     """
     crash_point(CrashPoint.SOLVED)
+    # The archive before the page, which shows as found and as left as the archive has them; the paper is the page.
     parts = _Parts()
     built = parts.made("set", lambda: sets_of(run)) if run.is_finished else {}
     sets: Mapping[str, CoefficientSet] = built or {}

@@ -35,6 +35,7 @@ class MotionLease:
     def answer(self, seen_s: float | None = None) -> None:
         """Renew the lease: who asked was there at that moment, or is now. A lease that is over stays over."""
         if not self.why_over():
+            # What waited in buffers counts from its question, not from its arrival, and may come after a newer one.
             seen_s = self._clock.boottime_s() if seen_s is None else seen_s
             self._answered_until_s = max(self._answered_until_s, seen_s + self._patience_s)
 

@@ -19,6 +19,8 @@ _ATTEMPTS = 10
 def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
     """Own the run while inside. Raises: RequestError naming the process that owns it."""
     clock = clock or SystemClock()
+    # Opened without emptying it: a refusal reads out of it who owns the run. Never removed: a lock on a removed file is
+    # one that nobody else meets.
     with open(run_dir / OWNER_FILE, "a+", encoding="utf-8") as file:
         if not file_lock.take(file, clock, _ATTEMPTS):
             raise RequestError(

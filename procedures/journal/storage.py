@@ -11,15 +11,11 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import apsw
 
 from ams.whole_file import sync_folder
 from procedures.errors import JournalError, StorageFailed
-
-if TYPE_CHECKING:
-    import apsw
 
 JOURNAL_FILE = "journal.sqlite"
 APPLICATION_ID = 0x63616C72
@@ -81,6 +77,7 @@ def put_under_name(new_file: Path, path: Path) -> None:
     """Rename and sync the folder: the name appears with the whole content. Raises: StorageFailed."""
     try:
         os.rename(new_file, path)
+        # The name stands in the folder: a power cut may take it back from one that was not synced.
         sync_folder(path.parent)
     except OSError as error:
         raise StorageFailed(f"{path}: cannot be made: {error.strerror}; nothing moved; check the folder") from error
@@ -98,6 +95,8 @@ def open_for_reading(path: Path) -> apsw.Connection:
 
 def _reading_uri(path: Path) -> str:
     """Return the URI to read a journal by; one at rest in a folder that may not be written is read as it lies."""
+    # In WAL mode SQLite makes a -shm even to read. Where it may not, it opens a file only if told that nobody writes to
+    # it, and would then read past a -wal file.
     at_rest = not path.with_name(path.name + "-wal").exists() and not os.access(path.parent, os.W_OK)
     return path.resolve().as_uri() + ("?immutable=1" if at_rest else "?mode=ro")
 
@@ -164,7 +163,8 @@ class CommittedCount:
         try:
             handle = os.open(self.path, os.O_WRONLY | os.O_CREAT | _AS_IT_IS, 0o644)
             try:
-                # In one go where the system can.
+                # In one go where the system can. Without a second fsync a dwell: the rows are on the disk by their own,
+                # and a count that lags behind them accuses no journal.
                 content = line.ljust(_COUNT_LENGTH - 1).encode() + b"\n"
                 if hasattr(os, "pwrite"):
                     os.pwrite(handle, content, 0)

@@ -152,6 +152,7 @@ class LearnedTimes:
         would_take_s = p50_s + self._apart_s(
             {name: (part_sums[1], part_sums[2]) for name, part_sums in sums.items()}, together_s2
         )
+        # The longest of n runs is exceeded by one new run in n + 1, whatever their spread: rank i is i / (n + 1).
         ranked_s = np.quantile(would_take_s, (0.5, 0.9), method="weibull")
         is_ranked = self.runs >= FEWEST_RANKED
         return float(ranked_s[0]), float(ranked_s[1] if is_ranked else max(late_s, ranked_s[0])), found

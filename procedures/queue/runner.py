@@ -86,6 +86,7 @@ class Runner:
 
     def step(self) -> Queue:
         """Do what is next; returns the queue as it was found. Raises: ProcedureError."""
+        # Also while another runs: people hear that a window is over when it is, not when that run has ended.
         queue, now_utc = self.store.read(), self.clock.now_utc()
         for item in queue.in_state(ItemState.WAITING):
             if item.is_late(now_utc):

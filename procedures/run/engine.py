@@ -271,6 +271,8 @@ class _Engine:
                     alarm = lost_link(error)
                     raise TrustLost(alarm.cause, alarm.reason) from error
                 except RequestRefused as error:
+                    # A device that lost its home refuses every move, and to home it mends that; the answer of one that
+                    # has its home is changed by no repetition.
                     if self._has_home():
                         raise
                     raise TrustLost("home", str(error)) from error
@@ -301,6 +303,7 @@ class _Engine:
             for outcome in read_outcomes(self._progress_log.folder, second_folder):
                 self._progress_log.event(ALERTED, outcome)
             forget_outcomes(self._progress_log.folder, second_folder)
+            # A stop that was meant for the process that died must not end the one that takes its run up.
             self._wait.discard_pending(owned_since(self._progress_log.folder))
             if start.state in ACTIVE and self._history.epoch > 1:
                 self._enter_interrupted()

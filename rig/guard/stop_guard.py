@@ -177,6 +177,8 @@ class StopGuard:
         start = {"record": str(self._record), "rig": self._rig, "folder": folder, "ring": self._ring}
         ours, theirs = socket.socketpair()
         with theirs:
+            # Without environment and site-packages nothing that is installed beside can delay or break it; in a session
+            # of its own Ctrl-C and a terminal that closes reach the engine alone.
             self._process = subprocess.Popen(  # noqa: S603  our own file, by the interpreter that runs this
                 [sys.executable, "-I", "-S", str(PROCESS), str(theirs.fileno()), json.dumps(start)],
                 pass_fds=[theirs.fileno()],
@@ -229,6 +231,7 @@ class StopGuard:
                         "the stop guard stopped the axes at once", by or "somebody without a name"
                     )
         silent_s = now_s - self._heard_s
+        # It answers beats alone: after a pause of ours its silence says nothing.
         if self._channel is None or silent_s <= FROZEN_S or now_s - self._beaten_s >= DEAF_S / 2.0:
             return
         if self._process is not None and state_of(self._process.pid) == "T":
@@ -242,6 +245,7 @@ class StopGuard:
             self._channel.close()
             self._channel = None
         if self._process is not None:
+            # A frozen one would hold its copies of the lines, and so keep everybody from ports that open but once.
             self._process.kill()
             self._process.wait()
         self._trouble = GuardLost(

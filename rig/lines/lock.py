@@ -86,6 +86,7 @@ def acquire(
     Raises: RigBusy naming the owner of the first one that is held; then none is kept.
     """
     clock = clock or SystemClock()
+    # Of several names of one port the first by alphabet is told, in whatever order they come: later ones replace.
     names = {identity_of(resource): canonical(resource) for resource in sorted(resources, reverse=True)}
     with ExitStack() as held:
         for identity, name in sorted(names.items()):

@@ -200,6 +200,7 @@ class SupervisedAxis:
         """As of the axis. Raises also: MotionBreach."""
         self._axis.check_target(target_deg)
         self._before_start()
+        # Expected before it is sent: a start that raises may have been heard, and only what is under way is stopped.
         self._expect(expecting_move(self._watched, target_deg, self.speed_dps))
         self._start(lambda: self._axis.start_move(target_deg))
 
@@ -316,6 +317,7 @@ class SupervisedAxis:
         if isinstance(self._watched.task, Unknown | Stopping):
             self.look()
         self._supervisor.look_at_others(self, only_unknown=True)
+        # Last: a look may wait for a silent line, and who asked for a stop meanwhile is heeded before a byte goes.
         self._supervisor.expect_motion(self)
 
     def _expect(self, watched: Watched) -> None:

@@ -55,6 +55,7 @@ class Chance:
             if key is None:
                 key = self._keys[source] = _hash(f"{self.seed}|{source}", 16)
             now = self._announcement
+            # From the second word on: the lowest counts the blocks that one address has given.
             words = (now.step % _WORD, _hash(now.phase, 8), now.attempt % _WORD)
             counter = sum(word << 64 * index for index, word in enumerate(words, start=1))
             running = self._running[source] = _normals(np.random.Generator(np.random.Philox(key=key, counter=counter)))

@@ -159,6 +159,7 @@ def _largest(
 
     ``along``: what each dwell adds, in the order of time.
     """
+    # A change lasts to the end: each place has one dwell more than the one after it, so all places cost one sum.
     after = np.cumsum(along[: paths.first - 1 : -1])[::-1][: paths.squares.shape[0]]
     size = paths.squares[:, 0] if weights is None else paths.squares @ weights
     least = _NOTHING * float(size.max())
@@ -170,6 +171,7 @@ def _largest(
         beyond = float(f_tail(share * (dof - 1) / (1.0 - share), 1.0, float(dof - 1)))
         crossing = (1.0 - share) ** (0.5 * dof - 1.0) / np.pi
         p_value = beyond + paths.travelled * crossing
+        # The way of one pattern with itself is kept with the design; that under the outputs' weights is not.
         if weights is not None and p_value < _WORTH_IT:
             p_value = beyond + _travelled(size, paths.overlaps @ weights) * crossing
     return Change(what, output, index + paths.first, min(1.0, p_value), float(explained[index]))
