@@ -42,17 +42,8 @@ def assemble_view(
     ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
     ``past``: what the archive says of the sensors.
     """
-    known, findings = past or Past(), run_findings(record)
-    sensors = tuple(
-        replace(
-            _as_the_run_is(_sensor_view(record, name, sensor, solved.get(name), index), findings),
-            adjustment=known.adjustments.get(name),
-            history=known.histories.get(name),
-            signed=known.signed.get(name),
-        )
-        for index, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
-        if only in (None, name)
-    )
+    findings = run_findings(record)
+    sensors = _sensor_views(record, solved, past or Past(), findings, only)
     labels = _labels(record, sensors)
     dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
     counts = _counts(record)
@@ -96,6 +87,26 @@ def assemble_view(
         hashes=record.hashes,
         versions=record.versions,
         missing=() if record.is_simulated else missing_in(record.events),
+    )
+
+
+def _sensor_views(
+    record: RunRecord,
+    solved: Mapping[str, SolvedSensor],
+    known: Past,
+    findings: Sequence[Finding],
+    only: str | None,
+) -> tuple[SensorView, ...]:
+    """Return every sensor, or ``only`` that one, with what the run as a whole and the archive say of it."""
+    return tuple(
+        replace(
+            _as_the_run_is(_sensor_view(record, name, sensor, solved.get(name), index), findings),
+            adjustment=known.adjustments.get(name),
+            history=known.histories.get(name),
+            signed=known.signed.get(name),
+        )
+        for index, (name, sensor) in enumerate(record.plan.sensors.items(), start=1)
+        if only in (None, name)
     )
 
 

@@ -14,10 +14,9 @@ Whatever happens, the rig is brought to its safe state and the journal gets its 
 import os
 import platform
 import traceback
-from collections import deque
-from collections.abc import Mapping
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
 from procedures.journal.alert_record import EVENT as ALERTED
@@ -34,7 +33,7 @@ from procedures.journal.location import location_of
 from procedures.journal.owner import owned_since
 from procedures.journal.spool import Spool
 from procedures.plan.plan import Plan
-from procedures.records.progress import LEASE, RunObserver, SilentObserver
+from procedures.records.progress import RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
@@ -43,6 +42,7 @@ from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import RECONNECT, TrustLost
 from procedures.run.judgement.history import History, read_history
 from procedures.run.progress_log import ProgressLog
+from procedures.run.pulse import RunPulse
 from procedures.run.services import RunServices
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import UNASKED, explain
@@ -103,29 +103,13 @@ def run(
     Raises: nothing that a device, a disk or an operator can cause; a defect of ours passes on after the safe stop.
     """
     history, services = history or History((), 1, None, None), services or RunServices()
-    done = sum(dwell.accepted and dwell.purpose == "design" for dwell in history.dwells)
-    rejected = sum(not dwell.accepted for dwell in history.dwells)
-    counts = (done, rejected, len(plan.design_dwells), plan.replications)
-    progress_log = ProgressLog(journal, rig.clock, observer or SilentObserver(), start.state, counts)
-
-    unwritten: deque[tuple[str, Mapping[str, object]]] = deque()
-
-    gaps = GapWatch(rig.clock, lambda: {name: counts.silent for name, counts in rig.link_counts().items()})
-
-    def pulse() -> float:
-        if (gap := gaps.look()) is not None:
-            progress_log.event("held_up", {"gap_s": round(gap.gap_s, 1), "text": gap.text})
-        unwritten.extend((ALERTED, outcome) for outcome in services.pulse())
-        unwritten.extend((LEASE, progress_log.tell_lease(news)) for news in services.lease_news())
-        with suppress(StorageFailed):  # what became of an alert or a lease ends no run; a dwell that finds no room does
-            while unwritten:
-                progress_log.event(*unwritten[0])
-                unwritten.popleft()
-        live.look()
-        return watchdogs.feed()
-
+    progress_log = ProgressLog(
+        journal, rig.clock, observer or SilentObserver(), start.state, _counts_so_far(plan, history)
+    )
     watchdogs, person_clock = Watchdogs(rig, progress_log.event), idle_clock or SystemClock()
     live = LiveFile(progress_log.folder, person_clock)
+    gaps = GapWatch(rig.clock, lambda: {name: counts.silent for name, counts in rig.link_counts().items()})
+    pulse = RunPulse(progress_log, services, gaps, live, watchdogs)
     steering = Steering(
         spool,
         rig.clock,
@@ -151,18 +135,26 @@ def run(
             raise
         finally:
             live.remove()
-            left = [outcome for kind, outcome in unwritten if kind == ALERTED]  # what its disk took no more
-            keep_outcomes(progress_log.folder, services.second_folder, left)
-        if outcome.state is State.INTERRUPTED:
-            words = LastWords(outcome.reason, rig.clock.now_utc())
-            keep_last_words(progress_log.folder, services.second_folder, words)
-        if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
-            page = explain(
-                progress_log.folder, outcome.reason, outcome.positions_deg, services.second_folder, outcome.cause
-            )
-            if page is not None and page.parent != progress_log.folder:
-                return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
-        return outcome
+            keep_outcomes(progress_log.folder, services.second_folder, pulse.unwritten_alerts)
+        return _explained(outcome, progress_log.folder, services.second_folder, rig.clock)
+
+
+def _counts_so_far(plan: Plan, history: History) -> tuple[int, int, int, int]:
+    """Return dwells of the design done, dwells rejected, dwells of the design planned, replications planned."""
+    done = sum(dwell.accepted and dwell.purpose == "design" for dwell in history.dwells)
+    rejected = sum(not dwell.accepted for dwell in history.dwells)
+    return done, rejected, len(plan.design_dwells), plan.replications
+
+
+def _explained(outcome: Outcome, folder: Path, second_folder: Path | None, clock: Clock) -> Outcome:
+    """Leave the last words and the page of an ending that nobody asked for; the outcome says where, if elsewhere."""
+    if outcome.state is State.INTERRUPTED:
+        keep_last_words(folder, second_folder, LastWords(outcome.reason, clock.now_utc()))
+    if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
+        page = explain(folder, outcome.reason, outcome.positions_deg, second_folder, outcome.cause)
+        if page is not None and page.parent != folder:
+            return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
+    return outcome
 
 
 def _closed(journal: Journal, engine: "_Engine") -> Outcome:

@@ -14,6 +14,8 @@ sys.path.insert(0, str(ROOT / "docs"))
 from house import BEGIN, PAGE, circle_in, drawing, imported_by_name, read_house, redraw, tree_of  # noqa: E402
 
 OWN = ("ams", "rig", "procedures")
+LONGEST_FILE, LONGEST_BODY = 400, 50
+"""Lines; what is longer has a seam at which it is divided."""
 LATER = {
     # ours: what one command of several needs, and the facade whose names load at their first use
     "procedures.jog_screen.session": {"procedures/cli/bench/jog.py"},
@@ -123,6 +125,23 @@ def test_every_room_says_what_is_in_it(house):
 @pytest.fixture(scope="module")
 def trees(house) -> dict[str, ast.Module]:
     return {path.relative_to(ROOT).as_posix(): tree_of(path) for path in house.files.values()}
+
+
+def test_files_and_bodies_stay_short(house, trees):
+    files = [path for path in house.files.values() if len(path.read_text(encoding="utf-8").splitlines()) > LONGEST_FILE]
+    bodies = [
+        f"{path}: {node.name}"
+        for path, tree in trees.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and _body_lines(node) > LONGEST_BODY
+    ]
+    assert (files, bodies) == ([], [])
+
+
+def _body_lines(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """Return how many lines a body has without its docstring."""
+    body = function.body[1 if ast.get_docstring(function) is not None else 0 :]
+    return (function.end_lineno or 0) - body[0].lineno + 1 if body else 0
 
 
 def test_nothing_else_is_imported_inside_a_function(trees):

@@ -138,23 +138,25 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         quantity = name.removeprefix(DRIFT_OF)
         moved = f" by {drifts[quantity]} (largest less smallest)" if quantity in drifts else ""
         return f"{quantity} changed from replication to replication{moved}; {drift_is}"
-    sentences: dict[str, Callable[[], str]] = {
-        WRONG_DWELL: lambda: (
-            "more than a tenth of the dwells stand out from their replications: this is no matter of single dwells but "
-            "of an unsteady sensor, channel or supply; look at the noise of the channel before the result is used"
-        ),
+    sentences = {
+        **_of_residuals(test, scale, has_table=has_table),
+        **_of_order(test, scale, drift_is),
+        **_of_temperature(test, scale),
+    }
+    return sentences[name]()
+
+
+def _of_residuals(test: BeliefTest, scale: Scale, *, has_table: bool) -> dict[str, Callable[[], str]]:
+    """Return what is said of residuals that repeat, stand out, or show the table."""
+    return {
         LACK_OF_FIT: lambda: (
-            f"the residuals repeat from replication to replication: lack of fit, {scale.words(size)} (standard "
+            f"the residuals repeat from replication to replication: lack of fit, {scale.words(test.size)} (standard "
             f"deviation over the attitudes)"
             f"{', more than the table’s index errors explain' if has_table else ''}; {_CONTAINED}"
         ),
-        OVER_TIME: lambda: (
-            f"the offset drifts with time by {scale.words(abs(size))} an hour, evenly from replication to replication; "
-            f"{drift_is}; a time term in the solution ([solve] time_term) tells it"
-        ),
-        AUTOCORRELATION: lambda: (
-            f"a dwell knows of the dwell before it: correlation {size:.2g} inside the replications; the output wanders "
-            "or has not settled; a longer settling time or a random order makes dwells independent"
+        WRONG_DWELL: lambda: (
+            "more than a tenth of the dwells stand out from their replications: this is no matter of single dwells but "
+            "of an unsteady sensor, channel or supply; look at the noise of the channel before the result is used"
         ),
         ROBUST: lambda: (
             f"a robust fit, which gives little weight to dwells that stand out, is {_robust_words(test, scale)} from "
@@ -162,35 +164,54 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
             "channel"
         ),
         SQUARENESS: lambda: (
-            f"the axes of the table are not at right angles: {_two(np.rad2deg(abs(size)) * ARCSEC_PER_DEG)}″ ± "
+            f"the axes of the table are not at right angles: {_two(np.rad2deg(abs(test.size)) * ARCSEC_PER_DEG)}″ ± "
             f"{_two(np.rad2deg(2.0 * test.uncertainty) * ARCSEC_PER_DEG)}″, which this output sees at high pitch; "
             "predictions hold part of it: have the table looked at, or solve package and table together ([solve] "
             "joint = true with a prior of squareness)"
         ),
+    }
+
+
+def _of_order(test: BeliefTest, scale: Scale, drift_is: str) -> dict[str, Callable[[], str]]:
+    """Return what is said of outputs that know of time, or of the dwells before them."""
+    return {
+        OVER_TIME: lambda: (
+            f"the offset drifts with time by {scale.words(abs(test.size))} an hour, evenly from replication to "
+            f"replication; {drift_is}; a time term in the solution ([solve] time_term) tells it"
+        ),
+        AUTOCORRELATION: lambda: (
+            f"a dwell knows of the dwell before it: correlation {test.size:.2g} inside the replications; the output "
+            "wanders or has not settled; a longer settling time or a random order makes dwells independent"
+        ),
         TURNED_FROM: lambda: _turned_text(test, scale, ""),
         TURNED_FROM_ALIKE: lambda: _turned_text(test, scale, ", alike in every replication"),
         SETTLING: lambda: (
-            f"the output settles at the start of every replication: {scale.words(abs(size))} at its first dwell, over "
-            "after about a quarter of its dwells; alike in each, it is in offset and sensitivities and not in the "
+            f"the output settles at the start of every replication: {scale.words(abs(test.size))} at its first dwell, "
+            "over after about a quarter of its dwells; alike in each, it is in offset and sensitivities and not in the "
             "stated uncertainties: warm up and settle longer before the first dwell, leave the first dwells out, or "
             'draw the order of the points anew for every replication (order = "random")'
         ),
+    }
+
+
+def _of_temperature(test: BeliefTest, scale: Scale) -> dict[str, Callable[[], str]]:
+    """Return what is said of outputs that follow a temperature, and of how they follow the chamber's."""
+    return {
         BY_POINT: lambda: _temperature_text(test, scale, "in step with the points, alike in every replication"),
         BY_POINT_GAIN: lambda: _temperature_text(test, scale, "with its sensitivity, alike in every replication"),
         BY_REPLICATION: lambda: _temperature_text(test, scale, "from replication to replication"),
         LAG: lambda: (
-            f"lag against the chamber: the sensor is not as warm as the record: after heating and after cooling its "
-            f"output is still on the way, "
-            f"by {scale.words(size)} (root mean square), as with a time constant of about {test.uncertainty:g} h; soak "
-            "longer, or measure the temperature in the sensor; temperature coefficients are not to be trusted"
+            "lag against the chamber: the sensor is not as warm as the record: after heating and after cooling its "
+            f"output is still on the way, by {scale.words(test.size)} (root mean square), as with a time constant of "
+            f"about {test.uncertainty:g} h; soak longer, or measure the temperature in the sensor; temperature "
+            "coefficients are not to be trusted"
         ),
         CURVATURE: lambda: (
-            f"quadratic in temperature: offset or sensitivity bend by {scale.words(size)} (root mean square), which a "
-            "straight line over temperature does not have; use the result near the temperatures measured, or solve "
-            "with terms of second order ([solve] temperature_order = 2)"
+            f"quadratic in temperature: offset or sensitivity bend by {scale.words(test.size)} (root mean square), "
+            "which a straight line over temperature does not have; use the result near the temperatures measured, or "
+            "solve with terms of second order ([solve] temperature_order = 2)"
         ),
     }
-    return sentences[name]()
 
 
 def _of_table_limit(test: BeliefTest, limit: TableLimit, *, is_significant: bool) -> Finding:

@@ -162,23 +162,7 @@ def attitude(
         note(SD_OF_A_READING)
     for assumed in assumed_of_gyros(angles) if isinstance(angles, GyroAngles) else ():
         note(assumed)
-    answers = _Answers(out, view, plot, package.coefficients.sensor)
-    if wiring is not None:
-        _require_channels(found, wiring)
-        with opened_stream(wiring, for_s) as blocks:
-            _answer_stream(lambda writer_of: answer_blocks(found, writer_of, blocks), answers)
-    elif data is None or data == "-":
-        _answer_stream(lambda writer_of: answer_stream(found, writer_of, sys.stdin.buffer), answers)
-    elif is_line(data):
-        with opened_source(data) as source:
-            _answer_stream(lambda writer_of: answer_stream(found, writer_of, source), answers)
-    elif view:
-        raise RequestError(
-            "--view: shows rows as they arrive: DATA is then -, socket://… or udp://…, or --rig and --stream are given;"
-            " nothing was read"
-        )
-    else:
-        _answer_file(found, Path(data), answers)
+    _answer_all(found, data, wiring, for_s, _Answers(out, view, plot, package.coefficients.sensor))
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
     for remark in remarks_on_rest(angles) if isinstance(angles, GyroAngles) else ():
@@ -323,6 +307,28 @@ class _Answers:
             taken = ViewedRows(self.sensor, Console(), SystemClock(), taken)
         assert taken is not None
         return taken if self.plot is None else PlottedRows(self.sensor, self.plot, taken)
+
+
+def _answer_all(
+    found: AngleStream, data: str | None, wiring: StreamWiring | None, for_s: float | None, answers: _Answers
+) -> None:
+    """Answer every row of where rows come from: a rig's stream, standard input, a socket or a file."""
+    if wiring is not None:
+        _require_channels(found, wiring)
+        with opened_stream(wiring, for_s) as blocks:
+            _answer_stream(lambda writer_of: answer_blocks(found, writer_of, blocks), answers)
+    elif data is None or data == "-":
+        _answer_stream(lambda writer_of: answer_stream(found, writer_of, sys.stdin.buffer), answers)
+    elif is_line(data):
+        with opened_source(data) as source:
+            _answer_stream(lambda writer_of: answer_stream(found, writer_of, source), answers)
+    elif answers.view:
+        raise RequestError(
+            "--view: shows rows as they arrive: DATA is then -, socket://… or udp://…, or --rig and --stream are given;"
+            " nothing was read"
+        )
+    else:
+        _answer_file(found, Path(data), answers)
 
 
 def _answer_stream(answering: Callable[[WriterOf], None], answers: _Answers) -> None:

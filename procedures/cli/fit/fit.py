@@ -1,6 +1,7 @@
 """``calrig fit``: from observations in a file to coefficients, by every model there is; no rig needed."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -159,7 +160,7 @@ def fit(
     if (prior or mount) and not joint:
         raise RequestError("--prior and --mount: belong to --joint, which is missing")
     wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description)
-    try:
+    with _refusals_name(file):
         if joint:
             stated = check_joint(request, description)
             document = fit_jointly(file, form, columns, stated, parse_priors(prior), mount, wish)
@@ -168,18 +169,30 @@ def fit(
             document = _linear(file, form, columns, request, wish)
         else:
             document = _solved(file, form, columns, request, wish, reference, description, monte_carlo)
-    except DesignError as error:
-        sentence = str(error)
-        raise DesignError(sentence if sentence.startswith(str(file)) else f"{file}: {sentence}") from None
-    if json:
-        print_json(document)
-    else:
-        for line in (*axes_lines(document["axes"]), *(joint_lines(document) if joint else ())):
-            say(line)
+    _show(document, as_json=json, is_joint=joint)
     if description is None and name in FIELDS and FIELDS[name].convention == "TP":
         note("the table's own index errors are not in these uncertainties; --rig RIG brings them in")
     if wish is not None:
         note(f"coefficient set: {wish.path}")
+
+
+@contextmanager
+def _refusals_name(file: Path) -> Iterator[None]:
+    """Let every refusal of a design begin with the file whose rows it is about. Raises: DesignError."""
+    try:
+        yield
+    except DesignError as error:
+        sentence = str(error)
+        raise DesignError(sentence if sentence.startswith(str(file)) else f"{file}: {sentence}") from None
+
+
+def _show(document: dict[str, Any], *, as_json: bool, is_joint: bool) -> None:
+    """Print the result as its document, or as lines of text."""
+    if as_json:
+        print_json(document)
+        return
+    for line in (*axes_lines(document["axes"]), *(joint_lines(document) if is_joint else ())):
+        say(line)
 
 
 def _solved(
