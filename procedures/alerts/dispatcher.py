@@ -10,6 +10,7 @@ people: who was woken need not come. A run that has ended cannot ring by itself,
 :meth:`AlertDispatcher.ring_out` goes on for it.
 """
 
+import socket
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from procedures.alerts.settings import AlertSettings, Escalation
 from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver, SilentObserver, line_of
 from procedures.records.states import State, is_unasked
 from rig.clock import Clock
+from rig.plain_text import one_line
 
 ALERTED_STATES = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
 """At once. That a run has finished is told when it is known what it came to: :meth:`AlertDispatcher.tell_end`."""
@@ -59,12 +61,17 @@ class AlertDispatcher:
         then: RunObserver,
         run: str = "RUN",
         second_folder: str = "",
+        rig: str = "",
     ) -> None:
-        """``run``: what a person gives the command that acknowledges. ``second_folder``: of the page that says why."""
+        """``run``: what a person gives the command that acknowledges. ``second_folder``: of the page that says why.
+
+        ``rig``: its name; empty where it is not known.
+        """
         self._settings = settings
         self._title = title
         self._run = run
         self._second_folder = second_folder
+        self._bench_sentence = bench_sentence(rig)
         self._alarms: dict[str, _Alarm] = {}
         """At most one by what it is of: the state of the run, its lease."""
         self._reported_hold: _ReportedHold | None = None
@@ -215,6 +222,8 @@ class AlertDispatcher:
         self._post_to(self._settings, message)
 
     def _post_to(self, whom: AlertSettings | Escalation, message: Message) -> None:
+        """Every message says in the end which bench it is of: one telephone hears of several."""
+        message = Message(message.subject, f"{message.text}\n{self._bench_sentence}")
         deadline_s = self._settings.deadline_s
         if whom.command:
             self._send(message.subject, lambda: by_command(whom.command, message, deadline_s))
@@ -261,10 +270,16 @@ class AlertDispatcher:
         self._outcomes.append({"what": what, "failed": without_secrets(failure, self._settings.secrets)})
 
 
+def bench_sentence(rig: str) -> str:
+    """Say of which rig and of which computer a message is."""
+    computer = f"on the computer {one_line(socket.gethostname())}"
+    return f"Rig: {one_line(rig)}, {computer}." if rig else f"It comes from calrig {computer}."
+
+
 def tell_people(
-    settings: AlertSettings, clock: Clock, title: str, word: str, text: str
+    settings: AlertSettings, clock: Clock, title: str, word: str, text: str, rig: str = ""
 ) -> Sequence[Mapping[str, object]]:
     """Tell what no run can tell, since there is none; returns what became of it, at the latest after the deadline."""
-    dispatcher = AlertDispatcher(settings, title, clock, SilentObserver())
+    dispatcher = AlertDispatcher(settings, title, clock, SilentObserver(), rig=rig)
     dispatcher.tell_end(word, text)
     return dispatcher.close()

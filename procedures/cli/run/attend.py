@@ -78,7 +78,7 @@ def attended(opening: Opening, alerts: Path | None, run: Path) -> Iterator[Atten
             yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
         folder = second_folder()
-        dispatcher, pulse = _dispatcher_and_pulse(opening.title, alerts, run, folder / run.name, opened)
+        dispatcher, pulse = _dispatcher_and_pulse(opening, alerts, run, folder / run.name, opened)
         services = RunServices(
             pulse=pulse, begun=begun, second_folder=folder, enough=sufficient, ring=ring_command(run, alerts)
         )
@@ -101,12 +101,14 @@ def _screen(run: Path, opened: ExitStack) -> RunObserver:
 
 
 def _dispatcher_and_pulse(
-    title: str, alerts: Path | None, run: Path, folder: Path, opened: ExitStack
+    opening: Opening, alerts: Path | None, run: Path, folder: Path, opened: ExitStack
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = read_alerts(alerts) if alerts is not None else default_alerts()
-    refusal = opened.enter_context(awake(title))
+    refusal = opened.enter_context(awake(opening.title))
     screen = _screen(run, opened)
-    dispatcher = AlertDispatcher(settings or AlertSettings(), title, SystemClock(), screen, str(run), str(folder))
+    dispatcher = AlertDispatcher(
+        settings or AlertSettings(), opening.title, SystemClock(), screen, str(run), str(folder), opening.rig
+    )
     opened.callback(lambda: _tell_last(run, dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
 

@@ -33,6 +33,8 @@ class Opening:
     """In virtual time nobody is told."""
     is_over: bool = False
     """The engine tells, or has told."""
+    rig: str = ""
+    """Its name; empty before the rig file was read."""
 
 
 @contextmanager
@@ -52,10 +54,10 @@ def _tell(begins: Opening, alerts: Path | None, error: Exception) -> None:
     is_begun = begins.run is not None and (begins.run / JOURNAL).exists()
     run = f"The run is {begins.run}." if is_begun else "There is no run yet."
     text = f"{sentence_of(error)}\n{run} Nobody was at a terminal to read this."
-    tell_whom_it_concerns(begins.title, "not begun", text, alerts)
+    tell_whom_it_concerns(begins.title, "not begun", text, alerts, begins.rig)
 
 
-def tell_whom_it_concerns(title: str, word: str, text: str, alerts: Path | None = None) -> None:
+def tell_whom_it_concerns(title: str, word: str, text: str, alerts: Path | None = None, rig: str = "") -> None:
     """Tell the people of a file of alerts, or of the user's own; whom it did not reach is told here."""
     try:
         settings = read_alerts(alerts) if alerts is not None else default_alerts()
@@ -63,7 +65,7 @@ def tell_whom_it_concerns(title: str, word: str, text: str, alerts: Path | None 
         note(f"nobody was told: {wrong}")
         return
     if settings is not None:
-        for outcome in tell_people(settings, SystemClock(), title, word, text):
+        for outcome in tell_people(settings, SystemClock(), title, word, text, rig):
             if outcome["failed"]:
                 note(outcome_sentence(outcome))
 

@@ -22,6 +22,7 @@ from procedures.records.states import ACTIVE, State
 from procedures.run.ending import DIED
 from procedures.run.stop_page import explain
 from rig.clock import SystemClock
+from rig.errors import DescriptionError
 from rig.system_parts import present
 
 DEAF = present("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP")
@@ -40,12 +41,12 @@ def ring(run: Path, /, *, record: str, alerts: Alerts = None) -> None:
         signal.signal(number, signal.SIG_DFL)
     guarded, folder = json.loads(record), second_folder()
     sentence, stopped_utc = guard_sentence(guarded), datetime.fromisoformat(guarded["stopped_utc"])
-    title, last_progress = _last_progress(run, sentence)
+    title, rig, last_progress = _last_progress(run, sentence)
     settings: AlertSettings | None = None
     try:
         settings = read_alerts(alerts) if alerts is not None else default_alerts()
     finally:  # the page also where the file of alerts is wrong; people first, then the disk
-        words = (title, SystemClock(), SilentObserver(), str(run), str(folder / run.name))
+        words = (title, SystemClock(), SilentObserver(), str(run), str(folder / run.name), rig)
         dispatcher = AlertDispatcher(settings or AlertSettings(), *words)
         if last_progress.state is State.FINISHED:
             dispatcher.tell_end("finished, and nothing delivered", f"{sentence}\ncalrig solve {run} delivers it.")
@@ -57,13 +58,13 @@ def ring(run: Path, /, *, record: str, alerts: Alerts = None) -> None:
     ring_out(run, dispatcher)
 
 
-def _last_progress(run: Path, sentence: str) -> tuple[str, Progress]:
-    """Return the run's title and where its journal has it stand: what goes on there was interrupted."""
+def _last_progress(run: Path, sentence: str) -> tuple[str, str, Progress]:
+    """Return title, rig and where the journal has the run stand: what goes on there was interrupted."""
     try:
         stands = status(run)
         with JournalReader.open(run) as reader:
-            title = reader.header.title
-    except ProcedureError:
-        return run.name, Progress("state", State.INTERRUPTED, 0, 0, 0, 0, None, None, sentence)
+            title, rig = reader.header.title, reader.rig.rig.name
+    except (ProcedureError, DescriptionError):
+        return run.name, "", Progress("state", State.INTERRUPTED, 0, 0, 0, 0, None, None, sentence)
     state = State.INTERRUPTED if stands.state in ACTIVE else stands.state
-    return title, replace(progress_of("state", stands, sentence), state=state)
+    return title, rig, replace(progress_of("state", stands, sentence), state=state)

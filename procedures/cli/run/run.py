@@ -94,7 +94,9 @@ def run(
         Do all of it on twins of that very rig, in virtual time; no port is opened.
     """
     with opening(procedure.stem, alerts, is_virtual=rehearse) as begins:
-        described, procedure_description = read_rig(rig), read_procedure(procedure)
+        described = read_rig(rig)
+        begins.rig = described.rig.name
+        procedure_description = read_procedure(procedure)
         performed = described.all_on_twins() if rehearse else described
         begins.is_virtual = isinstance(choose_clock(performed), VirtualClock)
         past = archive_of(out, archive, is_simulated=performed.is_simulated)
@@ -178,7 +180,7 @@ def resume(
     """
     folder = run_in_state(run, out, RESUMABLE, "resumed")
     with opening(folder.name, alerts, folder) as begins:
-        begins.title, begins.is_virtual = title_and_time(folder)
+        begins.title, begins.rig, begins.is_virtual = title_rig_and_time(folder)
         state = status(folder).state
         if operator is None and state in ANSWERED_FOR:
             raise RequestError(
@@ -220,11 +222,11 @@ def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> Non
         read_alerts(alerts)
 
 
-def title_and_time(folder: Path) -> tuple[str, bool]:
-    """Title of a run, and whether it runs in virtual time. Raises: JournalError."""
+def title_rig_and_time(folder: Path) -> tuple[str, str, bool]:
+    """Title of a run, name of its rig, and whether it runs in virtual time. Raises: JournalError."""
     with JournalReader.open(folder) as reader:
-        clock = choose_clock(rig_from_json(reader.header.rig_json))
-        return reader.header.title, isinstance(clock, VirtualClock)
+        described = rig_from_json(reader.header.rig_json)
+        return reader.header.title, described.rig.name, isinstance(choose_clock(described), VirtualClock)
 
 
 def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: Attendance, *, json: bool) -> int:

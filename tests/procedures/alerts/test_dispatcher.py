@@ -1,6 +1,7 @@
 """Alerts: who is told what, once; a slow or dead server never holds the run; the heartbeat stops with the engine."""
 
 import http.server
+import socket
 import sys
 import threading
 from collections.abc import Iterator, Mapping
@@ -12,8 +13,8 @@ from small_run import bench
 
 from ams.errors import WriteFailed
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command
-from procedures.alerts.dispatcher import MOST_UNDER_WAY, AlertDispatcher
-from procedures.alerts.settings import AlertSettings, read_alerts
+from procedures.alerts.dispatcher import MOST_UNDER_WAY, AlertDispatcher, tell_people
+from procedures.alerts.settings import AlertSettings, Escalation, read_alerts
 from procedures.errors import ExitStatus, StorageFailed
 from procedures.journal.corrections import is_acknowledged
 from procedures.journal.journal import Journal
@@ -65,6 +66,28 @@ def test_an_alarm_says_where_the_page_is_also_where_the_disk_of_the_run_takes_no
     assert (
         "The folder runs/night holds why.txt and why.html; where its disk takes nothing, /var/emergency/night does."
     ) in text.read_text()
+
+
+def test_one_telephone_of_several_benches_hears_which_bench_and_which_computer(
+    clock: VirtualClock, tmp_path: Path
+) -> None:
+    """Also what others are told, and what is told of a run that there is not."""
+    desk, others = tmp_path / "desk.txt", tmp_path / "others.txt"
+    settings = AlertSettings(
+        command=(sys.executable, "-c", WRITES, str(desk)),
+        escalate=Escalation(after_min=0.5, command=(sys.executable, "-c", WRITES, str(others))),
+    )
+    dispatcher = AlertDispatcher(settings, "night", clock, SilentObserver(), rig="bench 2")
+    dispatcher.on_event(HOLD)
+    dispatcher.close()
+    clock.sleep(60.0)
+    dispatcher.pulse()
+    dispatcher.close()
+    here = f"on the computer {socket.gethostname()}."
+    for told in (desk, others):
+        assert told.read_text().endswith(f"\nRig: bench 2, {here}\n")
+    tell_people(settings, clock, "night", "not begun", "no file")
+    assert desk.read_text().endswith(f"no file\nIt comes from calrig {here}\n")
 
 
 def test_states_that_need_nobody_are_not_told(clock: VirtualClock, tmp_path: Path) -> None:

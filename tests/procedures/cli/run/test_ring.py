@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -100,6 +101,7 @@ def test_fault_89_a_run_whose_process_is_killed_or_frozen_while_an_axis_moves_ri
         assert text.startswith("calrig: small grid: interrupted\n\ninterrupted 0/24 · stop guard, ")
         assert f"{cause} while " in text
         assert "every axis was told to stop" in text
+        assert f"\nRig: bench of twins, on the computer {socket.gethostname()}." in text
         assert f"calrig ack {night.run.resolve()} ends the repeats" in text
         assert escalated.startswith("calrig: small grid: still interrupted, unacknowledged\n")
         assert read_guard_record(night.run) is not None
