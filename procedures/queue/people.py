@@ -2,12 +2,14 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Literal, get_args
 
-from procedures.errors import RequestError
+from procedures.errors import ProcedureError, RequestError
+from procedures.journal.corrections import acknowledge, is_acknowledged
 from procedures.queue.state import OVER, Item, ItemState, Queue, Source
 from procedures.queue.store import Change, QueueStore
 from rig.description.rig_file import RigDescription
@@ -126,20 +128,37 @@ def attest(store: QueueStore, by: str, mounted: Mapping[str, str]) -> Queue:
 
 
 def decide(store: QueueStore, number: int, choice: str, reason: str, by: str) -> Queue:
-    """Say what becomes of an item that was not finished. Raises: RequestError."""
+    """Say what becomes of an item that was not finished; then somebody knows of its alarm. Raises: RequestError."""
     _require_name("decide", by)
     if choice not in get_args(Choice):
         raise RequestError(f"queue decide: got {choice!r}, allowed are {', '.join(get_args(Choice))}")
     if not reason.strip():
         raise RequestError("queue decide: needs a reason; nothing was decided; give --reason")
 
+    run = ""
+
     def decided(queue: Queue) -> Change:
+        nonlocal run
         item = _require(queue, number, (ItemState.UNDECIDED,), "decide")
         if choice == "resume" and not item.run:
             raise RequestError(f"queue decide: item {number} has no run that could be resumed; take again, or drop")
+        run = item.run
         return "decide", {"item": number, "choice": choice, "reason": reason, "by": by}
 
-    return store.change(decided)
+    queue = store.change(decided)
+    if run:
+        _end_alarm(Path(run), by, f"decided in the queue: {choice}, {reason}")
+    return queue
+
+
+def _end_alarm(run: Path, by: str, text: str) -> None:
+    """Acknowledge how a run ended: whoever decides what becomes of it knows.
+
+    Where its journal takes nothing its process tells people until others were told, and the queue waits and says so.
+    """
+    with suppress(ProcedureError):
+        if not is_acknowledged(run):
+            acknowledge(run, by, text, via="queue")
 
 
 def _require(queue: Queue, number: int, states: Sequence[ItemState], act: str) -> Item:

@@ -34,6 +34,8 @@ class Look:
     """As the journal tells it; INTERRUPTED where nobody runs it and it has not ended."""
     reason: str = ""
     by: str = ""
+    has_ended: bool = False
+    """Its run has ended unfinished and the rig is given back; what still lives of it delivers and tells people."""
     was_busy: bool = False
     """Nothing began because somebody else has the rig."""
     said: str = ""
@@ -108,7 +110,7 @@ class Runner:
             if queue.attestation is not None and not item.run:
                 self.world.note(look.run, queue.attestation)
             self._add(queue, "began", {"item": item.number, "run": str(look.run)})
-        elif look.is_alive:
+        elif look.is_alive and not look.has_ended:
             return
         elif look.run is None:
             reason = look.said or "its process ended before a run began"

@@ -19,7 +19,7 @@ from procedures.alerts.reader import read_by_us
 from procedures.errors import ProcedureError, RequestError
 from procedures.journal.announced_folder import announced_folder
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.owner import is_owned
+from procedures.journal.owner import is_owned, owned_since
 from procedures.journal.run_list import RunList
 from procedures.journal.spool import ask
 from procedures.journal.standing import derived_state
@@ -27,6 +27,7 @@ from procedures.queue.people import source_of
 from procedures.queue.runner import Look
 from procedures.queue.state import Attestation, Item
 from procedures.queue.words import mounted_words
+from procedures.records.states import ACTIVE, State
 from rig import file_lock
 from rig.clock import Clock
 from rig.description.read import read_rig
@@ -39,6 +40,8 @@ COMMAND = (sys.executable, "-m", "procedures.cli.main")
 BUSY_WORDS = "in use by"
 _CHECK_S = 600.0
 _ATTEMPTS = 10
+UNFINISHED = frozenset(State) - {*ACTIVE, State.FINISHED}
+"""A run that ended so needs a decision, though its process may still deliver what there is and ring."""
 
 
 @dataclass
@@ -69,9 +72,10 @@ class RigWorld:
         return checked(Path(item.procedure.path), Path(item.rig.path), Path(item.out), self.command)
 
     def busy(self, item: Item) -> str:
-        """Return who has the rig file."""
-        owner = owner_of(item.rig.path)
-        return "" if owner is None else str(owner)
+        """Return who has the rig file, or that an earlier process of the item has not ended yet."""
+        if (owner := owner_of(item.rig.path)) is not None:
+            return str(owner)
+        return "an earlier process of the item, which has not ended yet" if self._is_locked(item) else ""
 
     def start(self, item: Item, by: str) -> None:
         """Start its run; what it says goes to the item's log."""
@@ -96,7 +100,8 @@ class RigWorld:
         detail = {} if entered is None else entered.detail
         state = derived_state(written, is_alive=is_owned_now)
         reason, by = str(detail.get("reason", "")), str(detail.get("by", ""))
-        return Look(is_alive or is_owned_now, run, state, reason, by)
+        has_ended = not is_owned_now and written in UNFINISHED and _was_owned_since_its_start(item, run)
+        return Look(is_alive or is_owned_now, run, state, reason, by, has_ended)
 
     def is_stopped_by_something(self, item: Item) -> bool:
         try:
@@ -157,6 +162,12 @@ class RigWorld:
             if (header.procedure_sha256, header.rig_sha256) == (item.procedure.sha256, item.rig.sha256):
                 return run.path
         return None
+
+
+def _was_owned_since_its_start(item: Item, run: Path) -> bool:
+    """Whether the process that was started last has had its run: what the journal tells is of that process then."""
+    owned_utc = owned_since(run)
+    return owned_utc is not None and item.started_utc is not None and owned_utc >= item.started_utc
 
 
 def boot() -> str:

@@ -36,6 +36,8 @@ class Process:
     state: State | None = None
     by: str = ""
     was_busy: bool = False
+    has_ended: bool = False
+    """Its run, though it lives."""
     of_start: int = 0
     """Which start of its item it is: the words of another one tell nothing of this one."""
 
@@ -87,7 +89,7 @@ class MadeWorld:
         if seen is None or (seen.run is None and not seen.is_alive):
             return Look(False, None, was_busy=seen is not None and seen.was_busy, said="")
         state = State.INTERRUPTED if not seen.is_alive and seen.state in ACTIVE else seen.state
-        return Look(seen.is_alive, seen.run, state, "", seen.by)
+        return Look(seen.is_alive, seen.run, state, "", seen.by, seen.has_ended)
 
     def is_stopped_by_something(self, item: Item) -> bool:
         return self.is_guarded

@@ -321,3 +321,16 @@ def test_a_record_that_was_changed_starts_nothing(scene, files):
     with pytest.raises(JournalError, match="event 3 is not what was written"):
         scene.step()
     assert scene.world.started == []
+
+
+def test_a_run_that_ended_and_still_rings_needs_its_decision_at_once(scene, files):
+    """Its process lives until somebody knows: for as long nothing else was said of it, and the queue was armed."""
+    make_ready(scene, files, 2)
+    steps(scene)
+    process = scene.world.processes[1]
+    process.run, process.state, process.has_ended = Path("/runs/1"), State.TRIPPED, True
+    steps(scene)
+    assert state_of(scene) is ItemState.UNDECIDED
+    assert scene.queue().arming is None
+    people.decide(scene.store, 1, "resume", "the button is released", ANNA)
+    assert state_of(scene) is ItemState.RESUMING
