@@ -1,6 +1,6 @@
 """What a person reads for the name of a parameter: its words, its symbol in the reports, its printed unit."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ams.units import label_and_unit
@@ -47,6 +47,11 @@ _WORDS: Mapping[str, tuple[str, str]] = {
     "coning": ("coning angle", "Ω"),  # the test of its drift
 }  # fmt: skip
 """Names that the reports have a symbol for; every other name is read by :func:`ams.units.label_and_unit`."""
+
+
+def not_determined(names: Sequence[str]) -> str:
+    """Return ``coning angle and azimuth are not determined``."""
+    return f"{' and '.join(words_of(name).label for name in names)} {'is' if len(names) == 1 else 'are'} not determined"
 
 
 def words_of(name: str) -> ParameterWords:

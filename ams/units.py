@@ -88,6 +88,11 @@ def label_and_unit(name: str) -> tuple[str, str]:
     return found["label"].replace("_", " "), unit
 
 
+def dof_words(count: float) -> str:
+    """Return ``1 degree of freedom``, ``2 degrees of freedom``; whole numbers."""
+    return f"{count:.0f} degree{'' if round(count) == 1 else 's'} of freedom"
+
+
 def small_unit(unit: str) -> tuple[str, float]:
     """Return the printed unit that an uncertainty is readable in, and how many of it make one of ``unit``."""
     if unit == "°":

@@ -34,6 +34,7 @@ from ams.inputs.table_uncertainty import corrected
 from ams.models.drifting import WithTime
 from ams.models.model import Model
 from ams.observations import Observations
+from ams.parameter_words import not_determined
 from ams.remembered import known
 from ams.solve.components import components_of
 from ams.solve.layout import Layout, layout_of
@@ -42,6 +43,7 @@ from ams.solve.package import SolvedAxis, package_covariance
 from ams.solve.residual_curvature import residual_curvature
 from ams.solve.usable_replications import standing_rows
 from ams.solve.whole_plots import visit_warnings, visits_of
+from ams.units import dof_words
 
 _LARGE_CONDITION = 1e4
 _LONGEST_LIST = 8
@@ -247,7 +249,7 @@ def _axis_warnings(label: str, solved: SolvedColumns, row: int) -> Iterator[str]
     reasons: dict[str, list[str]] = {}
     for name, reason in solved.parameters.undetermined[row].items():
         reasons.setdefault(reason, []).append(name)
-    yield from (f"axis {label}: {' and '.join(names)} null: {reason}" for reason, names in reasons.items())
+    yield from (f"axis {label}: {not_determined(names)}: {reason}" for reason, names in reasons.items())
     condition = solved.problem.form.condition_number
     if condition > _LARGE_CONDITION:
         yield (
@@ -276,7 +278,7 @@ def _layout_warnings(layout: Layout, rows: Observations) -> Iterator[str]:
         yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
     if layout.replications in (2, 3):
         yield (
-            f"{layout.replications} replications only: intervals rest on {layout.replications - 1} degrees of freedom "
+            f"{layout.replications} replications only: intervals rest on {dof_words(layout.replications - 1)} "
             "and are wide; four or more make them much narrower"
         )
     for label, points in layout.missing().items():

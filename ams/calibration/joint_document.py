@@ -27,11 +27,12 @@ from ams.inputs.csv_table import PLAIN, CsvForm, parse_csv, refuse_cell, refuse_
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import select_rows
 from ams.models.accelerometer import PitchRoll
+from ams.parameter_words import not_determined
 from ams.solve.derived import halfwidths_95
 from ams.solve.joint import JointFit, Nuisance
 from ams.solve.table_errors import REVERSED, UPRIGHT, Mounting
 from ams.statistics.intervals import combined_dof, t_quantile
-from ams.units import RAD_PER_ARCSEC
+from ams.units import RAD_PER_ARCSEC, dof_words
 
 _LINEAR: Final = (
     "the joint fit has no terms of second and third order: a soft mount of the sensor is not in the uncertainty; solve "
@@ -141,7 +142,7 @@ def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisC
         replication=None,
         warnings=(
             *joint_warnings(fit),
-            *(f"axis {axis}: {name} null: {reason}" for name, reason in undetermined.items()),
+            *(f"axis {axis}: {not_determined([name])}: {reason}" for name, reason in undetermined.items()),
             *significant_texts(findings),
         ),
         findings=findings,
@@ -189,7 +190,7 @@ def joint_warnings(fit: JointFit) -> Iterator[str]:
         yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
     elif fit.replication_dof < 3:
         yield (
-            f"intervals rest on {fit.replication_dof} degrees of freedom between replications and are wide; four "
+            f"intervals rest on {dof_words(fit.replication_dof)} between replications and are wide; four "
             "replications or more make them much narrower"
         )
     yield from fit.confounded

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from ams.models.extended import TERM_NAMES, TRACELESS_NAME
 from ams.parameter_words import words_of
-from ams.units import ARCSEC_PER_DEG, small_unit
+from ams.units import ARCSEC_PER_DEG, dof_words, small_unit
 from procedures.check.check_report import CheckReport, steps_in_words
 from procedures.check.shares import explained, shares_in_words
 from procedures.kinds.kind import DesignFigures
@@ -96,9 +96,7 @@ def _add_figures(table: "Table", report: CheckReport, figures: DesignFigures) ->
     usage = figures.usage_figure_of_merit_sqrt
     merit = f"V^½ = {figures.figure_of_merit_sqrt:.3f}"
     table.add_row("model", f"{report.plan.solve.model}: {', '.join(figures.parameters)}")
-    table.add_row(
-        "rank", f"{figures.rank} of {len(figures.parameters)}, {figures.degrees_of_freedom} degrees of freedom"
-    )
+    table.add_row("rank", f"{figures.rank} of {len(figures.parameters)}, {dof_words(figures.degrees_of_freedom)}")
     table.add_row("figure of merit", merit if usage is None else f"{merit}, over the usage range {usage:.3f}")
     table.add_row("time and model", f"correlated by {figures.time_correlation:.2f} within a replication")
     largest = {order: max(map(abs, bias.values()), default=0.0) for order, bias in figures.drift_bias.items()}

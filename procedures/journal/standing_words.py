@@ -67,7 +67,7 @@ def live_rows(live: Live, now_utc: datetime) -> Iterator[Row]:
         yield "next", _target(live.next)
     for name, degc in live.temperature_degc.items():
         setpoint = f", set to {live.setpoint_degc[name]:g}" if name in live.setpoint_degc else ""
-        yield one_line(name), f"{degc:.2f} degC{setpoint}"
+        yield one_line(name), f"{degc:.2f} °C{setpoint}"
     if live.soak_left_s is not None:
         yield "soak", f"{duration(live.soak_left_s)} left at the least"
 

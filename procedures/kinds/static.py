@@ -192,7 +192,7 @@ def _verdict(drift_deg: float | None, use_s: float, allowed_deg: float) -> str:
     if drift_deg is None:
         return "no verdict: nothing says how many degrees its reading is"
     relation = "within" if drift_deg <= allowed_deg else "beyond"
-    return f"drifts by {drift_deg:.3g} deg (k = 2) in {use_s:g} s, {relation} the allowed ±{allowed_deg:g} deg"
+    return f"drifts by {drift_deg:.3g}° (k = 2) in {use_s:g} s, {relation} the allowed ±{allowed_deg:g}°"
 
 
 def _static_result(name: str, static: Mapping[str, StaticAxis]) -> str:

@@ -36,7 +36,7 @@ def _meter(checks: Sequence[Event]) -> dict[str, str]:
     rows = {"checked": f"{len(checks)} times ({', '.join(_counted(occasions))})"}
     temperatures = [float(str(degc)) for check in checks if (degc := check.detail["temperature_degc"]) is not None]
     if temperatures:
-        rows["own temperature"] = f"{min(temperatures):.1f} to {max(temperatures):.1f} degC"
+        rows["own temperature"] = f"{min(temperatures):.1f} to {max(temperatures):.1f} °C"
     if calibrated := [check for check in checks if check.detail["is_calibrated_anew"]]:
         rows["calibrated itself"] = f"{len(calibrated)} times, last {calibrated[-1].utc:%Y-%m-%d %H:%M} UTC"
     return rows | _proofs(checks)

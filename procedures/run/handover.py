@@ -133,7 +133,7 @@ def _temperatures(dwells: Iterable[DwellRecord]) -> Iterable[str]:
         for name, degc in dwell.temperature_degc.items():
             seen.setdefault(name, []).append(degc)
     for name, values in seen.items():
-        yield f"{name:<10} {values[-1]:.2f} degC, from {min(values):.2f} to {max(values):.2f} degC so far"
+        yield f"{name:<10} {values[-1]:.2f} °C, from {min(values):.2f} to {max(values):.2f} °C so far"
 
 
 def _rejected(dwells: Iterable[DwellRecord]) -> Iterable[str]:
@@ -155,7 +155,7 @@ def _accepted(dwells: Sequence[DwellRecord]) -> Iterable[str]:
         return
     yield f"accepted ({len(counted)}), the newest last; calrig void --from STEP takes back a step and all after it"
     for dwell in counted[-_MOST:]:
-        angles = ", ".join(f"{name} {angle_deg:g}" for name, angle_deg in dwell.targets_deg.items())
+        angles = ", ".join(f"{name} {angle_deg:g}°" for name, angle_deg in dwell.targets_deg.items())
         what = f"{dwell.purpose}, replication {dwell.replication}" if dwell.replication else dwell.purpose
         yield f"  {dwell.ended_utc:%m-%d %H:%M} step {dwell.step}: {what}, {angles}"
 

@@ -117,6 +117,20 @@ def test_the_page_is_drawn_from_the_house(house):
     assert page == redraw(page, drawing(house)), "run `make house` and look at what changed"
 
 
+def test_where_to_look_leads_to_files_that_are_there():
+    page = (ROOT / PAGE).read_text(encoding="utf-8")
+    rows = re.findall(r"^\| .* \| (.*`.*) \|$", page.partition("## Where to look")[2].partition(BEGIN)[0], re.MULTILINE)
+    assert rows
+    lost = []
+    for row in rows:
+        folder = ROOT
+        for name in re.findall(r"`([a-z_0-9./]+(?:\.py|\.json|/))`", row):
+            found = next((path for path in (ROOT / name, folder / name) if path.exists()), None)
+            lost += [name] if found is None else []
+            folder = folder if found is None else found.parent
+    assert lost == []
+
+
 def test_every_room_says_what_is_in_it(house):
     silent = [room for room in house.rooms() if not ast.get_docstring(tree_of(house.files[room]))]
     assert silent == []

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ams.parameter_words import words_of
-from ams.units import printed
+from ams.units import dof_words, printed
 from procedures.cli.results.findings_text import findings_lines
 
 
@@ -31,7 +31,7 @@ def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
     for name, axis in axes.items():
         yield ""
         dof = axis["degrees_of_freedom"]
-        yield f"axis {name}   ({_standard_error(axis)}{'' if dof is None else f', {dof} degrees of freedom'})"
+        yield f"axis {name}   ({_standard_error(axis)}{'' if dof is None else f', {dof_words(dof)}'})"
         for parameter, estimate in axis["parameters"].items():
             yield f"  {parameter_line(parameter, estimate)}"
         if axis["replication"] is not None:

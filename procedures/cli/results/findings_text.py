@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ams.parameter_words import words_of
+from ams.units import dof_words
 from procedures.errors import RequestError
 
 MOST_TRIALS = 10_000_000
@@ -81,7 +82,7 @@ def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _source(line: Mapping[str, Any]) -> str:
-    dof = "" if line["degrees_of_freedom"] is None else f", {line['degrees_of_freedom']:.0f} degrees of freedom"
+    dof = "" if line["degrees_of_freedom"] is None else f", {dof_words(line['degrees_of_freedom'])}"
     stated = f" ({line['stated']})" if line["stated"] else ""
     return f"type {line['type']}: {line['source']}{stated}{dof}"
 

@@ -33,7 +33,7 @@ def test_rows_tell_everything_that_a_person_asks_at_night() -> None:
         "now": "soaking for 3 min",
         "at": "step 7 (design), pitch -70, roll +90; seen at pitch -70, roll +90",
         "next": "step 8 (design), pitch -70, roll +120",
-        "air": "20.02 degC, set to 20",
+        "air": "20.02 °C, set to 20",
         "soak": "12 min left at the least",
     }
 

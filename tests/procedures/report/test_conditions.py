@@ -30,7 +30,7 @@ def test_the_meters_proofs_are_summed_up() -> None:
     assert condition_sections(events) == {
         "checks of dmm": {
             "checked": "4 times (1 × start, 2 × time, 1 × temperature)",
-            "own temperature": "36.4 to 37.5 degC",
+            "own temperature": "36.4 to 37.5 °C",
             "calibrated itself": "2 times, last 2026-03-01 22:00 UTC",
             "reference on 10 V": "off by -30 to +200 µV, allowed ±100 µV, 2 beyond it, 1 overloaded",
         }
