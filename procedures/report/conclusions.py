@@ -188,11 +188,21 @@ def _row(subject: str, parameter: str, test: FTest, tp: tuple[float, float], siz
     return TestRow(subject, parameter, test.t, test.f_95, test.p_value, dof, test.is_significant, size, conclusion, *tp)
 
 
+def _explanation(calibration: AxisCalibration, test: str) -> str:
+    """What explains a test that is significant by itself, as a finding has it; empty where nothing is to explain."""
+    text = next((finding.text for finding in calibration.findings if finding.details.get("test") == test), "")
+    explanation = text.removeprefix(f"{test}: ")
+    return explanation if explanation.startswith("explained by ") else ""
+
+
 def _lack_of_fit_sentence(
     calibration: AxisCalibration, replication: Replication, observations: Observations, size: str
 ) -> str:
     if not replication.lack_of_fit.is_significant:
-        return "No lack of fit found."
+        explanation = _explanation(calibration, "lack of fit")
+        return f"The residuals repeat from replication to replication: {explanation}." * bool(explanation) or (
+            "No lack of fit found."
+        )
     pitch, roll, residual = mean_residuals(calibration, observations)
     worst = int(np.argmax(np.abs(residual)))
     sensitivity = sensitivity_of(calibration)
@@ -219,6 +229,8 @@ def _drift_row(calibration: AxisCalibration, replication: Replication, name: str
             if is_confounded
             else "It is contained in the stated uncertainties."
         )
+    elif explanation := _explanation(calibration, f"drift of {name}"):
+        conclusion = f"{name.capitalize()} changed between the replications by {size}: {explanation}."
     limits = (float("nan"), float("nan")) if tp is None else (tp.t, tp.f_95)
     return _row(f"drift of {name}", parameter, test, limits, size, conclusion)
 

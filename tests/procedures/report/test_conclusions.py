@@ -53,6 +53,26 @@ def test_lack_of_fit_says_where_and_drift_says_which_and_how_much() -> None:
     assert all("No change" in test.conclusion for test in others)
 
 
+def test_a_change_that_something_else_explains_is_not_told_as_none() -> None:
+    sensor = run_view(Scene(offset_drift_v=4e-6, noise_arcsec=1e-4, axes=("x",))).sensors[0]
+    solved, rows = sensor.axes[0].calibration, sensor.observations
+    assert rows is not None
+    assert solved.replication is not None
+    explained = tuple(
+        replace(finding, is_significant=False, text="drift of offset: explained by temperature")
+        if finding.details.get("test") == "drift of offset"
+        else finding
+        for finding in solved.findings
+    )
+    drift = {name: replace(test, is_significant=False) for name, test in solved.replication.drift.items()}
+    decided = replace(solved, findings=explained, replication=replace(solved.replication, drift=drift))
+    _, offset, sensitivity, *_ = axis_view("x", "dmm.x", decided, rows, {}).tests
+    assert offset.conclusion == (
+        "Offset changed between the replications by 8.0 µV or 0.66″: explained by temperature."
+    )
+    assert sensitivity.conclusion == "No change of sensitivity from replication to replication found."
+
+
 def test_the_extended_model_is_reported_beside_the_model() -> None:
     # A soft mount of 30 µV/g² in xx, put into the outputs by its formula: fᵀQf with tr Q = 0.
     sensor = run_view(Scene(axes=("x",), pitch_deg=tuple(range(-90, 91, 30)))).sensors[0]
