@@ -189,7 +189,7 @@ def _row(subject: str, parameter: str, test: FTest, tp: tuple[float, float], siz
 
 
 def _explanation(calibration: AxisCalibration, test: str) -> str:
-    """What explains a test that is significant by itself, as a finding has it; empty where nothing is to explain."""
+    """Return what explains a test that is significant by itself; empty where nothing is to explain."""
     text = next((finding.text for finding in calibration.findings if finding.details.get("test") == test), "")
     explanation = text.removeprefix(f"{test}: ")
     return explanation if explanation.startswith("explained by ") else ""

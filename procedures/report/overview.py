@@ -1,5 +1,6 @@
 """A row a sensor: what a person reads first where a run has several."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,8 @@ from procedures.report.view import AxisView, RunView, SensorView
 FEWEST = 2
 """Sensors of which a table of rows tells more than their own sections."""
 NONE = "—"
+_SIZE = re.compile(r"(?<![-−±.\d])\d+(?:\.\d+)?″")
+"""An angle without a sign: how large something is, and never which one it is."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +54,29 @@ Statement = tuple[str, str, str]
 
 
 def stated_once(statements: Iterable[Statement], everyone: Sequence[str]) -> list[str]:
-    """Return each text once, with everybody whom it is about: ``SN1 x, y; SN2: text``, or ``all 8 sensors: text``."""
-    found: dict[str, dict[str, list[str]]] = {}
+    """Return each text once, with everybody whom it is about: ``SN1 x, y; SN2: text``, or ``all 8 sensors: text``.
+
+    Texts that differ in one size alone, as an angle, are one text with the range of it: ``by 0.22″ to 0.36″``.
+    """
+    about: dict[str, dict[str, list[str]]] = {}
+    texts: dict[str, list[str]] = {}
     for sensor, axis, text in statements:
-        axes = found.setdefault(text, {}).setdefault(sensor, [])
+        form = _SIZE.sub("{}", text, count=1)
+        axes = about.setdefault(form, {}).setdefault(sensor, [])
         if axis and axis not in axes:
             axes.append(axis)
-    return [f"{_subject(about, everyone)}: {text}" for text, about in found.items()]
+        texts.setdefault(form, []).append(text)
+    return [f"{_subject(subjects, everyone)}: {_in_one(texts[form])}" for form, subjects in about.items()]
+
+
+def _in_one(texts: Sequence[str]) -> str:
+    """Return one text for all that are alike but for their first size."""
+    if len(set(texts)) == 1:
+        return texts[0]
+    sizes = sorted(
+        (found.group() for text in texts if (found := _SIZE.search(text))), key=lambda size: float(size[:-1])
+    )
+    return _SIZE.sub(f"{sizes[0]} to {sizes[-1]}", texts[0], count=1)
 
 
 def _subject(about: Mapping[str, Sequence[str]], everyone: Sequence[str]) -> str:

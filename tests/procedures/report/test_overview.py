@@ -25,6 +25,21 @@ def test_a_statement_is_said_once_with_all_of_whom_it_is_true() -> None:
     ]
 
 
+def test_what_differs_in_its_size_alone_is_said_once_with_the_range() -> None:
+    """Twelve packages had the same sentence thirteen times; what tells which one, or has a sign, is no size."""
+    bends = [
+        ("SN1", "x", "bends by 0.3″ and 9 V"),
+        ("SN2", "x", "bends by 10″ and 9 V"),
+        ("SN3", "x", "bends by 2.5″ and 9 V"),
+    ]
+    assert stated_once(bends, EVERYONE) == ["all 3 sensors, x: bends by 0.3″ to 10″ and 9 V"]
+    assert stated_once([*bends[:1], ("SN1", "x", "bends by 0.3″ and 8 V")], EVERYONE) == [
+        "SN1 x: bends by 0.3″ and 9 V", "SN1 x: bends by 0.3″ and 8 V",
+    ]  # fmt: skip
+    of_others = [("SN1", "", "step 5"), ("SN2", "", "step 6"), ("SN1", "", "off by −1.5″"), ("SN2", "", "off by −2.5″")]
+    assert len(stated_once(of_others, EVERYONE)) == 4
+
+
 def test_one_sensor_is_called_by_its_name() -> None:
     assert stated_once([("SN1", "", "was dropped")], ["SN1"]) == ["SN1: was dropped"]
 
