@@ -24,7 +24,7 @@ class ParameterWords(NamedTuple):
 _QUADRATIC = ("xx", "yy", "xy", "xz", "yz", "zz")
 _WORDS: Mapping[str, tuple[str, str]] = {
     "offset_v": ("offset", "b"),
-    "offset_traceless_v": ("offset, tr Q = 0", "b₀"),
+    "offset_traceless_v": ("offset (tr Q = 0)", "b₀"),
     "sensitivity_v_per_g": ("sensitivity", "S"),
     "sensitivity_v_per_dps": ("sensitivity", "S"),
     "sensitivity_v_per_mps2": ("sensitivity", "S"),
