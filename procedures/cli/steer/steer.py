@@ -26,6 +26,8 @@ from procedures.journal.spool import ask
 from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import rows_of
 from procedures.journal.status import status as look
+from procedures.journal.verdict_file import read_verdict
+from procedures.records.progress import at_both
 from procedures.records.states import RESUMABLE, State
 from procedures.run.progress import PlainLines
 from rig.clock import SystemClock
@@ -55,16 +57,19 @@ def status(
         return ExitStatus.DONE
     folder = alive_or_latest(run, out)
     found, live = _with_last_words(look(folder), folder), read_live(folder)
-    outcomes = read_outcomes(folder, second_folder())
+    outcomes, verdict = read_outcomes(folder, second_folder()), _verdict(folder, found.state)
     if json:
         doing = {} if live is None else {"live": live_document(live)}
-        print_json({**found.to_document(), **doing, **({"alerts": outcomes} if outcomes else {})})
+        came_to = {"verdict": verdict} if verdict else {}
+        print_json({**found.to_document(), **came_to, **doing, **({"alerts": outcomes} if outcomes else {})})
         return ExitStatus.DONE
     say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
     if found.held_by is not None:
         say(f"held by: {one_line(found.held_by)}")
     elif found.why:
         say(f"because: {one_line(found.why)}")
+    if verdict:
+        say(f"verdict: {one_line(verdict)}")
     for name, how in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
         say(f"{name}: {how}")
     if found.clock_set_by_s:
@@ -79,6 +84,12 @@ def status(
         return ExitStatus.DONE
     observer = PlainLines(say, parts=None)
     return shown_until_left(folder, observer, lambda: False, SystemClock())
+
+
+def _verdict(folder: Path, state: State) -> str:
+    """Return what a finished run came to, as its report has it; empty where there is none."""
+    sentence = (read_verdict(folder) or {}).get("sentence", "")
+    return str(sentence) if state is State.FINISHED else ""
 
 
 def _with_last_words(found: RunStatus, folder: Path) -> RunStatus:
@@ -158,6 +169,6 @@ def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:
         if run.trouble:
             yield f"{'unreadable':<12} {run.path.name}: {run.trouble}"
             continue
-        started = "" if run.started_utc is None else f"{run.started_utc:%Y-%m-%d %H:%M} UTC"
+        started = "" if run.started_utc is None else at_both(run.started_utc)
         title = one_line(run.title)
         yield f"{run.state:<12} {run.dwells_done:>5} of {run.dwells_planned:<5} {started}  {run.path.name}  {title}"

@@ -1,5 +1,6 @@
 """Laws of the whole job as a user calls it: what it leaves, what it says, the status it ends with."""
 
+import html
 import shutil
 import socket
 import sqlite3
@@ -139,8 +140,15 @@ def test_a_damaged_set_is_a_sentence(
 
 
 def test_status_of_a_finished_run(finished: tuple[Path, dict], capsys: pytest.CaptureFixture[str]) -> None:
+    """With what it came to, in the words of its page; a run of which dwells were taken back is no longer that."""
     folder, document = finished
-    assert call(capsys, "status", folder / "runs", "--json").document == {
+    page = html.unescape((Path(document["run"]) / "report.html").read_text(encoding="utf-8"))
+    told = call(capsys, "status", folder / "runs", "--json").document
+    verdict = told.pop("verdict")
+    assert verdict in page
+    assert verdict.split()[0] in ("Sound", "Usable", "There")
+    assert f"verdict: {verdict}\n" in call(capsys, "status", folder / "runs").out
+    assert told == {
         "run": document["run"],
         "state": "finished",
         "dwells_done": 24,

@@ -170,3 +170,14 @@ def test_all_runs_are_listed_with_state_and_count_the_latest_first(
     assert "has zero length" in listed[2]["trouble"]
     assert [line.split()[0] for line in text] == ["3", "finished", "running", "unreadable"]
     assert call(capsys, "status", "a", "--all", "--out", tmp_path).status == 2
+
+
+@pytest.mark.parametrize("state", [State.RUNNING, State.STOPPED])
+def test_the_verdict_of_before_is_none_of_a_run_that_is_not_finished(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], state: State
+) -> None:
+    """Dwells were taken back since, or it goes on."""
+    (run,) = night(tmp_path, state)
+    (run / "verdict.json").write_text('{"sentence": "Sound."}', encoding="utf-8")
+    assert "verdict" not in call(capsys, "status", run, "--json").document
+    assert "Sound." not in call(capsys, "status", run).out
