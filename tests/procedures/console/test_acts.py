@@ -1,16 +1,20 @@
 """What a button does: the request of the command with the name of who pressed it, and nothing for whoever may not."""
 
+import asyncio
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
 from starlette.testclient import TestClient, WebSocketTestSession
+from starlette.types import Message
 from starlette.websockets import WebSocketDisconnect
 from visited_console import BASE, CHEAP, Visited
 
 from procedures.accounts.people import People
-from procedures.console import acts
+from procedures.console import acts, gate
 from procedures.console.gate import LONGEST_BODY
 from procedures.console.sessions import ACTS, LIFE_S, MOST_WRONG_SECRETS
 from procedures.errors import RequestError
@@ -211,6 +215,27 @@ def test_what_is_no_act_is_refused(alive: Visited, body: bytes) -> None:
     headers = OWN | {"content-type": "application/json", "x-csrf-token": alive.csrf(browser)}
     assert browser.post(f"{RUN}/stop", content=body, headers=headers).status_code == 400
     assert alive.requests() == []
+
+
+@pytest.mark.parametrize(("how", "status"), [("slow", 408), ("endless", 413)])
+def test_a_body_that_does_not_end_is_given_up(monkeypatch: pytest.MonkeyPatch, how: str, status: int) -> None:
+    """One that stops in its middle, and one that says no length and goes on: neither keeps a place or fills memory."""
+    monkeypatch.setattr(gate, "BODY_S", 0.05)
+    taken = 0
+
+    async def receive() -> Message:
+        nonlocal taken
+        if how == "slow" and taken:
+            await asyncio.Event().wait()
+        taken += 1
+        return {"type": "http.request", "body": b"a" * 1000, "more_body": True}
+
+    headers = [(b"content-type", b"application/x-www-form-urlencoded")]
+    request = Request({"type": "http", "method": "POST", "headers": headers}, receive)
+    with pytest.raises(HTTPException) as refused:
+        asyncio.run(gate.read_fields(request))
+    assert refused.value.status_code == status
+    assert taken <= gate.LONGEST_BODY // 1000 + 1
 
 
 def test_programs_send_the_same_as_json(alive: Visited) -> None:
