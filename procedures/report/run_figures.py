@@ -66,9 +66,8 @@ def run_figures(view: RunView) -> Iterator[Figure]:
 
 def drift_figure(sensor: SensorView) -> Figure | None:
     """Draw every parameter by replication, a strip each; None where there was one replication."""
-    if not any(axis.tests for axis in sensor.axes):
+    if not any(axis.tests for axis in sensor.axes) or not (labels := _determined(sensor)):
         return None
-    labels = {parameter.name: parameter.label for axis in sensor.axes for parameter in axis.parameters}
     height = 0.75 + ROW_IN * len(labels)
     figure = canvas(height)
     panels = figure.subplots(1, len(sensor.axes), squeeze=False, sharey=True)[0]
@@ -81,9 +80,19 @@ def drift_figure(sensor: SensorView) -> Figure | None:
         f"{sensor.name}: parameters by replication",
         "Every replication solved alone, as the change from the mean of all, each parameter in a strip and on a scale "
         "of its own. Bars: ± one standard uncertainty of one replication, from the dwell-to-dwell precision; its size "
-        "stands on the right. Red marks a significant drift (after Holm).",
+        "stands on the right (—: no replication alone determines it). Red marks a significant drift (after Holm).",
         to_svg(figure),
     )
+
+
+def _determined(sensor: SensorView) -> dict[str, str]:
+    """Return name and label of what a replication alone determines on some axis: a temperature term it does not."""
+    return {
+        parameter.name: parameter.label
+        for axis in sensor.axes
+        for parameter in axis.parameters
+        if axis.calibration.replication is not None and _changes(axis.calibration.replication, parameter.name)
+    }
 
 
 def _parameter_strips(panel: "Axes", axis: AxisView, names: Sequence[str]) -> None:
@@ -93,12 +102,14 @@ def _parameter_strips(panel: "Axes", axis: AxisView, names: Sequence[str]) -> No
     panel.hlines(range(len(names)), 0.0, 1.0, color=GRID, linewidth=0.5, transform=panel.get_yaxis_transform())
     quiet, marked, replications = _Strips(), _Strips(), set[int]()
     for parameter in axis.parameters:
+        if parameter.name not in names:
+            continue
         row = names.index(parameter.name)
         changes = {} if replication is None else _changes(replication, parameter.name)
         u = None if replication is None else _one_replication(axis, replication, parameter)
         (marked if parameter.name in drifting else quiet).add(row, changes, u)
         replications.update(changes)
-        size = "not determined" if not changes else "" if u is None else _drawn_size(u, parameter.unit)
+        size = "—" if not changes else "" if u is None else _drawn_size(u, parameter.unit)
         panel.text(
             1.03, row, size, transform=panel.get_yaxis_transform(), va="center", fontsize=6.5,
             color=RED if parameter.name in drifting else FAINT,

@@ -102,3 +102,16 @@ def test_row_labels_of_many_sensors_stand_on_the_page_whole() -> None:
     starts += re.findall(rb"translate\(([-0-9.]+)[ ,][-0-9.]+\) ?scale", figure.svg)
     assert len(starts) >= len(serials)
     assert min(map(float, starts)) >= 0.0
+
+
+def test_what_no_replication_alone_determines_has_no_strip() -> None:
+    """Labels of temperature terms were cut at both edges beside strips that were empty."""
+    sensor = run_view(Scene(axes=("x",))).sensors[0]
+    axis = sensor.axes[0]
+    unseen = replace(axis.parameters[0], name="offset_tc_v_per_degc", label="offset temperature")
+    with style():
+        shown = drift_figure(replace(sensor, axes=(replace(axis, parameters=(*axis.parameters, unseen)),)))
+        before = drift_figure(sensor)
+    assert shown is not None
+    assert before is not None
+    assert shown.svg == before.svg
