@@ -251,7 +251,7 @@ def test_an_offset_at_rest_and_a_drift_verdict(tmp_path: Path) -> None:
     assert {found.drift_deg for found in solved.sensors["MicroMag3"].static.values()} == {None}
     assert not solved.failures
     document = json.loads(json.dumps(sensors_document(solved), allow_nan=False))
-    assert document["ITG3200"]["static"]["x"]["verdict"].endswith("beyond the allowed ±0.1 deg")
+    assert document["ITG3200"]["static"]["x"]["verdict"].endswith("beyond the allowed ±0.1°")
     terms = {term["name"]: term["value"] for term in document["ITG3200"]["static"]["x"]["noise_terms"]}
     assert terms["white"] is not None
 
