@@ -66,10 +66,10 @@ def stated_once(statements: Iterable[Statement], everyone: Sequence[str]) -> lis
         if axis and axis not in axes:
             axes.append(axis)
         texts.setdefault(form, []).append(text)
-    return [f"{_subject(subjects, everyone)}: {_in_one(texts[form])}" for form, subjects in about.items()]
+    return [f"{_subject(subjects, everyone)}: {_with_range(texts[form])}" for form, subjects in about.items()]
 
 
-def _in_one(texts: Sequence[str]) -> str:
+def _with_range(texts: Sequence[str]) -> str:
     """Return one text for all that are alike but for their first size."""
     if len(set(texts)) == 1:
         return texts[0]
