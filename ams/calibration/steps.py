@@ -162,12 +162,16 @@ class _Search:
     is_clipped: bool = False
     """Whether single dwells that stand out are drawn in, so that no change is made of one that is wrong."""
 
+    @property
+    def evidence(self) -> Evidence:
+        """What is the same for all outputs: rows and layout."""
+        return self.seen[0][0]
+
     @cached_property
     def course(self) -> Course:
-        evidence = self.seen[0][0]
-        layout, rows = evidence.layout, evidence.rows
+        layout, rows = self.evidence.layout, self.evidence.rows
         dof = layout.rows - layout.points
-        return Course(layout.point, time_order(evidence), rows.pitch_rad, rows.roll_rad, dof)
+        return Course(layout.point, time_order(self.evidence), rows.pitch_rad, rows.roll_rad, dof)
 
     @cached_property
     def watched(self) -> tuple[Watched, ...]:
@@ -231,7 +235,7 @@ class _Search:
         outputs = self.on_table if change.output is None else (change.output,)
         pattern = np.concatenate([self._pattern(change, index) for index in outputs])
         y = np.concatenate([self.watched[index].departures / self._sd(index) for index in outputs])
-        evidence, layout = self.seen[0][0], self.seen[0][0].layout
+        evidence, layout = self.evidence, self.evidence.layout
         step = self._left(pattern, self.course.since(change.index)[:, None])
         parts = parts_of_replications(evidence, _PARTS)
         levels = self._left(pattern, parts[:, None] == np.arange(parts.max() + 1))
@@ -249,7 +253,7 @@ class _Search:
             return False
         others = []
         if layout.replications <= _FEW_REPLICATIONS:
-            others.append(self._left(pattern, layout.replication[:, None] == np.arange(layout.replications)))
+            others.append(self._left(pattern, self._by_replication))
         if varies(evidence) and evidence.rows.temperature_degc is not None:
             warmth = evidence.rows.temperature_degc - evidence.rows.temperature_degc.mean()
             powers = np.stack([warmth, warmth**2], axis=1)
@@ -262,13 +266,19 @@ class _Search:
 
     def _drifts(self) -> Iterator[tuple[FloatArray | BoolArray, int]]:
         """Yield (N, c) courses of a drift, and how many numbers each has to choose: what a step is held against."""
-        layout, order = self.seen[0][0].layout, self.course.time_order
+        order = self.course.time_order
         passed = np.empty(order.size)
         passed[order] = np.linspace(0.0, 1.0, order.size)
         yield np.stack([passed], axis=1), 1
         yield np.stack([passed, passed**2], axis=1), 2
         yield from ((np.exp(-passed / part)[:, None], _FREE_OF_STEP) for part in _FADING)
-        yield layout.replication[:, None] == np.arange(layout.replications), layout.replications - 1
+        yield self._by_replication, self.evidence.layout.replications - 1
+
+    @property
+    def _by_replication(self) -> BoolArray:
+        """(N, n) the rows of each replication."""
+        layout = self.evidence.layout
+        return np.asarray(layout.replication[:, None] == np.arange(layout.replications))
 
     def _sd(self, index: int) -> float:
         return float(np.sqrt(self.watched[index].variance))
@@ -286,11 +296,11 @@ class _Search:
     def _left(self, pattern: FloatArray, columns: FloatArray | BoolArray) -> FloatArray:
         """Return pattern times columns of the rows, less the mean of each point, output after output."""
         by_output = pattern.reshape(-1, columns.shape[0])
-        return np.concatenate([self.seen[0][0].by_point(column[:, None] * columns) for column in by_output])
+        return np.concatenate([self.evidence.by_point(column[:, None] * columns) for column in by_output])
 
     def finding(self, change: Change) -> Iterator[tuple[Finding, int | None]]:
         """Yield what the diagnosis of two visits makes of the rows before and after a change."""
-        evidence, where = self.seen[0][0], self.course.time_order[change.index - 1 : change.index + 1]
+        evidence, where = self.evidence, self.course.time_order[change.index - 1 : change.index + 1]
         after = self.course.since(change.index)
         before, first = (dwell_words(evidence.rows, int(row)) for row in where)
         between = f"between {before} and {first}"
@@ -312,7 +322,7 @@ class _Search:
             )
 
     def _diagnosed(self, change: Change, between: str, steps: tuple[int, ...]) -> tuple[Finding, ...]:
-        evidence, layout = self.seen[0][0], self.seen[0][0].layout
+        evidence, layout = self.evidence, self.evidence.layout
         after = self.course.since(change.index)
         variances = [self.without(change).watched[index].variance for index in self.on_table]
         pitch, roll = angles_of_points(evidence.rows, layout)

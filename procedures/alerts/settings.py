@@ -88,7 +88,12 @@ def read_alerts(path: Path) -> AlertSettings:
     return settings
 
 
-def default_alerts() -> AlertSettings | None:
-    """Return the settings of the user's own alerts file, or None where there is none. Raises as :func:`read_alerts`."""
-    path = user_config_path("calrig") / "alerts.toml"
-    return read_alerts(path) if path.exists() else None
+def chosen_alerts(path: Path | None) -> AlertSettings | None:
+    """Return the settings of a file; without one those of the user's own file, or None where there is none.
+
+    Raises as :func:`read_alerts`.
+    """
+    if path is not None:
+        return read_alerts(path)
+    of_user = user_config_path("calrig") / "alerts.toml"
+    return read_alerts(of_user) if of_user.exists() else None

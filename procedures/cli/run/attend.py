@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from procedures.alerts.dispatcher import AlertDispatcher
-from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
+from procedures.alerts.settings import AlertSettings, chosen_alerts
 from procedures.cli.locations import JOURNAL, login_name, second_folder
 from procedures.cli.output import note
 from procedures.cli.program_log import LoggedObserver
@@ -103,7 +103,7 @@ def _screen(run: Path, opened: ExitStack) -> RunObserver:
 def _dispatcher_and_pulse(
     opening: Opening, alerts: Path | None, run: Path, folder: Path, opened: ExitStack
 ) -> tuple[AlertDispatcher, Pulse]:
-    settings = read_alerts(alerts) if alerts is not None else default_alerts()
+    settings = chosen_alerts(alerts)
     refusal = opened.enter_context(awake(opening.title))
     screen = _screen(run, opened)
     dispatcher = AlertDispatcher(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from procedures.alerts.dispatcher import tell_people
 from procedures.alerts.reader import is_read
-from procedures.alerts.settings import default_alerts, read_alerts
+from procedures.alerts.settings import chosen_alerts
 from procedures.cli.failure import sentence_of
 from procedures.cli.locations import JOURNAL
 from procedures.cli.output import note
@@ -60,7 +60,7 @@ def _tell(begins: Opening, alerts: Path | None, error: Exception) -> None:
 def tell_whom_it_concerns(title: str, word: str, text: str, alerts: Path | None = None, rig: str = "") -> None:
     """Tell the people of a file of alerts, or of the user's own; whom it did not reach is told here."""
     try:
-        settings = read_alerts(alerts) if alerts is not None else default_alerts()
+        settings = chosen_alerts(alerts)
     except DescriptionError as wrong:
         note(f"nobody was told: {wrong}")
         return

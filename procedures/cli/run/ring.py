@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from procedures.alerts.dispatcher import AlertDispatcher
-from procedures.alerts.settings import AlertSettings, default_alerts, read_alerts
+from procedures.alerts.settings import AlertSettings, chosen_alerts
 from procedures.cli.locations import second_folder
 from procedures.cli.options import Alerts
 from procedures.cli.run.attend import ring_out
@@ -44,7 +44,7 @@ def ring(run: Path, /, *, record: str, alerts: Alerts = None) -> None:
     title, rig, last_progress = _last_progress(run, sentence)
     settings: AlertSettings | None = None
     try:
-        settings = read_alerts(alerts) if alerts is not None else default_alerts()
+        settings = chosen_alerts(alerts)
     finally:  # the page also where the file of alerts is wrong; people first, then the disk
         words = (title, SystemClock(), SilentObserver(), str(run), str(folder / run.name), rig)
         dispatcher = AlertDispatcher(settings or AlertSettings(), *words)
