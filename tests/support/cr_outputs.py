@@ -78,6 +78,19 @@ def write_gyros(
     return write_rows(path, names, rows)
 
 
+def write_second_step(path: Path) -> Path:
+    """replication, point, roll_deg, sting_<axis>_v, <axis>_v along the ramp of CR's table 3: of both packages."""
+    rows = [
+        [1, point, euler[2]]
+        + [accelerometer_v(axis, TABLE_3_STING[axis], euler, "sting") for axis in "xyz"]
+        + [accelerometer_v(axis, TABLE_3_MODEL[axis], euler, "model") for axis in "xyz"]
+        for point, euler in enumerate(table_3_profile())
+    ]
+    return write_rows(
+        path, ["roll_deg", *(f"sting_{axis}_v" for axis in "xyz"), *(f"{axis}_v" for axis in "xyz")], rows
+    )
+
+
 def write_rows(path: Path, names: Sequence[str], rows: Sequence[Sequence[object]]) -> Path:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

@@ -12,6 +12,8 @@ TRUTH = {
     "z": (0.008, -2.52, 0.4, 160.0),
 }
 """Sensor axis to offset (V), sensitivity (V/g), coning (°) and azimuth (°)."""
+ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
+"""Pitch and roll in degrees, one of them singular."""
 
 
 def pitch_matrix(angle: float) -> np.ndarray:

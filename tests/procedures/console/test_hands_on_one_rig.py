@@ -22,6 +22,14 @@ pytestmark = [
 ]
 
 
+@pytest.fixture
+def people(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> People:
+    """The accounts of the consoles that are served from here."""
+    path = tmp_path / "people.json"
+    monkeypatch.setenv("CALRIG_PEOPLE", str(path))
+    return People(path)
+
+
 def _calrig(*words: str) -> "subprocess.CompletedProcess[str]":
     command = [sys.executable, "-m", "procedures.cli.main", *words]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
@@ -54,11 +62,7 @@ def test_a_second_console_does_not_get_a_rig_that_a_page_turns(tmp_path: Path) -
         page.until("every axis stands still")
 
 
-def test_a_role_that_is_taken_away_in_mid_motion_ends_the_motion(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    people = People(tmp_path / "people.json")
-    monkeypatch.setenv("CALRIG_PEOPLE", str(tmp_path / "people.json"))
+def test_a_role_that_is_taken_away_in_mid_motion_ends_the_motion(tmp_path: Path, people: People) -> None:
     secret = people.add("Anna", "move", CLOCK.now_utc())
     with (
         jog_bench(tmp_path) as bench,
@@ -75,11 +79,7 @@ def test_a_role_that_is_taken_away_in_mid_motion_ends_the_motion(
         other.until("Anna has the bench no more")
 
 
-def test_a_session_that_ends_sees_the_bench_no_more_though_it_says_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    people = People(tmp_path / "people.json")
-    monkeypatch.setenv("CALRIG_PEOPLE", str(tmp_path / "people.json"))
+def test_a_session_that_ends_sees_the_bench_no_more_though_it_says_nothing(tmp_path: Path, people: People) -> None:
     secret = people.add("Bob", "watch", CLOCK.now_utc())
     with (
         jog_bench(tmp_path) as bench,

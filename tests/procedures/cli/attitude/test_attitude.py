@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from command import call
 from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, TABLE_4, accelerometer_v, gyro_v
-from package_outputs import TRUTH, output_v, write_observations
+from package_outputs import ATTITUDES, TRUTH, output_v, write_observations
 from scipy.spatial.transform import Rotation
 from solved_sets import gyro_set, package_set, tp_set
 
@@ -22,23 +22,6 @@ from ams.inputs.number_blocks import csv_blocks
 from procedures.cli.attitude import rows as attitude_rows
 from procedures.cli.attitude import stream as attitude_stream
 from procedures.cli.attitude.source import package_of
-
-ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
-
-
-@pytest.fixture
-def stored(tmp_path: Path) -> Path:
-    path = tmp_path / "tp.json"
-    export_set(tp_set(), "json", path)
-    return path
-
-
-@pytest.fixture
-def data(tmp_path: Path) -> Path:
-    rows = [[output_v(axis, TRUTH[axis], p, r) for axis in "xyz"] for p, r in ATTITUDES]
-    path = tmp_path / "data.csv"
-    path.write_text("x_v,y_v,z_v\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))
-    return path
 
 
 def rows_of(text: str) -> list[dict[str, str]]:

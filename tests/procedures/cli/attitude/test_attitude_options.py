@@ -11,13 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command import call
-from package_outputs import TRUTH, output_v
+from package_outputs import ATTITUDES, TRUTH, output_v
 from rich.console import Console
-from solved_sets import tp_set
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from ams.arrays import FloatArray
-from ams.exports.formats import export_set
 from ams.inference.angle_stream import Answer
 from ams.inference.inference import Inference, inference
 from procedures.cli.attitude import lines as attitude_lines
@@ -27,23 +25,6 @@ from procedures.cli.attitude.plot import PlottedRows
 from procedures.cli.attitude.source import package_of
 from procedures.cli.attitude.view import ViewedRows
 from rig.clock import VirtualClock
-
-ATTITUDES = [(-35.0, -20.0), (5.0, 60.0), (90.0, 10.0)]
-
-
-@pytest.fixture
-def stored(tmp_path: Path) -> Path:
-    path = tmp_path / "tp.json"
-    export_set(tp_set(), "json", path)
-    return path
-
-
-@pytest.fixture
-def data(tmp_path: Path) -> Path:
-    rows = [[output_v(axis, TRUTH[axis], p, r) for axis in "xyz"] for p, r in ATTITUDES]
-    path = tmp_path / "data.csv"
-    path.write_text("x_v,y_v,z_v\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))
-    return path
 
 
 def rows_of(text: str) -> list[dict[str, str]]:

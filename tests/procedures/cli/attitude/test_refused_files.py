@@ -8,16 +8,6 @@ import pandas as pd
 import pytest
 from command import call
 from package_outputs import TRUTH, output_v
-from solved_sets import tp_set
-
-from ams.exports.formats import export_set
-
-
-@pytest.fixture
-def stored(tmp_path: Path) -> Path:
-    path = tmp_path / "tp.json"
-    export_set(tp_set(), "json", path)
-    return path
 
 
 @pytest.fixture

@@ -5,12 +5,11 @@ from pathlib import Path
 import pytest
 from command import call
 from cr_outputs import (
-    TABLE_3_MODEL,
     TABLE_3_STING,
-    accelerometer_v,
     table_3_profile,
     write_package,
     write_rows,
+    write_second_step,
 )
 from example_files import EXAMPLE_RIG
 from package_outputs import write_observations
@@ -22,17 +21,10 @@ LOCAL = ("--separator", "semicolon", "--decimal", "comma")
 def with_sting(folder: Path) -> tuple[object, ...]:
     """CR's second step: a model package beside a sting package that is solved."""
     sting = write_package(folder / "sting.csv", "sting", TABLE_3_STING, table_3_profile())
-    rows = [
-        [1, point, euler[2]]
-        + [accelerometer_v(axis, TABLE_3_STING[axis], euler, "sting") for axis in "xyz"]
-        + [accelerometer_v(axis, TABLE_3_MODEL[axis], euler, "model") for axis in "xyz"]
-        for point, euler in enumerate(table_3_profile())
-    ]
-    names = ["roll_deg", *(f"sting_{axis}_v" for axis in "xyz"), *(f"{axis}_v" for axis in "xyz")]
     model = ("--model", "pitch-yaw-roll", "--package")
     set_ = folder / "sting.json"
     solve_sting = ("fit", sting, *model, "sting", *AXES, "--set", set_, "--sensor", "ST", "--gravity-mps2", "9.8")
-    return solve_sting, write_rows(folder / "model.csv", names, rows), (*model, "model", "--sting", set_, *AXES)
+    return solve_sting, write_second_step(folder / "model.csv"), (*model, "model", "--sting", set_, *AXES)
 
 
 def with_levels(folder: Path) -> tuple[object, ...]:

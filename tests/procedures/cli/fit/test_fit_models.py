@@ -10,12 +10,12 @@ from cr_outputs import (
     TABLE_3_MODEL,
     TABLE_3_STING,
     TABLE_4,
-    accelerometer_v,
     table_3_profile,
     table_4_profile,
     write_gyros,
     write_package,
     write_rows,
+    write_second_step,
 )
 from package_outputs import TRUTH, output_v, write_observations
 
@@ -243,14 +243,7 @@ def test_the_second_step_of_cr_needs_roll_and_the_stings_outputs_only(
     file = write_package(tmp_path / "sting.csv", "sting", TABLE_3_STING, table_3_profile())
     where = ("--set", tmp_path / "sting.json", "--sensor", "ST", "--gravity-mps2", "9.8")
     call(capsys, "fit", file, "--model", "pitch-yaw-roll", "--package", "sting", *AXES, *where)
-    rows = [
-        [1, point, euler[2]]
-        + [accelerometer_v(axis, TABLE_3_STING[axis], euler, "sting") for axis in "xyz"]
-        + [accelerometer_v(axis, TABLE_3_MODEL[axis], euler, "model") for axis in "xyz"]
-        for point, euler in enumerate(table_3_profile())
-    ]
-    names = ["roll_deg", *(f"sting_{axis}_v" for axis in "xyz"), *(f"{axis}_v" for axis in "xyz")]
-    file = write_rows(tmp_path / "model.csv", names, rows)
+    file = write_second_step(tmp_path / "model.csv")
     model = ("--model", "pitch-yaw-roll", "--package", "model", "--sting", tmp_path / "sting.json")
     document = call(capsys, "fit", file, *model, *AXES, "--json").document
     for axis, specified in TABLE_3_MODEL.items():
