@@ -6,18 +6,16 @@ would refuse each other in the folder that all of a machine share.
 
 import os
 import shutil
-import tempfile
 from pathlib import Path
 
-from rig.machine_folder import OVERRIDE
+from open_folder import make_open_folder
 
-_PASSABLE = 0o755
+from rig.machine_folder import OVERRIDE
 
 
 def enter_machine_folder() -> Path:
     """Have this process and its children share locks with nobody else; return the folder, to be removed at the end."""
-    folder = Path(tempfile.mkdtemp(prefix="calrig-tests-"))
-    folder.chmod(_PASSABLE)  # some tests become another account
+    folder = make_open_folder()  # some tests become another account
     os.environ[OVERRIDE] = str(folder / "calrig")
     return folder
 

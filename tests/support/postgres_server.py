@@ -5,18 +5,16 @@ temporary folder may be private. Nothing is synced to the disk: it is gone in a 
 """
 
 import os
-import pwd
 import secrets
 import shutil
 import socket
-import stat
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import gettempdir, mkdtemp
 
+from open_folder import make_open_folder
 from programs import require_program
 
 SERVER_PROGRAMS = tuple(f"/usr/lib/postgresql/{version}/bin" for version in (18, 17, 16, 15, 14, 13))
@@ -61,7 +59,7 @@ def running_server() -> Iterator[Server]:
     """A server for the length of the context; skips where PostgreSQL is not installed."""
     initdb = Path(require_program("initdb", also_in=SERVER_PROGRAMS))
     run_as = ("runuser", "-u", SERVER_USER, "--") if os.geteuid() == 0 else ()
-    folder = Path(mkdtemp(prefix="calrig-postgres-", dir=_open_folder() if run_as else None))
+    folder = make_open_folder("calrig-postgres-")
     password_file = folder / "password"
     password_file.write_text(PASSWORD)
     if run_as:
@@ -82,15 +80,6 @@ def running_server() -> Iterator[Server]:
             _run([*control, "-m", "immediate", "stop"], folder)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _open_folder() -> Path:
-    """Find a folder for temporary files that every user can enter and write to."""
-    candidates = (Path(gettempdir()), Path("/tmp"), Path("/var/tmp"), Path(pwd.getpwnam(SERVER_USER).pw_dir))
-    for folder in candidates[:-1]:
-        if all(parent.stat().st_mode & stat.S_IXOTH for parent in (folder, *folder.resolve().parents)):
-            return folder
-    return candidates[-1]
 
 
 def _run(command: list[str], folder: Path) -> None:

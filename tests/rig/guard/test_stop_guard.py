@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from guarded_engine import CLOCK, RINGS, GuardedEngine, guarded_engine, rung_in, until
 from noted_line import Hung
+from open_folder import open_folder
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from procedures.cli.stop_at_once import _login_name
@@ -275,9 +276,9 @@ def test_fault_86_a_stop_from_the_shell_goes_by_the_guard(tmp_path: Path, comman
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="needs two accounts")
-def test_fault_86_another_account_aborts_a_run_whose_folder_it_cannot_write(tmp_path: Path) -> None:
+def test_fault_86_another_account_aborts_a_run_whose_folder_it_cannot_write() -> None:
     """The engine hears it from the guard, and who asked; what the folder does not take is no failure."""
-    with guarded_engine(tmp_path, STAGE_FOR_ROLL) as engine:
+    with open_folder() as folder, guarded_engine(folder, STAGE_FOR_ROLL) as engine:
         engine.run.chmod(0o755)
         command = ["-c", AS_NOBODY, "abort", str(engine.run)]
         asked = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False)

@@ -35,6 +35,7 @@ UNREADABLE = {
 OPTION = re.compile(r"--[a-z][a-z-]+")
 
 
+@pytest.mark.usefixtures("wide_terminal")
 @pytest.mark.parametrize("what", UNREADABLE)
 @pytest.mark.parametrize("command", ["attitude", "fit", "alignment"])
 def test_a_refusal_names_options_of_the_command_that_refuses_and_says_what_was_not_done(
