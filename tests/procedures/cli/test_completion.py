@@ -38,7 +38,8 @@ def test_bash_completes_every_command(tmp_path: Path, capsys: pytest.CaptureFixt
 
 def test_fish_completes_every_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script = written("fish", tmp_path, capsys)
-    command = [require_program("fish"), "--no-config", "-c", f"source {script}; complete -C 'calrig res'"]
+    completion = "source $argv[1]; complete -C 'calrig res'"
+    command = [require_program("fish"), "--no-config", "-c", completion, script]
     found = subprocess.run(command, capture_output=True, text=True, check=True)
     assert [line.partition("\t")[0] for line in found.stdout.splitlines()] == ["resolve", "resume"]
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from command import call
+from open_folder import open_folder
 from small_run import PROCEDURE, RIG
 
 from procedures.cli.bench.service import unit_text
@@ -30,18 +31,21 @@ def test_the_page_shows_the_unit_that_is_shipped() -> None:
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="systemd is of Linux")
 def test_the_unit_is_written_with_the_folders_it_may_write_to(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in ("config", "state"):
-        monkeypatch.setenv(f"XDG_{name.upper()}_HOME", str(tmp_path / name))
-    monkeypatch.setattr("procedures.cli.bench.service._program", lambda: "/opt/calrig/bin/calrig")
-    outcome = call(capsys, "service", "--out", tmp_path / "runs")
-    assert outcome.status == 0
-    unit = (tmp_path / "config" / "systemd" / "user" / "calrig@.service").read_text("utf-8")
-    assert f"ExecStart=/opt/calrig/bin/calrig resume {tmp_path}/runs/%i --operator %u" in unit
+    """In a folder with a plain path: any other is refused, and the temporary folder may be one."""
+    with open_folder(plain=True) as home:
+        for name in ("config", "state"):
+            monkeypatch.setenv(f"XDG_{name.upper()}_HOME", str(home / name))
+        monkeypatch.setattr("procedures.cli.bench.service._program", lambda: "/opt/calrig/bin/calrig")
+        outcome = call(capsys, "service", "--out", home / "runs")
+        assert outcome.status == 0
+        unit = (home / "config" / "systemd" / "user" / "calrig@.service").read_text("utf-8")
+        assert f"ExecStart=/opt/calrig/bin/calrig resume {home}/runs/%i --operator %u" in unit
+        folders = (home / "runs", home / "state" / "calrig")
+        assert [folder.is_dir() for folder in folders] == [True, True]
     assert not re.search(r"@[A-Z]+@", unit), "a place that was not filled in"
-    for folder in (tmp_path / "runs", tmp_path / "state" / "calrig"):
-        assert folder.is_dir()
+    for folder in folders:
         assert str(folder) in re.findall(r"^ReadWritePaths=(.*)$", unit, re.MULTILINE)[0].split()
 
 
