@@ -9,7 +9,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -35,6 +35,8 @@ class StrictTable(BaseModel):
     """Base of every table of a calrig file: frozen, no unknown key, no silent conversion."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
+    instead: ClassVar[Mapping[str, str]] = {}
+    """Keys that it had before, each with what its refusal says to do."""
 
 
 Table = TypeVar("Table", bound=BaseModel)
@@ -102,7 +104,7 @@ class TomlFile:
         kind = item["type"]
         key, tags = _without_tags(self.values, item["loc"], last_is_key=kind == "missing")
         if kind == "extra_forbidden":
-            return self.complaint(key, _unknown_key(str(key[-1]), _allowed_keys(model, key[:-1], tags)))
+            return self.complaint(key, _unknown_key(str(key[-1]), _tables_at(model, key[:-1], tags)))
         if kind == "missing":
             return self.complaint(key, "is missing" + _unit_hint(self.values, key))
         if kind in ("union_tag_invalid", "union_tag_not_found"):
@@ -208,14 +210,14 @@ def _without_tags(
     return key, tags
 
 
-def _allowed_keys(model: type[BaseModel], table: Sequence[str | int], tags: Sequence[str]) -> list[str]:
-    """Return the field names of the table at ``table`` below ``model``, following dictionaries, options and unions."""
+def _tables_at(model: type[BaseModel], table: Sequence[str | int], tags: Sequence[str]) -> list[type[BaseModel]]:
+    """Return the forms of the table at ``table`` below ``model``, following dictionaries, options and unions."""
     candidates: list[Any] = [model]
     for part in table:
         candidates = [inner for outer in candidates for inner in _descend(outer, str(part))]
     tables = [item for item in candidates if _is_table(item)]
     tagged = [item for item in tables if tags and tags[-1] in str(item.model_fields.get("driver", ""))]
-    return sorted({field.alias or name for item in tagged or tables for name, field in item.model_fields.items()})
+    return tagged or tables
 
 
 def _is_table(item: Any) -> bool:
@@ -237,7 +239,11 @@ def _alternatives(annotation: Any) -> list[Any]:
     return [inner for argument in arguments for inner in _alternatives(argument)]
 
 
-def _unknown_key(key: str, allowed: Sequence[str]) -> str:
+def _unknown_key(key: str, tables: Sequence[type[BaseModel]]) -> str:
+    for table in tables:
+        if issubclass(table, StrictTable) and key in table.instead:
+            return table.instead[key]
+    allowed = sorted({field.alias or name for table in tables for name, field in table.model_fields.items()})
     with_unit = [name for name in allowed if name.startswith(f"{key}_") and name.removeprefix(f"{key}_") in _UNITS]
     if with_unit:
         return f"unknown key: the unit is missing; write {with_unit[0]}"

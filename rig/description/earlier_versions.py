@@ -12,9 +12,10 @@ from collections.abc import Iterator, Mapping, Sequence
 DROPPED: tuple[tuple[str, ...], ...] = (
     ("readouts", "*", "settle_nplc"),
     ("streams", "*", "count", "unit_s"),
+    ("standards", "*", "correction_file"),
 )
 """Keys by their path, ``*`` for any name. ``settle_nplc`` was read and never used: the procedure's ``[dwell]`` says it.
-A count has no seconds: ``unit_s`` belongs to ``time``."""
+A count has no seconds: ``unit_s`` belongs to ``time``. No version ever opened a ``correction_file``."""
 BELIEVED: Mapping[tuple[str, ...], object] = {("axes", "*", "index_errors"): "independent"}
 """Keys by their path to what they stood for when they were not there yet."""
 

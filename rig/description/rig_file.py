@@ -3,9 +3,9 @@
 Everything is checked here before any port is opened; nothing here opens one.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from datetime import date, datetime
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
 
@@ -63,13 +63,18 @@ class ConsoleSection(StrictTable):
 class Standard(StrictTable):
     """``[standards.NAME]``: a certificate that uncertainty is taken from."""
 
+    instead: ClassVar[Mapping[str, str]] = {
+        "correction_file": "a standard states an uncertainty, and corrections stand where they are used; remove it. "
+        'Errors that a table\'s certificate lists at angles are corrected by axes.NAME.index_table = "errors.csv"; a '
+        "resistor's value is load_resistor_ohm of its [chain], a sensor's own temperature is sensors.NAME.temperature "
+        "(offset_degc, slope_degc_per_v); readings of other instruments must come corrected"
+    }
     serial: str
     certificate: str
     due: date
     kind: Literal["limit", "standard", "expanded"] = "limit"
     k: Positive = 2.0
     """Coverage factor, used where ``kind = "expanded"``."""
-    correction_file: str | None = None
     uncertainty_arcsec: NotNegative | None = None
     uncertainty_v: NotNegative | None = None
     uncertainty_degc: NotNegative | None = None

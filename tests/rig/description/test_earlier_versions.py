@@ -33,6 +33,13 @@ def test_a_count_that_was_stored_with_seconds_is_read() -> None:
     assert rig_from_json(json.dumps(document)).model_dump() == now
 
 
+def test_a_correction_file_that_was_stored_and_never_opened_is_read() -> None:
+    rig = example_rig()
+    document = json.loads(rig.model_dump_json())
+    document["standards"]["table"]["correction_file"] = "errors.csv"  # null in every run of versions up to 0.1
+    assert rig_from_json(json.dumps(document)).model_dump() == rig.model_dump()
+
+
 @pytest.mark.parametrize("text", ["", "[]", "3", '{"rig": 1}', '{"readouts": {"dmm": 1}}', '{"readouts": []}'])
 def test_what_is_no_description_is_refused(text: str) -> None:
     with pytest.raises(DescriptionError, match="use the calrig that wrote it"):

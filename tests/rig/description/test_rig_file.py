@@ -43,6 +43,13 @@ MISTAKES = [
         "scanner = 1",
         "dmm.channels: scanner channel 101 is used by x, y;",
     ),
+    (
+        "corrections of a standard",
+        'kind = "limit"',
+        'kind = "limit"\ncorrection_file = "no-such-file.csv"',
+        "standards.table.correction_file: a standard states an uncertainty, and corrections stand where they are used; "
+        "remove it. Errors that a table's certificate lists at angles are corrected by axes.NAME.index_table",
+    ),
     ("unknown standard", 'standard = "table"', 'standard = "tabel"', "axes.pitch.standard: no standard 'tabel'"),
     (
         "two-axis package of three",
