@@ -215,9 +215,9 @@ def _axis_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
     """Yield axes of one controller with the same number; two twins without numbers are two controllers."""
     taken: dict[tuple[str, str, tuple[int, ...]], str] = {}
     for name, axis in rig.axes.items():
-        address = (axis.driver, axis.port, axis.address)
+        address = (axis.driver, axis.port, axis.line_address)
         if axis.port != TWIN_PORT and address in taken:
-            number = ", ".join(map(str, axis.address))
+            number = ", ".join(map(str, axis.line_address))
             yield file.complaint(("axes", name, "axis"), f"axis {number} at {axis.port} is already {taken[address]}")
         taken[address] = name
     named: dict[tuple[str, str, str], str] = {}

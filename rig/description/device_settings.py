@@ -61,7 +61,7 @@ class AxisSettings(StrictTable):
         return as_tuple(value)
 
     @property
-    def address(self) -> tuple[int, ...]:
+    def line_address(self) -> tuple[int, ...]:
         """What tells the axes of one port apart: the number on the controller, and what a driver needs besides."""
         return (self.axis,)
 

@@ -47,7 +47,7 @@ class ZaberSettings(rates.RevolvingSettings):
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
     @property
-    def address(self) -> tuple[int, ...]:
+    def line_address(self) -> tuple[int, ...]:
         return (self.axis, self.device_axis)
 
 

@@ -43,7 +43,7 @@ def axis_lines(axes: Mapping[str, AxisSettings]) -> list[tuple[str, ...]]:
         for line in lines:
             others = [axes[other] for other in line]
             same_port = (others[0].driver, others[0].port) == (axis.driver, axis.port)
-            if same_port and axis.address not in [other.address for other in others]:
+            if same_port and axis.line_address not in [other.line_address for other in others]:
                 line.append(name)
                 break
         else:

@@ -12,12 +12,12 @@ from rig.twins.zaber import Stage, ZaberTwin
 
 def _twin(axes: Mapping[str, ZaberSettings], world: World, _time_factor: float) -> Twin:
     stages = {
-        axis.address: (name, Stage(axis.microstep_deg, velocity_scale=axis.velocity_scale))
+        axis.line_address: (name, Stage(axis.microstep_deg, velocity_scale=axis.velocity_scale))
         for name, axis in axes.items()
     }
     twin = ZaberTwin(stages, world)
     for axis in axes.values():  # a file that asks for no checksums is that of a stage which sends none
-        twin.axes[axis.address].settings["comm.checksum"] = int(axis.require_checksum)
+        twin.axes[axis.line_address].settings["comm.checksum"] = int(axis.require_checksum)
     return twin
 
 

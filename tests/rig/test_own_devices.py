@@ -13,6 +13,7 @@ from installed_examples import install_example
 from rig.assembly.open_rig import Rig, open_rig
 from rig.defects import defect_text, is_ours
 from rig.description.read import read_rig
+from rig.drivers.twin_lines import axis_lines
 from rig.errors import DescriptionError
 from rig.motion.move import home_and_arrive
 
@@ -123,6 +124,24 @@ def test_a_zero_that_is_not_at_home_is_lawful(axis_file: Path) -> None:
     axis_file.write_text(axis_file.read_text().replace("top_rate_dps = 60.0\n", odd))
     with rig_on("memory", axis_file) as rig:
         keep_promises(rig, "axes.pitch")
+
+
+def test_drives_of_two_controllers_share_one_line_by_their_addresses(
+    axis_file: Path,
+) -> None:
+    axis_file.write_text(axis_file.read_text().replace("axis = 2\n", "axis = 1\naddress = 3\n"))
+    assert axis_lines(read_rig(axis_file).axes) == [("pitch", "roll")]
+    with rig_on("memory", axis_file) as rig:
+        assert [rig.axes[name].identify() for name in ("pitch", "roll")] == ["TURNER 7, drive 1", "TURNER 7, drive 49"]
+        keep_promises(rig, "axes.roll")
+    at_a_port = axis_file.read_text().replace('port = "twin"', 'port = "socket://127.0.0.1:1"', 2)
+    axis_file.write_text(at_a_port)
+    assert read_rig(axis_file).axes["roll"].line_address == (3, 1)
+    axis_file.write_text(at_a_port.replace("address = 3\n", ""))
+    with pytest.raises(
+        DescriptionError, match=r"axes\.roll\.axis: axis 0, 1 at socket://127\.0\.0\.1:1 is already pitch"
+    ):
+        read_rig(axis_file)
 
 
 @pytest.mark.parametrize("member", ["stop", "home", "start_rate"])

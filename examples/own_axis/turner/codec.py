@@ -1,7 +1,8 @@
 """Bytes of the TURNER drive, which is made up: nine bytes there, nine bytes back, whole degrees divided by 1000.
 
-A frame: drive number, command, status (0 where it asks), a signed 32-bit value with the high byte first, a count that
-the answer repeats, and the low byte of the sum of the eight before.
+A frame: drive number (16 times the controller's address, and the drive's own), command, status (0 where it asks), a
+signed 32-bit value with the high byte first, a count that the answer repeats, and the low byte of the sum of the eight
+before.
 
 Fails with: a sum that is wrong, an answer of another drive, to another command or with another count. All are refused:
 nothing is taken from such a frame.

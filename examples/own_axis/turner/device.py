@@ -25,11 +25,23 @@ COUNTS = 256
 
 
 class TurnerSettings(rates.RevolvingSettings):
-    """What ``[axes.NAME]`` may hold beside the keys of every axis; ``axis`` is the drive's number on its line."""
+    """What ``[axes.NAME]`` may hold beside the keys of every axis; ``axis`` is the drive's number on its controller."""
 
     driver: Literal["turner"]
+    axis: Annotated[int, Field(ge=1, le=15)] = 1
+    address: Annotated[int, Field(ge=0, le=15)] = 0
+    """Of the controller, as its switch stands: several share a line."""
     baud_rate: Literal[9600, 115200] = 115200
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
+
+    @property
+    def line_address(self) -> tuple[int, ...]:
+        return (self.address, self.axis)
+
+    @property
+    def drive(self) -> int:
+        """The number in its frames."""
+        return 16 * self.address + self.axis
 
 
 class Turner:
@@ -52,7 +64,7 @@ class Turner:
         model = self._ask(codec.MODEL).value
         if model != codec.MODEL_NUMBER:
             raise DeviceRefused(f"{self.name}: it is model {model}, need {codec.MODEL_NUMBER}; nothing moved")
-        return f"TURNER {model}, drive {self._settings.axis}"
+        return f"TURNER {model}, drive {self._settings.drive}"
 
     def home(self) -> None:
         self._is_prepared = False  # a drive that lost power forgot its speed
@@ -95,7 +107,7 @@ class Turner:
         self._ask(codec.STOP)
 
     def stop_steps(self) -> Sequence[StopStep]:
-        return (StopStep(codec.encode(Frame(self._settings.axis, codec.STOP))),)
+        return (StopStep(codec.encode(Frame(self._settings.drive, codec.STOP))),)
 
     def _prepare(self) -> None:
         """Tell the drive its speed and read it back. Raises: DeviceFault."""
@@ -124,7 +136,7 @@ class Turner:
         """
         with self._turn:
             self._count = (self._count + 1) % COUNTS
-            request = Frame(self._settings.axis, command, value, self._count)
+            request = Frame(self._settings.drive, command, value, self._count)
             answer = self._exchange.ask(
                 codec.encode(request),
                 lambda data: codec.answer_to(request, data),

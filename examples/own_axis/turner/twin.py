@@ -77,4 +77,4 @@ class TurnerTwin:
 
 def twin(axes: Mapping[str, TurnerSettings], world: World, time_factor: float) -> Twin:  # noqa: ARG001 it answers at once
     """Make the twin of one line with its drives."""
-    return TurnerTwin({axis.axis: ServoAxis(world.axes[name], world) for name, axis in axes.items()})
+    return TurnerTwin({axis.drive: ServoAxis(world.axes[name], world) for name, axis in axes.items()})
