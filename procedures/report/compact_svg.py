@@ -1,7 +1,8 @@
 """A figure's SVG without what nobody sees: less than half of the bytes, drawn the same.
 
-Matplotlib writes six decimals of a point, a group around every tick and a style at every mark. Coordinates keep a
-tenth of a point (35 µm on paper); scales, which multiply, keep every digit.
+Matplotlib writes six decimals of a point, a group around every tick, a style at every mark, and every point of a curve
+from the corner of the page. Coordinates keep a tenth of a point (35 µm on paper), those of letters a thousandth of
+their height; lines go on from the point before. Scales, which multiply, keep every digit.
 """
 
 import re
@@ -12,11 +13,14 @@ _NAMESPACE, _HREF = "http://www.w3.org/2000/svg", "{http://www.w3.org/1999/xlink
 _POINTS = ("x", "y", "x1", "x2", "y1", "y2", "width", "height", "points")
 _NUMBER = re.compile(r"-?\d+\.\d{2,}(?:e-?\d+)?")
 _TRANSLATION = re.compile(r"translate\([^)]*\)")
-_LINE = re.compile(r"^M ([-\d.]+) ([-\d.]+) L ([-\d.]+) ([-\d.]+)$")
+_DRAWN = re.compile(r"[A-Za-z]|-?[\d.]+(?:e-?\d+)?")
+_PAIRS = {"M": 1, "L": 1, "Q": 2, "C": 3}
+"""Points that a command takes, of those that matplotlib writes."""
+_SCALED = re.compile(r"scale\(([\d.]+)\)")
 _ONLY_TRANSLATION = re.compile(r"translate\((-?[\d.]+) (-?[\d.]+)\)")
 _REFERENCE = re.compile(r"url\(#([^)]+)\)")
-_NOT_INHERITED = ("opacity:", "clip-path", "mask", "filter")
-"""Of a style that holds one of these nothing is moved to the group: it would act on the group as a whole."""
+_NOT_INHERITED = frozenset({"opacity", "clip-path", "mask", "filter"})
+"""What is not moved to a group: it would act on the group as a whole."""
 
 
 def compact_svg(svg: bytes) -> bytes:
@@ -37,7 +41,7 @@ def compact_svg(svg: bytes) -> bytes:
     _simplify(root)
     _name_styles(root)
     root.set("xmlns", _NAMESPACE)
-    return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True))
+    return bytes(ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)).replace(b" />", b"/>")
 
 
 def _shorten_names(root: ElementTree.Element) -> None:
@@ -69,7 +73,10 @@ def _name(index: int) -> str:
 
 def _shorten(element: ElementTree.Element) -> None:
     if (drawn := element.get("d")) is not None:
-        element.set("d", _tight(drawn))
+        of_letter = _SCALED.fullmatch(element.get("transform", ""))
+        element.set("d", _tight(drawn, float(of_letter[1]) if of_letter else 1.0))
+        if of_letter:
+            del element.attrib["transform"]
     for key in _POINTS:
         if (value := element.get(key)) is not None:
             element.set(key, _rounded(" ".join(value.split())))
@@ -85,15 +92,45 @@ def _shorten(element: ElementTree.Element) -> None:
         element.set("style", re.sub(r"\s*([:;])\s*", r"\1", style.strip()).rstrip(";"))
 
 
-def _tight(drawn: str) -> str:
-    """Return a path without the spaces that its letters and signs make needless."""
-    text = _LINE.sub(_straight, _rounded(" ".join(drawn.split())))
-    return re.sub(r" ?([A-Za-z]) ?", r"\1", text).replace(" -", "-")
+def _tight(drawn: str, scale: float) -> str:
+    """Return a path, scaled, in tenths: every point as the step from the one before, a command said once in a row.
+
+    Steps are those between rounded points, so that they do not add up to an error.
+    """
+    words, at = _DRAWN.findall(drawn), 0
+    parts: list[str] = []
+    here, begun, before = (0, 0), (0, 0), ""
+    while at < len(words):
+        command = words[at]
+        if command in "zZ":
+            parts.append("z")
+            here, before, at = begun, "", at + 1
+            continue
+        taken = 2 * _PAIRS[command]
+        numbers = [round(10.0 * scale * float(word)) for word in words[at + 1 : at + 1 + taken]]
+        points = list(zip(numbers[::2], numbers[1::2], strict=True))
+        said, steps = _step(command, points, here)
+        parts.append(_glued("" if said == before != "M" else said, steps))
+        here, before, at = points[-1], said, at + 1 + taken
+        begun = here if command == "M" else begun
+    return "".join(parts)
 
 
-def _straight(found: re.Match[str]) -> str:
-    x, y, to_x, to_y = found.groups()
-    return f"M{x} {y}V{to_y}" if x == to_x else f"M{x} {y}H{to_x}" if y == to_y else found[0]
+def _step(command: str, points: list[tuple[int, int]], here: tuple[int, int]) -> tuple[str, list[int]]:
+    """Return a command and its numbers, from the point before; where a path begins stays where it is."""
+    if command == "M":
+        return "M", list(points[0])
+    steps = [value - start for point in points for value, start in zip(point, here, strict=True)]
+    if command == "L" and 0 in steps:
+        return ("h", steps[:1]) if steps[1] == 0 else ("v", steps[1:])
+    return command.lower(), steps
+
+
+def _glued(command: str, tenths: list[int]) -> str:
+    """Return a command with its numbers; a sign parts as well as a space does."""
+    numbers = [f"{value / 10:g}".replace("0.", ".", 1) if abs(value) < 10 else f"{value / 10:g}" for value in tenths]
+    text = " ".join(numbers).replace(" -", "-")
+    return f"{command}{text}" if command or text.startswith("-") else f" {text}"
 
 
 def _rounded(text: str) -> str:
@@ -107,21 +144,44 @@ def _simplify(parent: ElementTree.Element) -> None:
         _simplify(child)
         if child.tag == "g":
             _hoist_style(child)
-        children.extend(child if child.tag == "g" and not child.attrib else [child])
+        children.extend(child if child.tag == "g" and not child.attrib else [child] if _is_seen(child) else [])
     parent[:] = children
 
 
+def _is_seen(element: ElementTree.Element) -> bool:
+    """Return whether an element draws, or is referred to: an empty line may be neither."""
+    return element.tag != "path" or "d" in element.attrib or "id" in element.attrib
+
+
 def _hoist_style(group: ElementTree.Element) -> None:
-    """Say once for a group what every one of its marks says."""
-    styles = {child.get("style", "") for child in group}
-    if len(group) < 2 or len(styles) != 1 or "style" in group.attrib or any(child.tag != "use" for child in group):
+    """Say once for a group what every one of its marks says; what it defines is drawn as its marks are."""
+    marks = [child for child in group if child.tag != "defs"]
+    if len(marks) < 2 or "style" in group.attrib or any(mark.tag != "use" for mark in marks):
         return
-    style = styles.pop()
-    if not style or any(word in style for word in _NOT_INHERITED):
+    said = [_declarations(mark) for mark in marks]
+    shared = {
+        name: value
+        for name, value in said[0].items()
+        if name not in _NOT_INHERITED and all(other.get(name) == value for other in said)
+    }
+    if not shared:
         return
-    group.set("style", style)
-    for child in group:
-        del child.attrib["style"]
+    group.set("style", _style_of(shared))
+    for mark, declared in zip(marks, said, strict=True):
+        rest = _style_of({name: value for name, value in declared.items() if name not in shared})
+        if rest:
+            mark.set("style", rest)
+        else:
+            del mark.attrib["style"]
+
+
+def _declarations(element: ElementTree.Element) -> dict[str, str]:
+    parts = (entry.partition(":") for entry in element.get("style", "").split(";") if entry)
+    return {name: value for name, _, value in parts}
+
+
+def _style_of(declarations: dict[str, str]) -> str:
+    return ";".join(f"{name}:{value}" for name, value in declarations.items())
 
 
 def _name_styles(root: ElementTree.Element) -> None:

@@ -34,7 +34,7 @@ from procedures.report.findings_in_short import significant_findings, test_name,
 from procedures.report.overview import overview_rows
 from procedures.report.view import AxisView, CheckComparison, ParameterRow, RunView
 
-URI_SAFE = " !$'()*+,-./:;=?@_~"
+URI_SAFE = " !$'()*+,-./:;<=>?@_{}~"
 """What a data URI inside an attribute may hold as it is."""
 
 
