@@ -50,7 +50,12 @@ def _solve_sensor(
     try:
         return KINDS[plan.kind].solve(item)
     except AmsError as error:
-        return _unsolved(item, str(error))
+        return _unsolved(item, _without_source(str(error), item.source))
+
+
+def _without_source(failure: str, source: str) -> str:
+    """Return why, without run and sensor: whoever tells the failure of a sensor has named both."""
+    return failure.removeprefix(source).lstrip(":, ") if failure.startswith(source) else failure
 
 
 def _unsolved(item: SensorRows, failure: str) -> SolvedSensor:

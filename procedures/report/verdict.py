@@ -33,7 +33,8 @@ def judge(
     attitude of the table, pitch and roll together; None where none is declared. ``findings``: of all sensors together;
     they stand among the warnings of each, and are said once.
     """
-    failures = [f"{sensor.name}: {sensor.failure}" for sensor in sensors if sensor.failure]
+    names = [sensor.name for sensor in sensors]
+    failures = stated_once(((sensor.name, "", sensor.failure) for sensor in sensors if sensor.failure), names)
     said = significant_texts(findings)
     turned = turned_the_table((*findings, *(found for sensor in sensors for found in _findings(sensor))))
     doubts = [
@@ -48,9 +49,7 @@ def judge(
         *_explained(sensors, table_arcsec),
         *_went_on(interruptions),
         *_rejected(counts),
-        *stated_once(
-            (remark for sensor in sensors for remark in _remarks(sensor)), [sensor.name for sensor in sensors]
-        ),
+        *stated_once((remark for sensor in sensors for remark in _remarks(sensor)), names),
     ]
     is_level_read = not any(doubt.startswith(NO_LEVEL) for doubt in _remark_texts(sensors))
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]

@@ -81,6 +81,15 @@ def test_a_sensor_without_a_solution_makes_the_run_unusable() -> None:
     assert "SN1047: roll has one value only" in text
 
 
+def test_what_two_sensors_fail_by_is_said_once() -> None:
+    view = run_view(Scene(sensors=("SN1", "SN2")))
+    failed = tuple(replace(sensor, axes=(), failure="roll has one value only") for sensor in view.sensors)
+    trust, text = _judged(replace(view, sensors=failed))
+    assert trust == "unusable"
+    assert "all 2 sensors: roll has one value only" in text
+    assert text.count("roll has one value only") == 1
+
+
 def test_a_step_at_a_restart_is_a_reservation_although_it_was_accepted() -> None:
     trust, text = _judged(run_view(Scene()), steps=("dmm.x at step 2 changed by 4e-05 V",))
     assert trust == "reserved"

@@ -91,6 +91,8 @@ def test_a_run_aborted_before_it_could_be_solved_has_a_report_that_says_why(tmp_
     view = view_of(record, solve_record(record))
     assert view.verdict.trust == "unusable"
     assert view.sensors[0].failure
+    why = view.verdict.grounds[0]
+    assert (why.startswith("SN1047: "), why.count("SN1047"), view.run_id in why) == (True, 1, False)
     assert view.interruptions[-1].what == "aborted"
     page = write_screen(draw_report(view), tmp_path).read_text(encoding="utf-8")
     assert "NO RESULT" in page
