@@ -14,8 +14,9 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from ams.archive.due_list import due_list, search_runs
+from ams.archive.due_list import SENSOR_EVERY_DAYS, due_list
 from ams.archive.refusals import without_password
+from ams.archive.run_search import search_runs
 from ams.archive.sets import list_sets
 from ams.errors import ArchiveAbsent, ArchiveError
 from procedures.console.acting import Acting, new_key
@@ -37,6 +38,8 @@ from procedures.journal.status import status
 
 LOOK_S, ALIVE_EVERY_S = 0.25, 2.0
 MOST_SOCKETS = 64
+MOST_LISTED = 100
+"""Runs on the page of the archive."""
 REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'; frame-ancestors 'none'"
 """The report brings its own, stricter one; it never runs a script."""
 
@@ -116,18 +119,18 @@ class _Pages:
         return self._shown(request, "night.html.j2", here="night", night=summary, today=console.clock.now_utc().date())
 
     async def archive(self, request: Request) -> Response:
-        words = request.query_params.get("q", "")
+        words, standard = request.query_params.get("q", ""), request.query_params.get("standard")
         url, absent = self._console.archive_url, False
         try:
-            found = await run_sync(search_runs, url, words.split())
+            found = await run_sync(search_runs, url, words.split(), standard)
             sets = await run_sync(list_sets, url)
             due = await run_sync(due_list, url)
         except ArchiveAbsent:  # as on every new bench: the first finished run makes it
             found, sets, due, absent = (), (), (), True
         sensors = {coefficients.sensor: coefficients for coefficients in sets}
         return self._shown(
-            request, "archive.html.j2", here="archive", absent=absent, words=words, found=found[:100],
-            count=len(found), sensors=sensors, due=due,
+            request, "archive.html.j2", here="archive", absent=absent, words=words, standard=standard,
+            found=found[:MOST_LISTED], count=len(found), sensors=sensors, due=due, every_days=SENSOR_EVERY_DAYS,
             today=self._console.clock.now_utc().date(), archive=without_password(url),
         )  # fmt: skip
 

@@ -12,6 +12,7 @@ from procedures.errors import ProcedureError, RequestError
 from procedures.journal.corrections import acknowledge, is_acknowledged
 from procedures.queue.state import OVER, Item, ItemState, Queue, Source
 from procedures.queue.store import Change, QueueStore
+from procedures.records.progress import at_both
 from rig.description.rig_file import RigDescription
 
 Choice = Literal["resume", "again", "drop"]
@@ -97,7 +98,7 @@ def arm(store: QueueStore, by: str, until_utc: datetime, boot: str, now_utc: dat
     """Let what waits start until a time. Raises: RequestError."""
     _require_name("arm", by)
     if until_utc <= now_utc:
-        raise RequestError(f"queue arm: got a time that is over ({until_utc:%Y-%m-%d %H:%M} UTC); nothing was armed")
+        raise RequestError(f"queue arm: got a time that is over ({at_both(until_utc)}); nothing was armed")
 
     def decide(queue: Queue) -> Change:
         if undecided := queue.in_state(ItemState.UNDECIDED):

@@ -22,6 +22,7 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
+from procedures.records.progress import at_both
 from procedures.records.states import State
 
 Detail = Mapping[str, Any]
@@ -145,9 +146,7 @@ class Queue:
             return self.disarmed_because
         if self.arming.boot != boot:
             return "the machine was started anew since"
-        return f"{self.arming.by} armed it until {self.arming.until_utc:%Y-%m-%d %H:%M} UTC" * (
-            now_utc > self.arming.until_utc
-        )
+        return f"{self.arming.by} armed it until {at_both(self.arming.until_utc)}" * (now_utc > self.arming.until_utc)
 
     def item(self, number: int) -> Item | None:
         return next((item for item in self.items if item.number == number), None)

@@ -40,7 +40,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
             if stands.eta_utc and stands.state in ACTIVE
             else []
         ),
-        f"operator   {one_line(header.operator)} began it {header.created_utc:%Y-%m-%d %H:%M} UTC"
+        f"operator   {one_line(header.operator)} began it {at_both(header.created_utc)}"
         f"{', simulated' if header.is_simulated else ''}",
         f"mounting   {max((dwell.mounting for dwell in dwells), default=1)}",
         *_temperatures(dwells),
@@ -67,10 +67,10 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
 def _standing(state: State, entered: Event, newest: Event, words: LastWords | None) -> str:
     """Say the state, since when and why; an interruption stands in no journal before the resume."""
     if state is not State.INTERRUPTED or state == entered.detail["to"]:
-        return f"{state} since {entered.utc:%Y-%m-%d %H:%M} UTC{_reason(entered)}"
+        return f"{state} since {at_both(entered.utc)}{_reason(entered)}"
     if words is None:
-        return f"{state}, last heard of {newest.utc:%Y-%m-%d %H:%M} UTC"
-    return one_line(f"{state} since {words.stopped_utc:%Y-%m-%d %H:%M} UTC: {words}")
+        return f"{state}, last heard of {at_both(newest.utc)}"
+    return one_line(f"{state} since {at_both(words.stopped_utc)}: {words}")
 
 
 def _next(run_dir: Path, state: State, cause: str, held_before: str) -> str:
@@ -157,7 +157,7 @@ def _accepted(dwells: Sequence[DwellRecord]) -> Iterable[str]:
     for dwell in counted[-_MOST:]:
         angles = ", ".join(f"{name} {angle_deg:g}°" for name, angle_deg in dwell.targets_deg.items())
         what = f"{dwell.purpose}, replication {dwell.replication}" if dwell.replication else dwell.purpose
-        yield f"  {dwell.ended_utc:%m-%d %H:%M} step {dwell.step}: {what}, {angles}"
+        yield f"  {at_both(dwell.ended_utc)} step {dwell.step}: {what}, {angles}"
 
 
 def _kind(reason: str) -> str:
@@ -179,4 +179,4 @@ def _listed(name: str, events: list[Event]) -> Iterable[str]:
     for event in events[-_MOST:]:
         text = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to") or ""
         by = f" {event.detail['by']}:" if event.detail.get("by") else ""
-        yield one_line(f"  {event.utc:%m-%d %H:%M}{by} {text}")
+        yield one_line(f"  {at_both(event.utc)}{by} {text}")

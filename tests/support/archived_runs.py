@@ -42,6 +42,8 @@ def a_sensor(
     simulated: bool = False,
     version: str = "0.1.0",
     is_check: bool = False,
+    standard: str = TABLE.serial,
+    customer: str = "",
 ) -> MeasuredSensor:
     """A sensor as the run of that day measured it; ``gain`` is its x axis' against nominal."""
     chance, count = np.random.default_rng(day), len(GRID_DEG)
@@ -55,8 +57,9 @@ def a_sensor(
         sensor=sensor, gravity_mps2=9.79826, gravity_source="survey", pitch_range_deg=(-60.0, 60.0),
         roll_range_deg=(-180.0, 180.0), created_utc=run.ended_utc, software_version=version, rig="bench",
         procedure="small grid", simulated=simulated, run_id=run.run_id, serial=sensor.removeprefix("SN"),
-        journal_sha256=run.journal_sha256, standards=(replace(TABLE, due=due),),
+        journal_sha256=run.journal_sha256, standards=(replace(TABLE, due=due, serial=standard),),
         acceptance={"pitch_limit_deg": 0.02, "decision_rule": "guard-band"},
+        job={"customer": customer} if customer else None,
     )  # fmt: skip
     return MeasuredSensor(build_set(calibrate(rows, CalibrationRequest(extended="no")), provenance), rows, is_check)
 

@@ -7,9 +7,10 @@ from pathlib import Path
 from cyclopts import App
 
 from ams.archive.connection import migrate as migrate_archive
-from ams.archive.due_list import SENSOR_EVERY_DAYS, due_list, search_runs
+from ams.archive.due_list import SENSOR_EVERY_DAYS, due_list
 from ams.archive.histories import history as history_of
 from ams.archive.refusals import without_password
+from ams.archive.run_search import search_runs
 from ams.archive.runs import adjustment_of
 from ams.archive.sets import Search, list_sets
 from ams.archive.sets import show as show_set
@@ -114,32 +115,33 @@ def due(
         The interval after which a sensor is calibrated again.
     """
     url, today = archive_url(archive), datetime.now(UTC).date()
+    known = due_list(url, sensor_every_days)
     found = [
         item
-        for item in due_list(url, sensor_every_days)
+        for item in known
         if within_days is None or ((left := item.days_left(today)) is not None and left <= within_days)
     ]
     if json:
         entries = [{**plain(asdict(item)), "days_left": item.days_left(today)} for item in found]
         print_json({"archive": without_password(url), "due": entries})
         return
-    for line in due_lines(found, today):
+    for line in due_lines(found, today, are_known=bool(known)):
         say(line)
 
 
 @app.command
-def search(*words: str, archive: Archive = None, json: Json = False) -> None:
+def search(*words: str, standard: str | None = None, archive: Archive = None, json: Json = False) -> None:
     """Find runs by any words that are known of them: title, operator, sensor, customer, order, standard, day.
-
-    The serial number of a standard finds what was measured with it.
 
     Parameters
     ----------
     words
         All of them must be known of the run; without any, every run is listed.
+    standard
+        Only what was measured with the standard of this serial number: what is recalled when it was wrong.
     """
     url = archive_url(archive)
-    found = search_runs(url, words)
+    found = search_runs(url, words, standard)
     if json:
         print_json({"archive": without_password(url), "runs": [plain(asdict(run)) for run in found]})
         return

@@ -5,8 +5,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime
 from typing import Any
 
-from ams.archive.due_list import Due, FoundRun
+from ams.archive.due_list import Due
 from ams.archive.histories import SensorHistory
+from ams.archive.run_search import FoundRun
 from ams.archive.sets import ArchivedSet
 from ams.archive.signatures import SignOff
 from ams.parameter_words import words_of
@@ -15,6 +16,7 @@ from ams.surveillance.check_chart import LEAST_DIFFERENCES, CheckHistory
 from ams.surveillance.compare import AxisChange, Change, Comparison
 from ams.surveillance.control_chart import Chart
 from ams.units import ARCSEC_PER_DEG, printed
+from procedures.records.progress import at_both
 
 
 def plain(value: Any) -> Any:
@@ -42,18 +44,21 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
         judged = f", {', '.join(verdicts)}" if verdicts else ""
         judged += ", in quarantine" if row.quarantine else ""
-        yield f"{row.sha256[:12]}  {row.sensor:<16} {row.created_utc:%Y-%m-%d %H:%M} UTC  {row.model}, {stamp}{judged}"
+        yield f"{row.sha256[:12]}  {row.sensor:<16} {at_both(row.created_utc)}  {row.model}, {stamp}{judged}"
 
 
-def due_lines(found: Sequence[Due], today: date) -> Iterator[str]:
-    """Yield a line for what is due, the earliest first."""
+def due_lines(found: Sequence[Due], today: date, *, are_known: bool) -> Iterator[str]:
+    """Yield a line for what is due, the earliest first; ``are_known``: whether the archive has anything to be due."""
     for item in found:
-        left = item.days_left(today)
-        when = "no date" if left is None else f"{-left} days over" if left < 0 else f"in {left} days"
         day = "—" if item.due is None else f"{item.due}"
-        yield f"{day:<10}  {when:<14} {item.kind:<9} {item.name} ({item.serial or 'no serial'}), {item.because}"
+        serial = item.serial or "no serial"
+        yield f"{day:<10}  {item.when(today):<14} {item.kind:<9} {item.name} ({serial}), {item.because}"
     if not found:
-        yield "nothing is due"
+        yield (
+            "nothing is due"
+            if are_known
+            else "the archive knows no standard and no measured sensor: nothing can be due"
+        )
 
 
 def found_lines(found: Sequence[FoundRun]) -> Iterator[str]:
@@ -62,7 +67,7 @@ def found_lines(found: Sequence[FoundRun]) -> Iterator[str]:
         stamp = ", simulated" if item.run.simulated else ""
         standards = f", with {', '.join(item.standards)}" if item.standards else ""
         yield (
-            f"{item.run.started_utc:%Y-%m-%d %H:%M} UTC  {item.run.run_id}  {item.run.title}: {', '.join(item.sensors)}"
+            f"{at_both(item.run.started_utc)}  {item.run.run_id}  {item.run.title}: {', '.join(item.sensors)}"
             f"{standards}, by {item.run.operator}{stamp}"
         )
 
@@ -106,7 +111,7 @@ def sign_off_lines(signed: SignOff) -> Iterator[str]:
     yield f"set {signed.sha256[:12]}: {signed.state}"
     for signature in signed.signatures:
         comment = f": {signature.comment}" if signature.comment else ""
-        yield f"  {signature.role:<10} {signature.name}, {signature.signed_utc:%Y-%m-%d %H:%M} UTC{comment}"
+        yield f"  {signature.role:<10} {signature.name}, {at_both(signature.signed_utc)}{comment}"
     yield from _findings_lines(signed)
     for certificate in signed.certificates:
         amends = f", amends {certificate.amends} ({certificate.reason})" if certificate.amends else ""
@@ -121,13 +126,13 @@ def _findings_lines(signed: SignOff) -> Iterator[str]:
         said = (
             "accepted by nobody"
             if word is None
-            else f"accepted by {word.name}, {word.accepted_utc:%Y-%m-%d %H:%M} UTC: {word.reason}"
+            else f"accepted by {word.name}, {at_both(word.accepted_utc)}: {word.reason}"
         )
         yield f"  finding    {finding.name}: {said}"
     if signed.quarantine is not None:
         yield f"  quarantine {signed.quarantine}"
     if (done := signed.release) is not None:
-        yield f"  released   {done.name}, {done.released_utc:%Y-%m-%d %H:%M} UTC: {done.reason}"
+        yield f"  released   {done.name}, {at_both(done.released_utc)}: {done.reason}"
 
 
 def comparison_lines(found: Comparison) -> Iterator[str]:

@@ -2,20 +2,23 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from datetime import datetime
 from typing import Any
 
 from ams.parameter_words import words_of
 from ams.units import dof_words, printed
 from procedures.cli.results.findings_text import findings_lines
+from procedures.records.progress import at_both
 
 
 def set_text(document: Mapping[str, Any], status: str) -> str:
     """Return a coefficient set as text; ``status`` is the document's, or what the signatures have made of it."""
     stamp = f"{status}{', simulated' if document['simulated'] else ''}"
     sensor, provenance = document["sensor"], document["provenance"]
+    calibrated = at_both(datetime.fromisoformat(provenance["created_utc"]))
     lines = [
         f"{sensor['name']}: {document['model']} ({document['convention']['name']}), {stamp}",
-        f"calibrated {provenance['created_utc'][:16]} UTC, run {provenance['run_id'] or 'none'}, "
+        f"calibrated {calibrated}, run {provenance['run_id'] or 'none'}, "
         f"checksum {document['checksum']['sha256'][:12]}",
         *axes_lines(document["axes"]),
         *(f"warning: {text}" for text in document["warnings"]),
