@@ -53,6 +53,7 @@ def _core_data(coefficients: CoefficientSet, laboratory: Document, job: Document
     country = str(laboratory.get("country_code") or UNKNOWN_COUNTRY)
     ended = coefficients.created_utc.date().isoformat()
     numbers = [identification("calibrationLaboratory", job["number"], "job")] if job.get("number") else []
+    numbers += [identification("other", value, name) for name, value in declared(job.get("fields")).items()]
     received = [Element("dcc:receiptDate", str(job["received"]))] if job.get("received") else []
     run_id = coefficients.provenance["run_id"]
     if run_id is not None:

@@ -52,7 +52,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         temperature_conversion=sensor.temperature.model_dump(mode="json") if sensor.temperature else None,
         level=rig.level.model_dump(mode="json", exclude_none=True),
         chain={name: rig.chain[name].model_dump(mode="json", exclude_none=True) for name in _chained(sensor, rig)},
-        job=rig.job.model_dump(mode="json", exclude_none=True),
+        job=rig.job.model_dump(mode="json", exclude_none=True, exclude=None if rig.job.fields else {"fields"}),
         acceptance=rig.acceptance.model_dump(mode="json", exclude_none=True),
         laboratory=rig.laboratory.model_dump(mode="json", exclude_none=True) if rig.laboratory else None,
     )

@@ -248,6 +248,8 @@ class Job(StrictTable):
     item: str = ""
     received: date | None = None
     remarks: str = ""
+    fields: dict[Name, Annotated[str, Field(min_length=1)]] = {}
+    """What else the laboratory's work order says, under names of its own."""
 
 
 class Laboratory(StrictTable):

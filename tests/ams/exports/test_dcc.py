@@ -41,6 +41,11 @@ def bare() -> CoefficientSet:
     return package(**nothing, environment={}, standards=())
 
 
+def ordered() -> CoefficientSet:
+    """A set whose work order says something of its own."""
+    return package(job={"number": "J-7", "fields": {"cost centre": "30-221"}})
+
+
 def root_of(coefficients: CoefficientSet) -> Any:
     return ElementTree.fromstring(to_dcc(coefficients))
 
@@ -51,11 +56,19 @@ def quantity(root: Any, identifier: str) -> Any:
 
 
 @needs_schemas
-@pytest.mark.parametrize("make", [package, warm, quadratic, hostile, undetermined, bare, gyro_set])
+@pytest.mark.parametrize("make", [package, warm, quadratic, hostile, undetermined, bare, ordered, gyro_set])
 def test_the_official_schemas_allow_it(make: Any, tmp_path: Path) -> None:
     path = tmp_path / "SN.xml"
     path.write_bytes(to_dcc(make()))
     check_against_schemas(path, Path(str(SCHEMAS)))
+
+
+def test_a_field_of_the_work_order_is_an_identification_of_the_certificate() -> None:
+    core = root_of(ordered()).find(".//dcc:coreData/dcc:identifications", NS)
+    told = [" ".join(entry.itertext()) for entry in core.iterfind("dcc:identification", NS)]
+    assert [text.split() for text in told][:2] == [
+        ["calibrationLaboratory", "J-7", "job"], ["other", "30-221", "cost", "centre"],
+    ]  # fmt: skip
 
 
 @needs_schemas

@@ -176,6 +176,13 @@ def test_an_amendment_names_what_it_replaces_and_why() -> None:
     assert "wrong serial number" in text
 
 
+def test_what_else_the_work_order_says_stands_on_the_certificate_and_in_no_place_of_another() -> None:
+    text = _text(_grounds(coefficients=_set(job={**JOB, "fields": {"cost centre": "30-221", "Customer": "dept. 4"}})))
+    assert "cost centre 30-221" in text
+    assert str(JOB["customer"]) in text
+    assert "Customer dept. 4" in text
+
+
 def test_declared_words_cannot_change_the_page() -> None:
     page = certificate_page(_grounds(coefficients=_set(job={**JOB, "customer": "<script>alert(1)</script>"})))
     assert "<script>" not in page

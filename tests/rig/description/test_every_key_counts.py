@@ -166,6 +166,7 @@ TRIALS = {
     "sensors.*.temperature.channel": Trial("dmm.s"),
     "level.before.taken": Trial("2026-01-01"),
     "chain.*.serial": Trial("R2"),
+    "job.fields": Trial({"cost centre": "30-221"}),
     "chain.*.load_resistor_at": Trial("nowhere"),
     "chain.*.supply_channel": Trial("dmm.t"),
     "chain.*.supply_band_v": Trial([9.5, 11.0]),
