@@ -11,7 +11,7 @@ from dataclasses import fields, is_dataclass
 from functools import partial, wraps
 from itertools import count
 from threading import Lock
-from typing import Final, ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 from weakref import ref
 
 import numpy as np
@@ -32,23 +32,24 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
-        known: OrderedDict[Hashable, R] = OrderedDict()
+        known: OrderedDict[Hashable, tuple[R]] = OrderedDict()
         lock = Lock()
 
         @wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
-            key = _key((*args, *kwargs.values()))
+            key = _key((*args, *kwargs.values()) if kwargs else args)
             if key is None:
                 return function(*args, **kwargs)
             key = (*key, *kwargs)
             with lock:
-                if key in known:
+                entry = known.get(key)
+                if entry is not None:
                     known.move_to_end(key)
-                    return known[key]
+                    return entry[0]
             found = function(*args, **kwargs)
             _hand_out(found)
             with lock:
-                known[key] = found
+                known[key] = (found,)
                 while len(known) > most:
                     known.popitem(last=False)
             return found
@@ -77,21 +78,20 @@ def _forget(key: int, _: object) -> None:
     _HANDED_OUT.pop(key, None)
 
 
-def _key(values: tuple[object, ...]) -> tuple[Hashable, ...] | None:
+def _key(values: tuple[Any, ...]) -> tuple[Hashable, ...] | None:
     """Return what arguments are known by; None where it is too much to compare."""
     parts: list[Hashable] = []
     unknown = 0
     for value in values:
-        if isinstance(value, np.ndarray):
-            known = _HANDED_OUT.get(id(value))
-            if known is not None and known[0]() is value and not value.flags.writeable:
-                parts.append(known[1])
-                continue
-            unknown += value.nbytes
-            if unknown > _MOST_BYTES:
-                return None
-            parts.append((value.dtype.str, value.shape, value.tobytes()))
-        else:
-            assert isinstance(value, Hashable), "what is remembered is a function of arrays and hashable values"
+        if not isinstance(value, np.ndarray):
             parts.append(value)
+            continue
+        known = _HANDED_OUT.get(id(value))
+        if known is not None and known[0]() is value and not value.flags.writeable:
+            parts.append(known[1])
+            continue
+        unknown += value.nbytes
+        if unknown > _MOST_BYTES:
+            return None
+        parts.append((value.dtype.str, value.shape, value.tobytes()))
     return tuple(parts)

@@ -98,10 +98,9 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
         return [Diagnosis(tuple(_undetermined(solved, axis)), solved, axis, AxisTests({})) for axis in axes]
     evidence = evidence_of(solved, circumstances.rows) if evidence is None else evidence
     shared, order = shared_tests(evidence), (*time_confounded(evidence), *temperature_confounded(evidence))
-    found = []
+    found, nothing = [], np.zeros((circumstances.rows.rows, 0))
+    in_order = replace(circumstances, order=order)
     for axis in axes:
-        in_order = replace(circumstances, order=order)
-        nothing = np.zeros((circumstances.rows.rows, 0))
         whole = Believed(evidence, shared, solved, axis, circumstances.outputs, circumstances.rows, nothing)
         diagnosis = _axis(whole, axis, in_order)
         found.append(replace(diagnosis, findings=(*diagnosis.findings, *order, *_undetermined(solved, axis))))
@@ -286,12 +285,11 @@ def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
         return columns
     size = len(found.solved.problem.models)
     drift = {
-        name: replace(test, is_significant=np.full(size, flags.get(f"{DRIFT_OF}{name}", False)))
-        for name, test in columns.drift.items()
+        name: test.judged(np.full(size, flags.get(f"{DRIFT_OF}{name}", False))) for name, test in columns.drift.items()
     }
     repeats = columns.lack_of_fit.p_value <= found.tests.conviction_level
-    lack_of_fit = np.where(flags.get(LACK_OF_FIT, False), True, repeats)
-    return replace(columns, lack_of_fit=replace(columns.lack_of_fit, is_significant=lack_of_fit), drift=drift)
+    lack_of_fit = columns.lack_of_fit.judged(np.where(flags.get(LACK_OF_FIT, False), True, repeats))
+    return ReplicationColumns(lack_of_fit, drift, columns.tp)
 
 
 def _scale(solved: SolvedColumns, index: int) -> Scale:

@@ -16,7 +16,7 @@ from ams.models.model import Model
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
 from ams.observations import Observations
-from ams.solve.extension import Extension, judge_extension, stands_alike
+from ams.solve.extension import Extension, blocks_of_angles, judge_extension
 from ams.solve.layout import Layout
 
 DEFAULT_REFERENCE_DEGC = 20.0
@@ -106,8 +106,7 @@ def _with_extension(
 
 
 def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchRoll | None:
-    block = slice(layout.points if stands_alike(rows, layout) else layout.rows)
-    design = Attitude(rows.pitch_rad[block], rows.roll_rad[block])
+    design = Attitude(*(blocks_of_angles(rows, layout) or (rows.pitch_rad, rows.roll_rad)))
     centring = centring_of(design, layout.points, base.nominal_axis)
     return None if centring is None else ExtendedPitchRoll(base.nominal_axis, centring)
 

@@ -111,8 +111,9 @@ def _are_determined(joined: FloatArray) -> bool:
 
 def _point_means(observations: Observations, label: str, table: TableUncertainty | None, layout: Layout) -> _PointMeans:
     output = np.asarray(observations.outputs[label], dtype=float)
-    if stands_alike(observations, layout):
-        return _means_of_alike(observations, output, table, layout)
+    blocks = blocks_of_angles(observations, layout)
+    if blocks is not None:
+        return _means_of_alike(blocks, output, table, layout)
     basis = PitchRoll("x").basis(observations)
     readings = layout.sum_by_point(np.ones(layout.rows))
     level_output, precision, drift_left = without_drift(basis, output, layout, readings)
@@ -128,18 +129,21 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
 
 def stands_alike(observations: Observations, layout: Layout) -> bool:
     """Whether replication stands below replication, each with the same points at exactly the same attitudes."""
-    if not layout.is_complete or layout.order is not None:
-        return False
-    blocks = (angle.reshape(layout.replications, -1) for angle in (observations.pitch_rad, observations.roll_rad))
-    return all(bool(np.all(block == block[0])) for block in blocks)
+    return blocks_of_angles(observations, layout) is not None
+
+
+def blocks_of_angles(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray] | None:
+    """Return the (K,) pitch and roll of the points where :func:`stands_alike` holds; None elsewhere."""
+    pitch, roll = layout.block(observations.pitch_rad), layout.block(observations.roll_rad)
+    return None if pitch is None or roll is None else (pitch, roll)
 
 
 def _means_of_alike(
-    observations: Observations, output: FloatArray, table: TableUncertainty | None, layout: Layout
+    blocks: tuple[FloatArray, FloatArray], output: FloatArray, table: TableUncertainty | None, layout: Layout
 ) -> _PointMeans:
     """Return the same as for any rows, in closed form: the replications' departures have no mean."""
     n, points = layout.replications, layout.points
-    pitch, roll = observations.pitch_rad[:points], observations.roll_rad[:points]
+    pitch, roll = blocks
     basis, quadratic = _bases_of_alike(pitch, roll)
     by_replication = output.reshape(n, points)
     mean = by_replication.mean(axis=0)

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
@@ -11,9 +13,12 @@ from ams.observations import Observations
 from ams.remembered import remembered
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Layout:
-    """n replications of K points, N rows; every (replication, point) pair at most once."""
+    """n replications of K points, N rows; every (replication, point) pair at most once.
+
+    Rows that are labelled alike share one layout, which is known by its identity.
+    """
 
     replication: IntArray
     """(N,) index 0 … n−1."""
@@ -34,9 +39,14 @@ class Layout:
     def points(self) -> int:
         return len(self.point_labels)
 
-    @property
+    @cached_property
     def is_complete(self) -> bool:
         return self.rows == self.replications * self.points
+
+    @cached_property
+    def readings(self) -> FloatArray:
+        """(K,) rows of every point."""
+        return np.bincount(self.point, minlength=self.points).astype(float)
 
     @cached_property
     def order(self) -> IntArray | None:
@@ -57,6 +67,13 @@ class Layout:
             if not here.all()
         }
 
+    def block(self, values: NDArray[Any]) -> NDArray[Any] | None:
+        """Return the (K, …) values of one replication where (N, …) values are the same in each, one below the other.
+
+        None elsewhere.
+        """
+        return _block(values, self.replications) if self.is_complete and self.order is None else None
+
     def sum_by_replication(self, values: FloatArray) -> FloatArray:
         """Return the (n, …) sums of (N, …) values."""
         return _sum_by(self.replication, values, self.replications)
@@ -67,11 +84,21 @@ class Layout:
             return np.asarray(values.reshape(self.replications, self.points, *values.shape[1:]).sum(axis=0))
         return _sum_by(self.point, values, self.points)
 
+    def about_points(self, values: FloatArray) -> FloatArray:
+        """Return (N, …) values less the mean of their point."""
+        return np.asarray(values - self.mean_by_point(values)[self.point])
+
     def mean_by_point(self, values: FloatArray) -> FloatArray:
         """Return the (K, …) means of (N, …) values."""
         if self.is_complete:
             return np.asarray(self.sum_by_point(values) / self.replications)
-        return np.asarray((self.sum_by_point(values).T / np.bincount(self.point)).T)
+        return np.asarray((self.sum_by_point(values).T / self.readings).T)
+
+
+@remembered(32)
+def _block(values: NDArray[Any], replications: int) -> NDArray[Any] | None:
+    blocks = values.reshape(replications, -1, *values.shape[1:])
+    return blocks[0].copy() if (blocks[1:] == blocks[0]).all() else None
 
 
 def _sum_by(index: IntArray, values: FloatArray, size: int) -> FloatArray:

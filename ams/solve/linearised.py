@@ -17,7 +17,7 @@ from ams.models.model import Model, Stimulus
 from ams.models.remounted import is_of_a_mounting
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.observations import Observations
-from ams.remembered import known, remembered
+from ams.remembered import known
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm, factor, repeated
@@ -109,7 +109,7 @@ def linearise(
     else:
         block = _block(model, stimulus, layout) if weights is None and _repeats(stimulus, layout) else None
         if block is not None:
-            stimulus, times = _first(stimulus, layout.points), layout.replications
+            stimulus, times = _first(stimulus, layout), layout.replications
         basis = model.basis(stimulus) if block is None else known(block)
         if model.fixed:
             outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
@@ -142,30 +142,21 @@ def _repeats(stimulus: Attitude, layout: Layout) -> bool:
     given = _columns(stimulus)
     left_out = () if _RATES in given else _NEVER_ALIKE  # gyros stay on their rows, for their stored numbers
     columns = (values for name, values in given.items() if name not in left_out)
-    return all(_stands_alike(values, layout) for values in columns)
+    return all(layout.block(values) is not None for values in columns)
 
 
 def _block(model: Model, stimulus: Attitude, layout: Layout) -> FloatArray | None:
     """Return the basis of the points where it is the same in every replication."""
     if stimulus.time_s is None and stimulus.temperature_degc is None:
-        return model.basis(_first(stimulus, layout.points))
-    return _block_of(model.basis(stimulus), layout.replications)
+        return model.basis(_first(stimulus, layout))
+    return layout.block(model.basis(stimulus))
 
 
-@remembered(16)
-def _block_of(basis: FloatArray, replications: int) -> FloatArray | None:
-    blocks = basis.reshape(replications, -1, basis.shape[1])
-    return blocks[0].copy() if (blocks[1:] == blocks[0]).all() else None
-
-
-def _stands_alike(values: NDArray[Any], layout: Layout) -> bool:
-    """Return whether (N, …) values are the same in each replication."""
-    blocks = values.reshape(layout.replications, -1)
-    return bool((blocks[1:] == blocks[0]).all())
-
-
-def _first(stimulus: Attitude, count: int) -> Attitude:
-    return Attitude(**{name: values[:count] for name, values in _columns(stimulus).items()})
+def _first(stimulus: Attitude, layout: Layout) -> Attitude:
+    """Return the rows of the first replication, of what repeats as it is known."""
+    blocks = ((name, values, layout.block(values)) for name, values in _columns(stimulus).items())
+    first = {name: values[: layout.points] if block is None else block for name, values, block in blocks}
+    return Attitude(**first)
 
 
 def shared_regressors(model: Model, rows: Observations) -> tuple[FloatArray, ...]:

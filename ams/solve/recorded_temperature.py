@@ -10,6 +10,7 @@ slope of a column that the model takes up nearly whole: noise divided by nearly 
 out, and where temperature and attitude go together, a finding says so.
 """
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
+from ams.remembered import remembered
 from ams.solve.components import ComponentColumns
 from ams.solve.linear_form import LinearForm
 
@@ -30,7 +32,13 @@ def is_unmodelled(model: Model, temperature_degc: FloatArray | None) -> bool:
     """Return whether a temperature was recorded that is not one number and that the model does not have."""
     if temperature_degc is None or TEMPERATURE_NAMES[0] in model.primary_names:
         return False
-    return bool(np.ptp(temperature_degc, axis=0).max() > _SMALLEST_CHANGE_DEGC)
+    return swing_degc(temperature_degc) > _SMALLEST_CHANGE_DEGC
+
+
+@remembered(16)
+def swing_degc(temperature_degc: FloatArray) -> float:
+    """Return highest less lowest of (N,) temperatures; of (N, m) the largest of the columns'."""
+    return float(np.ptp(temperature_degc, axis=0).max())
 
 
 def recorded_temperature(
@@ -41,18 +49,44 @@ def recorded_temperature(
     The temperature is (N,), or (N, m) where the outputs were not measured together.
     """
     fitted = form.basis @ ordinary
-    left, size, rows = outputs - fitted, outputs.shape[1], outputs.shape[0]
-    warmth = np.broadcast_to((temperature_degc - temperature_degc.mean(axis=0)).T, (size, rows))
-    covariance, columns = np.empty((size, ordinary.shape[0], ordinary.shape[0])), np.empty((rows, 2))
+    left, size = outputs - fitted, outputs.shape[1]
+    covariance = np.empty((size, ordinary.shape[0], ordinary.shape[0]))
     for index in range(size):
-        columns[:, 0] = warmth[index]
-        columns[:, 1] = warmth[index] * (fitted[:, index] - _where_warm(warmth[index], fitted[:, index]))
-        taken_up = form.estimator @ columns
-        slopes = _slopes(columns - form.basis @ taken_up, left[:, index], columns)
-        answer = taken_up if estimator is form.estimator else _of(estimator, index) @ columns
+        recorded = temperature_degc if temperature_degc.ndim == 1 else temperature_degc[:, index]
+        warm = _warm(form.basis, form.estimator, recorded)
+        swung = warm.column * (fitted[:, index] - _where_warm(warm.column, fitted[:, index]))
+        taken_up = np.stack([warm.taken_up, form.estimator @ swung], axis=1)
+        apart = np.stack([warm.apart, swung - form.basis @ taken_up[:, 1]])
+        slopes = _slopes(apart, left[:, index], np.array([warm.square, swung @ swung]))
+        if estimator is form.estimator:
+            answer = taken_up
+        else:
+            weighted = _of(estimator, index)
+            answer = np.stack([weighted @ warm.column, weighted @ swung], axis=1)
         effects = answer * slopes
         covariance[index] = effects @ effects.T
     return ComponentColumns(NAME, covariance, np.full(size, np.inf))
+
+
+@dataclass(frozen=True)
+class _Warm:
+    """What a model makes of a recorded temperature, whatever the outputs are."""
+
+    column: FloatArray
+    """(N,) about its mean."""
+    taken_up: FloatArray
+    """(P,)"""
+    apart: FloatArray
+    """(N,) what the model leaves of it."""
+    square: float
+    """Of the column."""
+
+
+@remembered(16)
+def _warm(basis: FloatArray, estimator: FloatArray, temperature_degc: FloatArray) -> _Warm:
+    column = temperature_degc - temperature_degc.mean()
+    taken_up = estimator @ column
+    return _Warm(column, taken_up, column - basis @ taken_up, float(column @ column))
 
 
 def _of(estimator: FloatArray, index: int) -> FloatArray:
@@ -65,16 +99,18 @@ def _where_warm(warmth_degc: FloatArray, fitted: FloatArray) -> float:
     With the plain mean one reading that stands apart would make two columns of one.
     """
     weight = warmth_degc**2
-    return float(weight @ fitted / weight.sum()) if weight.any() else 0.0
+    total = float(weight.sum())
+    return float(weight @ fitted) / total if total > 0.0 else 0.0
 
 
-def _slopes(apart: FloatArray, left: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return the (2,) slopes that (N, 2) columns, less what the model takes up of them, have in what is left.
+def _slopes(apart: FloatArray, left: FloatArray, squares: FloatArray) -> FloatArray:
+    """Return the (2,) slopes that two columns of (2,) ``squares`` have in what is left.
 
-    Where they are one in the residuals that of the one that explains more; 0 for what leaves too little to tell.
+    ``apart`` (2, N) is what the model does not take up of them. Where they are one in the residuals that of the one
+    that explains more; 0 for what leaves too little to tell.
     """
-    gram, along = apart.T @ apart, apart.T @ left
-    is_determined = np.diag(gram) > _LEFT * np.einsum("nc,nc->c", columns, columns)
+    gram, along = apart @ apart.T, apart @ left
+    is_determined = np.diag(gram) > _LEFT * squares
     if is_determined.all() and gram[0, 1] ** 2 < (1.0 - _LEFT) * gram[0, 0] * gram[1, 1]:
         return np.asarray(np.linalg.solve(gram, along))
     alone = np.where(is_determined, np.diag(gram), np.inf)

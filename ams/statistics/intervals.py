@@ -100,6 +100,10 @@ class FTestColumns:
     is_significant: BoolArray
     """(m,)"""
 
+    def judged(self, is_significant: BoolArray) -> "FTestColumns":
+        """Return the same tests, significant as it is said."""
+        return FTestColumns(self.t, self.f_95, self.p_value, self.numerator_dof, self.denominator_dof, is_significant)
+
     def of(self, column: int) -> FTest:
         """Return the test of one axis; all NaN where there is none."""
         t = float(self.t[column])
@@ -161,10 +165,7 @@ def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:
     if not tests:
         return {}
     flags = holm(np.stack([test.p_value for test in tests.values()], axis=-1)).T
-    return {
-        name: FTestColumns(test.t, test.f_95, test.p_value, test.numerator_dof, test.denominator_dof, flag)
-        for flag, (name, test) in zip(flags, tests.items(), strict=True)
-    }
+    return {name: test.judged(flag) for flag, (name, test) in zip(flags, tests.items(), strict=True)}
 
 
 def effective_dof(directions: FloatArray, components: Sequence[Component]) -> FloatArray:

@@ -36,7 +36,7 @@ from ams.analysis.diagnostics.beliefs import (
     Column,
 )
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.low_order import squareness, term_columns, term_columns_at
+from ams.analysis.diagnostics.low_order import squareness_of_points, term_columns, term_columns_at
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
@@ -48,8 +48,8 @@ from ams.analysis.diagnostics.time_order import (
     autocorrelation,
     hours,
     neighbours,
-    settling,
     settling_between,
+    settling_of_points,
     slope_between,
 )
 from ams.analysis.diagnostics.wrong_dwells import largest_p_values
@@ -61,7 +61,7 @@ from ams.models.extended import ExtendedPitchRoll
 from ams.models.model import Model
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.remembered import remembered
-from ams.solve.extension import angles_of_points, stands_alike
+from ams.solve.extension import angles_of_points, blocks_of_angles
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import holm
 
@@ -91,14 +91,12 @@ class SharedTests:
 
 def shared_tests(evidence: Evidence) -> SharedTests:
     """Return what all axes' tests begin with."""
-    time, temperature = hours(evidence), evidence.rows.temperature_degc
+    time, warmth = hours(evidence), by_temperature.departure_degc(evidence)
     return SharedTests(
         largest_p_values(evidence.grid)[0],
         autocorrelation(evidence.grid, neighbours(evidence)),
         None if time is None else slope_between(evidence, time),
-        slope_between(evidence, temperature - temperature.mean())
-        if temperature is not None and by_temperature.varies(evidence)
-        else None,
+        None if warmth is None else slope_between(evidence, warmth),
         settling_between(evidence),
     )
 
@@ -250,12 +248,9 @@ def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
 
     (K, 0) where none is recorded, where it is modelled or where it is one.
     """
-    temperature, layout = evidence.rows.temperature_degc, evidence.layout
-    column = np.zeros(layout.points) if temperature is None else layout.mean_by_point(temperature)
-    is_modelled = TEMPERATURE_NAMES[0] in evidence.models[0].primary_names
-    if is_modelled or not np.ptp(column) > by_temperature.SMALLEST_CHANGE_DEGC:
-        return np.zeros((column.size, 0))
-    column = column - column.mean()
+    column, layout = by_temperature.departure_of_points(evidence), evidence.layout
+    if column is None or TEMPERATURE_NAMES[0] in evidence.models[0].primary_names:
+        return np.zeros((layout.points, 0))
     return np.column_stack([column, column * layout.mean_by_point(by_temperature.sensed(evidence, output))])
 
 
@@ -269,8 +264,9 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     if base is None:
         return None
     layout, rows = evidence.layout, evidence.rows
-    if stands_alike(rows, layout):
-        terms = term_columns_at(rows.pitch_rad[: layout.points], rows.roll_rad[: layout.points], base.nominal_axis)
+    alike = blocks_of_angles(rows, layout)
+    if alike is not None:
+        terms = term_columns_at(*alike, base.nominal_axis)
     else:
         force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
         terms = term_columns(force, base.nominal_axis)
@@ -278,9 +274,9 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
     means = evidence.means(output, whole, fitted @ evidence.alone[_LINEAR:, output])
     before = layout.mean_by_point(turned)
-    skew = layout.mean_by_point(squareness(rows, base.nominal_axis, evidence.primary[output]))
+    skew = squareness_of_points(rows, layout, base.nominal_axis, evidence.primary[output])
     is_determined = layout.points >= _LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
-    settles = layout.mean_by_point(settling(evidence)) * is_determined
+    settles = settling_of_points(evidence) * is_determined
     columns = np.hstack([terms, skew[:, None], before[:, None], settles[:, None], _by_point_degc(evidence, output)])
     return eliminate(means, columns, _beside(evidence.basis, terms))
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import isnan
 
 import numpy as np
 
@@ -53,9 +54,10 @@ class Evidence:
         return grid_residuals(self.basis, self.left, self.dwell, self.layout.replications, self.layout.points)
 
     @cached_property
-    def readings(self) -> FloatArray:
-        """(K,) readings of every point."""
-        return self.layout.sum_by_point(np.ones(self.layout.rows))
+    def readings(self) -> tuple[FloatArray, float]:
+        """(K,) readings of every point over their average, and that average."""
+        typical = float(self.layout.readings.mean())
+        return self.layout.readings / typical, typical
 
     @cached_property
     def precision_variance(self) -> FloatArray:
@@ -73,11 +75,11 @@ class Evidence:
     @cached_property
     def departures(self) -> FloatArray:
         """(N, m) what differs from replication to replication: drift and precision."""
-        return np.asarray(self.left - self.layout.mean_by_point(self.left)[self.layout.point])
+        return self.layout.about_points(self.left)
 
     def by_point(self, column: FloatArray) -> FloatArray:
         """Return a (N, …) column less its mean over the replications of each point."""
-        return np.asarray(column - self.layout.mean_by_point(column)[self.layout.point])
+        return self.layout.about_points(column)
 
     def on_grid(self, columns: FloatArray) -> FloatArray:
         """Return (N, c) columns on the grid of all replications and points, zero where a dwell is missing."""
@@ -88,9 +90,10 @@ class Evidence:
     def means(self, output: int, given: FloatArray, added: FloatArray | None = None) -> PointMeans:
         """Return the point means of one output; ``added`` (K,) is put back to what the fit left."""
         mean = self.point_effects[:, output] if added is None else self.point_effects[:, output] + added
-        typical = float(self.readings.mean())
-        of_a_dwell = 0.0 if self.sums is None else float(np.nan_to_num(self.precision_variance[output]))
+        readings, typical = self.readings
+        variance = float(self.precision_variance[output])
+        of_a_dwell = 0.0 if self.sums is None or isnan(variance) else variance
         common = self.common[output] if self.common else np.zeros((self.layout.points, 0))
         if self.sums is not None and self.sums.drift_left.shape[1] > 0:
             common = np.hstack([common, np.sqrt(of_a_dwell) * self.sums.drift_left])
-        return PointMeans(given, mean, self.readings / typical, common, of_a_dwell / typical)
+        return PointMeans(given, mean, readings, common, of_a_dwell / typical)

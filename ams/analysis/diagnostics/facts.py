@@ -53,7 +53,7 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray)
 
 def time_confounded(evidence: Evidence) -> Iterator[Finding]:
     """Yield a finding on the order of the points, where times are there."""
-    r = confounding(evidence, evidence.basis[:, :_LINEAR], evidence.rows.time_s)
+    r = confounding(evidence, _LINEAR, evidence.rows.time_s)
     if r is None:
         return
     what, has_drift = stimulus_of(evidence.models[0]), DRIFT_NAME in evidence.models[0].primary_names
@@ -119,7 +119,7 @@ def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
     """Yield a finding where the recorded temperature, which is not modelled, goes with the attitude."""
     if TEMPERATURE_NAMES[0] in evidence.models[0].primary_names:
         return
-    r = confounding(evidence, evidence.basis[:, :_LINEAR], evidence.rows.temperature_degc)
+    r = confounding(evidence, _LINEAR, evidence.rows.temperature_degc)
     if r is None or not r > LARGEST_CORRELATION:
         return
     what = stimulus_of(evidence.models[0])

@@ -15,6 +15,7 @@ from ams.findings import FindingKind
 from ams.frames import specific_force
 from ams.observations import Observations
 from ams.remembered import remembered
+from ams.solve.layout import Layout
 
 _ORDER: Final = {"x": "xyz", "y": "yzx", "z": "zxy"}
 TERMS: Final[tuple[tuple[str, FindingKind, str, str], ...]] = (
@@ -68,21 +69,21 @@ def term_columns_at(pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: s
     return term_columns(specific_force(pitch_rad, roll_rad), nominal_axis)
 
 
-def squareness(rows: Observations, nominal_axis: str, primary: FloatArray) -> FloatArray:
-    """Return the (N,) volts a radian by which the roll axis lies off the right angle to the pitch axis.
+def squareness_of_points(rows: Observations, layout: Layout, nominal_axis: str, primary: FloatArray) -> FloatArray:
+    """Return the (K,) mean volts a radian by which the roll axis lies off the right angle to the pitch axis.
 
     It is turned about the vertical of the pitched plate, so that gravity along that axis, sin α, shows across it: an
     output along x sees none of it, and none is told. Near level it looks like K_po.
     """
     if nominal_axis == "x":
-        return np.zeros(rows.rows)
-    return np.asarray(_across(rows.pitch_rad, rows.roll_rad) @ primary[2:4])
+        return np.zeros(layout.points)
+    return np.asarray(_across(layout, rows.pitch_rad, rows.roll_rad) @ primary[2:4])
 
 
 @remembered(16)
-def _across(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+def _across(layout: Layout, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
     across = np.sin(pitch_rad)
-    return np.stack([across * np.cos(roll_rad), -across * np.sin(roll_rad)], axis=1)
+    return layout.mean_by_point(np.stack([across * np.cos(roll_rad), -across * np.sin(roll_rad)], axis=1))
 
 
 _ZERO: Final = 1e-9

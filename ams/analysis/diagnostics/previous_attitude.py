@@ -13,7 +13,9 @@ from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.temperature import sensed
 from ams.analysis.diagnostics.time_order import LEAST_DOF, order_repeats, time_order
-from ams.arrays import FloatArray
+from ams.arrays import FloatArray, IntArray
+from ams.remembered import remembered
+from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 _NOTHING = 1e-9
@@ -21,11 +23,17 @@ _NOTHING = 1e-9
 
 def turned_from(evidence: Evidence, output: int) -> FloatArray:
     """Return the (N,) change of what the output senses from this dwell back to the one before it, over its largest."""
-    order, along = time_order(evidence), sensed(evidence, output)
-    replication, here, before = evidence.layout.replication[order], order[1:], order[:-1]
-    change = np.zeros(along.size)
-    change[here] = np.where(replication[1:] == replication[:-1], along[before] - along[here], 0.0)
-    return change
+    along = sensed(evidence, output)
+    return np.asarray(along[_dwell_before(time_order(evidence), evidence.layout)] - along)
+
+
+@remembered(16)
+def _dwell_before(order: IntArray, layout: Layout) -> IntArray:
+    """Return (N,) the dwell before each in its replication; of the first of a replication itself."""
+    found = np.arange(order.size)
+    replication, here, before = layout.replication[order], order[1:], order[:-1]
+    found[here] = np.where(replication[1:] == replication[:-1], before, here)
+    return found
 
 
 def between_replications(evidence: Evidence, grid: GridResiduals, column: FloatArray) -> Tested | None:

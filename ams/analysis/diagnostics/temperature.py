@@ -14,6 +14,9 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.time_order import LEAST_DOF, time_order
 from ams.arrays import FloatArray
 from ams.models.drifting import SECONDS_PER_HOUR
+from ams.remembered import remembered
+from ams.solve.layout import Layout
+from ams.solve.recorded_temperature import swing_degc
 from ams.statistics.distributions import f_tail
 
 LAGS_H: Final = (0.1, 0.3, 1.0)
@@ -40,13 +43,36 @@ NONE = Joint(float("nan"), float("nan"))
 def varies(evidence: Evidence) -> bool:
     """Return whether a temperature was recorded that is not one number."""
     temperature = evidence.rows.temperature_degc
-    return temperature is not None and bool(np.ptp(temperature) > SMALLEST_CHANGE_DEGC)
+    return temperature is not None and swing_degc(temperature) > SMALLEST_CHANGE_DEGC
+
+
+def departure_degc(evidence: Evidence) -> FloatArray | None:
+    """Return (N,) the recorded temperature about its mean; None where it is one number or none is recorded."""
+    temperature = evidence.rows.temperature_degc
+    return _about_mean(temperature) if temperature is not None and varies(evidence) else None
+
+
+@remembered(16)
+def _about_mean(temperature_degc: FloatArray) -> FloatArray:
+    return np.asarray(temperature_degc - temperature_degc.mean())
+
+
+def departure_of_points(evidence: Evidence) -> FloatArray | None:
+    """Return (K,) the mean temperature of every point about that of all; None where they are one number."""
+    temperature = evidence.rows.temperature_degc
+    return None if temperature is None else _departure_of_points(evidence.layout, temperature)
+
+
+@remembered(16)
+def _departure_of_points(layout: Layout, temperature_degc: FloatArray) -> FloatArray | None:
+    column = layout.mean_by_point(temperature_degc)
+    return column - column.mean() if np.ptp(column) > SMALLEST_CHANGE_DEGC else None
 
 
 def has_plateaus(evidence: Evidence) -> bool:
     """Return whether the temperature was changed on purpose, as far as a span tells."""
     temperature = evidence.rows.temperature_degc
-    return temperature is not None and bool(np.ptp(temperature) >= SMALLEST_SPAN_DEGC)
+    return temperature is not None and swing_degc(temperature) >= SMALLEST_SPAN_DEGC
 
 
 def lagged_degc(evidence: Evidence, time_constant_h: float) -> FloatArray | None:

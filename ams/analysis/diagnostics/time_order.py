@@ -15,6 +15,7 @@ from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
 from ams.solve.extension import stands_alike
+from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 12
@@ -60,17 +61,14 @@ def _time_order(time_s: FloatArray | None, rows: int) -> IntArray:
 
 def order_repeats(evidence: Evidence) -> bool:
     """Return whether every replication visits all points at the same attitudes in the same order."""
-    layout = evidence.layout
-    return stands_alike(evidence.rows, layout) and _order_repeats(
-        time_order(evidence), layout.replication, layout.point, layout.replications
-    )
+    return stands_alike(evidence.rows, evidence.layout) and _order_repeats(time_order(evidence), evidence.layout)
 
 
 @remembered(16)
-def _order_repeats(order: IntArray, replication: IntArray, point: IntArray, replications: int) -> bool:
-    turn, _ = turns_in_replication(order, replication, replications)
-    by_point = np.empty((replications, point.size // replications), dtype=np.int64)
-    by_point[replication, point] = turn
+def _order_repeats(order: IntArray, layout: Layout) -> bool:
+    turn, _ = turns_in_replication(order, layout.replication, layout.replications)
+    by_point = np.empty((layout.replications, layout.points), dtype=np.int64)
+    by_point[layout.replication, layout.point] = turn
     return bool(np.all(by_point == by_point[0]))
 
 
@@ -97,25 +95,33 @@ def turns_in_replication(order: IntArray, replication: IntArray, replications: i
 def settling(evidence: Evidence) -> FloatArray:
     """Return the (N,) column of a transient at the start of every replication: one at its first dwell, fading."""
     # Tested and never a term of the estimate: that would widen every clean offset by a tenth.
-    layout = evidence.layout
-    return _settling(time_order(evidence), layout.replication, layout.replications)
+    return _settling(time_order(evidence), evidence.layout)
+
+
+def settling_of_points(evidence: Evidence) -> FloatArray:
+    """Return the (K,) mean of that column at every point."""
+    return _mean_by_point(evidence.layout, settling(evidence))
 
 
 @remembered(16)
-def _settling(order: IntArray, replication: IntArray, replications: int) -> FloatArray:
-    turn, sizes = turns_in_replication(order, replication, replications)
-    return np.asarray(np.exp(-turn / (SETTLES_IN * sizes[replication])))
+def _settling(order: IntArray, layout: Layout) -> FloatArray:
+    turn, sizes = turns_in_replication(order, layout.replication, layout.replications)
+    return np.asarray(np.exp(-turn / (SETTLES_IN * sizes[layout.replication])))
+
+
+@remembered(16)
+def _mean_by_point(layout: Layout, column: FloatArray) -> FloatArray:
+    return layout.mean_by_point(column)
 
 
 def neighbours(evidence: Evidence) -> tuple[IntArray, IntArray, IntArray]:
     """Return replication, point and next point of dwells that follow one another within a replication."""
-    return _neighbours(evidence.rows.time_s, evidence.layout.replication, evidence.layout.point)
+    return _neighbours(evidence.rows.time_s, evidence.layout)
 
 
 @remembered(16)
-def _neighbours(
-    time_s: FloatArray | None, replication: IntArray, point: IntArray
-) -> tuple[IntArray, IntArray, IntArray]:
+def _neighbours(time_s: FloatArray | None, layout: Layout) -> tuple[IntArray, IntArray, IntArray]:
+    replication, point = layout.replication, layout.point
     if time_s is not None:
         order = np.argsort(time_s, kind="stable")
         replication, point = replication[order], point[order]
@@ -183,7 +189,7 @@ def settling_between(evidence: Evidence) -> Slope:
 
 def slope_between(evidence: Evidence, column: FloatArray) -> Slope:
     """Return how the outputs follow a (N,) column from replication to replication, every point for itself."""
-    z = evidence.by_point(column)
+    z = _about_points(evidence.layout, column)
     square, size, dof = float(z @ z), evidence.left.shape[1], evidence.grid.dof
     if evidence.sums is None or dof < LEAST_DOF or not square > _NOTHING * float(column @ column):
         return Slope(*(np.full(size, np.nan) for _ in range(3)))
@@ -193,32 +199,41 @@ def slope_between(evidence: Evidence, column: FloatArray) -> Slope:
     return Slope(np.asarray(coefficient), uncertainty, p_value)
 
 
+@remembered(16)
+def _about_points(layout: Layout, column: FloatArray) -> FloatArray:
+    return layout.about_points(column)
+
+
 def hours(evidence: Evidence) -> FloatArray | None:
     """Return the (N,) time of every row about the middle of the run; None where it is not known."""
-    time = evidence.rows.time_s
-    if time is None or not np.ptp(time) > 0.0:
+    return None if evidence.rows.time_s is None else _hours(evidence.rows.time_s)
+
+
+@remembered(16)
+def _hours(time_s: FloatArray) -> FloatArray | None:
+    if not np.ptp(time_s) > 0.0:
         return None
-    return np.asarray((time - 0.5 * (time.min() + time.max())) / SECONDS_PER_HOUR)
+    return np.asarray((time_s - 0.5 * (time_s.min() + time_s.max())) / SECONDS_PER_HOUR)
 
 
-def confounding(evidence: Evidence, linear: FloatArray, column: FloatArray | None) -> float | None:
-    """Return the correlation of a (N,) column inside the replications with what a (K, P) model takes from the points.
+def confounding(evidence: Evidence, linear: int, column: FloatArray | None) -> float | None:
+    """Return the correlation of a (N,) column inside the replications with what a model takes from the points.
+
+    It is that of the first columns of its basis, as many as the ``linear`` sensor has.
 
     Over all replications together, as the estimate is: what goes up in one and down in the next cancels. Adjusted for
     the number of rows; None where the column is not known or does not change, or where the rows are too few to say.
     """
     if column is None:
         return None
-    layout = evidence.layout
-    return _confounding(layout.replications, layout.replication, layout.point, linear, column)
+    return _confounding(evidence.layout, evidence.basis, linear, column)
 
 
 @remembered(32)
-def _confounding(
-    replications: int, replication: IntArray, point: IntArray, linear: FloatArray, column: FloatArray
-) -> float | None:
+def _confounding(layout: Layout, basis: FloatArray, linear: int, column: FloatArray) -> float | None:
+    replications, replication = layout.replications, layout.replication
     readings = np.bincount(replication, minlength=replications)
-    both = np.column_stack([column, linear[point]])
+    both = np.column_stack([column, basis[layout.point, :linear]])
     for index, values in enumerate(both.T.copy()):
         both[:, index] -= (np.bincount(replication, values, replications) / readings)[replication]
     tested, (q, sizes, _) = both[:, 0], np.linalg.svd(both[:, 1:], full_matrices=False)
