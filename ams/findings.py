@@ -28,8 +28,10 @@ FindingKind = Literal[
     "level-undeclared",
     "time-confounded",
     "axis-undetermined",
+    "field-contradicted",
 ]
-"""``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited."""
+"""``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited;
+``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in."""
 
 HOLDING_ARCSEC: Final = 3.0
 """A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""

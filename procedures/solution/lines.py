@@ -11,26 +11,34 @@ from typing import Any, cast
 import numpy as np
 
 from ams.analysis.calibration_budget import AxisBudget, axis_budget
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.beliefs import LEVEL
+from ams.analysis.diagnostics.declared_field import FieldAxis, field_finding, judge_field
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import to_document
 from ams.calibration.findings_document import budget_document, findings_document
 from ams.calibration_result import AxisCalibration, Calibration
 from ams.errors import DesignError
+from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.models.field_line import FieldLine
-from ams.models.field_triad import FieldTriad
+from ams.models.field_triad import FieldTriad, to_package
 from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
+from ams.solve.layout import layout_of
 from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
+from procedures.solution.run_findings import with_run_findings
 from procedures.solution.triad import TriadAxis, triad_of
 from procedures.solution.type_b import shared_errors
 
 EARTH_UT = 50.0
 """What stands across an axis where nothing is declared; the Earth's field has 25 to 65 µT."""
+_LEAST_TOGETHER = 2
+"""Axes that can contradict each other."""
 UNITS: Mapping[str, str] = {"acceleration": "g", "rate": "dps", "field": "ut"}
 """Of what a sensor measures, as it is written in a key."""
 
@@ -61,7 +69,9 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     warnings |= dict.fromkeys(
         _across(item, [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)])
     )
-    return SolvedSensor(item.name, observations, Calibration(axes, "linear", "SR", tuple(warnings)), None, budgets)
+    calibration = Calibration(axes, "linear", "SR", tuple(warnings))
+    solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
+    return with_run_findings(solved_sensor, list(_field_findings(item, lines)))
 
 
 @dataclass(frozen=True)
@@ -121,6 +131,33 @@ def _of_triad(item: SensorRows, observations: Observations, label: str, axis: Tr
     )
     of_field = [replace(error, error=replace(error.error, effect="field")) for error in axis.errors]
     return Line(axis.model, rows, _errors(item, label, of_field))
+
+
+def _field_findings(item: SensorRows, lines: Mapping[str, Line]) -> Iterator[Finding]:
+    """Yield what all axes together say of their field; nothing where fewer than two were solved as components of it."""
+    triads = {label: (line, line.model) for label, line in lines.items() if isinstance(line.model, FieldTriad)}
+    if len(triads) < _LEAST_TOGETHER:
+        return
+    (first, model), *_ = triads.values()
+    assert first.rows.reference_level is not None
+    test = judge_field(
+        to_package(model.package_axes, first.rows),
+        np.array(model.coil),
+        first.rows.reference_level,
+        {label: _seen(label, line, of_axis) for label, (line, of_axis) in triads.items()},
+        layout_of(first.rows),
+        is_declared=model.sensitive_axis is None,
+    )
+    # The level of a run is shared out by axes: a test of several has the share of all of them.
+    if test is not None:
+        yield field_finding(test, len(triads) * LEVEL / item.tested_axes / MOST_TESTS, "µT")
+
+
+def _seen(label: str, line: Line, model: FieldTriad) -> FieldAxis:
+    columns = line.rows.level_errors
+    of_level = [] if columns is None else [(error.name, columns[:, list(error.columns)]) for error in line.errors]
+    errors = {name: each for name, each in of_level if each.shape[1] > 0}
+    return FieldAxis(line.rows.outputs[label], np.array(model.surroundings), errors)
 
 
 def _across(item: SensorRows, labels: Sequence[str]) -> Iterator[str]:

@@ -12,7 +12,8 @@ from stored_runs import DATA, StoredCase
 
 from ams.analysis.calibration_budget import SOURCES
 from ams.arrays import FloatArray
-from ams.calibration_result import ParameterEstimate
+from ams.calibration_result import AxisCalibration, ParameterEstimate
+from ams.findings import Finding
 from ams.frames import from_level_axes
 from ams.inputs.table_uncertainty import index_columns
 from ams.models.field_triad import FieldTriad
@@ -197,6 +198,29 @@ def test_offsets_are_known_to_a_tenth_of_what_the_field_across_would_do(known: b
         stated = found["offset_ut"].standard_uncertainty
         assert stated is not None
         assert stated < 0.06
+
+
+def test_a_field_that_was_declared_wrongly_is_told_on_every_axis() -> None:
+    """Steel under the floor: 3 µT more than surroundings_ut says, where the table's indices explain a tenth of one."""
+    campaign = _campaign(3, known=True, coning_deg=0.5)
+    levels = campaign.item.plan.levels
+    assert levels is not None
+    wrong = levels.model_copy(update={"surroundings_ut": (22.0, -9.0, 37.0)})
+    item = replace(campaign.item, plan=replace(campaign.item.plan, levels=wrong))
+    right, told = (solve_lines(each, campaign.observations).calibration for each in (campaign.item, item))
+    assert right is not None
+    assert told is not None
+    assert not any(finding.is_significant for finding in _of_field(right.axes["x"]))
+    for axis in told.axes.values():
+        (finding,) = _of_field(axis)
+        assert finding.is_significant
+        assert finding.text in axis.warnings
+    assert finding.text in told.warnings
+    assert told.verdict == "usable"
+
+
+def _of_field(axis: AxisCalibration) -> list[Finding]:
+    return [finding for finding in axis.findings if finding.kind == "field-contradicted"]
 
 
 def test_what_stands_across_is_part_of_the_budget() -> None:

@@ -12,9 +12,9 @@ from physics_scenes.world import draw_campaign
 CAUSES = (
     "wrong-dwell", "lack-of-fit", "quadratic", "cubic", "asymmetry", "cross-coupling", "drift", "autocorrelation",
     "temperature-residual", "temperature-lag", "temperature-curvature", "table-rotation", "meter-gain", "meter-offset",
-    "sensor-change", "level-undeclared", "time-confounded",
+    "sensor-change", "level-undeclared", "time-confounded", "field-contradicted",
 )  # fmt: skip
-"""The closed list of findings, DESIGN 5."""
+"""The closed list of findings."""
 
 
 @dataclass(frozen=True)
