@@ -10,9 +10,12 @@ from datetime import UTC, datetime
 
 import numpy as np
 from physics_scenes import SCENES, Campaign, FieldReadings, GimbalReadings, UseReadings, campaigns
+from physics_scenes.temperature_scenes import OFFSET_TC_G_PER_DEGC, SENSITIVITY_TC_PER_DEGC
 from solved_campaigns import ARCSEC, Coverage, columns_of, coverage, rows_of, solved, table_of
 
-from ams.analysis.diagnostics.beliefs import SQUARENESS, TABLE_LIMIT
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.beliefs import LEVEL, SQUARENESS, TABLE_LIMIT
+from ams.analysis.diagnostics.declared_field import FieldAxis, field_finding, judge_field
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
@@ -33,6 +36,7 @@ from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance
+from ams.solve.layout import Layout
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.common_mode import judge_visits
 from ams.surveillance.common_mode_columns import Visits, WatchedAxes
@@ -43,6 +47,9 @@ TABLE = "table"
 """A finding that names the table: a general lack of fit does not count where its curve is beyond the limit."""
 DECLARED = "declared_arcsec"
 """Of a design: the limits of the level of the base and of setting the axes to zero, as a rig file declares them."""
+USED = "declared_degc"
+"""Of a design: how far from its calibration a sensor is used, with its largest coefficients, as a rig file has them."""
+NOMINAL_V_PER_G = 2.5
 _LEVEL: tuple[Effect, ...] = ("pitch", "base-tilt")
 FALSE_ALARM = 1e-4
 """Of a reference visit, as in a run."""
@@ -69,12 +76,11 @@ class JudgedCell:
 
 def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge campaigns of one schedule: all of an axis are solved at once."""
-    declared_arcsec = design.get(DECLARED, 0.0)
-    design = {name: value for name, value in design.items() if name != DECLARED}
+    declared_arcsec, errors = design.get(DECLARED, 0.0), _declared_errors(design)
+    design = {name: value for name, value in design.items() if name not in (DECLARED, USED)}
     chance = np.random.default_rng(seed)
     drawn = campaigns(scene, size, chance, count, **design)
     table, teeth = _tables(scene, declared_arcsec)
-    errors = [SharedError(f"level, {effect}", effect, declared_arcsec * ARCSEC / 3.0**0.5) for effect in _LEVEL]
     found, plain = solved(drawn, table, errors), solved(drawn, teeth, extended=False)
     kinds: list[set[str]] = [set() for _ in range(count)]
     limits = [
@@ -95,6 +101,15 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
         float(np.mean([bool(named) for named in kinds])),
         after.prediction_half_width_arcsec,
     )
+
+
+def _declared_errors(design: Mapping[str, float]) -> list[SharedError]:
+    level_rad, away_degc = (design.get(name, 0.0) / 3.0**0.5 for name in (DECLARED, USED))
+    return [
+        *(SharedError(f"level, {effect}", effect, level_rad * ARCSEC) for effect in _LEVEL),
+        SharedError("temperature of use, offset", "reading", away_degc * OFFSET_TC_G_PER_DEGC * NOMINAL_V_PER_G),
+        SharedError("temperature of use, sensitivity", "gain", away_degc * SENSITIVITY_TC_PER_DEGC),
+    ]
 
 
 def _diagnoses(
@@ -358,10 +373,24 @@ def of_field(scene: str, size: float, count: int, seed: int, design: Mapping[str
                 found = _of_model(axis, model, rows)
                 held[word].append(_holds(found, truth[: 4 if word == "after" else 2])[:2])
                 kinds_found |= _significant(found.findings) if word == "after" else set()
-        kinds.append(kinds_found)
+        kinds.append(kinds_found | _of_all_axes(drawn, index, turned, applied))
     shares = {word: _offset_and_k(np.array(each)) for word, each in held.items()}
     rings = float(np.mean([bool(named) for named in kinds]))
     return JudgedCell(shares["after"], shares["before"], _named(scene, size, kinds), rings)
+
+
+def _of_all_axes(drawn: FieldReadings, index: int, turned: FloatArray, applied: FloatArray) -> set[str]:
+    """Return what all axes together say of the field, at the share of the level that they have in a run of three."""
+    replications, rows = drawn.setup.replications, applied.size
+    readings = drawn.counts[index].reshape(replications * rows, 3)
+    axes = {axis: FieldAxis(readings[:, which], drawn.nominal_earth_ut, {}) for which, axis in enumerate("xyz")}
+    layout = Layout(
+        np.repeat(np.arange(replications), rows), np.tile(np.arange(rows), replications),
+        tuple(range(replications)), tuple(range(rows)),
+    )  # fmt: skip
+    attitudes, strength = np.tile(turned, (replications, 1, 1)), np.tile(applied, replications)
+    test = judge_field(attitudes, np.array([0.0, 0.0, 1.0]), strength, axes, layout, is_declared=True)
+    return set() if test is None else _significant([field_finding(test, LEVEL / MOST_TESTS, "µT")])
 
 
 def _field_rows(
