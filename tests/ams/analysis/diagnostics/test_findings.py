@@ -9,8 +9,9 @@ from solved_campaigns import columns_of, rows_of, table_of
 
 from ams.analysis.diagnostics.beliefs import SLIP, SQUARENESS, STEP
 from ams.calibration.calibrate import calibrate
-from ams.calibration.columns import solve_columns
-from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose
+from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, evidence_of
+from ams.calibration.steps import judge_steps
 from ams.calibration_result import AxisCalibration
 from ams.findings import Finding
 from ams.frames import specific_force
@@ -31,14 +32,17 @@ def _rows(drawn, index: int = 0) -> Observations:
     return replace(rows_of(drawn), time_s=time_s, temperature_degc=temperature, outputs=outputs)
 
 
-def _diagnosed(drawn, table: TableUncertainty | None = None, axis: str = "x", family: int = 1) -> list[Diagnosis]:
-    """All campaigns of one axis, of one schedule and one temperature, as one of a family of axes."""
-    rows, outputs = _rows(drawn), columns_of(drawn, axis)
+def _solved(drawn, axis: str, table: TableUncertainty | None = None) -> SolvedColumns:
+    """All campaigns of one axis, of one schedule and one temperature."""
+    rows = _rows(drawn)
     centring = centring_of(rows, len(drawn.points_deg), axis)
     assert centring is not None
     model = ExtendedPitchRoll(axis, centring)
-    solved = solve_columns(rows, outputs, [model] * drawn.campaigns, table=table)
-    return diagnose(solved, Circumstances(rows, outputs, table, (), family=family))
+    return solve_columns(rows, columns_of(drawn, axis), [model] * drawn.campaigns, table=table)
+
+
+def _diagnosed(drawn, table: TableUncertainty | None = None, axis: str = "x") -> list[Diagnosis]:
+    return diagnose(_solved(drawn, axis, table), Circumstances(_rows(drawn), columns_of(drawn, axis), table, ()))
 
 
 def _kinds(found: Diagnosis | AxisCalibration) -> set[str]:
@@ -55,10 +59,20 @@ def _wrong(axis: AxisCalibration) -> Finding:
 
 
 def _run_rings(drawn, sensors: int = 1) -> float:
-    """Share of runs of so many sensors, three axes each, in which anything is told: a run in every ``sensors``."""
-    axes, runs = drawn.setup.axes, drawn.campaigns // sensors
-    found = {axis: _diagnosed(drawn, axis=axis, family=len(axes) * sensors) for axis in axes}
-    rings = np.array([[bool(_kinds(entry)) for entry in found] for found in found.values()])
+    """Share of runs of so many sensors, three axes each, in which anything is told: a run in every ``sensors``.
+
+    Every test of a run is in it, the search for changes in mid-run over the axes of each package as well.
+    """
+    axes, runs, rows = drawn.setup.axes, drawn.campaigns // sensors, _rows(drawn)
+    family, solved = len(axes) * sensors, {axis: _solved(drawn, axis) for axis in axes}
+    evidence = {axis: evidence_of(columns, rows) for axis, columns in solved.items()}
+    steps = [judge_steps([(evidence[axis], campaign) for axis in axes], family) for campaign in range(drawn.campaigns)]
+    rings = []
+    for which, (axis, columns) in enumerate(solved.items()):
+        changed = [of_package[which] for of_package in steps]
+        under = Circumstances(rows, columns_of(drawn, axis), None, (), family=family, steps=changed)
+        rings.append([bool(_kinds(entry)) for entry in diagnose(columns, under, evidence[axis])])
+    rings = np.array(rings)
     return float(np.mean(rings[:, : runs * sensors].reshape(len(axes), runs, sensors).any(axis=(0, 2))))
 
 
