@@ -24,7 +24,8 @@ from ams.sets.canonical import Document, Json, checksum, listed, number, render,
 from ams.whole_file import write_whole
 
 FORMAT: Final = "calrig alignment"
-VERSION: Final = 1
+VERSION: Final = 2
+"""1 did not say what the known attitudes have in common."""
 LARGEST_SD_DEG: Final = 1.0
 """About any axis: an alignment that is not told better is none."""
 
@@ -41,6 +42,19 @@ class Alignment:
     dof: int
     scatter_deg: float
     """Standard deviation of what the known attitudes leave over."""
+    known_sd_rad: float | None = None
+    """Standard uncertainty, about each axis, of what all known attitudes are wrong by alike; None: nothing is stated,
+    and they count as exact but for their scatter."""
+
+    def turn_parts(self) -> Sequence[Part]:
+        """Return the independent (3, 3) parts of the covariance of the rotation vector, with degrees of freedom.
+
+        What the known attitudes have in common turns the model, and no scatter tells it.
+        """
+        parts = [(self.covariance_rad2, float(self.dof))]
+        if self.known_sd_rad:
+            parts.append((self.known_sd_rad**2 * np.eye(3), float("inf")))
+        return parts
 
     def document(self) -> Document:
         """Return the alignment as a sealed document."""
@@ -55,16 +69,23 @@ class Alignment:
                 "covariance_deg2": [[float(value) for value in row] for row in covariance_deg2],
                 "degrees_of_freedom": self.dof,
                 "scatter_deg": self.scatter_deg,
+                "known_sd_deg": None if self.known_sd_rad is None else float(np.rad2deg(self.known_sd_rad)),
             }
         )
 
 
 def solve_alignment(
-    sensor: str, found_rad: tuple[FloatArray, FloatArray], known_rad: tuple[FloatArray, FloatArray]
+    sensor: str,
+    found_rad: tuple[FloatArray, FloatArray],
+    known_rad: tuple[FloatArray, FloatArray],
+    known_sd_rad: float | None = None,
 ) -> Alignment:
     """Return the rotation between (N,) pitch and roll as the package tells them and as they are known.
 
-    Rows of which an angle is not told are left out. Raises: DesignError where the attitudes do not tell the rotation.
+    ``known_sd_rad``: standard uncertainty of what all known attitudes are wrong by alike. Rows of which an angle is
+    not told are left out.
+
+    Raises: DesignError where the attitudes do not tell the rotation.
     """
     found, true = (np.atleast_2d(specific_force(*angles)) for angles in (found_rad, known_rad))
     good = np.isfinite(found).all(axis=1) & np.isfinite(true).all(axis=1)
@@ -87,7 +108,7 @@ def solve_alignment(
             f"{LARGEST_SD_DEG:g}°; nothing was stored; add attitudes that differ in pitch and in roll"
         )
     covariance = np.asarray(variance * np.linalg.inv(information), dtype=float)
-    return Alignment(sensor, rotation, covariance, dof, float(np.rad2deg(np.sqrt(variance))))
+    return Alignment(sensor, rotation, covariance, dof, float(np.rad2deg(np.sqrt(variance))), known_sd_rad)
 
 
 def store_alignment(alignment: Alignment, path: Path) -> None:
@@ -103,7 +124,11 @@ def load_alignment(path: Path) -> Alignment:
         raise SetError(f"{path}: cannot be read: {error.strerror}; give the file of --solve-alignment") from None
     except ValueError:
         document = None
-    if not isinstance(document, dict) or document.get("format") != FORMAT or document.get("version") != VERSION:
+    if (
+        not isinstance(document, dict)
+        or document.get("format") != FORMAT
+        or document.get("version") not in (1, VERSION)
+    ):
         raise SetError(f"{path}: is no alignment of this version: give a file that --solve-alignment wrote")
     if table(document.get("checksum", {})).get("sha256") != checksum(document):
         raise SetError(f"{path}: checksum: does not fit the content: the file was changed; solve the alignment again")
@@ -113,6 +138,7 @@ def load_alignment(path: Path) -> Alignment:
         np.deg2rad(np.deg2rad(_matrix(document, "covariance_deg2"))),
         int(number(document["degrees_of_freedom"])),
         number(document["scatter_deg"]),
+        None if document.get("known_sd_deg") is None else float(np.deg2rad(number(document["known_sd_deg"]))),
     )
 
 
@@ -176,8 +202,8 @@ class AlignedPackage:
         rotation = self.alignment.rotation
         calibrated = self._apart(force) if self.together is None else self.together.output_parts(force @ rotation)
         rows = np.stack([np.cross(sensor.k_v_per_g, force) for sensor in self.sensors], axis=-2)
-        turned = rows @ self.alignment.covariance_rad2 @ np.swapaxes(rows, -1, -2)
-        return [*calibrated, (turned, float(self.alignment.dof))]
+        turned = [(rows @ part @ np.swapaxes(rows, -1, -2), dof) for part, dof in self.alignment.turn_parts()]
+        return [*calibrated, *turned]
 
     def _apart(self, force: FloatArray) -> list[Part]:
         size, parts = len(self.sensors), []

@@ -10,19 +10,18 @@ from shutil import copyfileobj
 from tempfile import SpooledTemporaryFile
 from typing import IO, Annotated, Final, cast
 
-import numpy as np
 from cyclopts import Parameter
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from ams.arrays import FloatArray
-from ams.inference import alignment as alignments
 from ams.inference.aided_rates import AidedAngles
+from ams.inference.alignment import load_alignment
 from ams.inference.angle_stream import AngleStream
 from ams.inference.inference import MODEL, Package, inference
 from ams.inference.rates import GyroAngles
 from ams.inputs.hdf5_blocks import blocks_of
 from ams.whole_file import whole_file
+from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
 from procedures.cli.attitude.lines import is_line, opened_source, opened_target
 from procedures.cli.attitude.plot import PlottedRows
 from procedures.cli.attitude.rig_stream import StreamWiring, opened_stream, stream_wiring
@@ -63,6 +62,7 @@ def attitude(
     gravity_mps2: float | None = None,
     alignment: Path | None = None,
     solve_alignment: Path | None = None,
+    known_sd_deg: float | None = None,
     upright: bool = True,
     right_wing_down: bool = True,
     intervals: bool = False,
@@ -111,6 +111,10 @@ def attitude(
     solve_alignment
         Store that file: DATA has, beside the outputs of three axes, pitch_deg and roll_deg of the model as they are
         known, two attitudes or more.
+    known_sd_deg
+        With --solve-alignment: standard uncertainty of what all known attitudes are wrong by alike, such as the zero
+        of the reference and how it sits on the model, about each axis; by default they count as exact but for their
+        scatter.
     upright
         Two axes have two answers: of x and y, roll within ±90° (upright) or beyond.
     right_wing_down
@@ -130,7 +134,7 @@ def attitude(
     wiring = _wiring(data, rig, stream, for_s)
     package = package_of(coefficient_set, axis, "--axis", "", wiring=wiring)
     if not package.senses_rates:
-        stored = None if alignment is None else alignments.load_alignment(alignment)
+        stored = None if alignment is None else load_alignment(alignment)
         package = replace(package, site_gravity_mps2=gravity_mps2, alignment=stored)
     elif alignment is not None or solve_alignment is not None:
         raise RequestError("--alignment, --solve-alignment: belong to accelerometers, got gyros")
@@ -140,10 +144,12 @@ def attitude(
     elif model_axis:
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
     geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
-    if solve_alignment is not None:
-        if data is None:
-            raise RequestError("--solve-alignment: known attitudes stand in a file: give DATA, not --stream")
-        _solve_alignment(package, reading_sd_v, Path(data), solve_alignment)
+    beside: dict[str, object] = {"--out": out, "--view": view, "--plot": plot, "--intervals": intervals}
+    beside |= {"--alignment": alignment, "--model-set": model_set}
+    beside |= {"what belongs to gyros": gyros, "filters and averages": samples}
+    known = known_attitudes(data, solve_alignment, known_sd_deg, [name for name, given in beside.items() if given])
+    if known is not None:
+        known.store_alignment_of(package, reading_sd_v)
         return
     settings, before = gyros or OfGyros(), samples or OfSamples()
     if wiring is not None:
@@ -158,6 +164,8 @@ def attitude(
         note(_which_of_two(package, upright=upright, right_wing_down=right_wing_down))
     if isinstance(watched, WatchedOutputs):
         note(assumed_gravity(package))
+    if package.alignment is not None and package.alignment.known_sd_rad is None:
+        note(f"alignment: {alignment}: {TAKEN_AS_EXACT}")
     if reading_sd_v is None and (before.average_s, before.low_pass_hz) != (None, None) and not package.senses_rates:
         note(SD_OF_A_READING)
     for assumed in assumed_of_gyros(angles) if isinstance(angles, GyroAngles) else ():
@@ -228,27 +236,6 @@ def _require_channels(found: AngleStream, wiring: StreamWiring) -> None:
             f"{wiring.rig}: the set needs {', '.join(missing)}, which the stream {wiring.name} does not tell; nothing "
             "was opened"
         )
-
-
-def _solve_alignment(package: Package, reading_sd_v: float | None, data: Path, out: Path) -> None:
-    """Solve how a package sits in the model, from a file of known attitudes, and store it."""
-    require_folder_of(out, "--solve-alignment")
-    found = inference(replace(package, alignment=None), None, reading_sd_v)
-    known_deg: list[FloatArray] = []
-    for readings in blocks_of(data, (*found.needed, "pitch_deg", "roll_deg"), found.optional, REMEDIES):
-        angles = found.answer(readings).columns
-        rows = angles["pitch_deg"], angles["roll_deg"], readings["pitch_deg"], readings["roll_deg"]
-        known_deg.append(np.deg2rad(np.stack(rows)))
-    pitch, roll, known_pitch, known_roll = np.concatenate(known_deg, axis=1)
-    solved = alignments.solve_alignment(package.coefficients.sensor, (pitch, roll), (known_pitch, known_roll))
-    alignments.store_alignment(solved, out)
-    sd_deg = np.rad2deg(np.sqrt(np.diag(solved.covariance_rad2)))
-    spread = ", ".join(f"{axis} {sd:.2g}°" for axis, sd in zip("xyz", sd_deg, strict=True))
-    note(
-        f"alignment: {out}: told within {spread} (standard deviation about each axis of the model); "
-        f"the known attitudes leave {solved.scatter_deg:.2g}° over; that is their scatter alone: an error that all "
-        "known attitudes share, such as a wrong zero of the reference, is in the angles and in no uncertainty"
-    )
 
 
 def _angles_of(

@@ -12,6 +12,7 @@ from ams.errors import DesignError, OutsideValidity, SetError
 from ams.frames import specific_force
 from ams.inference.alignment import Alignment, load_alignment, solve_alignment, store_alignment
 from ams.inference.inference import Inference, Package
+from ams.sets.canonical import render, with_checksum
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
 
@@ -60,6 +61,56 @@ def test_the_spread_of_the_model_s_angles_holds_that_of_the_alignment() -> None:
         for angle, true in (("pitch", PITCH_DEG), ("roll", ROLL_DEG)):
             ratios.append((found[f"{angle}_deg"] - true) / found[f"{angle}_sd_deg"])
     assert float(np.mean(np.square(ratios))) == pytest.approx(1.0, abs=0.45)  # Student's t of seven: 1.4
+
+
+def askew_reference(sd_deg: float, chance: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return what a reference that sits askew on the model takes its attitudes for: one small turn in all of them."""
+    turn = Rotation.from_rotvec(np.deg2rad(sd_deg) * chance.normal(size=3))
+    x, y, z = turn.apply(specific_force(np.deg2rad(PITCH_DEG), np.deg2rad(ROLL_DEG))).T
+    return np.arcsin(x), np.arctan2(-y, -z)
+
+
+def ratios(known_sd_rad: float | None, sd_deg: float, draws: int) -> np.ndarray:
+    """Return the model's angles' errors over their standard deviations, and whether their 95 % intervals hold."""
+    chance, coefficients, found = np.random.default_rng(4), tp_set(), []
+    clean = readings(coefficients)
+    for _ in range(draws):
+        told = Inference(Package(coefficients, COLUMNS), reading_sd_v=1e-9).answer(
+            readings(coefficients, chance, 2e-4)
+        ).columns  # fmt: skip
+        angles = np.deg2rad(told["pitch_deg"]), np.deg2rad(told["roll_deg"])
+        known = askew_reference(sd_deg, chance)
+        package = Package(
+            coefficients, COLUMNS, alignment=solve_alignment(coefficients.sensor, angles, known, known_sd_rad)
+        )
+        model = Inference(package, reading_sd_v=1e-9, intervals=True).answer(clean).columns
+        found += [
+            [(model[f"{angle}_deg"] - true) / model[f"{angle}_{divisor}_deg"] for divisor in ("sd", "half_95")]
+            for angle, true in (("pitch", PITCH_DEG), ("roll", ROLL_DEG))
+        ]
+    return np.array(found)
+
+
+@pytest.mark.parametrize("draws", [80, pytest.param(600, marks=pytest.mark.thorough)])
+def test_what_the_known_attitudes_have_in_common_is_in_the_angles_spread(draws: int) -> None:
+    """A reference that sits 0.05° askew about each axis, scatter of 0.005°: a turn of the model that no scatter tells.
+
+    The five attitudes of a draw hang together by three angles.
+    """
+    by_sd, by_half = np.moveaxis(ratios(np.deg2rad(0.05), 0.05, draws), 1, 0)
+    assert float(np.mean(np.square(by_sd))) == pytest.approx(1.0, abs=4.0 / np.sqrt(draws))
+    assert np.mean(np.abs(by_half) <= 1.0) == pytest.approx(0.95, abs=0.5 / np.sqrt(draws))
+    silent = ratios(None, 0.05, 20)
+    assert np.mean(np.abs(silent[:, 1]) <= 1.0) < 0.4, "without it the intervals hold nothing"
+
+
+def test_what_is_stated_of_the_known_attitudes_is_stored_and_older_files_state_nothing(tmp_path: Path) -> None:
+    path, alignment = tmp_path / "a.json", solved(tp_set(), readings(tp_set()))
+    store_alignment(replace(alignment, known_sd_rad=np.deg2rad(0.02)), path)
+    assert load_alignment(path).known_sd_rad == pytest.approx(np.deg2rad(0.02), rel=1e-12)
+    document = {name: value for name, value in alignment.document().items() if name not in ("known_sd_deg", "checksum")}
+    path.write_bytes(render(with_checksum({**document, "version": 1})))
+    assert load_alignment(path).known_sd_rad is None
 
 
 def test_what_cannot_be_aligned_is_a_sentence(tmp_path: Path) -> None:

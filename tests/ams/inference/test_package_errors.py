@@ -1,19 +1,24 @@
 """What the axes of a package have in common reaches inferred angles by two ways alike: the solution, and its set."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.stats import t as student_t
 from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
 from solved_sets import SITE, package_set
 
 from ams.attitude.static import Angles, pitch_roll_from_three
 from ams.calibration.calibrate import calibrate
-from ams.calibration_result import Calibration
+from ams.calibration_result import Calibration, VarianceComponent
 from ams.frames import specific_force
 from ams.inference.calibrated import package_of_set, sensor_of_set
 from ams.inference.inference import Package, inference
-from ams.inference.lines import package_lines
+from ams.inference.lines import PackageLines, SensorLine, package_lines
+from ams.inference.packages import SpreadAngles, angles_from_packages
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
+from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.sets.canonical import with_checksum
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 from ams.sets.provenance import Provenance
@@ -98,3 +103,60 @@ def test_intervals_stand_after_the_standard_deviations_where_they_are_asked_for(
     ]  # fmt: skip
     np.testing.assert_allclose(np.deg2rad(found["roll_half_95_deg"]), by_set(coefficients).roll_half_95_rad, rtol=1e-9)
     assert np.all(found["roll_half_95_deg"] > 1.95 * found["roll_sd_deg"])
+
+
+def calibrated(chance: np.random.Generator, dofs: tuple[float, ...]) -> PackageLines:
+    """Return three lines of whose parts each has degrees of freedom of its own and ties the axes together."""
+    parts = []
+    for dof in dofs:
+        root = 2e-4 * chance.standard_normal((12, 12)) / np.sqrt(12.0)
+        parts.append(VarianceComponent(f"on {dof:g}", root @ root.T, dof))
+
+    def own(axis: int) -> tuple[VarianceComponent, ...]:
+        block = slice(4 * axis, 4 * axis + 4)
+        return tuple(replace(part, covariance=part.covariance[block, block]) for part in parts)
+
+    lines = [
+        SensorLine(0.0, 2.5 * unit, np.asarray(sum(part.covariance for part in own(axis))), 1e-9, own(axis))
+        for axis, unit in enumerate(np.eye(3))
+    ]
+    return PackageLines(lines, parts)
+
+
+def test_every_angle_of_two_packages_has_the_degrees_of_freedom_of_what_it_takes_from() -> None:
+    """Welch and Satterthwaite by hand, on slopes by differences: ν = (Σ u²)² / Σ u⁴/ν, and Student's factor of that.
+
+    (With one or two behind a part the factors are averaged instead, as Cochran and Cox have it.)
+    """
+    chance = np.random.default_rng(12)
+    sting, model = calibrated(chance, (4.0, 7.0, np.inf)), calibrated(chance, (5.0, 9.0, 20.0))
+    pitch, yaw, roll = np.deg2rad([[30.0], [20.0], [40.0]])
+    gravity = sting_gravity_g(pitch, yaw)
+    forces = -gravity, -model_gravity_g(gravity, roll)
+    outputs = [force @ np.stack([line.k_v_per_g for line in package.sensors]).T
+               for force, package in zip(forces, (sting, model), strict=True)]  # fmt: skip
+
+    def angles(volts: list[np.ndarray]) -> SpreadAngles:
+        return angles_from_packages(sting.sensors, model.sensors, *volts, (sting, model))
+
+    names, found = ("pitch", "yaw", "roll"), angles(outputs)
+    slopes = np.zeros((3, 2, 3))
+    for package in range(2):
+        for axis in range(3):
+            ends = []
+            for step in (1e-5, -1e-5):
+                moved = [volts.copy() for volts in outputs]
+                moved[package][0, axis] += step
+                ends.append(np.array([getattr(angles(moved), f"{name}_rad")[0] for name in names]))
+            slopes[:, package, axis] = (ends[0] - ends[1]) / 2e-5
+    for row, name in enumerate(names):
+        variances, dofs = [], []
+        for package, (lines, force) in enumerate(zip((sting, model), forces, strict=True)):
+            for covariance, dof in lines.output_parts(force):
+                variances.append(slopes[row, package] @ covariance[0] @ slopes[row, package])
+                dofs.append(dof)
+        u2, dof = sum(variances), 1.0 / sum((v / sum(variances)) ** 2 / d for v, d in zip(variances, dofs, strict=True))
+        assert dof < 100.0
+        np.testing.assert_allclose(getattr(found, f"{name}_sd_rad")[0], np.sqrt(u2), rtol=1e-3)
+        half = getattr(found, f"{name}_half_95_rad")[0]
+        np.testing.assert_allclose(half, student_t.ppf(0.975, dof) * np.sqrt(u2), rtol=3e-3)

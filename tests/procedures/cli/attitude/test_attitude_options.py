@@ -131,11 +131,41 @@ def test_an_alignment_is_solved_stored_and_used(
     out = tmp_path / "alignment.json"
     outcome = call(capsys, "attitude", stored, known, "--solve-alignment", out)
     assert (outcome.status, "alignment: " in outcome.err) == (0, True)
-    assert "an error that all known attitudes share" in outcome.err
+    assert "the known attitudes were taken as exact but for their scatter" in outcome.err
     level = tmp_path / "level.csv"
     level.write_text("x_v,y_v,z_v\n" + ",".join(repr(output_v(a, TRUTH[a], 10.0, 0.0)) for a in "xyz") + "\n")
-    (row,) = rows_of(call(capsys, "attitude", stored, level, "--alignment", out).out)
+    used = call(capsys, "attitude", stored, level, "--alignment", out)
+    (row,) = rows_of(used.out)
     assert float(row["pitch_deg"]) == pytest.approx(12.0, abs=1e-6)
+    assert "the known attitudes were taken as exact" in used.err
+    outcome = call(capsys, "attitude", stored, known, "--solve-alignment", out, "--known-sd-deg", "0.03")
+    assert (outcome.status, "in it 0.03° that the known attitudes have in common" in outcome.err) == (0, True)
+    used = call(capsys, "attitude", stored, level, "--alignment", out, "--reading-sd-v", "1e-9")
+    assert float(rows_of(used.out)[0]["pitch_sd_deg"]) == pytest.approx(0.03, rel=0.01), "about the pitch axis"
+    assert "taken as exact" not in used.err
+
+
+REFUSED_BESIDE = [
+    (("--intervals",), "does not go with --intervals; nothing was stored"),
+    (("--view", "--plot", "a.svg"), "does not go with --view, --plot; nothing was stored"),
+    (("--known-sd-deg", "-0.1"), "--known-sd-deg: got -0.1, allowed 0 to 1"),
+]
+
+
+@pytest.mark.parametrize(("options", "sentence"), REFUSED_BESIDE, ids=[sentence for _, sentence in REFUSED_BESIDE])
+def test_what_would_change_nothing_beside_an_alignment_is_refused(
+    stored: Path,
+    data: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    options: tuple[str, ...],
+    sentence: str,
+) -> None:
+    out = tmp_path / "alignment.json"
+    outcome = call(capsys, "attitude", stored, data, "--solve-alignment", out, *options)
+    assert (outcome.status, sentence in outcome.err, out.exists()) == (2, True, False)
+    outcome = call(capsys, "attitude", stored, data, "--known-sd-deg", "0.1")
+    assert (outcome.status, "belongs to --solve-alignment" in outcome.err) == (2, True)
 
 
 def test_a_picture_of_many_rows_holds_so_many_that_it_shows(stored: Path, tmp_path: Path) -> None:
