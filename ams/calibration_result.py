@@ -12,9 +12,9 @@ import numpy as np
 from ams.arrays import Centring, FloatArray
 from ams.findings import Finding, turned_the_table
 
-METHOD_VERSION: Final = 2
+METHOD_VERSION: Final = 3
 """Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
-index errors of unknown shape and the terms wherever the points determine them."""
+index errors of unknown shape and the terms wherever the points determine them; 3 has the terms in joint fits too."""
 
 
 @dataclass(frozen=True)

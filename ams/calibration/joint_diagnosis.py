@@ -1,8 +1,9 @@
-"""What the data of a joint fit contradict: the tests of any calibration, on attitudes that the fit has corrected.
+"""What the data of a joint fit contradict: the tests of any calibration, mounting by mounting.
 
-The joint fit says where the package truly stood: the angles commanded, the table's errors as estimated, the mounting
-and its seat. At these attitudes every mounting is a calibration like any other and is tested like one; what the table's
-errors explain within their priors is no finding. The tests of all axes in all mountings are one family.
+What the fit has found of the whole table and of the seat is taken out of the outputs; the index errors stand in the
+covariance of the tests as their certificate has them, in the angles at which the package met them. So every mounting is
+a calibration like any other and is tested like one, its table's limit included; what the table's errors explain within
+their priors is no finding. The tests of all axes in all mountings are one family.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,18 +13,19 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.beliefs import LEVEL
+from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Replication
 from ams.errors import DesignError
 from ams.findings import Finding
 from ams.frames import specific_force
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.table_uncertainty import corrected
+from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, corrected
 from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 from ams.solve.joint import JointFit
 from ams.solve.layout import layout_of
-from ams.solve.table_errors import WHOLE_TABLE, Mounting, TablePriors, nuisances_of, seat_effects
+from ams.solve.table_errors import UPRIGHT, WHOLE_TABLE, Mounting, TablePriors, nuisances_of, seat_effects
 from ams.statistics.distributions import chi_square_tail
 from ams.units import RAD_PER_ARCSEC
 
@@ -53,21 +55,37 @@ def diagnose_joint(
     found: dict[str, list[Finding]] = {axis: [] for axis in fit.axes}
     untested, replications = [], dict[str, Replication | None]()
     family = (tested_axes or len(fit.axes)) * len(mountings)
-    request = CalibrationRequest("pitch-roll", {axis: axis for axis in fit.axes}, tested_axes=family)
-    for number, rows in enumerate(as_they_stood(mountings, fit, priors), start=1):
+    request = CalibrationRequest(
+        "pitch-roll",
+        {axis: axis for axis in fit.axes},
+        extended="yes" if fit.has_terms else "no",
+        tested_axes=family,
+    )
+    for number, mounting in enumerate(mountings, start=1):
         name = f"mounting {number}: " if len(mountings) > 1 else ""
+        rows, table = _to_be_tested(mountings, number - 1, fit, priors)
         try:
-            solved = calibrate(rows, request)
+            solved = calibrate(rows, replace(request, table=table))
         except DesignError as error:
             untested.append(f"{name or 'joint fit: '}not tested by itself: {error}")
             continue
         replications = {axis: solved_axis.replication for axis, solved_axis in solved.axes.items()} if not name else {}
         for axis, solved_axis in solved.axes.items():
-            found[axis] += [replace(finding, text=f"{name}{finding.text}") for finding in solved_axis.findings]
+            found[axis] += [
+                replace(finding, text=f"{name}{finding.text}{_sign(finding, mounting)}")
+                for finding in solved_axis.findings
+            ]
     beyond = tuple(beyond_priors(fit))
     for axis in fit.axes:
         found[axis] += beyond
     return JointDiagnosis({axis: tuple(verdicts) for axis, verdicts in found.items()}, tuple(untested), replications)
+
+
+def _sign(finding: Finding, mounting: Mounting) -> str:
+    """Say whose sign a turn of the table has where that is not the table's own."""
+    is_the_table_s = np.array_equal(mounting.package_from_table, UPRIGHT)
+    is_turn = finding.kind == "table-rotation" and finding.is_significant
+    return " (turns in the sense of the package's own axes)" if is_turn and not is_the_table_s else ""
 
 
 def beyond_priors(fit: JointFit) -> Iterator[Finding]:
@@ -118,18 +136,84 @@ def _signed(value: float) -> str:
 
 def as_they_stood(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> Iterator[Observations]:
     """Yield the rows of each mounting at the attitudes at which the package stood, as the fit has them."""
-    mountings = [
-        replace(mounting, observations=corrected(mounting.observations, priors.table)) for mounting in mountings
-    ]
-    nuisances = nuisances_of(mountings, priors)
     errors_rad = np.array([nuisance.estimate_rad for nuisance in fit.nuisances])
     for number, mounting in enumerate(mountings):
-        observations, M = mounting.observations, np.asarray(mounting.package_from_table, dtype=float)
-        layout = layout_of(observations)
-        pitch, roll = angles_of_points(observations, layout)
-        turned = nuisances.effects(number, pitch, roll) @ errors_rad
-        seated = seat_effects(specific_force(pitch, roll) @ M.T, nuisances.names, number) @ errors_rad
-        force = specific_force(observations.pitch_rad, observations.roll_rad) @ M.T
-        force = force + (turned @ M.T + seated)[layout.point]
+        observations = corrected(mounting.observations, priors.table)
+        force = specific_force(observations.pitch_rad, observations.roll_rad) @ _rotation(mounting).T
+        force = force + _turned(mountings, number, priors, errors_rad)
         x, y, z = (force / np.linalg.norm(force, axis=1, keepdims=True)).T
         yield replace(observations, pitch_rad=np.arcsin(np.clip(x, -1.0, 1.0)), roll_rad=np.arctan2(-y, -z))
+
+
+def _turned(mountings: Sequence[Mounting], number: int, priors: TablePriors, errors_rad: FloatArray) -> FloatArray:
+    """Return the (N, 3) change of specific force in package axes at the rows of a mounting by errors of the fit."""
+    seen = [replace(m, observations=corrected(m.observations, priors.table)) for m in mountings]
+    observations, M = seen[number].observations, _rotation(mountings[number])
+    layout = layout_of(observations)
+    pitch, roll = angles_of_points(observations, layout)
+    nuisances = nuisances_of(seen, priors)
+    turned = nuisances.effects(number, pitch, roll) @ errors_rad
+    seated = seat_effects(specific_force(pitch, roll) @ M.T, nuisances.names, number) @ errors_rad
+    return np.asarray((turned @ M.T + seated)[layout.point])
+
+
+def _to_be_tested(
+    mountings: Sequence[Mounting], number: int, fit: JointFit, priors: TablePriors
+) -> tuple[Observations, TableUncertainty | None]:
+    """Return the rows of one mounting at the package's angles, and the table that it stood on in these angles.
+
+    The outputs are less what whole table and seat do to them. A mounting on its side has no such angles: it stands as
+    the fit has it, the index errors with it, and its table is none.
+    """
+    mounting = mountings[number]
+    turn = _angles_in_package(mounting)
+    if turn is None:
+        return list(as_they_stood(mountings, fit, priors))[number], None
+    is_whole = [name in WHOLE_TABLE or name.startswith("seat") for name in (n.name for n in fit.nuisances)]
+    errors_rad = np.array([nuisance.estimate_rad for nuisance in fit.nuisances]) * is_whole
+    observations = mounting.observations
+    here = corrected(observations, priors.table)
+    force = specific_force(here.pitch_rad, here.roll_rad) @ _rotation(mounting).T
+    turned = _turned(mountings, number, priors, errors_rad)
+    outputs = {axis: observations.outputs[axis] - np.sum(turned * fit.slope(axis, force), axis=1) for axis in fit.axes}
+    angles = {"pitch": observations.pitch_rad, "roll": observations.roll_rad}
+    pitch, roll = (sign * angles[axis] + shift for axis, (sign, shift) in turn.items())
+    rows = replace(observations, pitch_rad=pitch, roll_rad=roll, outputs=outputs)
+    return rows, None if priors.table is None else _in_package(priors.table, turn)
+
+
+def _rotation(mounting: Mounting) -> FloatArray:
+    return np.asarray(mounting.package_from_table, dtype=float)
+
+
+def _angles_in_package(mounting: Mounting) -> Mapping[str, tuple[float, float]] | None:
+    """Return axis to (sign, shift): what the axis shows, times the sign and shifted, is the angle of the package.
+
+    None for a mounting that is no half turn.
+    """
+    rotation = _rotation(mounting)
+    if not np.array_equal(np.abs(rotation), np.eye(3)):
+        return None
+    x, y, z = np.diag(rotation).tolist()
+    return {"pitch": (x, 0.0), "roll": (y * z, 0.0 if z > 0.0 else float(np.pi))}
+
+
+def _in_package(table: TableUncertainty, turn: Mapping[str, tuple[float, float]]) -> TableUncertainty:
+    """Return what is declared of the axes at the angles that a package in another mounting has for theirs."""
+    errors = {
+        axis: _seen_from(declared, *turn[axis]) if axis in turn else declared for axis, declared in table.errors.items()
+    }
+    return replace(table, errors=errors)
+
+
+def _seen_from(declared: IndexErrors, sign: float, shift: float) -> IndexErrors:
+    zero_rad = None if declared.zero_rad is None else sign * declared.zero_rad + shift
+    known = declared.known
+    if known is not None:
+        step = 1 if sign > 0.0 else -1
+        known = KnownErrors(
+            (sign * known.angle_rad + shift)[::step],
+            (sign * known.error_rad)[::step],
+            known.standard_uncertainty_rad[::step],
+        )
+    return replace(declared, zero_rad=zero_rad, known=known)

@@ -13,6 +13,7 @@ import numpy as np
 from ams.calibration.document import Document, degrees_of_freedom, number
 from ams.calibration.findings_document import findings_document
 from ams.calibration.joint_diagnosis import JointDiagnosis
+from ams.calibration.model_choice import NOT_DETERMINED, WHICH_OFFSET
 from ams.calibration_result import (
     METHOD_VERSION,
     AxisCalibration,
@@ -27,6 +28,7 @@ from ams.inputs.csv_table import PLAIN, CsvForm, parse_csv, refuse_cell, refuse_
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import select_rows
 from ams.models.accelerometer import PitchRoll
+from ams.models.extended import ExtendedPitchRoll
 from ams.parameter_words import not_determined
 from ams.solve.derived import halfwidths_95
 from ams.solve.joint import JointFit, Nuisance
@@ -34,10 +36,6 @@ from ams.solve.table_errors import REVERSED, UPRIGHT, Mounting
 from ams.statistics.intervals import combined_dof, t_quantile
 from ams.units import RAD_PER_ARCSEC, dof_words
 
-_LINEAR: Final = (
-    "the joint fit has no terms of second and third order: a soft mount of the sensor is not in the uncertainty; solve "
-    "without joint for them"
-)
 MOUNTS: Final = {"upright": UPRIGHT, "reversed": REVERSED}
 
 
@@ -82,9 +80,13 @@ def joint_document(fit: JointFit, diagnosis: JointDiagnosis) -> Document:
 def _package(fit: JointFit) -> Document:
     """Return the covariance of all axes' primary parameters together, as the table's errors that were left tie them."""
     return {
-        "order": [[axis, name] for axis in fit.axes for name in PitchRoll.primary_names],
+        "order": [list(entry) for entry in _order(fit)],
         "covariance": [[float(cell) if np.isfinite(cell) else None for cell in row] for row in fit.covariance],
     }
+
+
+def _order(fit: JointFit) -> tuple[tuple[str, str], ...]:
+    return tuple((axis, name) for axis in fit.axes for name in fit.sensors[axis].model.primary_names)
 
 
 def joint_calibration(fit: JointFit, diagnosis: JointDiagnosis) -> Calibration:
@@ -94,14 +96,13 @@ def joint_calibration(fit: JointFit, diagnosis: JointDiagnosis) -> Calibration:
     """
     axes = {axis: joint_axis(fit, axis, diagnosis.findings[axis]) for axis in fit.axes}
     warnings = dict.fromkeys(sentence for axis in axes.values() for sentence in axis.warnings)
-    order = tuple((axis, name) for axis in fit.axes for name in PitchRoll.primary_names)
-    package = PackageCovariance(order, fit.components) if len(fit.axes) > 1 else None
-    return Calibration(axes, "pitch-roll", "TP", tuple(warnings), (_LINEAR, *diagnosis.untested), package)
+    package = PackageCovariance(_order(fit), fit.components) if len(fit.axes) > 1 else None
+    return Calibration(axes, PitchRoll.name, PitchRoll.convention, tuple(warnings), diagnosis.untested, package)
 
 
 def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisCalibration:
     """Return one axis of a joint fit. Raises: DesignError where a sensitivity is not determined."""
-    model, primary = PitchRoll(axis), fit.primary[axis]
+    model, primary = fit.sensors[axis].model, fit.primary[axis]
     if not np.isfinite(primary).all():
         raise DesignError(
             f"joint fit: axis {axis}: no attitude excites all of its sensitivities; nothing is reported; "
@@ -122,14 +123,14 @@ def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisC
         model.parameter_names, *(column.tolist() for column in (model.parameters(primary), uncertainty, dof, halves)),
         strict=True,
     )  # fmt: skip
-    nothing, none = np.empty(0), np.full((4, 4), np.nan)
+    nothing, none = np.empty(0), np.full_like(axis_covariance, np.nan)
     return AxisCalibration(
         axis=axis,
-        model=PitchRoll.name,
+        model=model.name,
         nominal_axis=axis,
         parameters=tuple(_parameter(name in undetermined, name, *numbers) for name, *numbers in columns),
         covariance=covariance,
-        primary_names=PitchRoll.primary_names,
+        primary_names=model.primary_names,
         primary=primary,
         primary_covariance=axis_covariance,
         tp_primary_covariance=none,
@@ -146,8 +147,9 @@ def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisC
             *significant_texts(findings),
         ),
         findings=findings,
-        remarks=(f"axis {axis}: {_LINEAR}",),
+        remarks=(WHICH_OFFSET if isinstance(model, ExtendedPitchRoll) else NOT_DETERMINED,) if fit.has_terms else (),
         variance_components=parts,
+        centring=model.centring if isinstance(model, ExtendedPitchRoll) else (),
     )
 
 

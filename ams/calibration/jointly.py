@@ -17,7 +17,7 @@ from ams.calibration_result import AxisCalibration, Calibration, VarianceCompone
 from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest, refuse_unusable
 from ams.inputs.shared_errors import Effect, SharedError
-from ams.models.accelerometer import PitchRoll
+from ams.models.model import Model
 from ams.observations import Observations
 from ams.solve.joint import JointFit, joint_fit
 from ams.solve.table_errors import Mounting, TablePriors
@@ -39,7 +39,7 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
     _refuse_what_it_has_not(observations, request)
     rows = replace(observations, mounting=None)
     mountings, stated = [Mounting(rows)], _with_level(priors, request)
-    fit = joint_fit(mountings, tuple(request.axes_of(rows)), stated)
+    fit = joint_fit(mountings, tuple(request.axes_of(rows)), stated, has_terms=request.extended == "yes")
     diagnosis = diagnose_joint(mountings, fit, stated, request.tested_axes)
     solved = joint_calibration(_with_channels(fit, request.shared_errors), diagnosis)
     stood = next(iter(as_they_stood(mountings, fit, stated)))
@@ -47,10 +47,9 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
     contained = [sentence for sentence in fit.confounded if not _is_whole(sentence)]
     axes = {
         label: replace(
-            _with_residuals(axis, stood),
+            _with_residuals(axis, fit.sensors[label].model, stood),
             replication=diagnosis.replications.get(label),
             warnings=tuple(warning for warning in axis.warnings if warning not in (*to_read, *contained)),
-            remarks=(),
         )
         for label, axis in solved.axes.items()
     }
@@ -97,11 +96,11 @@ def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -
     )
     parts: dict[str, VarianceComponent] = {}
     for error in errors:
-        columns = np.zeros((4 * len(fit.axes), len(fit.axes)))
+        columns = np.zeros((len(fit.covariance), len(fit.axes)))
         for index, axis in enumerate(fit.axes):
             if error in shared.get(axis, ()):
                 column = index if error.is_of_one_channel else 0
-                columns[4 * index : 4 * index + 4, column] = error.standard_uncertainty * _effect(error, fit, axis)
+                columns[fit.block(axis), column] = error.standard_uncertainty * _effect(error, fit, axis)
         covariance = columns @ columns.T
         before = parts.get(error.name)
         added = covariance if before is None else before.covariance + covariance
@@ -111,12 +110,13 @@ def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -
 
 
 def _effect(error: SharedError, fit: JointFit, axis: str) -> FloatArray:
-    """Return what one unit of an error does to offset and sensitivities."""
-    return fit.primary[axis] if error.effect == "gain" else np.array([1.0, 0.0, 0.0, 0.0])
+    """Return what one unit of an error does to the primary parameters."""
+    primary = fit.primary[axis]
+    return primary if error.effect == "gain" else np.eye(primary.size)[0]
 
 
-def _with_residuals(axis: AxisCalibration, stood: Observations) -> AxisCalibration:
-    fitted = PitchRoll(axis.axis).predict(axis.primary, stood)
+def _with_residuals(axis: AxisCalibration, model: Model, stood: Observations) -> AxisCalibration:
+    fitted = model.predict(axis.primary, stood)
     return replace(axis, fitted_v=fitted, residuals_v=stood.outputs[axis.axis] - fitted)
 
 

@@ -20,11 +20,11 @@ from ams.solve.extension import Extension, blocks_of_angles, judge_extension
 from ams.solve.layout import Layout
 
 DEFAULT_REFERENCE_DEGC = 20.0
-_NOT_DETERMINED = (
+NOT_DETERMINED = (
     "terms of second and third order are not determined by these points and not in the uncertainty: a soft mount or a "
     "nonlinearity of the sensor would bend the offset; add pitch and roll angles (five or more of each, past ±45°)"
 )
-_WHICH_OFFSET = (
+WHICH_OFFSET = (
     "offset and sensitivities are those of the linear sensor that comes closest over these points; the offset beside "
     "terms of second order with tr Q = 0 is given too"
 )
@@ -95,14 +95,14 @@ def _with_extension(
     extended = _extended(rows, layout, base)
     extension, refusal = _judged(label, rows, layout, request)
     if extended is None:
-        return ModelChoice(base, extension, remarks=(_NOT_DETERMINED,))
+        return ModelChoice(base, extension, remarks=(NOT_DETERMINED,))
     if request.extended == "yes":
-        return ModelChoice(extended, extension, remarks=(_WHICH_OFFSET,))
+        return ModelChoice(extended, extension, remarks=(WHICH_OFFSET,))
     if extension is None:
         return ModelChoice(base, None, (f"axis {label}: extended model not tested: {refusal}",))
     if not extension.is_accepted:
         return ModelChoice(base, extension)
-    return ModelChoice(extended, extension, _found(label, extension), (_WHICH_OFFSET,))
+    return ModelChoice(extended, extension, _found(label, extension), (WHICH_OFFSET,))
 
 
 def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchRoll | None:
@@ -115,7 +115,7 @@ def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> 
     if request.extended == "test":
         return (f"axis {label}: extended model not tested: it extends pitch-roll only",)
     if base.name == PitchOnly.name:
-        return (_NOT_DETERMINED,)
+        return (NOT_DETERMINED,)
     return ()
 
 

@@ -82,7 +82,11 @@ def centring_of(stimulus: Stimulus, points: int, nominal_axis: str) -> Centring 
 
 @remembered(32)
 def _centring(pitch_rad: FloatArray, roll_rad: FloatArray, points: int, nominal_axis: str) -> Centring | None:
-    force = specific_force(pitch_rad, roll_rad)
+    return centring_over(specific_force(pitch_rad, roll_rad), points, nominal_axis)
+
+
+def centring_over(force: FloatArray, points: int, nominal_axis: str) -> Centring | None:
+    """Return the same over (N, 3) forces, whichever way the package was mounted at each."""
     linear, terms = _linear(force), term_basis(force, nominal_axis)
     q, r = np.linalg.qr(linear)
     if np.abs(np.diag(r)).min() < _DETERMINED * np.linalg.norm(r):
@@ -96,6 +100,15 @@ def _centring(pitch_rad: FloatArray, roll_rad: FloatArray, points: int, nominal_
         if points >= linear.shape[1] + count + LEAST_LEFT and smallest > _EXCITED**2:
             return tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in rows[:count])
     return None
+
+
+def slope_of_terms(terms: FloatArray, force: FloatArray, nominal_axis: str, centring: Centring) -> FloatArray:
+    """Return the (…, 3) derivatives of Σ q h̃ by the components of the (…, 3) specific force."""
+    slope = 2.0 * force @ matrix_from_elements(terms[: len(Q_NAMES)]) - terms @ np.array(centring)[:, 1:]
+    if len(terms) > len(Q_NAMES):
+        along = "xyz".index(nominal_axis)
+        slope[..., along] += 3.0 * terms[len(Q_NAMES)] * force[..., along] ** 2
+    return np.asarray(slope)
 
 
 def _linear(force: FloatArray) -> FloatArray:
@@ -141,11 +154,8 @@ class ExtendedPitchRoll(LinearModel):
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
         pitch, roll = stimulus.pitch_rad, stimulus.roll_rad
-        terms, force = primary[4:], specific_force(pitch, roll)
-        slope = primary[1:4] - terms @ np.array(self.centring)[:, 1:] + 2.0 * force @ matrix_from_elements(terms[:5])
-        if len(terms) > len(Q_NAMES):
-            along = "xyz".index(self.nominal_axis)
-            slope[:, along] += 3.0 * terms[5] * force[:, along] ** 2
+        force = specific_force(pitch, roll)
+        slope = primary[1:4] + slope_of_terms(primary[4:], force, self.nominal_axis, self.centring)
         return {
             "pitch": np.sum(specific_force_by_pitch(pitch, roll) * slope, axis=-1),
             "roll": np.sum(specific_force_by_roll(pitch, roll) * slope, axis=-1),

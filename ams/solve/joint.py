@@ -7,6 +7,11 @@ sensitivities have none. The package sees M (f + …), M its mounting. Mounted a
 errors change sign against the package and part from it; a mounting has three small seating errors of its own, known as
 well as the datum faces are.
 
+The terms of second and third order of every axis (:mod:`ams.models.extended`) are parameters like offset and
+sensitivities, without a prior. In one mounting they look like a table that is off once a turn; the reversed mounting
+parts p·cos α of pitch and of roll from them, since it changes the sign of these errors in package axes and not that of
+the terms.
+
 What the rows do not tell stays at its prior, enters the uncertainty of the package, and is said in words.
 Source: TP 10, 'inclusion of calibration standard uncertainties'.
 """
@@ -16,20 +21,18 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ams.arrays import FloatArray, IntArray
+from ams.arrays import FloatArray
 from ams.calibration_result import VarianceComponent
 from ams.errors import DesignError, SolveError
-from ams.frames import specific_force
 from ams.inputs.table_uncertainty import corrected
-from ams.solve.extension import angles_of_points, without_drift
-from ams.solve.layout import layout_of
-from ams.solve.table_errors import Mounting, Nuisances, TablePriors, nuisances_of, seat_effects
+from ams.solve.joint_rows import JointRows, joint_rows
+from ams.solve.joint_sensor import JointSensor, sensors_of
+from ams.solve.table_errors import Mounting, TablePriors, nuisances_of
 
 OBSERVED_RATIO: Final = 0.5
 """A nuisance whose standard deviation fell below this part of its prior counts as observed."""
-_ROUNDS: Final = 20
+_ROUNDS: Final = 100
 
 
 @dataclass(frozen=True)
@@ -52,60 +55,59 @@ class JointFit:
 
     axes: tuple[str, ...]
     primary: Mapping[str, FloatArray]
-    """Axis to (b, k_x, k_y, k_z); NaN for a component that no attitude excited (y where roll never moved)."""
+    """Axis to (b, k_x, k_y, k_z, terms); NaN for a component that no attitude excited (y where roll never moved)."""
     covariance: FloatArray
-    """(4 A, 4 A) of all axes' primary parameters, in the order of ``axes``: noise, drift, table and seat."""
+    """(Q, Q) of all axes' primary parameters, in the order of ``axes``: noise, drift, table and seat."""
     nuisances: tuple[Nuisance, ...]
     confounded: tuple[str, ...]
     """Sentences on what the rows cannot tell."""
     standard_error_v: Mapping[str, float]
     """Scatter of a point's mean about the fit."""
+    sensors: Mapping[str, JointSensor]
+    """With the terms of second and third order where the points determine them."""
     residuals_v: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     """Axis to one (K,) array per mounting, point means minus fit."""
     components: tuple[VarianceComponent, ...] = ()
-    """(4 A, 4 A) independent parts of ``covariance``: replications (drift, precision), lack of fit, table and seat."""
+    """(Q, Q) independent parts of ``covariance``: replications (drift, precision), lack of fit, table and seat."""
     degrees_of_freedom: int = 0
     """Point means less package parameters."""
     replication_dof: int = 0
     """Of the spread between replications; 0 where nothing was replicated."""
+    has_terms: bool = True
+    """Whether terms of second and third order were asked for; where the points do not determine them, none stand."""
+
+    def slope(self, axis: str, force: FloatArray) -> FloatArray:
+        """Return the (N, 3) derivatives of an axis' output by (N, 3) force; 0 for a component never excited."""
+        sensor = self.sensors[axis]
+        slope = np.zeros_like(force)
+        slope[:, sensor.excited] = sensor.slope(self.primary[axis][sensor.solved], force[:, sensor.excited])
+        return slope
 
     def axis_components(self, axis: str) -> tuple[VarianceComponent, ...]:
-        """(4, 4) each."""
-        at = slice(4 * self.axes.index(axis), 4 * self.axes.index(axis) + 4)
+        """(P, P) each."""
+        at = self.block(axis)
         return tuple(replace(part, covariance=part.covariance[at, at]) for part in self.components)
 
     def axis_covariance(self, axis: str) -> FloatArray:
-        at = 4 * self.axes.index(axis)
-        return self.covariance[at : at + 4, at : at + 4]
+        at = self.block(axis)
+        return self.covariance[at, at]
+
+    def block(self, axis: str) -> slice:
+        """Return where an axis' primary parameters stand among those of all."""
+        sizes = [self.primary[name].size for name in self.axes]
+        first = sum(sizes[: self.axes.index(axis)])
+        return slice(first, first + self.primary[axis].size)
 
     def nuisance(self, name: str) -> Nuisance:
         return next(n for n in self.nuisances if n.name == name)
 
 
-@dataclass(frozen=True)
-class _Rows:
-    """Point means of all mountings, one below the other."""
-
-    mount: IntArray
-    excited: NDArray[np.intp]
-    """Places of the components of the specific force that any row excites, of 0 to 2."""
-    force: FloatArray
-    """(N, c) excited components in package axes at the commanded angles."""
-    effects: FloatArray
-    """(N, c, q) of one radian of each nuisance, package axes."""
-    output_v: FloatArray
-    """(N, A)"""
-    precision_v2: FloatArray
-    """(N, A) variance of each mean from the replications; 0 where there is one."""
-    departures: FloatArray
-    """(groups, N, A) what each replication of each mounting, alone in differing from the others, adds to the means."""
-    spread_factor: FloatArray
-    """(groups,) of the squares of what they do, for the variance of the mean."""
-    spread_dof: int
-
-
-def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TablePriors) -> JointFit:
+def joint_fit(
+    mountings: Sequence[Mounting], axes: Sequence[str], priors: TablePriors, *, has_terms: bool = True
+) -> JointFit:
     """Fit all axes and the table's errors together.
+
+    ``has_terms``: with the terms of second and third order, wherever the points determine them.
 
     Raises: DesignError where the points cannot determine the package even with the table known; SolveError where the
     scatter and the errors do not settle.
@@ -113,17 +115,18 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
     mountings = [replace(m, observations=corrected(m.observations, priors.table)) for m in mountings]
     nuisances = nuisances_of(mountings, priors)
     names, prior_rad = nuisances.names, nuisances.prior_rad
-    rows = _rows(mountings, tuple(axes), nuisances)
+    rows = joint_rows(mountings, tuple(axes), nuisances)
     _refuse_rank_deficiency(rows)
+    sensors = sensors_of(tuple(axes), rows.force, rows.excited, has_terms=has_terms)
     sd = np.maximum(np.sqrt(rows.precision_v2), 1e-12 * np.abs(rows.output_v).max(axis=0))
     errors = np.zeros(len(names))
-    primary = _ordinary(rows, errors)
+    primary = _ordinary(rows, sensors)
     for _ in range(_ROUNDS):
-        jacobian, right = _system(rows, primary, errors, sd, prior_rad)
+        jacobian, right = _system(rows, sensors, primary, errors, sd, prior_rad)
         q, r = np.linalg.qr(jacobian)
         step = np.linalg.solve(r, q.T @ right)
-        primary, errors = primary + step[: primary.size].reshape(primary.shape), errors + step[primary.size :]
-        wider = _spread_with_residuals(rows, primary, errors, sd, q)
+        primary, errors = primary + step[: primary.size], errors + step[primary.size :]
+        wider = _spread_with_residuals(rows, _residuals(rows, sensors, primary, errors), sd, q)
         steady = np.all(np.abs(step[primary.size :]) < 1e-6 * prior_rad)
         settled = bool(steady and np.all(np.abs(wider / sd - 1.0) < 1e-3))
         sd = wider
@@ -135,86 +138,17 @@ def joint_fit(mountings: Sequence[Mounting], axes: Sequence[str], priors: TableP
             "reported; look at the residuals of a fit of one axis for a wrong row, and without joint for a table that "
             "is off by more than is declared"
         )
-    jacobian, _ = _system(rows, primary, errors, sd, prior_rad)
+    jacobian, _ = _system(rows, sensors, primary, errors, sd, prior_rad)
     inverse = np.linalg.inv(np.linalg.qr(jacobian, mode="r"))
     whole = inverse @ inverse.T
     count = sd.size
     estimator = (whole @ jacobian[:count].T)[: primary.size] / sd.T.ravel()
     parts = _components(rows, estimator, sd, whole[: primary.size, : primary.size])
-    return _result(tuple(axes), rows, names, prior_rad, primary, errors, sd, whole, parts)
+    found = _result(sensors, rows, names, prior_rad, primary, errors, sd, whole, parts)
+    return replace(found, has_terms=has_terms)
 
 
-def _rows(mountings: Sequence[Mounting], axes: tuple[str, ...], nuisances: Nuisances) -> _Rows:
-    excited = _excited(mountings)
-    parts = [_part(number, mounting, axes, nuisances, excited) for number, mounting in enumerate(mountings)]
-    return _Rows(
-        np.concatenate([p.mount for p in parts]),
-        excited,
-        np.concatenate([p.force for p in parts]),
-        np.concatenate([p.effects for p in parts]),
-        np.concatenate([p.output_v for p in parts]),
-        np.concatenate([p.precision_v2 for p in parts]),
-        _beneath([p.departures for p in parts]),
-        np.concatenate([p.spread_factor for p in parts]),
-        sum(p.spread_dof for p in parts),
-    )
-
-
-def _beneath(parts: Sequence[FloatArray]) -> FloatArray:
-    """Return (groups, N, A): the groups of each mounting touch its own points only."""
-    groups, points = (sum(part.shape[axis] for part in parts) for axis in (0, 1))
-    whole = np.zeros((groups, points, parts[0].shape[2]))
-    group = point = 0
-    for part in parts:
-        whole[group : group + part.shape[0], point : point + part.shape[1]] = part
-        group, point = group + part.shape[0], point + part.shape[1]
-    return whole
-
-
-def _excited(mountings: Sequence[Mounting]) -> NDArray[np.intp]:
-    largest = np.zeros(3)
-    for mounting in mountings:
-        force = specific_force(mounting.observations.pitch_rad, mounting.observations.roll_rad)
-        largest = np.maximum(largest, np.abs(force @ np.asarray(mounting.package_from_table).T).max(axis=0))
-    return np.flatnonzero(largest > 1e-9)
-
-
-def _part(
-    number: int, mounting: Mounting, axes: tuple[str, ...], nuisances: Nuisances, excited: NDArray[np.intp]
-) -> _Rows:
-    observations, M = mounting.observations, np.asarray(mounting.package_from_table, dtype=float)
-    layout = layout_of(observations)
-    pitch, roll = angles_of_points(observations, layout)
-    readings = layout.sum_by_point(np.ones(layout.rows))
-    rows_force = specific_force(observations.pitch_rad, observations.roll_rad) @ M.T
-    basis = np.column_stack([np.ones(layout.rows), rows_force[:, excited]])
-    means, precision, departures = [], [], []
-    for axis in axes:
-        steady, variance, _ = without_drift(basis, observations.outputs[axis], layout, readings)
-        means.append(layout.sum_by_point(steady) / readings)
-        precision.append(variance / readings)
-        left = observations.outputs[axis] - means[-1][layout.point]
-        by_group = left[:, None] * np.eye(layout.replications)[layout.replication]
-        departures.append(layout.sum_by_point(by_group).T / readings)
-    force = specific_force(pitch, roll) @ M.T
-    effects = np.einsum("ij,njq->niq", M, nuisances.effects(number, pitch, roll))
-    effects = effects + seat_effects(force, nuisances.names, number)
-    return _Rows(
-        np.full(layout.points, number),
-        excited,
-        force[:, excited],
-        effects[:, excited],
-        np.stack(means, 1),
-        np.stack(precision, 1),
-        np.stack(departures, -1) if layout.replications > 1 else np.zeros((0, layout.points, len(axes))),
-        np.full(layout.replications, layout.replications / (layout.replications - 1.0))
-        if layout.replications > 1
-        else np.zeros(0),
-        layout.replications - 1,
-    )
-
-
-def _refuse_rank_deficiency(rows: _Rows) -> None:
+def _refuse_rank_deficiency(rows: JointRows) -> None:
     basis = np.column_stack([np.ones(rows.force.shape[0]), rows.force])
     rank = int(np.linalg.matrix_rank(basis, tol=1e-9 * np.linalg.norm(basis)))
     if rank < basis.shape[1] or rows.excited.size < 2 or basis.shape[0] <= basis.shape[1]:
@@ -224,42 +158,52 @@ def _refuse_rank_deficiency(rows: _Rows) -> None:
         )
 
 
-def _ordinary(rows: _Rows, errors: FloatArray) -> FloatArray:
-    """Return the ordinary estimates, (A, 1 + c)."""
-    force = rows.force + rows.effects @ errors
-    basis = np.column_stack([np.ones(force.shape[0]), force])
-    return np.asarray(np.linalg.lstsq(basis, rows.output_v, rcond=None)[0].T)
+def _ordinary(rows: JointRows, sensors: Sequence[JointSensor]) -> FloatArray:
+    """Return the ordinary estimates of all axes, one behind the other."""
+    return np.concatenate(
+        [
+            np.linalg.lstsq(sensor.basis(rows.force), rows.output_v[:, index], rcond=None)[0]
+            for index, sensor in enumerate(sensors)
+        ]
+    )
+
+
+def _by_sensor(sensors: Sequence[JointSensor], primary: FloatArray) -> list[FloatArray]:
+    return np.split(primary, np.cumsum([sensor.size for sensor in sensors])[:-1])
 
 
 def _system(
-    rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArray, prior_rad: FloatArray
+    rows: JointRows,
+    sensors: Sequence[JointSensor],
+    primary: FloatArray,
+    errors: FloatArray,
+    sd: FloatArray,
+    prior_rad: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the whitened Jacobian and right-hand side: all axes' rows, then one row per prior."""
-    count, size = primary.shape
-    points = rows.force.shape[0]
+    points, size = rows.force.shape[0], primary.size
+    count = len(sensors) * points
     force = rows.force + rows.effects @ errors
-    basis = np.column_stack([np.ones(points), force])
-    jacobian = np.zeros((count * points + errors.size, count * size + errors.size))
+    jacobian = np.zeros((count + errors.size, size + errors.size))
     right = np.empty(jacobian.shape[0])
-    for a in range(count):
-        at, weight = slice(a * points, (a + 1) * points), 1.0 / sd[:, a]
-        jacobian[at, a * size : (a + 1) * size] = weight[:, None] * basis
-        jacobian[at, count * size :] = weight[:, None] * np.einsum("i,niq->nq", primary[a, 1:], rows.effects)
-        right[at] = weight * (rows.output_v[:, a] - basis @ primary[a])
-    jacobian[count * points :, count * size :] = np.diag(1.0 / prior_rad)
-    right[count * points :] = -errors / prior_rad
+    first = 0
+    for a, (sensor, known) in enumerate(zip(sensors, _by_sensor(sensors, primary), strict=True)):
+        at, weight, basis = slice(a * points, (a + 1) * points), 1.0 / sd[:, a], sensor.basis(force)
+        jacobian[at, first : first + sensor.size] = weight[:, None] * basis
+        jacobian[at, size:] = weight[:, None] * np.einsum("ni,niq->nq", sensor.slope(known, force), rows.effects)
+        right[at] = weight * (rows.output_v[:, a] - basis @ known)
+        first += sensor.size
+    jacobian[count:, size:] = np.diag(1.0 / prior_rad)
+    right[count:] = -errors / prior_rad
     return jacobian, right
 
 
-def _spread_with_residuals(
-    rows: _Rows, primary: FloatArray, errors: FloatArray, sd: FloatArray, q: FloatArray
-) -> FloatArray:
+def _spread_with_residuals(rows: JointRows, residuals: FloatArray, sd: FloatArray, q: FloatArray) -> FloatArray:
     """Return the (N, A) standard deviations of the means.
 
     They are the replications' precision, raised to the scatter that is there.
     """
-    points = rows.force.shape[0]
-    residuals = _residuals(rows, primary, errors) / sd
+    points, residuals = rows.force.shape[0], residuals / sd
     raised = np.empty_like(sd)
     for a in range(sd.shape[1]):
         leverage = np.sum(q[a * points : (a + 1) * points] ** 2, axis=1)
@@ -269,14 +213,14 @@ def _spread_with_residuals(
 
 
 def _components(
-    rows: _Rows, estimator: FloatArray, sd: FloatArray, conditional: FloatArray
+    rows: JointRows, estimator: FloatArray, sd: FloatArray, conditional: FloatArray
 ) -> tuple[VarianceComponent, ...]:
-    """Return what the estimator (P A, N A) makes of the parts of the outputs' covariance.
+    """Return what the estimator (Q, N A) makes of the parts of the outputs' covariance.
 
     They are drift and precision, by the replications' departures; the points' own scatter beyond precision; and the
     errors of table and seat, within their priors.
     """
-    points, size = rows.force.shape[0], 1 + rows.excited.size
+    points, size = rows.force.shape[0], -(-len(estimator) // sd.shape[1])
     beyond = np.maximum(sd**2 - (rows.precision_v2 if rows.spread_dof > 0 else 0.0), 0.0).T.ravel()
     scatter = (estimator * beyond) @ estimator.T
     stated = conditional - (estimator * sd.T.ravel() ** 2) @ estimator.T
@@ -291,14 +235,16 @@ def _components(
     return tuple(parts)
 
 
-def _residuals(rows: _Rows, primary: FloatArray, errors: FloatArray) -> FloatArray:
+def _residuals(rows: JointRows, sensors: Sequence[JointSensor], primary: FloatArray, errors: FloatArray) -> FloatArray:
+    """Return (N, A)."""
     force = rows.force + rows.effects @ errors
-    return np.asarray(rows.output_v - primary[:, 0] - force @ primary[:, 1:].T)
+    each = zip(sensors, _by_sensor(sensors, primary), strict=True)
+    return np.asarray(rows.output_v - np.stack([sensor.basis(force) @ known for sensor, known in each], axis=1))
 
 
 def _result(
-    axes: tuple[str, ...],
-    rows: _Rows,
+    sensors: tuple[JointSensor, ...],
+    rows: JointRows,
     names: tuple[str, ...],
     prior_rad: FloatArray,
     primary: FloatArray,
@@ -307,39 +253,42 @@ def _result(
     whole: FloatArray,
     parts: tuple[VarianceComponent, ...],
 ) -> JointFit:
-    size = primary.size
+    size, axes = primary.size, tuple(sensor.axis for sensor in sensors)
     spread = whole[size:, size:]
     nuisances = tuple(
         Nuisance(name, float(value), float(np.sqrt(variance)), float(prior))
         for name, value, variance, prior in zip(names, errors, np.diag(spread), prior_rad, strict=True)
     )
-    residuals = _residuals(rows, primary, errors)
-    count = len(axes)
-    parts = tuple(replace(p, covariance=_with_unexcited(p.covariance, count, rows.excited)) for p in parts)
-    filled = np.full((count, 4), np.nan)
-    filled[:, np.concatenate([[0], 1 + rows.excited])] = primary
+    residuals = _residuals(rows, sensors, primary, errors)
+    parts = tuple(replace(part, covariance=_with_unexcited(part.covariance, sensors)) for part in parts)
+    filled = {}
+    for sensor, known in zip(sensors, _by_sensor(sensors, primary), strict=True):
+        filled[sensor.axis] = np.full(len(sensor.model.primary_names), np.nan)
+        filled[sensor.axis][sensor.solved] = known
     by_mount = {
         axis: tuple(residuals[rows.mount == m, a] for m in np.unique(rows.mount)) for a, axis in enumerate(axes)
     }
     return JointFit(
         axes,
-        dict(zip(axes, filled, strict=True)),
+        filled,
         np.asarray(sum(part.covariance for part in parts)),
         nuisances,
         _confounded(names, prior_rad, spread),
         {axis: float(np.sqrt(np.mean(sd[:, a] ** 2))) for a, axis in enumerate(axes)},
+        {sensor.axis: sensor for sensor in sensors},
         by_mount,
         parts,
-        rows.force.shape[0] * count - primary.size,
+        rows.output_v.size - primary.size,
         rows.spread_dof,
     )
 
 
-def _with_unexcited(covariance: FloatArray, count: int, excited: NDArray[np.intp]) -> FloatArray:
-    """Return (4 A, 4 A), NaN where a component was never excited."""
-    components = np.concatenate([[0], 1 + excited])
-    every = (4 * np.arange(count)[:, None] + components).ravel()
-    whole = np.full((4 * count, 4 * count), np.nan)
+def _with_unexcited(covariance: FloatArray, sensors: Sequence[JointSensor]) -> FloatArray:
+    """Return (Q, Q), NaN where a component was never excited."""
+    sizes = [len(sensor.model.primary_names) for sensor in sensors]
+    firsts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+    every = np.concatenate([first + sensor.solved for first, sensor in zip(firsts, sensors, strict=True)])
+    whole = np.full((sum(sizes), sum(sizes)), np.nan)
     whole[np.ix_(every, every)] = covariance
     return whole
 

@@ -74,7 +74,7 @@ def _batch(
     seen = corrected(rows, run.table)
     design = Attitude(seen.pitch_rad[: len(points)], seen.roll_rad[: len(points)])
     stood = [_stood(run.table, axis, angles[:, index], count, chance) for index, axis in enumerate(("pitch", "roll"))]
-    true = {axis: _truth(chance, count, index) for index, axis in enumerate("xyz")}
+    true = {axis: true_axis(chance, count, index) for index, axis in enumerate("xyz")}
     outputs = {axis: _outputs(run, *stood, axis_truth, chance) for axis, axis_truth in true.items()}
     solved: dict[str, SolvedColumns] = {}
     for axis in "xyz":
@@ -88,7 +88,7 @@ def _batch(
 
 
 @dataclass(frozen=True)
-class _True:
+class TrueAxis:
     """Sensors of one axis, one a campaign."""
 
     offset_v: FloatArray
@@ -103,13 +103,14 @@ class _True:
         return np.asarray(self.offset_v + np.einsum("...mi,mi->...m", force, self.k_v_per_g) + bent)
 
 
-def _truth(chance: np.random.Generator, count: int, index: int) -> _True:
+def true_axis(chance: np.random.Generator, count: int, index: int) -> TrueAxis:
+    """Draw sensors with a soft mount."""
     k = 0.01 * V_PER_G * chance.standard_normal((count, 3))
     k[:, index] += V_PER_G
     half = SOFT_ARCSEC * ARCSEC * V_PER_G * chance.standard_normal((count, 3, 3)) / 2.0
     q = half + np.swapaxes(half, 1, 2)
     q -= np.eye(3) * (np.trace(q, axis1=1, axis2=2) / 3.0)[:, None, None]
-    return _True(0.01 * chance.standard_normal(count), k, q)
+    return TrueAxis(0.01 * chance.standard_normal(count), k, q)
 
 
 def _stood(
@@ -127,12 +128,12 @@ def _stood(
 
 
 def _outputs(
-    run: Measured, pitch_rad: FloatArray, roll_rad: FloatArray, true: _True, chance: np.random.Generator
+    run: Measured, pitch_rad: FloatArray, roll_rad: FloatArray, true: TrueAxis, chance: np.random.Generator
 ) -> FloatArray:
     """(N, m) volts."""
     count, n = pitch_rad.shape[1], run.plan.replications
     volt = ARCSEC * V_PER_G
-    fixed = true.volts(_force(pitch_rad, roll_rad))
+    fixed = true.volts(force_at(pitch_rad, roll_rad))
     fixed += LACK_OF_FIT_ARCSEC * volt * chance.standard_normal(fixed.shape)
     middle = np.arange(n) - (n - 1) / 2.0
     drift = DRIFT_ARCSEC * volt * chance.standard_normal(count) * middle[:, None]
@@ -141,14 +142,15 @@ def _outputs(
     return np.asarray((fixed + drift[:, None, :] + noise).reshape(-1, count))
 
 
-def _force(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+def force_at(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """Return the (…, 3) specific force."""
     level = np.cos(pitch_rad)
     return np.stack([np.sin(pitch_rad), -level * np.sin(roll_rad), -level * np.cos(roll_rad)], axis=-1)
 
 
 def _held(
     solved: dict[str, SolvedColumns],
-    true: dict[str, _True],
+    true: dict[str, TrueAxis],
     row: int,
     at: Attitude,
     chance: np.random.Generator,
@@ -166,11 +168,11 @@ def _held(
     angles = inferred(known, at)
     assert angles is not None
     half = angles.half_widths_rad(package.components)[0]
-    force = _force(at.pitch_rad, at.roll_rad)[:, None, :]
+    force = force_at(at.pitch_rad, at.roll_rad)[:, None, :]
     off_v = []
     for axis, known_axis in known_by_axis(solved, known).items():
         mine = true[axis]
-        alone = _True(mine.offset_v[[row]], mine.k_v_per_g[[row]], mine.q_v_per_g2[[row]])
+        alone = TrueAxis(mine.offset_v[[row]], mine.k_v_per_g[[row]], mine.q_v_per_g2[[row]])
         read = alone.volts(force)[0, 0] + reading_v * chance.standard_normal()
         off_v.append(read - float(known_axis.model.predict(known_axis.primary, at)[0]))
     off = angles.estimator[0] @ np.array(off_v)
@@ -187,15 +189,15 @@ def known_by_axis(solved: dict[str, SolvedColumns], known: list[KnownAxis]) -> d
     return dict(zip(solved, known, strict=True))
 
 
-def _parameters_held(solved: dict[str, SolvedColumns], true: dict[str, _True], row: int) -> tuple[float, float]:
+def _parameters_held(solved: dict[str, SolvedColumns], true: dict[str, TrueAxis], row: int) -> tuple[float, float]:
     """Shares over the axes: the offset without trace, and the sensitivities of the model as it is written."""
     offset, k = [], []
     for axis, columns in solved.items():
         model, mine = columns.problem.models[row], true[axis]
         best = np.linalg.lstsq(
             model.basis(columns.problem.block),
-            _True(mine.offset_v[[row]], mine.k_v_per_g[[row]], mine.q_v_per_g2[[row]]).volts(
-                _force(columns.problem.block.pitch_rad, columns.problem.block.roll_rad)[:, None, :]
+            TrueAxis(mine.offset_v[[row]], mine.k_v_per_g[[row]], mine.q_v_per_g2[[row]]).volts(
+                force_at(columns.problem.block.pitch_rad, columns.problem.block.roll_rad)[:, None, :]
             )[:, 0],
             rcond=None,
         )[0]

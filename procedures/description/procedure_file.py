@@ -315,7 +315,7 @@ class Solve(StrictTable):
         if self.joint and (not is_plain or self.extended == "test"):
             raise ValueError(
                 'joint = true goes with model = "pitch-roll", temperature = "none", time_term = "none" and extended = '
-                '"yes" or "no" (it has no terms of second order itself)'
+                '"yes" or "no" (it has no test that lets terms of second order in)'
             )
         return self
 

@@ -177,8 +177,7 @@ def _reservations_of_rig_and_solution(rig: RigDescription, plan: Plan) -> Iterat
     if plan.solve.joint:
         priors = joint_priors_in_words(plan.solve)
         yield (
-            "package and table are solved together, without terms of second and third order: a soft mount of the "
-            "sensor is not in the uncertainty; the expected uncertainties are those of each axis by itself"
+            "package and table are solved together; the expected uncertainties are those of each axis by itself"
             f"{f', and hold nothing of {priors}' if priors else ''}"
         )
 

@@ -139,7 +139,7 @@ def request_for(
             for axis, item in known.items()
         },
         reference_temperature_degc=references.pop() if len(references) == 1 else None,
-        extended="no" if solve.joint else solve.extended,
+        extended=solve.extended,
         time_term=solve.time_term == "linear",
         table=table,
         shared_errors=shared,

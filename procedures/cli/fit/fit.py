@@ -163,7 +163,9 @@ def fit(
     with _refusals_name(file):
         if joint:
             stated = check_joint(request, description)
-            document = fit_jointly(file, form, columns, stated, parse_priors(prior), mount, wish)
+            has_terms = request.extended == "yes"
+            known = parse_priors(prior)
+            document = fit_jointly(file, form, columns, stated, known, mount, wish, has_terms=has_terms)
         elif name == "linear":
             _refuse_curvature(hessian)
             document = _linear(file, form, columns, request, wish)

@@ -35,6 +35,8 @@ def joint(
     priors: Mapping[str, float],
     mount: str | None,
     wish: WishedSet | None = None,
+    *,
+    has_terms: bool = True,
 ) -> dict[str, Any]:
     """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
     mountings = read_mountings(file, columns, mount, form)
@@ -42,7 +44,7 @@ def joint(
         table=table_uncertainty(rig),
         **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
     )
-    found = joint_fit(mountings, tuple(columns), stated)
+    found = joint_fit(mountings, tuple(columns), stated, has_terms=has_terms)
     diagnosis = diagnose_joint(mountings, found, stated)
     if wish is not None:
         write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis))

@@ -11,6 +11,7 @@ from ams.calibration.jointly import calibrate_jointly
 from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
+from ams.models.extended import CUBIC_NAME
 from ams.models.thermal import TemperatureCoefficients
 from ams.solve.joint import joint_fit
 from ams.solve.table_errors import Mounting, TablePriors
@@ -22,17 +23,20 @@ PLAIN = CalibrationRequest(nominal_axes=AXES, extended="no")
 ROWS = Campaign(index_limit_arcsec=1.0, replications=4).observe(np.random.default_rng(3))
 
 
-def test_it_is_the_joint_fit_with_residuals_of_every_row_and_replication_tests() -> None:
-    solved, fit = calibrate_jointly(ROWS, PLAIN, PRIORS), joint_fit([Mounting(ROWS)], "xyz", PRIORS)
+@pytest.mark.parametrize("has_terms", [True, False])
+def test_it_is_the_joint_fit_with_residuals_of_every_row_and_replication_tests(has_terms: bool) -> None:
+    solved = calibrate_jointly(ROWS, replace(PLAIN, extended="yes" if has_terms else "no"), PRIORS)
+    fit = joint_fit([Mounting(ROWS)], "xyz", PRIORS, has_terms=has_terms)
     for axis, solved_axis in solved.axes.items():
         np.testing.assert_array_equal(solved_axis.primary, fit.primary[axis])
         np.testing.assert_allclose(solved_axis.primary_covariance, fit.axis_covariance(axis), rtol=1e-12)
-        np.testing.assert_array_equal(solved_axis.fitted_v + solved_axis.residuals_v, ROWS.outputs[axis])
+        np.testing.assert_allclose(solved_axis.fitted_v + solved_axis.residuals_v, ROWS.outputs[axis], rtol=1e-12)
         scatter = solved_axis.residuals_v.std() / np.linalg.norm(solved_axis.primary[1:]) / ARCSEC
         assert scatter < 2.0, "less than the noise of a dwell and the teeth that were not told"
         assert solved_axis.replication is not None
         assert solved_axis.replication.replications == 4
         assert {"offset", "sensitivity"} <= solved_axis.replication.drift.keys()
+        assert (CUBIC_NAME in solved_axis.primary_names, bool(solved_axis.centring)) == (has_terms, has_terms)
     np.testing.assert_allclose(solved.package.covariance, fit.covariance, rtol=1e-12)
     assert "solved together" in " ".join(solved.remarks)
 
