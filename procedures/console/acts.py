@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import get_args
 
 from procedures.console.rights import Act
+from procedures.console.withheld import withheld_sentence
 from procedures.errors import ProcedureError, RequestError, StorageFailed
 from procedures.journal.corrections import Authorisation, acknowledge, add_note, redo, void_from
 from procedures.journal.journal_reader import JournalReader
@@ -98,6 +99,8 @@ def perform(folder: Path, action: Action, clock: Clock) -> Answer:
         return _write(folder, action, clock)
     except ProcedureError as error:
         return Answer(REFUSED, str(error))
+    except OSError as error:
+        return Answer(REFUSED, withheld_sentence(error))
 
 
 def _abort(folder: Path, action: Action, now: datetime) -> Answer:

@@ -24,20 +24,23 @@ from procedures.console.additions import Additions
 from procedures.console.entrance import Entrance
 from procedures.console.gate import Gate, token_of
 from procedures.console.jogging import Jogging
+from procedures.console.live_pages import ALL_TAKEN, PUT_ASIDE, LivePage
 from procedures.console.night import needs_a_person, night
 from procedures.console.queues import QueuePages
 from procedures.console.sessions import Visitor
 from procedures.console.shared import Console
 from procedures.console.templates_of import HERE, Pages
 from procedures.console.watched_run import RunPage
+from procedures.console.withheld import withheld_sentence
 from procedures.errors import ProcedureError
 from procedures.journal.live import read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.standing import progress_of
 from procedures.journal.status import status
 
+MOST_NAMED = 12
+"""Of other runs below one; the archive finds all."""
 LOOK_S, ALIVE_EVERY_S = 0.25, 2.0
-MOST_SOCKETS = 64
 MOST_LISTED = 100
 """Runs on the page of the archive."""
 REPORT_POLICY = "sandbox; default-src 'none'; img-src data:; style-src 'unsafe-inline'; frame-ancestors 'none'"
@@ -78,7 +81,12 @@ def make_app(console: Console) -> ASGIApp:
         WebSocketRoute("/live/{name}", pages.live),
         Mount("/static", StaticFiles(directory=HERE / "static")),
     ]
-    handlers = {HTTPException: pages.refused, ProcedureError: pages.failed, ArchiveError: pages.failed}
+    handlers = {
+        HTTPException: pages.refused,
+        ProcedureError: pages.failed,
+        ArchiveError: pages.failed,
+        OSError: pages.withheld,
+    }
     return Gate(Starlette(routes=routes, exception_handlers=handlers), console.sessions, console.site)
 
 
@@ -92,7 +100,8 @@ class _Pages:
     async def home(self, request: Request) -> Response:
         name = await run_sync(self._console.first)
         if name is None:
-            return self._shown(request, "empty.html.j2", here="run", folder=str(self._console.runs.folder))
+            folder, listed = str(self._console.runs.folder), await run_sync(self._console.listed)
+            return self._shown(request, "empty.html.j2", here="run", folder=folder, unread=listed[:MOST_NAMED])
         return await self._run_page(request, name)
 
     async def run(self, request: Request) -> Response:
@@ -100,9 +109,16 @@ class _Pages:
 
     async def _run_page(self, request: Request, name: str) -> Response:
         page = await run_sync(self._console.page, name)
-        others = [run for run in await run_sync(self._console.listed) if run.path.name != name and not run.trouble]
+        others = [run for run in await run_sync(self._console.listed) if run.path.name != name]
         return self._shown(
-            request, "run.html.j2", here="run", page=page, others=others[:12], waits=needs_a_person(page), key=new_key()
+            request,
+            "run.html.j2",
+            here="run",
+            page=page,
+            others=[run for run in others if not run.trouble][:MOST_NAMED],
+            unread=[run for run in others if run.trouble][:MOST_NAMED],
+            waits=needs_a_person(page),
+            key=new_key(),
         )
 
     async def report(self, request: Request) -> Response:
@@ -173,29 +189,32 @@ class _Pages:
         return PlainTextResponse("ok\n")
 
     async def live(self, socket: WebSocket) -> None:
-        console = self._console
-        if console.sockets >= MOST_SOCKETS:
-            await socket.close(1013)
-            return
-        console.sockets += 1
+        console, live_page = self._console, None
         try:
+            visitor = console.visitor(socket)
             await socket.accept()
-            await self._tell(socket, socket.path_params["name"])
+            if (live_page := console.live_pages.take(visitor.token)) is None:
+                await socket.close(PUT_ASIDE, ALL_TAKEN)
+            else:
+                await self._tell(socket, socket.path_params["name"], live_page)
         except (WebSocketDisconnect, RuntimeError):  # the browser went away, also in the middle of a sending
             pass
-        except (HTTPException, ProcedureError):
+        except (HTTPException, ProcedureError, OSError):
             with suppress(RuntimeError):
                 await socket.close(1011)
         finally:
-            console.sockets -= 1
+            if live_page is not None:
+                console.live_pages.give_back(live_page)
 
-    async def _tell(self, socket: WebSocket, name: str) -> None:
+    async def _tell(self, socket: WebSocket, name: str, live_page: LivePage) -> None:
         """Send the changing parts of the page whenever they are others, and a sign of life between."""
         version, offered, sent_s = "", "", 0.0
         token = token_of(socket.headers, self._console.site)
         gone = asyncio.ensure_future(_gone(socket))
         try:
-            while not gone.done() and (visitor := self._console.sessions.visitor(token)) is not None:
+            while (
+                not (gone.done() or live_page.leaves) and (visitor := self._console.sessions.visitor(token)) is not None
+            ):
                 page, now_s = await run_sync(self._console.page, name), self._console.clock.monotonic_s()
                 if page.version != version:
                     banner = self._templates.html("banner.html.j2", page=page, waits=needs_a_person(page))
@@ -210,7 +229,9 @@ class _Pages:
                     await socket.send_text("{}")
                     sent_s = now_s
                 await asyncio.wait([gone], timeout=LOOK_S)
-            if not gone.done():
+            if live_page.leaves:
+                await socket.close(PUT_ASIDE, ALL_TAKEN)
+            elif not gone.done():
                 await socket.close(1008)
         finally:
             gone.cancel()
@@ -218,6 +239,10 @@ class _Pages:
     async def refused(self, request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
         return self._failed(request, error.status_code, error.detail)
+
+    async def withheld(self, request: Request, error: Exception) -> Response:
+        assert isinstance(error, OSError)
+        return self._failed(request, 500, withheld_sentence(error))
 
     async def failed(self, request: Request, error: Exception) -> Response:
         return self._failed(request, 500, str(error))

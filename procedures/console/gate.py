@@ -26,7 +26,7 @@ COOKIE = "calrig"
 OPEN = ("/enter", "/login", "/healthz", "/static/console.css")
 """Answered without a session: the ways in, what they look like, and whether the console lives."""
 KNOWN = "calrig.known"
-"""In the scope of a request that has a session: its connection keeps its place."""
+"""In the scope of a request that has a session, its token: whose connections keep their places."""
 LONGEST_TARGET = 2048
 LONGEST_BODY = 16_384
 BODY_S = 5.0
@@ -122,8 +122,8 @@ class Gate:
             return None
         if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
             return PlainTextResponse("calrig console: asked by a page of another site\n", 403)
-        if self._sessions.visitor(token_of(headers, self._site)) is not None:
-            scope[KNOWN] = True
+        if (visitor := self._sessions.visitor(token_of(headers, self._site))) is not None:
+            scope[KNOWN] = visitor.token
             return None
         if is_open:
             return None

@@ -13,19 +13,33 @@ from urllib.parse import urlsplit
 
 import uvicorn
 from psutil import net_if_addrs
+from starlette.responses import PlainTextResponse
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from procedures.console.app import make_app
 from procedures.console.gate import KNOWN, Site
+from procedures.console.jogging import MOST_PAGES
+from procedures.console.live_pages import MOST_SOCKETS
+from procedures.console.sessions import MOST as MOST_SESSIONS
 from procedures.console.shared import Console
 from procedures.errors import RequestError
 
 DEFAULT_LISTEN = "127.0.0.1:8600"
 FAMILIES = (socket.AF_INET, socket.AF_INET6)
 LONGEST_MESSAGE = 1024
-MOST_CONNECTIONS = 256
+OF_A_BROWSER = 6
+"""Connections that a browser opens for requests to one host, its sockets beside them."""
+MOST_CONNECTIONS = MOST_SESSIONS * OF_A_BROWSER + MOST_SOCKETS + MOST_PAGES
+"""All that every session's browser can ask for at once, and every socket that there is a place for: 272."""
+FULL = (
+    f"calrig console: {MOST_CONNECTIONS} connections are open, and none has to make room; nothing was done; close "
+    "pages that nobody looks at, then load this one again; what stops at once is the button at the machine\n"
+)
 FIRST_WORDS_S = 5.0
 """Who has connected and not asked anything whole for so long is sent away: he keeps a place from somebody."""
+TAKES_S = 15.0
+"""Who takes nothing of what he is sent for so long is sent away: a phone that sleeps asks again when it wakes."""
 
 
 @dataclass(frozen=True)
@@ -118,14 +132,48 @@ def _addresses_of_here() -> set[str]:
     return {socket.gethostname().lower()} | {address.partition("%")[0] for address in found}
 
 
-class ImpatientProtocol(H11Protocol):
+class _Taken(asyncio.Protocol):
+    """What is sent has to be taken: one message waits for a slow reader, and no reader waits for another."""
+
+    loop: asyncio.AbstractEventLoop
+    transport: asyncio.Transport
+    _patience_left: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        transport.set_write_buffer_limits(high=1, low=0)  # whatever the system does not take at once is told below
+        super().connection_made(transport)
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._patience_left = self.loop.call_later(TAKES_S, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        self._be_patient()
+        super().resume_writing()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._be_patient()
+        super().connection_lost(exc)
+
+    def _be_patient(self) -> None:
+        if self._patience_left is not None:
+            self._patience_left.cancel()
+            self._patience_left = None
+
+
+class ImpatientSocket(_Taken, WebSocketsSansIOProtocol):
+    """A socket of a page."""
+
+
+class ImpatientProtocol(_Taken, H11Protocol):
     """HTTP that gives nobody a place for nothing: half-open connections and slow headers end in time.
 
-    Where all places are taken, who has no session makes room for who comes, the longest there first: a flood of
-    connections keeps nobody with a session from a stop.
+    Where all places are taken, who has no session makes room for who comes, the longest there first, then whose session
+    has more than a browser opens: a flood of connections keeps nobody else with a session from a stop.
     """
 
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self._came_s = self.loop.time()
         self._make_room()
@@ -136,21 +184,27 @@ class ImpatientProtocol(H11Protocol):
         super().connection_lost(exc)
 
     def _make_room(self) -> None:
-        while len(self.connections) >= MOST_CONNECTIONS:
-            strangers = [
-                connection
-                for connection in self.connections
-                if isinstance(connection, ImpatientProtocol) and connection is not self and not connection._is_known()
-            ]
-            if not strangers:
-                return  # then the answer is 503
-            oldest = min(strangers, key=lambda stranger: stranger._came_s)
-            self.connections.discard(oldest)
-            oldest.transport.abort()
+        while len(self.connections) > MOST_CONNECTIONS:
+            if (leaving := self._who_leaves()) is None:
+                self.app, self.ws_protocol_class = PlainTextResponse(FULL, 503, {"connection": "close"}), None
+                return
+            self.connections.discard(leaving)
+            leaving.transport.abort()
 
-    def _is_known(self) -> bool:
-        """Return whether the newest request came from somebody with a session."""
-        return KNOWN in (getattr(self, "scope", None) or {})  # typed as if it were always there
+    def _who_leaves(self) -> "ImpatientProtocol | None":
+        of: dict[str, list[ImpatientProtocol]] = {}
+        for connection in self.connections:
+            if isinstance(connection, ImpatientProtocol) and connection is not self:
+                of.setdefault(connection._session, []).append(connection)
+        crowd = of.get("") or max(of.values(), key=len, default=[])
+        if not of.get("") and len(crowd) <= OF_A_BROWSER:
+            return None
+        return min(crowd, key=lambda connection: connection._came_s)
+
+    @property
+    def _session(self) -> str:
+        """The session of the newest request; empty for a stranger."""
+        return str((getattr(self, "scope", None) or {}).get(KNOWN, ""))  # typed as if it were always there
 
     def _end_where_silent(self) -> None:
         has_request = getattr(self, "cycle", None) is not None  # typed as if it were always there
@@ -183,9 +237,8 @@ async def _serve(listening: Listening, console: Console, tell: Callable[[str], N
         log_level="critical",
         access_log=False,
         http=ImpatientProtocol,
-        ws="websockets-sansio",
+        ws=ImpatientSocket,
         ws_max_size=LONGEST_MESSAGE,
-        limit_concurrency=MOST_CONNECTIONS,
         timeout_keep_alive=5,
         timeout_graceful_shutdown=2,
         server_header=False,

@@ -13,6 +13,7 @@ from starlette.requests import HTTPConnection
 
 from procedures.console.acts import Answer
 from procedures.console.gate import Site, token_of
+from procedures.console.live_pages import LivePages
 from procedures.console.sessions import Sessions, Visitor
 from procedures.console.watched_run import RunPage, WatchedRun
 from procedures.journal.journal_reader import JournalReader
@@ -46,7 +47,7 @@ class Console:
     """One guess at a time: each takes memory and time by intention."""
     hands: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(8, "acts"))
     """For acts alone: a stop waits for no page that is being read."""
-    sockets: int = 0
+    live_pages: LivePages = field(default_factory=LivePages)
     _answers: OrderedDict[tuple[str, str], asyncio.Future[Answer]] = field(default_factory=OrderedDict)
     _watched: dict[str, WatchedRun] = field(default_factory=dict)
     _lock: Lock = field(default_factory=Lock)
@@ -94,10 +95,8 @@ class Console:
 
     def first(self) -> str | None:
         """Return the run that is alive, else the latest that can be read."""
-        alive = self.runs.alive()
-        if alive:
-            return alive[0].name
-        return next((run.path.name for run in self.listed() if not run.trouble), None)
+        readable = [run for run in self.listed() if not run.trouble]
+        return next((run.path.name for run in (*(run for run in readable if run.is_alive), *readable)), None)
 
     async def once(self, visitor: Visitor, key: str, do: Callable[[], Answer]) -> Answer:
         """Do an act in a thread; a page that heard nothing asks again with the same key, and the act counts once."""

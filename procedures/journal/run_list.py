@@ -94,7 +94,8 @@ class RunList:
             except FileNotFoundError:
                 continue  # removed meanwhile
             except OSError as error:
-                listed.append(_unreadable(path, None, f"{error.filename}: {error.strerror}", is_alive=False))
+                whose = ": it belongs to another account of this machine" if isinstance(error, PermissionError) else ""
+                listed.append(_unreadable(path, None, f"{error.filename}: {error.strerror}{whose}", is_alive=False))
                 continue
             listed.append(_as_it_stands(found[path], is_alive=is_alive))
         self._seen = {path: seen for path, seen in found.items() if seen.written is not None and self._is_settled(seen)}
@@ -105,12 +106,23 @@ class RunList:
         return tuple(path for path in self.paths() if _is_owned_for_all_we_know(path))
 
     def paths(self) -> tuple[Path, ...]:
-        """Return the folders that hold a journal, by name."""
-        return tuple(sorted(journal.parent for journal in self.folder.glob(f"*/{JOURNAL_FILE}")))
+        """Return the folders that hold a journal, or may for all that this account is shown, by name."""
+        try:
+            found = list(self.folder.iterdir())
+        except OSError:
+            return ()
+        return tuple(sorted(path for path in found if _may_hold_a_run(path)))
 
     def _is_settled(self, seen: _Seen) -> bool:
         now_ns = self._clock.now_utc().timestamp() * 1e9
         return all(stamp is None or now_ns - stamp[1] > _SETTLED_NS for stamp in seen.fingerprint)
+
+
+def _may_hold_a_run(path: Path) -> bool:
+    try:
+        return (path / JOURNAL_FILE).exists()
+    except PermissionError:
+        return True  # another account's: hidden it would look as if there were no run
 
 
 def _read(path: Path, fingerprint: Fingerprint) -> _Seen:

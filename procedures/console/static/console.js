@@ -4,12 +4,12 @@
   const place = document.getElementById("standing"), fresh = document.getElementById("fresh");
   const picture = document.getElementById("picture"), canvas = document.getElementById("map");
   const banner = document.getElementById("banner"), under = document.getElementById("under"), run = encodeURIComponent(place.dataset.run);
-  let heard = performance.now(), pause = 500, shown = -1, drawn = null, waits = 0, isDue = false, label = 0;
+  let aside = "", heard = performance.now(), pause = 500, shown = -1, drawn = null, waits = 0, isDue = false, label = 0;
 
   const tell = () => {
     const age = (performance.now() - heard) / 1000;
-    fresh.classList.toggle("stale", age > 5);
-    fresh.textContent = age > 5 ? `STALE for ${age.toFixed(0)} s, trying again` : "● live";
+    fresh.classList.toggle("stale", age > 5 || aside !== "");
+    fresh.textContent = aside ? `NOT FOLLOWED: ${aside}` : age > 5 ? `STALE for ${age.toFixed(0)} s, trying again` : "● live";
   };
 
   const put = (where, html) => {  // what is open stays open
@@ -22,6 +22,7 @@
     const socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live/${run}`);
     socket.onmessage = (event) => {
       heard = performance.now();
+      aside = "";
       pause = 500;
       const news = JSON.parse(event.data);
       if (news.html !== undefined) {
@@ -34,9 +35,13 @@
       if (news.acts !== undefined) offer(news.acts);
       tell();
     };
-    socket.onclose = () => {
-      setTimeout(listen, pause);
-      pause = Math.min(2 * pause, 10000);
+    socket.onclose = (event) => {
+      aside = event.code === 1013 ? event.reason : "";
+      if (aside) window.addEventListener("pointerdown", listen, { once: true });  // who asked by itself would put aside another
+      else {
+        setTimeout(listen, pause);
+        pause = Math.min(2 * pause, 10000);
+      }
       tell();
     };
   };

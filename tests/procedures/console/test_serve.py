@@ -62,9 +62,7 @@ def test_a_flood_of_connections_makes_room_for_who_has_a_session(monkeypatch: py
             scope[KNOWN] = True
         await PlainTextResponse("ok" if is_known else "no", 200 if is_known else 401)(scope, receive, send)
 
-    config = uvicorn.Config(
-        app, http=serve.ImpatientProtocol, lifespan="off", log_level="critical", limit_concurrency=8
-    )
+    config = uvicorn.Config(app, http=serve.ImpatientProtocol, lifespan="off", log_level="critical")
     address = listening.socket.getsockname()
 
     async def ask(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, cookie: bytes) -> bytes:
