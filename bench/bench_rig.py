@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.assembly.identity import Identifiable
 from rig.clock import VirtualClock
 from rig.devices.abilities import Axis, AxisState, Burst, Environment, Field, NoChance, Readout, Stream, Wait
 from rig.link.counts import ExchangeCounts
@@ -115,8 +116,11 @@ class BenchRig:
         self.chance = NoChance()
 
     def identities(self) -> Mapping[str, str]:
+        return {name: device.identify() for name, device in self.by_table().items()}
+
+    def by_table(self) -> Mapping[str, Identifiable]:
         tables: tuple[Mapping[str, Axis | Readout | Environment], ...] = (self.axes, self.readouts, self.environments)
-        return {device.name: device.identify() for table in tables for device in table.values()}
+        return {device.name: device for table in tables for device in table.values()}
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
         return {}

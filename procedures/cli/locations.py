@@ -70,11 +70,6 @@ def left_out_where_empty(folder: Path) -> Iterator[None]:
         raise
 
 
-def second_folder() -> Path:
-    """Return where the last words of a run lie whose own disk takes nothing, by its name."""
-    return user_state_path("calrig") / "emergency"
-
-
 def archive_of(runs: Path, archive: str | None, *, is_simulated: bool) -> str:
     """Return the archive of the runs in a folder; a simulated run's is beside them, never the laboratory's own.
 

@@ -3,14 +3,18 @@
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 
 from ams.errors import WriteFailed
 from ams.whole_file import write_whole
+from procedures.journal.second_folder import make_beside, second_folder
 
 EVENT = "alert"
 FILE = "alerts-at-the-end.json"
 FORMAT = "calrig alerts at the end 1"
+KNOWN_FILE = "acknowledged.json"
+"""Beside the last words of a run whose folder is not where it began: who rings for it finds no journal there."""
 Outcome = Mapping[str, object]
 """``what`` was told, and why it ``failed``; empty where it did not."""
 
@@ -22,7 +26,7 @@ def keep_outcomes(run_dir: Path, second_folder: Path | None, outcomes: Sequence[
     document = {"format": FORMAT, "outcomes": [*read_outcomes(run_dir, second_folder), *outcomes]}
     for folder in _folders(run_dir, second_folder):
         with suppress(WriteFailed, OSError):
-            folder.mkdir(parents=True, exist_ok=True)
+            make_beside(folder, run_dir)
             write_whole(folder / FILE, json.dumps(document, ensure_ascii=False).encode("utf-8"))
             return
 
@@ -44,6 +48,29 @@ def forget_outcomes(run_dir: Path, second_folder: Path | None) -> None:
     for folder in _folders(run_dir, second_folder):
         with suppress(OSError):
             (folder / FILE).unlink()
+
+
+def is_known_elsewhere(run_name: str) -> bool:
+    """Return whether something is told of a run in the second folder."""
+    return (second_folder() / run_name).is_dir()
+
+
+def keep_acknowledgement(run_name: str, by: str, text: str, at_utc: datetime) -> None:
+    """Leave word for who rings for a run of which something is told in the second folder. Raises: WriteFailed."""
+    if is_known_elsewhere(run_name):
+        document = {"by": by, "text": text, "at_utc": at_utc.isoformat()}
+        write_whole(second_folder() / run_name / KNOWN_FILE, json.dumps(document, ensure_ascii=False).encode("utf-8"))
+
+
+def is_acknowledged_elsewhere(run_name: str) -> bool:
+    """Return whether somebody left word since the run was last taken up."""
+    return (second_folder() / run_name / KNOWN_FILE).is_file()
+
+
+def forget_acknowledgement(run_name: str) -> None:
+    """Remove it: what is told from now on is another alarm."""
+    with suppress(OSError):
+        (second_folder() / run_name / KNOWN_FILE).unlink()
 
 
 def outcome_sentence(outcome: Outcome) -> str:

@@ -4,11 +4,13 @@ Nothing is edited: each is one more line of the audit trail (:mod:`procedures.jo
 """
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from ams.errors import WriteFailed
 from procedures.errors import RequestError
+from procedures.journal.alert_record import keep_acknowledgement
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned, owning
@@ -80,7 +82,12 @@ def acknowledge(
     run_dir: Path, operator: str, text: str, clock: Clock | None = None, *, via: str = "", address: str = ""
 ) -> None:
     """Somebody knows of the alarm of a run that no process runs. Raises as :func:`add_note`."""
-    _say(run_dir, "ack", operator, text, clock or SystemClock(), _whence(via, address))
+    clock = clock or SystemClock()
+    _say(run_dir, "ack", operator, text, clock, _whence(via, address))
+    with JournalReader.open(run_dir) as reader:
+        name = reader.header.run_id
+    with suppress(WriteFailed):  # its journal has it; only who rings beside a run that was moved needs it there
+        keep_acknowledgement(name, operator, text, clock.now_utc())
 
 
 def _say(run_dir: Path, kind: str, by: str, text: str, clock: Clock, whence: Mapping[str, str]) -> None:

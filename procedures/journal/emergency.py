@@ -9,6 +9,7 @@ from ams.whole_file import FolderNotSynced, replace_file
 from procedures.errors import ProcedureError
 from procedures.journal.encoding import compact_json, encode_dwell
 from procedures.journal.salvage import salvage
+from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.dwells import DwellRecord
 
 UNSAVED_FILE = "unsaved-dwell.json"
@@ -21,8 +22,9 @@ def emergency_copy(run_dir: Path, folder: Path, unsaved: DwellRecord | None) -> 
         number = 2
         while (target / "journal.sqlite").exists():
             target, number = folder / f"{run_dir.name}-{number}", number + 1
-        found = salvage(run_dir, target)
+        found = salvage(run_dir, target) if (run_dir / JOURNAL_FILE).exists() else None
         if unsaved is not None:
+            target.mkdir(parents=True, exist_ok=True)
             with suppress(FolderNotSynced):  # it is there
                 # For a person: a dwell that was measured and not committed is no part of the run.
                 text, _ = encode_dwell(unsaved)
@@ -35,4 +37,6 @@ def emergency_copy(run_dir: Path, folder: Path, unsaved: DwellRecord | None) -> 
                 )
     except (ProcedureError, OSError, apsw.Error) as error:
         return f"; no copy could be made in {folder}: {error}"
+    if found is None:  # the journal was moved away, and is whole where it is
+        return "" if unsaved is None else f"; the dwell in progress is kept in {target}"
     return f"; copied to {target} ({found.dwells} dwells, {found.events} events)"

@@ -8,6 +8,7 @@ from typing import Any
 
 from rig.guard.ask import FORMAT
 from rig.guard.stop_guard import RECORD
+from rig.local_time import text_at_both
 
 EVENT = "stop_guard"
 
@@ -32,6 +33,6 @@ def guard_sentence(document: Mapping[str, Any]) -> str:
     axes: Mapping[str, str] = document.get("axes", {})
     missed = [f"{name}: {outcome}" for name, outcome in sorted(axes.items()) if outcome.startswith("NOT")]
     moving = f"{' and '.join(document['moving'])} could move" if document["moving"] else "every axis stood"
-    text = f"stop guard, {document.get('stopped_utc')}: {document.get('why')} while {moving}"
+    text = f"stop guard, {text_at_both(str(document.get('stopped_utc')))}: {document.get('why')} while {moving}"
     text += "; every axis was told to stop"
     return f"{text}, but {'; '.join(missed)}; use the stop button at the machine" if missed else text

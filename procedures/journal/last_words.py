@@ -12,11 +12,18 @@ from pathlib import Path
 
 from ams.errors import WriteFailed
 from ams.whole_file import write_whole
+from procedures.journal.second_folder import make_beside
+from procedures.journal.storage import JOURNAL_FILE
+from rig.local_time import at_both
 
 FILE = "last-words.json"
 FORMAT = "calrig last words 1"
 STORAGE = "storage"
 """The cause of an ending that the disk forced."""
+MOVED = "moved"
+"""The cause where the disk is well, and somebody took the folder of the run away."""
+TAKES_NOTHING = (STORAGE, MOVED)
+"""Causes of an ending of which the journal may know nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +37,21 @@ class LastWords:
     def __str__(self) -> str:
         if self.cause != STORAGE:
             return self.reason
-        return f"{self.reason}; at {self.stopped_utc:%Y-%m-%d %H:%M:%S} UTC, and the journal did not take it then"
+        return (
+            f"{self.reason}; at {at_both(self.stopped_utc, to_the_second=True)}, and the journal did not take it then"
+        )
+
+
+def refusal(run_dir: Path, error: Exception) -> tuple[str, str]:
+    """Return what is to be said where a run could not be written to, and the cause: it may be no disk at all."""
+    if (run_dir / JOURNAL_FILE).exists():
+        return str(error), STORAGE
+    return (
+        f"{run_dir}: the folder of the run is not there any more: it was moved, renamed or removed while the run went "
+        "on; what was committed before is in its journal, the dwell in progress is not recorded; put the folder back, "
+        "or take the run up where it is now (calrig resume)",
+        MOVED,
+    )
 
 
 def keep_last_words(run_dir: Path, second_folder: Path | None, words: LastWords) -> None:
@@ -39,7 +60,7 @@ def keep_last_words(run_dir: Path, second_folder: Path | None, words: LastWords)
     document = {"format": FORMAT, "reason": words.reason, "stopped_utc": moment, "cause": words.cause}
     for folder in _folders(run_dir, second_folder):
         with suppress(WriteFailed, OSError):
-            folder.mkdir(parents=True, exist_ok=True)
+            make_beside(folder, run_dir)
             write_whole(folder / FILE, json.dumps(document, ensure_ascii=False).encode("utf-8"))
             return
 

@@ -1,8 +1,8 @@
 """``live.json`` in a run's folder: what happens between two commits, for screens; never part of the record.
 
-Renamed into place at most once a second while the engine looks around, and removed when the process ends orderly. It
-is not synced, and a disk that refuses it is not even told: it can hold no run. Who reads it asks first whether a living
-process runs the run, and how old it is.
+Renamed into place at most once a second while the engine looks around, and at each new phase: what follows may keep the
+engine from looking. Removed when the process ends orderly. It is not synced, and a disk that refuses it is not even
+told: it can hold no run. Who reads it asks first whether a living process runs the run, and how old it is.
 """
 
 import json
@@ -68,6 +68,8 @@ class Live:
     seldom_over_s: float | None = None
     """Longer in one case of ten."""
     waiting_for: str = ""
+    pending_request: str = ""
+    """What people asked for and have not got yet, and who: a pause waits for the end of a dwell or a soak."""
     next_look_utc: datetime | None = None
     written_utc: datetime | None = None
     format: str = FORMAT
@@ -76,18 +78,23 @@ class Live:
 class LiveFile:
     """The engine's side: :meth:`tell` is cheap, :meth:`look` writes what was told when a second has passed."""
 
-    def __init__(self, run_dir: Path, clock: Clock) -> None:
-        """``clock``: a person's, also where the rig's time is virtual."""
+    def __init__(self, run_dir: Path, clock: Clock, *, writes_phases: bool = False) -> None:
+        """``clock``: a person's, also where the rig's time is virtual.
+
+        ``writes_phases``: each new phase at once, as where devices take their time.
+        """
         self._path = run_dir / LIVE_FILE
         self._partial = run_dir / f".{LIVE_FILE}.partial"
         self._clock = clock
         self._live = Live()
+        self._writes_phases = writes_phases
         self._is_new = False
         self._next_s = clock.monotonic_s()
 
     def tell(self, phase: str | None = None, **known: Any) -> None:
         """Tell what has changed; a new phase forgets what only the one before waited for."""
-        if phase is not None and phase != self._live.phase:
+        is_new_phase = phase is not None and phase != self._live.phase
+        if phase is not None and is_new_phase:
             since_utc = self._clock.now_utc()
             self._live = replace(
                 self._live,
@@ -101,12 +108,16 @@ class LiveFile:
             )
         self._live = replace(self._live, **known)
         self._is_new = True
+        if is_new_phase and self._writes_phases:
+            self._write()
 
     def look(self) -> None:
         """Write it where something is new and the last time was a second ago."""
-        if not self._is_new or (now_s := self._clock.monotonic_s()) < self._next_s:
-            return
-        self._is_new, self._next_s = False, now_s + EVERY_S
+        if self._is_new and self._clock.monotonic_s() >= self._next_s:
+            self._write()
+
+    def _write(self) -> None:
+        self._is_new, self._next_s = False, self._clock.monotonic_s() + EVERY_S
         document = live_document(replace(self._live, written_utc=self._clock.now_utc()))
         with suppress(OSError):
             self._partial.write_text(json.dumps(document, ensure_ascii=False), encoding="utf-8")

@@ -10,6 +10,7 @@ from pathlib import Path
 from procedures.errors import RequestError
 from rig import file_lock
 from rig.clock import Clock, SystemClock
+from rig.local_time import text_at_both
 
 OWNER_FILE = "owner.lock"
 _ATTEMPTS = 10
@@ -51,6 +52,6 @@ def owned_since(run_dir: Path) -> datetime | None:
 def _owner_in_words(run_dir: Path) -> str:
     try:
         document = json.loads((run_dir / OWNER_FILE).read_text(encoding="utf-8"))
-        return f"{document['pid']} since {document['since_utc']}"
+        return f"{document['pid']} since {text_at_both(str(document['since_utc']))}"
     except (OSError, ValueError, KeyError, TypeError):
         return "unknown"

@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping
 from datetime import datetime, tzinfo
 
 from procedures.journal.live import Live, Target
-from procedures.records.progress import Progress, at_both
-from procedures.records.states import ACTIVE
+from procedures.records.progress import Progress
+from procedures.records.states import ACTIVE, State
+from rig.local_time import at_both
 from rig.plain_text import one_line
 
 Row = tuple[str, str]
@@ -24,8 +25,15 @@ def rows_of(
         ("state", f"{str(progress.state).upper()}{f': {one_line(reason)}' if reason else ''}"),
         ("done", _done(progress)),
         *([("ends", _ends(progress.eta_utc, progress.late_utc, zone))] if goes_on and progress.eta_utc else []),
+        *([("asked", _pending(live, progress.state))] if live is not None and live.pending_request else []),
         *([] if live is None else live_rows(live, now_utc)),
     ]
+
+
+def _pending(live: Live, state: State) -> str:
+    """Return what was asked for, and when it will be done."""
+    ahead = "the soak" if live.phase == "soaking" else "the check set" if state is State.CHECKING else "this dwell"
+    return f"{one_line(live.pending_request)}: waits until {ahead} is done"
 
 
 def _ends(eta_utc: datetime, late_utc: datetime | None, zone: tzinfo | None) -> str:

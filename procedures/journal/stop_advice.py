@@ -23,6 +23,10 @@ ADVICE: Mapping[str, str] = {
         "The disk refused the journal; everything committed before is intact. Repair or free it, then calrig resume "
         "RUN; where the journal itself is damaged, calrig salvage RUN first."
     ),
+    "moved": (
+        "Somebody moved, renamed or removed the folder of the run while it went on. Put it back where it was, or find "
+        "where it is now; then calrig resume it there. calrig ack RUN ends the alarm, by the name that the run had."
+    ),
     "no run": (
         "The disk took no journal, so there is no run yet, and nothing moved. Make room or repair it, then begin the "
         "run again."

@@ -12,8 +12,8 @@ from procedures.errors import ProcedureError, RequestError
 from procedures.journal.corrections import acknowledge, is_acknowledged
 from procedures.queue.state import OVER, Item, ItemState, Queue, Source
 from procedures.queue.store import Change, QueueStore
-from procedures.records.progress import at_both
 from rig.description.rig_file import RigDescription
+from rig.local_time import at_both
 
 Choice = Literal["resume", "again", "drop"]
 Check = Callable[[Path, Path, Path], Sequence[str]]

@@ -22,8 +22,8 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
-from procedures.records.progress import at_both
 from procedures.records.states import State
+from rig.local_time import at_both
 
 Detail = Mapping[str, Any]
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from datetime import datetime
 
 from procedures.queue.state import OVER, Item, ItemState, Queue
-from procedures.records.progress import at_both
+from rig.local_time import at_both
 from rig.plain_text import one_line
 
 

@@ -1,10 +1,11 @@
 """What a run tells while it goes on."""
 
 from dataclasses import dataclass
-from datetime import datetime, tzinfo
+from datetime import datetime
 from typing import Protocol
 
 from procedures.records.states import State
+from rig.local_time import at_both
 from rig.plain_text import one_line
 
 LEASE, LEASE_LOST = "lease", "lease lost"
@@ -47,13 +48,6 @@ class SilentObserver:
 
     def on_event(self, progress: Progress) -> None:  # noqa: ARG002  the signature of the ability
         return None
-
-
-def at_both(moment_utc: datetime, zone: tzinfo | None = None) -> str:
-    """``Sun 05:40 local (2026-03-01 04:40 UTC)``; once where the two are the same. ``zone``: this machine's own."""
-    local = moment_utc.astimezone(zone)
-    in_utc = f"{moment_utc:%Y-%m-%d %H:%M} UTC"
-    return in_utc if not local.utcoffset() else f"{local:%a %H:%M} local ({in_utc})"
 
 
 def line_of(progress: Progress) -> str:

@@ -96,7 +96,7 @@ class RunContext:
             request = self.wait.pause
             self.progress_log.enter(State.PAUSED, request.text, request.by)
             crash_point(CrashPoint.PAUSED)
-            self.live.tell("waiting", waiting_for="a person to say continue")
+            self.live.tell("waiting", waiting_for="a person to say continue", pending_request="")
             by = self.stand_still(lambda: self.wait.pause is None)
             self.progress_log.enter(State.RUNNING, by=by)
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from procedures.errors import ExitStatus
-from procedures.journal.last_words import STORAGE
+from procedures.journal.last_words import TAKES_NOTHING
 from procedures.records.states import EXIT_STATUS, State
 
 NO_RUN = "no run"
@@ -51,4 +51,4 @@ class Outcome:
     @property
     def exit_status(self) -> ExitStatus:
         """A run that the disk or its own process stopped has failed, though it can be resumed: nobody asked for it."""
-        return ExitStatus.FAILED if self.cause in (STORAGE, PROCESS) else EXIT_STATUS[self.state]
+        return ExitStatus.FAILED if self.cause in (*TAKES_NOTHING, PROCESS) else EXIT_STATUS[self.state]

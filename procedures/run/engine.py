@@ -16,6 +16,7 @@ import platform
 import traceback
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
@@ -27,11 +28,18 @@ from procedures.journal.guard_record import forget_guard_record, read_guard_reco
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import STORAGE, LastWords, forget_last_words, keep_last_words, read_last_words
+from procedures.journal.last_words import (
+    TAKES_NOTHING,
+    LastWords,
+    forget_last_words,
+    keep_last_words,
+    read_last_words,
+    refusal,
+)
 from procedures.journal.live import LiveFile
 from procedures.journal.location import location_of
 from procedures.journal.owner import owned_since
-from procedures.journal.spool import Spool
+from procedures.journal.spool import Spool, Taken
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
@@ -39,7 +47,7 @@ from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import PROCESS, Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
-from procedures.run.judgement.alarm import RECONNECT, TrustLost
+from procedures.run.judgement.alarm import LINK, RECONNECT, TrustLost
 from procedures.run.judgement.history import History, read_history
 from procedures.run.progress_log import ProgressLog
 from procedures.run.pulse import RunPulse
@@ -48,6 +56,7 @@ from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import UNASKED, explain
 from procedures.run.watch.clock_watch import GapWatch
 from procedures.run.watch.safe_state import make_safe, resting_deg
+from procedures.run.watch.silent_devices import silence_words
 from procedures.run.watch.watch import Watch, lost_link
 from procedures.run.watch.watchdogs import Watchdogs
 from rig.clock import Clock, SystemClock, VirtualClock
@@ -70,6 +79,8 @@ from rig.errors import (
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0
 """Between two attempts to reach a rig that was lost."""
+STOPPING, TO_STAND = "stopping", "every axis to stand"
+"""A phase, and what it waits for."""
 MOST_RESTARTS = 5
 """Without a new dwell between them; after that a person must look."""
 _LOST = (LinkLost, LinkClosed, DeviceSilent, DeviceNonsense)
@@ -107,20 +118,21 @@ def run(
         journal, rig.clock, observer or SilentObserver(), start.state, _counts_so_far(plan, history)
     )
     watchdogs, person_clock = Watchdogs(rig, progress_log.event), idle_clock or SystemClock()
-    live = LiveFile(progress_log.folder, person_clock)
+    takes_time = not isinstance(rig.clock, VirtualClock)
+    live = LiveFile(progress_log.folder, person_clock, writes_phases=takes_time)
     gaps = GapWatch(rig.clock, lambda: {name: counts.silent for name, counts in rig.link_counts().items()})
     pulse = RunPulse(progress_log, services, gaps, live, watchdogs)
     steering = Steering(
         spool,
         rig.clock,
         person_clock,
-        progress_log.request,
+        partial(_take_request, progress_log, live),
         pulse,
         progress_log.terminal_closed,
         lambda: progress_log.state_sequence,
     )
     watch = Watch(rig, services.run_limits, steering, progress_log.event)
-    is_attended = idle_clock is not None or not isinstance(rig.clock, VirtualClock)
+    is_attended = idle_clock is not None or takes_time
 
     def tell_why() -> None:
         explain(progress_log.folder, positions_deg=resting_deg(rig), second_folder=services.second_folder)
@@ -139,6 +151,13 @@ def run(
         return _explained(outcome, progress_log.folder, services.second_folder, rig.clock)
 
 
+def _take_request(progress_log: ProgressLog, live: LiveFile, taken: Taken) -> None:
+    """Record it, and show what was asked until it is done."""
+    progress_log.request(taken)
+    if (request := taken.request) is not None and not taken.complaint and request.kind in ("pause", "continue", "stop"):
+        live.tell(pending_request="" if request.kind == "continue" else f"{request.kind}, by {request.by}")
+
+
 def _counts_so_far(plan: Plan, history: History) -> tuple[int, int, int, int]:
     """Return dwells of the design done, dwells rejected, dwells of the design planned, replications planned."""
     done = sum(dwell.accepted and dwell.purpose == "design" for dwell in history.dwells)
@@ -149,8 +168,8 @@ def _counts_so_far(plan: Plan, history: History) -> tuple[int, int, int, int]:
 def _explained(outcome: Outcome, folder: Path, second_folder: Path | None, clock: Clock) -> Outcome:
     """Leave the last words and the page of an ending that nobody asked for; the outcome says where, if elsewhere."""
     if outcome.state is State.INTERRUPTED:
-        keep_last_words(folder, second_folder, LastWords(outcome.reason, clock.now_utc()))
-    if outcome.state in UNASKED or outcome.cause in (STORAGE, PROCESS):
+        keep_last_words(folder, second_folder, LastWords(outcome.reason, clock.now_utc(), outcome.cause))
+    if outcome.state in UNASKED or outcome.cause in (*TAKES_NOTHING, PROCESS):
         page = explain(folder, outcome.reason, outcome.positions_deg, second_folder, outcome.cause)
         if page is not None and page.parent != folder:
             return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
@@ -166,8 +185,9 @@ def _closed(journal: Journal, engine: "_Engine") -> Outcome:
     except JournalError as error:
         if outcome is None:
             raise
-        reasons = "; ".join(part for part in (outcome.reason, str(error)) if part)
-        return replace(outcome, reason=reasons, cause=STORAGE)
+        sentence, cause = refusal(journal.path.parent, error)
+        reasons = [outcome.reason] if outcome.reason else []
+        return replace(outcome, reason="; ".join(_with(reasons, sentence)), cause=cause)
     return outcome
 
 
@@ -192,7 +212,8 @@ class _Engine:
             if self._wait.abort is None and self._wait.terminated is None:  # the stop guard heard it first
                 ending = Ending(State.ABORTED, ended.what, ended.by)
         except StorageFailed as error:
-            ending = Ending(State.STOPPED, str(error), cause=STORAGE)
+            sentence, cause = refusal(self._progress_log.folder, error)
+            ending = Ending(State.STOPPED, sentence, cause=cause)
         except (MotionBreach, GuardLost) as error:
             ending = Ending(State.TRIPPED, str(error), cause="supervision")
         except FileContradicted as error:
@@ -216,15 +237,16 @@ class _Engine:
         A resume that failed before it began leaves the run as resumable as it was.
         """
         crash_point(CrashPoint.ENDING)
+        self._context.live.tell(STOPPING, waiting_for=TO_STAND)
         safe = make_safe(self._rig, self._context.plan)
         crash_point(CrashPoint.MADE_SAFE)
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if safe.failures:
             state, reasons = _without_safety(state), [*reasons, *safe.failures]
         is_left_as_it_was = self._progress_log.state in RESUMABLE
-        if not is_left_as_it_was or cause == STORAGE:
+        if not is_left_as_it_was or cause in TAKES_NOTHING:
             self._announce(state, "; ".join(reasons), ending.by)
-        if cause == STORAGE:  # the axes rest and people know: copying takes what time a bad disk takes
+        if cause in TAKES_NOTHING:  # the axes rest and people know: copying takes what time a bad disk takes
             folder = self._context.services.second_folder
             reasons[0] += (
                 "" if folder is None else emergency_copy(self._progress_log.folder, folder, self._progress_log.unsaved)
@@ -239,10 +261,11 @@ class _Engine:
                 self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
                 self._progress_log.enter(state, "; ".join(reasons), ending.by, cause, is_said=True)
         except StorageFailed as error:
-            in_words = "; ".join([*reasons, *([] if any(str(error) in reason for reason in reasons) else [str(error)])])
-            if cause != STORAGE:
+            sentence, found = refusal(self._progress_log.folder, error)
+            in_words = "; ".join(_with(reasons, sentence))
+            if cause not in TAKES_NOTHING:
                 self._announce(State.INTERRUPTED, in_words, "")
-            state, cause = State.INTERRUPTED, STORAGE
+            state, cause = State.INTERRUPTED, found
         done, planned = self._progress_log.dwells_done, self._progress_log.dwells_planned
         return Outcome(state, in_words, done, planned, cause, safe.positions_deg)
 
@@ -315,6 +338,7 @@ class _Engine:
     def _regain(self, lost: TrustLost, restarts: int) -> None:
         """Held, the axes told to stop, until every line answers again. Raises: RunEnds, WaitEnded."""
         self._context.watchdogs.forget()
+        self._context.live.tell(STOPPING, waiting_for=TO_STAND)
         safe = make_safe(self._rig, self._context.plan, is_over=False)
         self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
         self._context.record_lines()
@@ -325,7 +349,9 @@ class _Engine:
         if lost.cause not in RECONNECT:
             self._progress_log.enter(State.HELD, lost.reason, cause=lost.cause)
             return
-        self._context.enter_held(lost.cause, lost.reason)
+        self._context.live.tell("asking every device whether it answers")
+        others = silence_words(self._rig, self._wait) if lost.cause == LINK else ""
+        self._context.enter_held(lost.cause, f"{lost.reason}{others}")
         pause_s, last_error = FIRST_PAUSE_S, ""
         while True:
             self._context.live.tell("reconnecting", waiting_for="the lines to answer")
@@ -347,6 +373,11 @@ class _Engine:
             self._history = read_history(reader, self._context.plan)
             known = reader.last_event("identities")
         return None if known is None else {name: str(identity) for name, identity in known.detail.items()}
+
+
+def _with(reasons: list[str], sentence: str) -> list[str]:
+    """Return reasons with one more, unless it stands there."""
+    return reasons if any(sentence in reason for reason in reasons) else [*reasons, sentence]
 
 
 def _without_safety(state: State) -> State:

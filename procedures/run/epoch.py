@@ -102,10 +102,12 @@ class Epoch:
             self._left.clear()
 
     def _check_rig(self) -> None:
+        self._live.phase("asking every device who it is")
         identities = dict(self._rig.identities())
         self._progress_log.event("identities", identities)
         if self._identities is not None and (difference := other_devices(self._identities, identities)):
             raise RunEnds(Ending(State.TRIPPED, difference, cause="identity"))
+        self._live.phase("proving the readouts")
         self._prepare_readouts()
         for name, readout in self._rig.readouts.items():
             self._progress_log.event("meter", {"readout": name, **readout.checks()})

@@ -13,8 +13,9 @@ from procedures.journal.status import status
 from procedures.journal.stop_advice import advice
 from procedures.journal.verdict_file import read_verdict
 from procedures.records.dwells import DwellRecord, Event
-from procedures.records.progress import LEASE, at_both
+from procedures.records.progress import LEASE
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, state_sentence
+from rig.local_time import at_both
 from rig.plain_text import one_line
 
 _MOST = 8

@@ -14,8 +14,9 @@ from ams.units import ARCSEC_PER_DEG
 from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import STORAGE
+from procedures.journal.last_words import MOVED, STORAGE
 from procedures.journal.owner import is_owned
+from procedures.journal.second_folder import make_beside
 from procedures.journal.standing import derived_state
 from procedures.journal.stop_advice import advice
 from procedures.journal.storage import JOURNAL_FILE
@@ -25,6 +26,7 @@ from procedures.records.states import State
 from procedures.run.ending import NO_RUN
 from procedures.run.sparkline import Sparkline, sparkline
 from rig.clock import SystemClock
+from rig.local_time import at_both, local_clock
 from rig.plain_text import one_line
 
 UNASKED = (State.TRIPPED, State.FAILED)
@@ -70,29 +72,31 @@ def explain(
     try:
         why = read_why(run_dir, reason, positions_deg, cause, utc)
     except ProcedureError as error:
-        why = _unread(run_dir, reason or str(error), positions_deg)
-    page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why)
+        why = _unread(run_dir, reason or str(error), positions_deg, cause)
+    page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why, both=at_both, local=local_clock)
     for folder in (run_dir, *([] if second_folder is None else [second_folder / run_dir.name])):
         with suppress(WriteFailed, OSError):
-            folder.mkdir(parents=True, exist_ok=True)
+            make_beside(folder, run_dir)
             write_whole(folder / TEXT, text_of(why).encode("utf-8"))
             write_whole(folder / PAGE, page.encode("utf-8"))
             return folder / PAGE
     return None
 
 
-def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float]) -> Why:
+def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float], cause: str) -> Why:
     """Return what can be said where the journal cannot even be read, or could not be made."""
     is_begun = (run_dir / JOURNAL_FILE).exists()
-    cause = STORAGE if is_begun else NO_RUN
+    is_moved = not is_begun and cause == MOVED
+    cause = MOVED if is_moved else STORAGE if is_begun else NO_RUN
+    state = "not known: the journal cannot be read" if is_begun else "not begun"
     return Why(
         run=str(run_dir),
         title=run_dir.name,
-        state="not known: the journal cannot be read" if is_begun else "not begun",
+        state="not known: the folder of the run is not there" if is_moved else state,
         cause=cause,
         reason=reason,
         utc=SystemClock().now_utc(),
-        progress="not known" if is_begun else "nothing",
+        progress="not known" if is_begun or is_moved else "nothing",
         positions=_positions(positions_deg),
         advice=advice(cause),
         traces=(),
@@ -135,14 +139,14 @@ def text_of(why: Why) -> str:
     lines = [
         one_line(f"{why.title}: {why.state}"),
         f"run      {why.run}",
-        f"when     {why.utc:%Y-%m-%d %H:%M:%S} UTC",
+        f"when     {at_both(why.utc, to_the_second=True)}",
         one_line(f"cause    {why.reason}"),
         f"so far   {why.progress}",
         f"axes     {why.positions}",
         f"to do    {why.advice}",
         "",
-        "last events:",
-        *(one_line(f"  {utc:%H:%M:%S}  {kind:<11} {words}") for utc, kind, words in why.events),
+        "last events, by the local clock:",
+        *(one_line(f"  {local_clock(utc)}  {kind:<11} {words}") for utc, kind, words in why.events),
     ]
     return "\n".join(lines) + "\n"
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+from rig.assembly.identity import Identifiable
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState, Burst, Environment, Readout, Stream, TwinChance, Wait
@@ -126,6 +127,9 @@ class FaultyRig:
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
         return self._rig.link_counts()
+
+    def by_table(self) -> Mapping[str, Identifiable]:
+        return self._rig.by_table()
 
     def reconnect(self) -> None:
         self._rig.reconnect()

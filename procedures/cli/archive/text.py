@@ -16,7 +16,7 @@ from ams.surveillance.check_chart import LEAST_DIFFERENCES, CheckHistory
 from ams.surveillance.compare import AxisChange, Change, Comparison
 from ams.surveillance.control_chart import Chart
 from ams.units import ARCSEC_PER_DEG, printed
-from procedures.records.progress import at_both
+from rig.local_time import at_both
 
 
 def plain(value: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 from ams.parameter_words import words_of
 from ams.units import dof_words, printed
 from procedures.cli.results.findings_text import findings_lines
-from procedures.records.progress import at_both
+from rig.local_time import at_both
 
 
 def set_text(document: Mapping[str, Any], status: str) -> str:

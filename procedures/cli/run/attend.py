@@ -8,13 +8,19 @@ from pathlib import Path
 
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, chosen_alerts
-from procedures.cli.locations import JOURNAL, login_name, second_folder
+from procedures.cli.locations import JOURNAL, login_name
 from procedures.cli.output import note
 from procedures.cli.program_log import LoggedObserver
 from procedures.cli.run.opening import Opening
 from procedures.errors import ProcedureError
-from procedures.journal.alert_record import keep_outcomes, outcome_sentence
+from procedures.journal.alert_record import (
+    forget_acknowledgement,
+    is_acknowledged_elsewhere,
+    keep_outcomes,
+    outcome_sentence,
+)
 from procedures.journal.corrections import acknowledge, is_acknowledged
+from procedures.journal.second_folder import second_folder
 from procedures.observers.audience import with_observers
 from procedures.records.progress import RunObserver
 from procedures.run.progress import shown_on
@@ -77,6 +83,7 @@ def attended(opening: Opening, alerts: Path | None, run: Path) -> Iterator[Atten
             screen = _screen(run, opened)
             yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
+        forget_acknowledgement(run.name)
         folder = second_folder()
         dispatcher, pulse = _dispatcher_and_pulse(opening, alerts, run, folder / run.name, opened)
         services = RunServices(
@@ -120,11 +127,13 @@ def _dispatcher_and_pulse(
 
 
 def _is_known(folder: Path) -> bool:
-    """Return whether somebody knows of the alarm; a journal that cannot be read tells of nobody."""
+    """Return whether somebody knows of the alarm; where its journal cannot be read, as
+    that of a run that was moved away, by what was left beside its last words.
+    """
     try:
         return is_acknowledged(folder)
     except ProcedureError:
-        return False
+        return is_acknowledged_elsewhere(folder.name)
 
 
 def _tell_last(run: Path, outcomes: Sequence[Mapping[str, object]]) -> None:

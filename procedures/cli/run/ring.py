@@ -8,13 +8,13 @@ from pathlib import Path
 
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, chosen_alerts
-from procedures.cli.locations import second_folder
 from procedures.cli.options import Alerts
 from procedures.cli.run.attend import ring_out
 from procedures.errors import ProcedureError
 from procedures.journal.guard_record import guard_sentence
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, keep_last_words
+from procedures.journal.second_folder import second_folder
 from procedures.journal.standing import progress_of
 from procedures.journal.status import status
 from procedures.records.progress import Progress, SilentObserver

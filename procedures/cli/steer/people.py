@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from procedures.cli.locations import find_run, login_name, second_folder
+from procedures.cli.locations import find_run, login_name
 from procedures.cli.options import (
     RUNS,
     AnyRun,
@@ -20,10 +20,12 @@ from procedures.cli.options import (
 from procedures.cli.output import say
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.errors import RequestError
+from procedures.journal.alert_record import is_known_elsewhere, keep_acknowledgement
 from procedures.journal.corrections import TAKES_BACK, Authorisation, acknowledge, add_note, void_from
 from procedures.journal.corrections import redo as redo_replication
 from procedures.journal.owner import is_owned
 from procedures.journal.salvage import salvage as rescue
+from procedures.journal.second_folder import second_folder
 from procedures.journal.spool import ask
 from procedures.run.handover import handover as page
 
@@ -68,7 +70,15 @@ def ack(
     operator: Operator = None,
 ) -> None:
     """Acknowledge the alarm of a run: repeats and escalation end; the run stays as it is."""
-    folder, by = alive_or_latest(run, out), operator or login_name()
+    by = operator or login_name()
+    try:
+        folder = alive_or_latest(run, out)
+    except RequestError:
+        if run is None or not is_known_elsewhere(name := Path(run).name):
+            raise
+        keep_acknowledgement(name, by, text, datetime.now(UTC))
+        say(f"{run}: acknowledged; the run is not there any more, what is known of it is in {second_folder() / name}")
+        return
     if is_owned(folder):
         ask(folder, "ack", by, datetime.now(UTC), text)
     else:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from procedures.cli.locations import login_name, second_folder
+from procedures.cli.locations import login_name
 from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
 from procedures.cli.output import print_json, say
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
@@ -22,15 +22,16 @@ from procedures.journal.last_words import read_last_words
 from procedures.journal.live import live_document, read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.run_list import ListedRun, RunList
+from procedures.journal.second_folder import second_folder
 from procedures.journal.spool import ask
 from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import rows_of
 from procedures.journal.status import status as look
 from procedures.journal.verdict_file import read_verdict
-from procedures.records.progress import at_both
 from procedures.records.states import RESUMABLE, State
 from procedures.run.progress import PlainLines
 from rig.clock import SystemClock
+from rig.local_time import at_both
 from rig.plain_text import one_line
 
 

@@ -19,6 +19,8 @@ def test_what_became_of_the_last_alerts_is_kept_and_added_to(tmp_path: Path, is_
     run, second = tmp_path / "run", tmp_path / "second"
     if is_full:
         run.write_text("no folder: nothing can be written into it")
+    else:
+        run.mkdir()
     keep_outcomes(run, second, [])
     assert read_outcomes(run, second) == ()
     keep_outcomes(run, second, [RANG])

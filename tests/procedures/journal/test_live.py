@@ -50,6 +50,19 @@ def test_it_is_written_at_most_once_a_second_and_only_when_something_is_new(tmp_
     assert 5 <= written <= 7
 
 
+def test_a_new_phase_is_written_before_what_may_keep_the_engine_from_looking(tmp_path: Path) -> None:
+    """A device that is silent from the first question on blocks for seconds: what it was asked for stands there."""
+    live = LiveFile(tmp_path, a_clock(), writes_phases=True)
+    with owning(tmp_path):
+        for phase in ("reading", "moving"):
+            live.tell(phase)
+            found = read_live(tmp_path)
+            assert found is not None
+            assert found.phase == phase
+        live.tell(soak_left_s=1.0)
+        assert read_live(tmp_path) == found, "what is no phase waits for a look"
+
+
 def test_a_new_phase_forgets_what_the_one_before_waited_for(tmp_path: Path) -> None:
     live = LiveFile(tmp_path, a_clock())
     live.tell("soaking", soak_left_s=60.0)

@@ -9,8 +9,9 @@ import pytest
 from procedures.journal.live import Live, Target
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.standing_words import duration, live_rows, rows_of
-from procedures.records.progress import Progress, at_both
+from procedures.records.progress import Progress
 from procedures.records.states import State
+from rig.local_time import at_both
 
 NOW = datetime(2026, 3, 1, 4, 0, tzinfo=UTC)
 MOMENT = Progress("dwell", State.RUNNING, 1004, 1482, 5, 6, 7.43, NOW + timedelta(minutes=40), "", rejected=3)
@@ -81,3 +82,15 @@ def test_an_end_says_when_it_is_late_in_one_case_of_ten() -> None:
     progress = replace(MOMENT, eta_utc=ends, late_utc=late)
     found = dict(rows_of(progress, "", None, NOW, UTC))["ends"]
     assert found == "2026-03-01 05:00 UTC; later than 2026-03-01 06:00 UTC in one case of ten"
+
+
+@pytest.mark.parametrize(
+    ("phase", "state", "ahead"),
+    [("soaking", State.RUNNING, "the soak"), ("reading", State.RUNNING, "this dwell"),
+     ("moving", State.CHECKING, "the check set")],
+)  # fmt: skip
+def test_what_was_asked_and_waits_is_told_with_what_it_waits_for(phase: str, state: State, ahead: str) -> None:
+    live = Live(phase=phase, pending_request="pause, by anna")
+    rows = rows_of(replace(MOMENT, state=state), "", live, NOW, BERLIN)
+    assert ("asked", f"pause, by anna: waits until {ahead} is done") in rows
+    assert "asked" not in dict(rows_of(MOMENT, "", Live(phase=phase), NOW, BERLIN))

@@ -1,16 +1,23 @@
 """What is told of a phase is told by the clock of who looks, however fast the twins live."""
 
 import json
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from asking import put
+from small_run import bench
+from unattended_run import UnattendedRun, asks, run_unattended
 
-from procedures.journal.live import LIVE_FILE, LiveFile
+from procedures.journal.live import LIVE_FILE, LiveFile, read_live
 from procedures.plan.learned_times import PartTime
 from procedures.plan.step_times import SETTLE
 from procedures.plan.steps import Soak
+from procedures.records.progress import Progress
+from procedures.records.states import State
 from procedures.run.live_dwells import LiveDwells
+from procedures.run.services import RunServices
 from rig.clock import VirtualClock
 
 
@@ -33,3 +40,34 @@ def test_phases_and_soaks_are_told_in_seconds_of_who_looks(tmp_path: Path, facto
     assert seen()["soak_left_s"] == 1800.0 / factor
     tell(20.1, 600.0)
     assert seen()["soak_left_s"] == 600.0 / factor
+
+
+def test_a_pause_that_is_asked_for_in_a_soak_is_shown_as_waiting(tmp_path: Path) -> None:
+    """A soak takes hours: who asked must see that it was heard, and what it waits for."""
+    small = bench(tmp_path, procedure=(("[check]", "[environment]\nplateaus_degc = [30.0]\nsoak_s = 600.0\n[check]"),))
+    run_dir = tmp_path / "run"
+    seen: list[tuple[str, str, str]] = []
+
+    class Racing(UnattendedRun):
+        """Seconds pass at every look, so that every look is written."""
+
+        def monotonic_s(self) -> float:
+            self._clock.sleep(1.0)
+            return super().monotonic_s()
+
+        def on_event(self, progress: Progress) -> None:
+            if progress.event == "soak":
+                put(self.spool, "pause", "anna")
+            super().on_event(progress)
+
+    def pulse() -> Sequence[Mapping[str, object]]:
+        if (live := read_live(run_dir)) is not None:
+            seen.append((live.phase, live.pending_request, live.waiting_for))
+        return ()
+
+    unattended = Racing(run_dir, at={3: asks("continue")})
+    outcome = run_unattended(small, unattended, RunServices(pulse=pulse))
+    assert outcome.state is State.FINISHED
+    assert {asked for phase, asked, _ in seen if phase == "soaking"} == {"", "pause, by anna"}
+    first = seen.index(("waiting", "", "a person to say continue"))
+    assert {asked for _, asked, _ in seen[first:]} == {""}, "it was done"

@@ -1,7 +1,7 @@
 """Links that break, devices that fall silent, axes that lose their home: held, reached, homed, checked, gone on."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +11,7 @@ from unattended_run import RigReopenedLate, UnattendedRun, asks, events, run_una
 
 from procedures.records.states import State
 from procedures.run.ending import Outcome
+from rig.assembly.identity import Identifiable
 from rig.assembly.open_rig import Rig
 from rig.devices.abilities import AxisState, Burst
 from rig.errors import DeviceNonsense, DeviceSilent, LinkLost
@@ -202,3 +203,63 @@ def test_a_stop_that_cannot_be_verified_leaves_a_run_that_a_person_can_take_up_a
     )
     assert outcome.state is State.TRIPPED
     assert "not every axis is known to stand still" in outcome.reason
+
+
+@dataclass
+class _Device:
+    """Answers who it is, or not."""
+
+    name: str
+    is_silent: bool
+
+    def identify(self) -> str:
+        if self.is_silent:
+            raise DeviceSilent(f"{self.name}: no answer")
+        return self.name
+
+
+TABLES = ["axes.pitch", "axes.roll", "readouts.dmm", "environment.air"]
+
+
+@pytest.mark.parametrize(
+    ("silent", "told"),
+    [
+        (["axes.pitch"], ""),
+        (["axes.pitch", "readouts.dmm"], "; no answer now from axes.pitch, readouts.dmm"),
+        (TABLES, f"; no device of the rig answers ({', '.join(TABLES)}): look at what they share, such as power, a hub"
+                 " or the network"),
+    ],
+)  # fmt: skip
+def test_people_are_told_whether_one_line_is_silent_or_all(
+    small: Bench, tmp_path: Path, silent: list[str], told: str
+) -> None:
+    """A dark hub takes every line: who is woken must not be sent to the one cable that was asked first."""
+    unattended = UnattendedRun(tmp_path / "run")
+
+    class Dark(FaultyRig):
+        def by_table(self) -> dict[str, Identifiable]:
+            return {name: _Device(name, name in silent) for name in TABLES}
+
+    run_unattended(small, unattended, rig_of=lambda rig: Dark(rig, spoil=_fails_at(LinkLost(GONE), 50, 50)))
+    (held,) = [heard for heard in unattended.heard if heard.event == "state" and heard.state is State.HELD]
+    assert held.message == f"link lost: {GONE}{told}"
+
+
+def test_who_is_asked_is_asked_for_no_longer_than_a_quarter_of_a_minute(small: Bench, tmp_path: Path) -> None:
+    unattended = UnattendedRun(tmp_path / "run")
+    asked: list[str] = []
+
+    class Slow(FaultyRig):
+        def by_table(self) -> dict[str, Identifiable]:
+            class Waits(_Device):
+                def identify(device) -> str:  # noqa: N805
+                    asked.append(device.name)
+                    self.clock.sleep(6.0)
+                    return super().identify()
+
+            return {name: Waits(name, True) for name in TABLES}
+
+    run_unattended(small, unattended, rig_of=lambda rig: Slow(rig, spoil=_fails_at(LinkLost(GONE), 50, 50)))
+    (held,) = [heard for heard in unattended.heard if heard.event == "state" and heard.state is State.HELD]
+    assert asked == TABLES[:3]
+    assert held.message.endswith("; no answer now from axes.pitch, axes.roll, readouts.dmm")

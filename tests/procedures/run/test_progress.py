@@ -9,9 +9,10 @@ import pytest
 from small_run import bench, in_child, killed_after
 
 from procedures.journal.status import status
-from procedures.records.progress import Progress, at_both, line_of
+from procedures.records.progress import Progress, line_of
 from procedures.records.states import State
 from procedures.run.progress import Pace, PlainLines, shown_on
+from rig.local_time import at_both
 
 MOMENT = Progress(
     event="dwell",
