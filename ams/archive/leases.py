@@ -46,8 +46,7 @@ class Lease:
     """When nothing is heard of its holder."""
 
     def __str__(self) -> str:
-        since = self.since_utc.isoformat(timespec="seconds")
-        return f"{self.holder.host}, user {self.holder.account} ({self.holder.purpose}), since {since}"
+        return f"{self.holder.host}, user {self.holder.account} ({self.holder.purpose})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,6 @@
 """A check report for a person, drawn by rich."""
 
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -12,6 +12,7 @@ from ams.units import ARCSEC_PER_DEG, dof_words, small_unit
 from procedures.check.check_report import CheckReport, steps_in_words
 from procedures.check.shares import explained, shares_in_words
 from procedures.kinds.kind import DesignFigures
+from rig.local_time import at_both
 
 _NOTHING = 1e-9
 """Of a share: what rounding leaves."""
@@ -76,7 +77,7 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
     )
     if now is not None:
         middle, late = (now + timedelta(seconds=seconds) for seconds in (expected.p50_s, expected.p90_s))
-        table.add_row("begun now", f"it ends {_local(middle)} (p50), {_local(late)} (p90)")
+        table.add_row("begun now", f"it ends {at_both(middle)} (p50), {at_both(late)} (p90)")
     if (rule := plan.sequential) is not None:
         least_s = expected.p50_s * rule.least_replications / plan.replications
         table.add_row(
@@ -199,10 +200,6 @@ def _bare_table() -> "Table":
 
 def _time(duration_s: float) -> str:
     return str(timedelta(seconds=round(duration_s)))
-
-
-def _local(moment: datetime) -> str:
-    return f"{moment.astimezone():%a %d %b %H:%M} ({moment.astimezone(UTC):%H:%M} UTC)"
 
 
 def _seconds(duration_s: float) -> str:

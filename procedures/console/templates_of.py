@@ -8,7 +8,7 @@ from starlette.responses import HTMLResponse
 
 from procedures.journal.standing_words import duration
 from procedures.pages import page_environment
-from procedures.records.progress import at_both
+from rig.local_time import at_both, local_clock
 
 HERE = Path(__file__).parent
 
@@ -18,7 +18,7 @@ class Pages:
 
     def __init__(self) -> None:
         self._found = page_environment(HERE / "templates")
-        self._found.filters.update({"both": at_both, "lasting": duration, "local": _local})
+        self._found.filters.update({"both": at_both, "lasting": duration, "local": local_clock})
 
     def html(self, template: str, **values: Any) -> str:
         """Return a page, or a part of one."""
@@ -28,7 +28,3 @@ class Pages:
         """Return a page as an answer; of a visitor that is not named it shows the way in."""
         given = {"here": "", "visitor": None, "now": datetime.now(UTC), **values}
         return HTMLResponse(self.html(template, **given), status_code)
-
-
-def _local(moment: datetime) -> str:
-    return f"{moment.astimezone():%a %H:%M:%S}"

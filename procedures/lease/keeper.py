@@ -21,6 +21,7 @@ from ams.errors import ArchiveAbsent, ArchiveError
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
 from rig.lines.lock import account, folder_of_locks
+from rig.local_time import at_both
 
 LAPSES_S, RENEWED_S = 120.0, 30.0
 """How long a lease outlives its holder, and how often it is renewed."""
@@ -235,7 +236,7 @@ class LeaseKeeper:
 
 def _refusal(lease: Lease, shown: str) -> str:
     return (
-        f"{name_of(lease.resource)}: another computer has it: {lease}; its lease in {shown} lapses in"
+        f"{name_of(lease.resource)}: another computer has it: {_holding(lease)}; its lease in {shown} lapses in"
         f" {lease.lapses_in_s:.0f} s if nothing more is heard of it; nothing was opened; wait until it has finished,"
         " or stop it there"
     )
@@ -243,9 +244,13 @@ def _refusal(lease: Lease, shown: str) -> str:
 
 def _taken(lease: Lease) -> str:
     return (
-        f"{name_of(lease.resource)}: the lease is lost: another computer has it: {lease}; two may move this device now;"
-        " end one of them"
+        f"{name_of(lease.resource)}: the lease is lost: another computer has it: {_holding(lease)};"
+        " two may move this device now; end one of them"
     )
+
+
+def _holding(lease: Lease) -> str:
+    return f"{lease}, since {at_both(lease.since_utc)}"
 
 
 def name_of(resource: str) -> str:

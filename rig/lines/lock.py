@@ -27,6 +27,7 @@ from psutil import pid_exists
 from rig import file_lock
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
+from rig.local_time import text_at_both
 from rig.machine_folder import OVERRIDE, machine_folder
 from rig.system_parts import module_here
 
@@ -55,7 +56,7 @@ class LockOwner:
 
     def __str__(self) -> str:
         whose = f" of {self.account}" if self.account not in ("", account()) else ""
-        return f"process {self.pid} ({self.purpose or 'calrig'}){whose} since {self.since_utc}"
+        return f"process {self.pid} ({self.purpose or 'calrig'}){whose} since {text_at_both(self.since_utc)}"
 
 
 class RigLock:

@@ -136,14 +136,17 @@ class Exchange:
                     f" {taken} bytes came, the last {stale[-40:]!r}; nothing was sent; check what else talks on it"
                 )
 
-    def skip_to(self, sentinel: bytes, timeout_s: float) -> None:
-        """Take bytes until ``sentinel`` came whole; all others are counted as stale. Raises: DeviceSilent."""
+    def skip_to(self, sentinel: bytes, timeout_s: float, waited_for: bytes) -> None:
+        """Take bytes until ``sentinel`` came whole; all others are counted as stale.
+
+        ``waited_for``: the question that it answers, for messages. Raises: DeviceSilent.
+        """
         deadline_s = self.stream.clock.monotonic_s() + timeout_s
         buffer = b""
         while sentinel not in buffer:
             more = self.stream.read(deadline_s)
             if not more:
-                raise self._silence(sentinel, buffer, timeout_s)
+                raise self._silence(waited_for, buffer, timeout_s)
             buffer = buffer[-LONGEST_REPLY:] + more
             self.counts.stale_bytes += len(more)
         self.counts.stale_bytes -= len(sentinel)

@@ -152,5 +152,5 @@ class PrologixBus:
             self._exchange.wait_for_quiet()
             return
         self._exchange.stream.write(b"\n" + wire.VERSION)
-        self._exchange.skip_to(self._version.encode("ascii") + b"\r\n", 2.0 * TALK_TIMEOUT_S)
+        self._exchange.skip_to(self._version.encode("ascii") + b"\r\n", 2.0 * TALK_TIMEOUT_S, wire.VERSION)
         self._exchange.wait_for_quiet()

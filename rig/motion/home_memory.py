@@ -18,6 +18,7 @@ from rig.clock import WAIT_SLICE_S, Clock
 from rig.description.device_settings import TWIN_PORT, AxisSettings
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Axis, Remembering, WriteFile
+from rig.local_time import at_both
 
 FORMAT = "calrig home 1"
 
@@ -73,7 +74,11 @@ class HomeMemory:
         pace = self._clock.slice_s / WAIT_SLICE_S  # rig seconds in a second
         away_s = (self._clock.now_utc() - left.left_utc).total_seconds() * pace
         why = axis.resume_home(left.mark, away_s)
-        return f"{name}: the home of {left.left_utc:%Y-%m-%d %H:%M:%S} UTC does not hold any more: {why}" if why else ""
+        return (
+            f"{name}: the home of {at_both(left.left_utc, to_the_second=True)} does not hold any more: {why}"
+            if why
+            else ""
+        )
 
     def _path(self, name: str) -> Path | None:
         axis: AxisSettings = self._description.axes[name]

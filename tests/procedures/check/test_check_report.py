@@ -13,6 +13,7 @@ from planning_files import AIR, PROCEDURE, RIG, procedure_file, rig_file
 from procedures.check.check_report import check, to_document
 from procedures.check.check_text import render
 from rig.errors import DescriptionError
+from rig.local_time import at_both
 
 NOW = datetime(2026, 3, 1, 16, 30, tzinfo=UTC)
 BIG = [
@@ -133,7 +134,7 @@ def test_every_part_is_printed(tmp_path: Path):
     text = console.export_text()
     for seconds in (report.plan.expected.p50_s, report.plan.expected.p90_s):
         moment = NOW + timedelta(seconds=seconds)
-        assert f"{moment.astimezone():%a %d %b %H:%M} ({moment:%H:%M} UTC)" in text
+        assert at_both(moment) in text
     together = " ".join(text.split())
     for one in report.forecast.recommendations:
         assert one.reason in together

@@ -73,6 +73,24 @@ def test_a_dead_port_is_silent_within_its_time() -> None:
     assert clock.monotonic_s() < 15.0
 
 
+def test_an_adapter_that_falls_silent_is_told_by_the_question_that_it_owes_an_answer() -> None:
+    """After a doubt its version is asked for: what it is called is known by then, and is no question."""
+
+    class Failing(PrologixTwin):
+        is_dead = False
+
+        def receive(self, data: bytes, now_s: float) -> None:
+            if not self.is_dead:
+                super().receive(data, now_s)
+
+    twin = Failing({})
+    bus = PrologixBus(MemoryStream(twin, virtual_clock(), "memory"))
+    twin.is_dead = True
+    for _ in range(2):  # the first leaves the line in doubt, the second has to bring it to a known state
+        with pytest.raises(DeviceSilent, match=r"no complete reply to b'(ID\?|\+\+ver).*: got b'' within"):
+            identity(bus)
+
+
 def test_a_question_and_its_fetch_leave_in_one_send_and_the_address_once() -> None:
     rig = gpib_rig()
     listener = Listener(rig.adapter)

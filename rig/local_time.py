@@ -1,0 +1,24 @@
+"""Times as people read them, in every message, page and alert: by this machine's clock first, UTC beside it."""
+
+from datetime import UTC, datetime, tzinfo
+
+
+def at_both(moment_utc: datetime, zone: tzinfo | None = None, *, to_the_second: bool = False) -> str:
+    """``Sun 05:40 local (2026-03-01 04:40 UTC)``; once where the two are the same. ``zone``: this machine's own."""
+    clock = "%H:%M:%S" if to_the_second else "%H:%M"
+    local, in_utc = moment_utc.astimezone(zone), moment_utc.astimezone(UTC)
+    both = f"{in_utc:%Y-%m-%d {clock}} UTC"
+    return both if not local.utcoffset() else f"{local:%a {clock}} local ({both})"
+
+
+def text_at_both(iso_utc: str) -> str:
+    """Return a moment that a file of ours keeps as text as people read it; what is none is left as it is."""
+    try:
+        return at_both(datetime.fromisoformat(iso_utc), to_the_second=True)
+    except ValueError:
+        return iso_utc
+
+
+def local_clock(moment_utc: datetime) -> str:
+    """``Sun 05:40:07``, for lists that stand below a time that is told in full."""
+    return f"{moment_utc.astimezone():%a %H:%M:%S}"
