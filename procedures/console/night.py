@@ -87,7 +87,7 @@ def _night_run(run: ListedRun) -> NightRun:
             states = list(reader.events("state"))
     except ProcedureError as error:
         return NightRun(run, (), "", "", str(error))
-    verdict = read_verdict(run.path) or {}
+    verdict = read_verdict(run.path, run.state) or {}
     return NightRun(
         run,
         tuple(_stops(states)),

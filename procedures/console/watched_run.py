@@ -140,7 +140,7 @@ class WatchedRun:
                     ChannelNow(name, mean, last.standard_deviation[name], sizes.get(name))
                     for name, mean in last.mean.items()
                 ),
-                verdict=read_verdict(self.folder),
+                verdict=read_verdict(self.folder, status.state),
                 has_report=(self.folder / "report.html").is_file(),
                 last_step=self._last_step(),
                 version=hashlib.sha256(repr(mark).encode()).hexdigest()[:16],

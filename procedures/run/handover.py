@@ -89,7 +89,7 @@ def _next(run_dir: Path, state: State, cause: str, held_before: str) -> str:
         return f"{before}calrig resume {run_dir}"
     if state is not State.FINISHED:
         return "this run has ended; begin a new one"
-    is_solved = read_verdict(run_dir) is not None
+    is_solved = read_verdict(run_dir, state) is not None
     return f"{'nothing, it is solved; what is missing is made by ' if is_solved else ''}calrig solve {run_dir}"
 
 
@@ -102,7 +102,7 @@ def _held_before(events: Sequence[Event]) -> str:
 
 def _solved(run_dir: Path, state: State) -> Iterable[str]:
     """Tell a finished run's verdict and its report, where it was solved."""
-    verdict = read_verdict(run_dir) if state is State.FINISHED else None
+    verdict = read_verdict(run_dir, state) if state is State.FINISHED else None
     if verdict is not None:
         yield one_line(f"verdict    {verdict.get('sentence', '')}")
         unusable = [str(row.get("sensor")) for row in _rows(verdict) if row.get("verdict") == "not usable"]

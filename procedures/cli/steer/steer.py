@@ -89,7 +89,7 @@ def status(
 
 def _verdict(folder: Path, state: State) -> str:
     """Return what a finished run came to, as its report has it; empty where there is none."""
-    sentence = (read_verdict(folder) or {}).get("sentence", "")
+    sentence = (read_verdict(folder, state) or {}).get("sentence", "")
     return str(sentence) if state is State.FINISHED else ""
 
 

@@ -23,6 +23,7 @@ from procedures.console.sessions import Sessions
 from procedures.console.shared import Console
 from procedures.journal.follower import FollowedDwell
 from procedures.journal.journal import Journal
+from procedures.journal.owner import owning
 from procedures.journal.run_list import RunList
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
@@ -69,6 +70,18 @@ def test_the_first_page_is_the_latest_run_and_says_why_it_stands_still(browser: 
     assert "A device reports a fault" in page
     assert "calrig resume tripped" in page
     assert "dwells (" in page
+
+
+def test_a_run_that_goes_on_shows_no_verdict_of_the_stop_before(browser: TestClient, runs: Path) -> None:
+    """A trip is delivered and reported; the resume leaves that report beside the journal."""
+    folder = runs / "finished"
+    assert "Usable, " in browser.get("/run/finished").text
+    journal = Journal.open_for_append(folder / JOURNAL_FILE)
+    journal.append_event("state", {"to": "running", "by": "ann", "reason": "looked at"}, a_clock())
+    journal.close()
+    with owning(folder):
+        for path in ("/run/finished", "/night"):
+            assert "Usable, " not in browser.get(path).text, path
 
 
 def test_names_of_any_script_are_text_on_every_page(browser: TestClient) -> None:
