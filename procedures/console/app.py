@@ -26,7 +26,7 @@ from procedures.console.gate import Gate, token_of
 from procedures.console.jogging import Jogging
 from procedures.console.live_pages import ALL_TAKEN, PUT_ASIDE, LivePage
 from procedures.console.night import needs_a_person, night
-from procedures.console.queues import QueuePages
+from procedures.console.queues import QueuePages, undecided_items
 from procedures.console.sessions import Visitor
 from procedures.console.shared import Console
 from procedures.console.templates_of import HERE, Pages
@@ -118,8 +118,16 @@ class _Pages:
             others=[run for run in others if not run.trouble][:MOST_NAMED],
             unread=[run for run in others if run.trouble][:MOST_NAMED],
             waits=needs_a_person(page),
+            item=await run_sync(self._item_of, page),
             key=new_key(),
         )
+
+    def _item_of(self, page: RunPage) -> int | None:
+        """Return the number of the queue's item that waits for what becomes of this run; None where none does."""
+        if page.is_alive:
+            return None
+        items = undecided_items(self._console.queues, self._console.clock)
+        return items.get((self._console.runs.folder / page.run_id).resolve())
 
     async def report(self, request: Request) -> Response:
         watched = await run_sync(self._console.watched, request.path_params["name"])
@@ -131,7 +139,8 @@ class _Pages:
     async def night(self, request: Request) -> Response:
         console = self._console
         listed = await run_sync(console.listed)
-        summary = await run_sync(night, listed, console.archive_url, console.clock.now_utc())
+        items = await run_sync(undecided_items, console.queues, console.clock)
+        summary = await run_sync(night, listed, console.archive_url, console.clock.now_utc(), items)
         return self._shown(request, "night.html.j2", here="night", night=summary, today=console.clock.now_utc().date())
 
     async def archive(self, request: Request) -> Response:
@@ -206,6 +215,9 @@ class _Pages:
             if live_page is not None:
                 console.live_pages.give_back(live_page)
 
+    def _banner(self, page: RunPage) -> str:
+        return self._templates.html("banner.html.j2", page=page, waits=needs_a_person(page), item=self._item_of(page))
+
     async def _tell(self, socket: WebSocket, name: str, live_page: LivePage) -> None:
         """Send the changing parts of the page whenever they are others, and a sign of life between."""
         version, offered, sent_s = "", "", 0.0
@@ -217,7 +229,7 @@ class _Pages:
             ):
                 page, now_s = await run_sync(self._console.page, name), self._console.clock.monotonic_s()
                 if page.version != version:
-                    banner = self._templates.html("banner.html.j2", page=page, waits=needs_a_person(page))
+                    banner = await run_sync(self._banner, page)
                     html = self._templates.html("standing.html.j2", page=page)
                     news = {"banner": banner, "html": html, "done": page.status.dwells_done}
                     if (now_offered := _offered(page, visitor)) != offered:

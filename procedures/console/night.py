@@ -1,8 +1,9 @@
 """The night on one page: what ran since yesterday evening, what stood still and why, what a person must do first."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta, tzinfo
+from pathlib import Path
 
 from ams.archive.due_list import Due, due_list
 from ams.errors import ArchiveAbsent, ArchiveError
@@ -40,6 +41,8 @@ class NightRun:
     trust: str
     to_do: str
     """What a person must do; empty where nothing."""
+    item: int | None = None
+    """Of a queue, which waits for what becomes of the run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,10 +63,20 @@ def evening_before(now_utc: datetime, zone: tzinfo | None = None) -> datetime:
     return (local - timedelta(days=1)).replace(hour=EVENING_HOUR, minute=0, second=0, microsecond=0)
 
 
-def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime) -> Night:
-    """Return what the page tells."""
+def night(
+    listed: Iterable[ListedRun], archive_url: str, now_utc: datetime, undecided: Mapping[Path, int] | None = None
+) -> Night:
+    """Return what the page tells.
+
+    Args:
+        undecided: Items of queues that wait for what becomes of their run, by its folder.
+    """
     since_utc = evening_before(now_utc)
-    runs = [_night_run(run) for run in listed if run.is_alive or run.modified_utc >= since_utc]
+    runs = [
+        _night_run(run, (undecided or {}).get(run.path.resolve()))
+        for run in listed
+        if run.is_alive or run.modified_utc >= since_utc
+    ]
     due, trouble = _due(archive_url, now_utc.date())
     return Night(since_utc, tuple(sorted(runs, key=lambda run: not run.to_do)), due, trouble)
 
@@ -79,7 +92,7 @@ def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
     return tuple(soon), ""
 
 
-def _night_run(run: ListedRun) -> NightRun:
+def _night_run(run: ListedRun, item: int | None) -> NightRun:
     if run.trouble or run.state is None:
         return NightRun(run, (), "", "", f"its journal cannot be read: {run.trouble}; calrig salvage {run.path.name}")
     try:
@@ -94,6 +107,7 @@ def _night_run(run: ListedRun) -> NightRun:
         str(verdict.get("sentence", "")),
         str(verdict.get("trust", "")),
         _to_do(run, str(states[-1].detail.get("cause", ""))),
+        item,
     )
 
 

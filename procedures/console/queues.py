@@ -1,6 +1,6 @@
 """The queues as their page shows them, and what is said to them there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
@@ -73,6 +73,16 @@ def _shown(folder: Path, clock: Clock) -> ShownQueue:
         tuple(item for item in queue.items if item.state not in GONE),
         awaited=awaited_sentence(queue, waiting[0]) if waiting else "",
     )
+
+
+def undecided_items(folder: Path, clock: Clock) -> Mapping[Path, int]:
+    """Return the number of each item whose run waits for a decision, by the run's folder."""
+    return {
+        Path(item.run).resolve(): item.number
+        for shown in shown_queues(folder, clock)
+        for item in shown.items
+        if item.state is ItemState.UNDECIDED and item.run
+    }
 
 
 class QueuePages:

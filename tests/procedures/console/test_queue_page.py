@@ -11,6 +11,7 @@ from starlette.testclient import TestClient
 from visited_console import BASE, Visited
 
 from procedures.queue import people
+from procedures.records.states import State
 from rig.description.read import read_rig
 
 OWN = {"origin": BASE}
@@ -66,6 +67,32 @@ def test_a_night_is_armed_and_decided_in_the_browser(visited: Visited, scene: Sc
     assert _post(visited, scene, browser, "disarm", expects="1")[0] == 202, "as it comes"
     code, found = _post(visited, scene, browser, "decide", number="2", choice="again", text="why")
     assert (code, "needed is needs a decision" in found) == (409, True)
+
+
+def test_a_run_that_the_queue_waits_for_is_decided_on_its_page(tmp_path: Path) -> None:
+    """What ``calrig resume`` beside it would do, nobody on a phone can type, and the queue would go on waiting."""
+    visited = Visited(tmp_path, State.STOPPED)
+    made = Scene(visited.console.queues / "bench", visited.clock)
+    for name, text in (("procedure.toml", "[procedure]\n"), ("rig.toml", RIG)):
+        (tmp_path / name).write_text(text)
+    rig = read_rig(tmp_path / "rig.toml")
+    people.add(
+        made.store, tmp_path / "procedure.toml", tmp_path / "rig.toml", rig, tmp_path / "runs", "Anna", title="first",
+        not_before_utc=None, not_after_utc=None, refused=[],
+    )  # fmt: skip
+    browser = visited.enter()
+    waits = "It is item 1 of the queue"
+    changes = (
+        ("start", {"item": 1, "boot": "b"}, False),
+        ("began", {"item": 1, "run": str(visited.run)}, False),
+        ("ended", {"item": 1, "state": "stopped", "reason": "looked at"}, True),
+        ("decide", {"item": 1, "choice": "drop", "by": "Anna", "reason": "no"}, False),
+    )
+    for kind, detail, is_told in changes:
+        made.store.change(lambda _, change=(kind, detail): change)  # type: ignore[misc]
+        for path in ("/", "/night"):
+            assert (waits in browser.get(path).text) == is_told, (kind, path)
+    visited.console.close()
 
 
 def test_who_may_not_or_has_not_seen_it_changes_nothing(visited: Visited, scene: Scene) -> None:
