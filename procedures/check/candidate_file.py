@@ -7,7 +7,9 @@ from procedures.check.candidate import Candidate, Comparison, Target
 from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, model_for
 from procedures.check.procedure_text import Written, procedure_text
 from procedures.check.shares import explained, shares_in_words
-from procedures.description.procedure_file import Order
+from procedures.description.procedure_file import Order, Solve
+from procedures.plan.channels import sensors_that_measure
+from procedures.solution.foreseen import use_remarks
 from rig.description.rig_file import RigDescription
 
 _OF_HOURS = ("noise and drift", "lack of fit")
@@ -140,6 +142,8 @@ def left_open(rig: RigDescription) -> Iterator[str]:
             f"Nothing here sets the temperature of {name}, which is recorded only: a table [environment] with "
             "plateaus_degc, band_degc and soak_s does, and takes the hours of its soaks."
         )
+    sensors = sensors_that_measure(rig, "acceleration")
+    yield from (f"Temperature of use: {remark}." for remark in use_remarks(rig, Solve(), sensors))
 
 
 def cannot_see(chosen: Candidate) -> Iterator[str]:

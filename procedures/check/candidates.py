@@ -22,7 +22,7 @@ from procedures.check.procedure_text import Written, procedure_text
 from procedures.description.procedure_file import ProcedureDescription, Solve
 from procedures.errors import PlanError
 from procedures.kinds.read import procedure_of
-from procedures.plan.channels import sensors_that_measure
+from procedures.plan.channels import sensors_that_measure, temperature_source
 from procedures.solution.beliefs import AxisBelief, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, expected_each
 from rig.description.rig_file import RigDescription, Sensor
@@ -236,7 +236,7 @@ def _foreseen(
     try:
         for serial, sensor in sensors.items():
             sensor_beliefs = [each[serial] for each in beliefs]
-            key = (sensor.rolls, *map(_alike, sensor_beliefs))
+            key = (sensor.rolls, *_used(request.rig, sensor), *map(_alike, sensor_beliefs))
             if key not in done:
                 done[key] = expected_each(request.rig, solve, serial, sensor, rows, sensor_beliefs, request.usage)
     except AmsError:
@@ -275,6 +275,13 @@ def _of_all(
         sees_drift_arcsec=sees_drift_arcsec(worst, samples, points, replications),
         blind_to=tuple(words for words, name in _BLIND.items() if name not in terms),
     )
+
+
+def _used(rig: RigDescription, sensor: Sensor) -> Iterator[object]:
+    """Yield what of a sensor decides what its temperature of use does."""
+    yield temperature_source(rig, sensor) is None
+    yield sensor.use_temperature_degc
+    yield from (sensor.largest_offset_tc_v_per_degc, sensor.largest_sensitivity_tc_per_degc)
 
 
 def _alike(believed: Believed) -> object:

@@ -22,7 +22,7 @@ from procedures.plan.plan import Plan
 from procedures.plan.sequential import usage_pitch_deg
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
-from procedures.solution.foreseen import foreseen_warnings
+from procedures.solution.foreseen import foreseen_warnings, use_remarks
 from procedures.solution.request import joint_priors_in_words
 from procedures.solution.type_b import gravity_warnings, level_remarks
 from rig.description.rig_file import RigDescription
@@ -75,9 +75,15 @@ def forecast_of_design(
         angles={serial: sensor.angles for serial, sensor in sensors.items()},
         usage_pitch_deg=usage.pitch_deg,
         reservations=(*_reservations_of_rig_and_solution(rig, plan), *_foreseen(rig, plan, rows, of_sensor)),
-        remarks=level_remarks(rig),
+        remarks=tuple(_remarks(rig, plan)),
         recommendations=followed,
     )
+
+
+def _remarks(rig: RigDescription, plan: Plan) -> Iterator[str]:
+    yield from level_remarks(rig)
+    if plan.environment is None:
+        yield from use_remarks(rig, plan.solve, plan.sensors)
 
 
 def usage_of(procedure: ProcedureDescription, plan: Plan) -> Usage:

@@ -5,7 +5,7 @@ covariance are those of :mod:`procedures.solution.by_model`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees, radians
 
 import numpy as np
@@ -17,6 +17,7 @@ from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import Solve
+from procedures.plan.channels import temperature_source
 from procedures.plan.designs import DesignPoint
 from procedures.plan.specific_force import attitude_of, package_specific_force
 from procedures.solution.beliefs import AxisBelief
@@ -123,7 +124,8 @@ def expected_each(
 ) -> list[ExpectedSensor]:
     """Return the same for several beliefs that differ in noise, lack of fit and drift only. Raises: as one does."""
     axes = beliefs[0].axes
-    observations = planned_observations(solve.model_of(serial, rolls=sensor.rolls), rows, axes, rolls=sensor.rolls)
+    tempered = at_use(rig, solve, sensor, rows)
+    observations = planned_observations(solve.model_of(serial, rolls=sensor.rolls), tempered, axes, rolls=sensor.rolls)
     request = request_of(serial, rig, sensor, solve, observations)
     found = expect_each(
         observations,
@@ -162,6 +164,25 @@ def _reading_v(axis: str, believed: Believed, usage: Usage) -> float:
     if usage.noise_arcsec is None:
         return believed.noise_v(axis)
     return usage.noise_arcsec * RAD_PER_ARCSEC * float(np.linalg.norm(believed.axes[axis].k_v_per_g))
+
+
+def at_use(rig: RigDescription, solve: Solve, sensor: Sensor, rows: PlannedRows) -> PlannedRows:
+    """Return the rows at the temperature that the sensor is taken to be calibrated at, where the plan sets none."""
+    degc = assumed_degc(rig, solve, sensor)
+    if degc is None or rows.temperature_degc is not None:
+        return rows
+    return replace(rows, temperature_degc=[degc] * rows.replications)
+
+
+def assumed_degc(rig: RigDescription, solve: Solve, sensor: Sensor) -> float | None:
+    """Return the middle of the range of use, from which its ends are nearest: the least that use can do.
+
+    None where the solution will not count use, for it has a model of temperature or nothing that measures it.
+    """
+    used = sensor.use_temperature_degc
+    if used is None or solve.temperature != "none" or temperature_source(rig, sensor) is None:
+        return None
+    return 0.5 * (used[0] + used[1])
 
 
 def planned_observations(

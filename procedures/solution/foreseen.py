@@ -14,7 +14,7 @@ from ams.calibration.mountings import calibrate_mountings
 from ams.calibration_result import AxisCalibration
 from ams.findings import significant_texts
 from procedures.description.procedure_file import Solve
-from procedures.solution.expected import Believed, PlannedRows, planned_observations
+from procedures.solution.expected import Believed, PlannedRows, assumed_degc, at_use, planned_observations
 from procedures.solution.request import calibrated_degc, request_of
 from procedures.solution.type_b import use_warnings
 from rig.description.rig_file import RigDescription, Sensor
@@ -30,7 +30,8 @@ def foreseen_warnings(
     rig: RigDescription, solve: Solve, serial: str, sensor: Sensor, rows: PlannedRows, believed: Believed
 ) -> tuple[str, ...]:
     """Return the warnings of one sensor, each once. Raises: ams.errors.AmsError where the rows cannot be solved."""
-    plain = planned_observations(solve.model_of(serial, rolls=sensor.rolls), rows, believed.axes, rolls=sensor.rolls)
+    tempered, model = at_use(rig, solve, sensor, rows), solve.model_of(serial, rolls=sensor.rolls)
+    plain = planned_observations(model, tempered, believed.axes, rolls=sensor.rolls)
     chance = np.random.default_rng(0)
     outputs = {
         axis: values
@@ -42,6 +43,22 @@ def foreseen_warnings(
     solved = calibrate_mountings(observations, request_of(serial, rig, sensor, solve, observations))
     used = use_warnings(sensor, calibrated_degc(solve, observations))
     return tuple(dict.fromkeys([*solved.warnings, *_of_axes(solved.axes), *used]))
+
+
+def use_remarks(rig: RigDescription, solve: Solve, sensors: Mapping[str, Sensor]) -> Iterator[str]:
+    """Yield what is taken for the temperature of a calibration that nothing sets, sensors that are alike together."""
+    said: dict[str, list[str]] = {}
+    for serial, sensor in sensors.items():
+        degc, used = assumed_degc(rig, solve, sensor), sensor.use_temperature_degc
+        if degc is None or used is None or use_warnings(sensor, degc):
+            continue
+        text = (
+            f"nothing sets the temperature of the calibration; the temperature of use counts as if it were {degc:.4g} "
+            f"°C, the middle of {used[0]:g} to {used[1]:g} °C, which is the least: calibrated at {used[0]:g} or "
+            f"{used[1]:g} °C it would count twice as much, outside that range more"
+        )
+        said.setdefault(text, []).append(serial)
+    yield from (text if len(whose) == len(sensors) else f"{', '.join(whose)}: {text}" for text, whose in said.items())
 
 
 def _of_axes(axes: Mapping[str, AxisCalibration]) -> Iterator[str]:

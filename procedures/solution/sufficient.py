@@ -43,7 +43,9 @@ def _judged(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord], repl
         observations = observed(item)
         found = shown(observations, request_of(serial, rig, sensor, plan.solve, observations))
         shown_axes = {axis: _as_shown(believed[serial, axis], belief) for axis, belief in found.items()}
-        rows = PlannedRows(plan.design.points, replications)
+        measured = observations.temperature_degc
+        degc = None if measured is None else [float(measured.mean())] * replications
+        rows = PlannedRows(plan.design.points, replications, degc)
         angles = expected_sensor(rig, plan.solve, serial, sensor, rows, Believed(shown_axes, 1), usage).angles
         halves[serial] = max((angle.u95_deg for angle in angles.values()), default=0.0)
         drifting += [f"{serial} {axis} {name}" for axis, axis_belief in found.items() for name in axis_belief.drifting]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_run import bench
 
 from procedures.check.check_report import check
 from procedures.delivery.deliver import solve_run
@@ -128,3 +129,30 @@ def test_every_parameter_of_thirty_rigs_is_expected_within_a_fifth(number: int, 
     assert len(ratios) >= 12
     off = {name: ratio for name, ratio in ratios.items() if not abs(ratio - 1.0) < 0.2}
     assert not off, (_scene(number)[1], off)
+
+
+@pytest.mark.parametrize("twice_as_far", [False, True], ids=["middle", "end"])
+def test_use_at_other_temperatures_counts_where_nothing_sets_the_temperature(
+    tmp_path: Path, *, twice_as_far: bool
+) -> None:
+    """The room of the twins stands at 20 °C: in the middle of the range, or at its lower end; 2 °C to an end are half.
+
+    Half-widths of what the outcome of one run does not make: use takes nearly all of them.
+    """
+    used = "[20.0, 24.0]" if twice_as_far else "[18.0, 22.0]"
+    declared = f"use_temperature_degc = {used}\nlargest_offset_tc_v_per_degc = 1e-4\n"
+    declared += "largest_sensitivity_tc_per_degc = 1e-4\n"
+    made = bench(tmp_path, rig=(("nominal_sensitivity_v_per_g", f"{declared}nominal_sensitivity_v_per_g"),))
+    made.run(tmp_path / "run")
+    solved = solve_run(tmp_path / "run").sensors["SN1"].calibration
+    assert solved is not None
+    forecast = check(made.rig, read_procedure(tmp_path / "procedure.toml")).forecast
+    for expected in forecast.expected:
+        stated = {item.name: item.interval_95 for item in solved.axes[expected.axis].parameters}
+        for name in ("offset_v", "sensitivity_v_per_g"):
+            interval, half = stated[name], expected.half_width_95[name]
+            assert interval is not None
+            assert half is not None
+            assert half * (2.0 if twice_as_far else 1.0) == pytest.approx(0.5 * (interval[1] - interval[0]), rel=0.2)
+    (remark,) = (text for text in forecast.remarks if "temperature of use" in text)
+    assert f"calibrated at {used[1:3]} or {used[7:9]} °C it would count twice as much" in remark
