@@ -1,6 +1,6 @@
 """A journal written by hand: the example rig's truth seen through explicit rotations, a pause and a rejected dwell."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -33,17 +33,30 @@ reference_every = 20
 """
 
 
-def write_journal(folder: Path, *, until_step: int | None = None) -> Path:
+@dataclass(frozen=True)
+class Slip:
+    """From a step on the roll axis stands beside what it reads."""
+
+    step: int
+    roll_deg: float
+
+
+NO_SLIP = Slip(0, 0.0)
+
+
+def write_journal(
+    folder: Path, *, until_step: int | None = None, slip: Slip = NO_SLIP, procedure: str = PROCEDURE
+) -> Path:
     """A finished run, or one that was aborted at a step."""
     procedure_path = folder / "procedure.toml"
-    procedure_path.write_text(PROCEDURE, encoding="utf-8")
+    procedure_path.write_text(procedure, encoding="utf-8")
     rig = read_rig(EXAMPLE_RIG)
     plan = make_plan(rig, read_procedure(procedure_path))
     clock = VirtualClock(START)
     header = make_header("20260301T180000Z-small", plan, rig, EXAMPLE_RIG, procedure_path, "A. Operator", START)
     journal = Journal.create(folder / "journal.sqlite", header, clock)
     _tell(journal, clock, "checking", "running")
-    for record in _records(plan, rig):
+    for record in _records(plan, rig, slip):
         if record.step == until_step:
             break
         clock.sleep(30.0)
@@ -62,11 +75,11 @@ def _tell(journal: Journal, clock: VirtualClock, *states: str) -> None:
         journal.append_event("state", {"to": state, "by": "A. Operator", "reason": ""}, clock)
 
 
-def _records(plan: Plan, rig: RigDescription) -> list[DwellRecord]:
+def _records(plan: Plan, rig: RigDescription, slip: Slip) -> list[DwellRecord]:
     chance = np.random.default_rng(11)
     records = []
     for dwell in plan.dwells:
-        record = _record(dwell, rig, chance)
+        record = _record(dwell, rig, chance, slip.roll_deg if dwell.step >= slip.step else 0.0)
         if dwell.step == 30:
             records.append(replace(record, accepted=False, reasons=("scatter 4.1 times the reference",)))
             record = replace(record, attempt=2)
@@ -74,9 +87,9 @@ def _records(plan: Plan, rig: RigDescription) -> list[DwellRecord]:
     return records
 
 
-def _record(dwell: Dwell, rig: RigDescription, chance: np.random.Generator) -> DwellRecord:
+def _record(dwell: Dwell, rig: RigDescription, chance: np.random.Generator, slipped_deg: float) -> DwellRecord:
     assert rig.twin is not None
-    force = _force(*(np.deg2rad(dwell.targets_deg[axis]) for axis in ("pitch", "roll")))
+    force = _force(*np.deg2rad([dwell.targets_deg["pitch"], dwell.targets_deg["roll"] + slipped_deg]))
     readings = {}
     for axis, truth in rig.twin.truth["SN1047"].items():
         direction = _direction(str(axis), np.deg2rad(truth.coning_deg), np.deg2rad(truth.azimuth_deg))
