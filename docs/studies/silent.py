@@ -235,7 +235,7 @@ WHY: Mapping[str, str] = {
     "slip-": "below the threshold of the search between all dwells (‡), or of two attitudes visited (without ‡)",
     "meter-": "below the threshold of the search between all dwells (‡), or of two attitudes visited (without ‡)",
     "sensor-": "below the threshold of the search between all dwells (‡), or of two attitudes visited (without ‡)",
-    "field-": "what is declared of coil and surroundings is believed: six positions and one coil do not contradict it",
+    "field-": "below the threshold of the test of all axes together: each bends to the field that it is told of",
     "drift-in-pitch-order": "time and pitch are the same: the plan is told, not the data",
 }
 SCENE = """
