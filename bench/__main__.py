@@ -23,6 +23,7 @@ BENCHMARKS = (
     "attitude",
     "angles",
     "plan",
+    "report",
 )
 
 

@@ -7,6 +7,7 @@ their height; lines go on from the point before. Scales, which multiply, keep ev
 
 import re
 from collections import Counter
+from functools import lru_cache
 from xml.etree import ElementTree
 
 _NAMESPACE, _HREF = "http://www.w3.org/2000/svg", "{http://www.w3.org/1999/xlink}href"
@@ -92,6 +93,7 @@ def _shorten(element: ElementTree.Element) -> None:
         element.set("style", re.sub(r"\s*([:;])\s*", r"\1", style.strip()).rstrip(";"))
 
 
+@lru_cache(maxsize=1024)  # of letters, which stand in every figure
 def _tight(drawn: str, scale: float) -> str:
     """Return a path, scaled, in tenths: every point as the step from the one before, a command said once in a row.
 

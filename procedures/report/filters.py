@@ -32,6 +32,7 @@ from procedures.report.canvas import Figure
 from procedures.report.figures import are_left_out
 from procedures.report.findings_in_short import significant_findings, test_name, tests_in_short
 from procedures.report.overview import overview_rows
+from procedures.report.rejected_rows import rejected_rows
 from procedures.report.view import AxisView, CheckComparison, ParameterRow, RunView
 
 URI_SAFE = " !$'()*+,-./:;<=>?@_{}~"
@@ -121,9 +122,9 @@ def remarks_once(axes: Sequence[AxisView]) -> list[tuple[str, str]]:
 
 
 def shared_remarks(view: RunView) -> list[str]:
-    """Return what is remarked of every sensor of several, by the sensor or by each of its axes: it is said once."""
+    """Return what is remarked of every solved sensor of several, by it or by each of its axes: it is said once."""
     solved = [sensor for sensor in view.sensors if sensor.axes]
-    if len(solved) < 2 or len(solved) < len(view.sensors):
+    if len(solved) < 2:
         return []
     said = [
         [
@@ -243,6 +244,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "attitude": attitude,
     "degrees": angle,
     "overview_rows": overview_rows,
+    "rejected_rows": rejected_rows,
     "significant_findings": significant_findings,
     "tests_in_short": tests_in_short,
     "test_name": test_name,

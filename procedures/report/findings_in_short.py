@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ams.findings import Finding
+from procedures.report.overview import SharedStatement, shared_statements
 from procedures.report.view import AxisFindings, RunView, SensorView
 
 
@@ -32,9 +33,29 @@ def tests_in_short(view: RunView) -> list[ChannelsTested]:
     return [_in_short(name, of_channels) for name, of_channels in found.items()]
 
 
-def significant_findings(view: RunView) -> list[tuple[SensorView, AxisFindings, Finding]]:
-    """Return what somebody must read, sensor by sensor."""
-    return [found for found in _findings(view) if found[2].is_significant]
+@dataclass(frozen=True)
+class SharedFinding:
+    """What somebody must read, with all of whom it is true."""
+
+    about: str
+    name: str
+    least_p: float | None
+    text: str
+
+
+def significant_findings(view: RunView) -> list[SharedFinding]:
+    """Return what somebody must read, what is alike on several channels as one row."""
+    found = [entry for entry in _findings(view) if entry[2].is_significant]
+    shared = shared_statements(
+        ((sensor.name, axis.axis, finding.text) for sensor, axis, finding in found),
+        [sensor.name for sensor in view.sensors],
+    )
+    return [_shared(statement, [found[index][2] for index in statement.members]) for statement in shared]
+
+
+def _shared(statement: SharedStatement, findings: list[Finding]) -> SharedFinding:
+    rated = [finding.p_value for finding in findings if finding.p_value is not None]
+    return SharedFinding(statement.about, test_name(findings[0]), min(rated, default=None), statement.text)
 
 
 def _findings(view: RunView) -> Iterator[tuple[SensorView, AxisFindings, Finding]]:

@@ -13,8 +13,12 @@ from procedures.report.view import AxisView, RunView, SensorView
 FEWEST = 2
 """Sensors of which a table of rows tells more than their own sections."""
 NONE = "—"
+LEAST_OF_ALL, MOST_LEFT_OUT = 4, 2
+"""Of more sensors than that all but at most two are called so, instead of by name one after the other."""
 _SIZE = re.compile(r"(?<![-−±.\d])\d+(?:\.\d+)?″")
 """An angle without a sign: how large something is, and never which one it is."""
+_ESTIMATE = re.compile(r"= (?P<sign>[-−]?)(?P<size>\d[\d.e+-]*) ± \S+ (?P<unit>[^\s()]+) \((?P<angle>\d[\d.]*)″\)")
+"""What a term was found to be, with its uncertainty and as an angle: each sensor's section has its own."""
 
 
 @dataclass(frozen=True)
@@ -53,26 +57,63 @@ Statement = tuple[str, str, str]
 """Sensor, axis (empty for all of it), and what is said of it."""
 
 
-def stated_once(statements: Iterable[Statement], everyone: Sequence[str]) -> list[str]:
-    """Return each text once, with everybody whom it is about: ``SN1 x, y; SN2: text``, or ``all 8 sensors: text``.
+@dataclass(frozen=True)
+class SharedStatement:
+    """What is said of several sensors or axes, once."""
 
-    Texts that differ in one size alone, as an angle, are one text with the range of it: ``by 0.22″ to 0.36″``.
+    about: str
+    """``SN1 x, y; SN2``, or ``all 8 sensors``."""
+    text: str
+    members: tuple[int, ...]
+    """Which of the statements it is made of, from 0."""
+
+
+def stated_once(statements: Iterable[Statement], everyone: Sequence[str]) -> list[str]:
+    """Return each text once, with everybody whom it is about: ``SN1 x, y; SN2: text``, or ``all 8 sensors: text``."""
+    return [f"{shared.about}: {shared.text}" for shared in shared_statements(statements, everyone)]
+
+
+def shared_statements(statements: Iterable[Statement], everyone: Sequence[str]) -> list[SharedStatement]:
+    """Return the statements, those that are alike as one, in the order in which each was made first.
+
+    Texts that differ in one size alone, as an angle, are one text with the range of it: ``by 0.22″ to 0.36″``; so are
+    those that differ in an estimate of one sign: ``K₃ = 19 to 32 µV/g³ (1.5″ to 2.6″)``.
     """
     about: dict[str, dict[str, list[str]]] = {}
     texts: dict[str, list[str]] = {}
-    for sensor, axis, text in statements:
-        form = _SIZE.sub("{}", text, count=1)
+    members: dict[str, list[int]] = {}
+    for index, (sensor, axis, text) in enumerate(statements):
+        form = _form(text)
         axes = about.setdefault(form, {}).setdefault(sensor, [])
         if axis and axis not in axes:
             axes.append(axis)
         texts.setdefault(form, []).append(text)
-    return [f"{_subject(subjects, everyone)}: {_with_range(texts[form])}" for form, subjects in about.items()]
+        members.setdefault(form, []).append(index)
+    return [
+        SharedStatement(_subject(subjects, everyone), _with_range(texts[form]), tuple(members[form]))
+        for form, subjects in about.items()
+    ]
+
+
+def _form(text: str) -> str:
+    """Return what texts of one kind share."""
+    found = _ESTIMATE.search(text)
+    if found is None:
+        return _SIZE.sub("{}", text, count=1)
+    return f"{text[: found.start()]}= {found['sign']}{{}} {found['unit']}{text[found.end() :]}"
 
 
 def _with_range(texts: Sequence[str]) -> str:
-    """Return one text for all that are alike but for their first size."""
+    """Return one text for all that are alike but for their first size, or for what a term was found to be."""
     if len(set(texts)) == 1:
         return texts[0]
+    estimates = [found for text in texts if (found := _ESTIMATE.search(text))]
+    if estimates:
+        low, high = (pick(estimates, key=lambda found: float(found["size"])) for pick in (min, max))
+        least, most = (pick((found["angle"] for found in estimates), key=float) for pick in (min, max))
+        first, sign = estimates[0], estimates[0]["sign"]
+        span = f"= {sign}{low['size']} to {sign}{high['size']} {first['unit']} ({least}″ to {most}″)"
+        return f"{texts[0][: first.start()]}{span}{texts[0][first.end() :]}"
     sizes = sorted(
         (found.group() for text in texts if (found := _SIZE.search(text))), key=lambda size: float(size[:-1])
     )
@@ -84,6 +125,10 @@ def _subject(about: Mapping[str, Sequence[str]], everyone: Sequence[str]) -> str
     if len(everyone) > 1 and list(about) == list(everyone) and len(set(map(tuple, about.values()))) == 1:
         axes = next(iter(about.values()))
         return f"all {len(everyone)} sensors{f', {_listed(axes)}' if axes else ''}"
+    others = [sensor for sensor in everyone if sensor not in about]
+    if 0 < len(others) <= MOST_LEFT_OUT and len(about) > LEAST_OF_ALL and len(set(map(tuple, about.values()))) == 1:
+        axes = next(iter(about.values()))
+        return f"{f'{_listed(axes)} of ' if axes else ''}all {len(everyone)} sensors but {_listed(others)}"
     return "; ".join(f"{sensor} {_listed(axes)}".rstrip() for sensor, axes in about.items())
 
 

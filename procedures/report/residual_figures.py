@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 MICROVOLT = 1e6
+MOST_WITH_WORD = 4
+"""Replications that the legend names in full."""
 DODGE = 0.6
 """Replications stand side by side over this share of the smallest step of the angle."""
 
@@ -160,6 +162,10 @@ def _legend(figure: "Canvas", observations: Observations, *, with_bands: bool) -
     labels = np.unique(observations.replication)
     shown = range(labels.size) if labels.size <= 8 else (0, labels.size - 1)
     entries = [_entry(index, labels) for index in shown]
+    if len(entries) > MOST_WITH_WORD:  # "repl." at each of eight would run off the figure
+        entries = [legend_entry(linestyle="", label="replication"), *entries]
+        for entry, index in zip(entries[1:], shown, strict=True):
+            entry.set_label(f"{labels[index]}")
     if with_bands:
         entries.append(legend_entry(color=INK, linestyle=(0, (1, 1.5)), label="confidence 95 %"))
         entries.append(legend_entry(color=INK, linestyle=(0, (6, 2, 1, 2)), label="prediction 95 %"))

@@ -183,4 +183,4 @@ def _went_on(interruptions: Sequence[Interruption]) -> Iterable[str]:
 def _rejected(counts: Counts) -> Iterable[str]:
     if counts.rejected:
         plural = "dwell was" if counts.rejected == 1 else "dwells were"
-        yield f"{counts.rejected} {plural} rejected and repeated; each is listed below with its reason."
+        yield f"{counts.rejected} {plural} rejected or taken back, and measured again; they are listed below by reason."

@@ -11,6 +11,7 @@ from bench.figure import Effort, Figure
 
 PEERS = {
     "fit": ["curve_fit", "lmfit", "row by row"],
+    "report": ["pyplot, as many"],
     "attitude": ["Butcher's method", "scipy's rotations", "solve_ivp"],
 }
 

@@ -2,6 +2,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -37,7 +38,7 @@ def test_every_figure_shows_data(name: str) -> None:
     figures = drawn(name).all()
     assert len(figures) >= 7
     for figure in figures:
-        marks = len(re.findall(rb"<use x=\"|<image |<path d=\"M[^\"]*[LHV][^\"]*\"", figure.svg))
+        marks = len(re.findall(rb"<use x=\"|<image |<path d=\"M[^\"]*[lhvLHV][^\"]*\"", figure.svg))
         assert marks > 5, figure.name
         assert figure.svg.startswith(b"<?xml")
         assert figure.caption.endswith(".")
@@ -115,3 +116,23 @@ def test_what_no_replication_alone_determines_has_no_strip() -> None:
     assert shown is not None
     assert before is not None
     assert shown.svg == before.svg
+
+
+def test_eight_replications_are_all_in_the_legend_and_nothing_is_drawn_beside_the_picture() -> None:
+    """A mark or a text that begins left of the paper is not seen: the legend of eight lost its first two."""
+    view = run_view(Scene(axes=("x",), pitch_deg=(-60, 0, 60), replications=8, noise_arcsec=1.0))
+    (figure,) = (entry for entry in draw_figures(view).all() if entry.name.endswith("residuals-pitch"))
+    root = ElementTree.fromstring(figure.svg)
+    width, height = (float(number) for number in root.attrib["viewBox"].split()[2:])
+    starts = [
+        tuple(float(number) for number in found.groups())
+        for group in root.iter("{http://www.w3.org/2000/svg}g")
+        if (found := re.match(r"translate\((-?[\d.]+) (-?[\d.]+)\)", group.get("transform", "")))
+    ]
+    starts += [
+        (float(use.attrib["x"]), float(use.attrib["y"]))
+        for use in root.iter("{http://www.w3.org/2000/svg}use")
+        if "y" in use.attrib
+    ]
+    assert len(starts) > 100
+    assert [start for start in starts if not (0.0 <= start[0] <= width and 0.0 <= start[1] <= height)] == []

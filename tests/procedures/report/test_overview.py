@@ -40,6 +40,32 @@ def test_what_differs_in_its_size_alone_is_said_once_with_the_range() -> None:
     assert len(stated_once(of_others, EVERYONE)) == 4
 
 
+def test_a_term_found_in_several_is_said_once_with_what_it_came_to() -> None:
+    """Eight packages with one bend had eight sentences; another sign, unit or meaning is another statement."""
+    found = [
+        ("SN1", "x", "K₃ = 32 ± 8.6 µV/g³ (2.6″): the output bends"),
+        ("SN2", "x", "K₃ = 19 ± 4.8 µV/g³ (1.5″): the output bends"),
+        ("SN3", "x", "K₃ = 20.5 ± 7.3 µV/g³ (10″): the output bends"),
+        ("SN1", "y", "K₃ = −19 ± 4.8 µV/g³ (1.5″): the output bends"),
+        ("SN2", "x", "K₂ = 19 ± 4.8 µV/g² (1.5″): the output bends"),
+    ]
+    assert stated_once(found, EVERYONE) == [
+        "all 3 sensors, x: K₃ = 19 to 32 µV/g³ (1.5″ to 10″): the output bends",
+        "SN1 y: K₃ = −19 ± 4.8 µV/g³ (1.5″): the output bends",
+        "SN2 x: K₂ = 19 ± 4.8 µV/g² (1.5″): the output bends",
+    ]
+
+
+def test_of_many_sensors_the_few_are_named_of_whom_it_is_not_true() -> None:
+    names = [f"SN{number}" for number in range(1, 13)]
+    of_most = [(name, "", "the level is not declared") for name in names if name != "SN9"]
+    assert stated_once(of_most, names) == ["all 12 sensors but SN9: the level is not declared"]
+    assert stated_once([(name, "x", "bends") for name in names[2:]], names) == [
+        "x of all 12 sensors but SN1, SN2: bends"
+    ]
+    assert stated_once([(name, "", "bends") for name in names[3:]], names)[0].startswith("SN4; SN5; ")
+
+
 def test_one_sensor_is_called_by_its_name() -> None:
     assert stated_once([("SN1", "", "was dropped")], ["SN1"]) == ["SN1: was dropped"]
 
