@@ -71,7 +71,7 @@ class StopGuard:
         self._pending = b""
         self._moving: list[str] = []
         self._ring: tuple[str, ...] = ()
-        self._beaten_s = self._heard_s = 0.0
+        self._beaten_s = self._heard_s = self._resumed_s = 0.0
         self._trouble: RigError | None = None
         self._turn = RLock()
 
@@ -132,6 +132,8 @@ class StopGuard:
                 self._send({})
             else:
                 return
+            if now_s - self._beaten_s >= DEAF_S / 2.0:
+                self._resumed_s = now_s
             self._beaten_s = now_s
             self._hear()
 
@@ -231,12 +233,12 @@ class StopGuard:
                         "the stop guard stopped the axes at once", by or "somebody without a name"
                     )
         silent_s = now_s - self._heard_s
-        # It answers beats alone: after a pause of ours its silence says nothing.
+        # It answers beats alone: before the first beat after a pause of ours its silence says nothing.
         if self._channel is None or silent_s <= FROZEN_S or now_s - self._beaten_s >= DEAF_S / 2.0:
             return
         if self._process is not None and state_of(self._process.pid) == "T":
             self._lose("was frozen (SIGSTOP)")
-        elif silent_s > DEAF_S:
+        elif now_s - max(self._heard_s, self._resumed_s) > DEAF_S:
             self._lose(f"has not answered for {DEAF_S:g} s")
 
     def _lose(self, what: str) -> None:
