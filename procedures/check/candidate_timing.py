@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from ams.models.registry import model_named
-from procedures.description.procedure_file import DwellSettings, Order, ProcedureDescription
+from procedures.description.procedure_file import Order, ProcedureDescription
+from procedures.plan.adaptive import Reading
 from procedures.plan.attitudes import make_design, steps_at_attitudes
 from procedures.plan.channels import channels_of
 from procedures.plan.designs import Design
@@ -22,19 +23,6 @@ from rig.description.rig_file import RigDescription, Sensor
 
 SHORT_NPLC = 1.0
 """Tried beside the readouts' own integration, with the most readings."""
-
-
-@dataclass(frozen=True)
-class Reading:
-    """How a dwell reads."""
-
-    samples: int
-    nplc: float | None
-    """None: the readouts' own."""
-
-    def dwell(self, plain: DwellSettings) -> DwellSettings:
-        """Return ``[dwell]`` with it."""
-        return plain.model_copy(update={"samples": self.samples, "nplc": self.nplc})
 
 
 @dataclass(frozen=True)

@@ -17,11 +17,12 @@ from ams.statistics.distributions import f_quantile
 from ams.units import RAD_PER_ARCSEC
 from procedures.check.candidate import STEEPEST_DEG, Candidate, Comparison, PlanRequest
 from procedures.check.candidate_lattice import tables_on_the_lattice
-from procedures.check.candidate_timing import Ordered, Reading, Timed, in_orders, readings_of, readout_nplc
+from procedures.check.candidate_timing import Ordered, Timed, in_orders, readings_of, readout_nplc
 from procedures.check.procedure_text import Written, procedure_text
 from procedures.description.procedure_file import ProcedureDescription, Solve
 from procedures.errors import PlanError
 from procedures.kinds.read import procedure_of
+from procedures.plan.adaptive import Reading
 from procedures.plan.channels import sensors_that_measure, temperature_source
 from procedures.solution.beliefs import AxisBelief, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, expected_each

@@ -8,10 +8,11 @@ from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Forecast, LearnsFromPilot
 from procedures.kinds.planner import make_plan
 from procedures.kinds.registry import KINDS
-from procedures.plan.estimate import NOTHING_LEARNED
+from procedures.plan.adaptive import longest_readings
+from procedures.plan.estimate import NOTHING_LEARNED, expected_duration
 from procedures.plan.learned_times import LearnedTimes
 from procedures.plan.order import travel_deg
-from procedures.plan.plan import Plan
+from procedures.plan.plan import Expectation, Plan
 from procedures.plan.profiles import range_deg
 from procedures.plan.steps import Dwell, Follow, Rest, Turn
 from procedures.run.watch.disk_space import needed_bytes
@@ -41,6 +42,8 @@ class CheckReport:
     axes: Mapping[str, AxisUse]
     forecast: Forecast
     journal_bytes: int
+    longest: Expectation | None = None
+    """The duration where every adaptive dwell goes to its limits; None where ``[dwell]`` says how many readings."""
 
     @property
     def advice(self) -> tuple[str, ...]:
@@ -74,7 +77,13 @@ def check(
         axes={axis: _use(rig, plan, axis, forecast) for axis in plan.axes},
         forecast=forecast,
         journal_bytes=int(needed_bytes(plan, len(plan.dwells))),
+        longest=_longest(rig, plan, learned),
     )
+
+
+def _longest(rig: RigDescription, plan: Plan, learned: LearnedTimes) -> Expectation | None:
+    readings = longest_readings(rig, plan.dwell, plan.sensors)
+    return expected_duration(rig, plan.steps, plan.dwell, plan.channels, learned, readings) if readings else None
 
 
 def to_document(report: CheckReport) -> dict[str, Any]:
@@ -92,7 +101,8 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         "dwells_planned": len(plan.dwells),
         "design_dwells": len(plan.design_dwells),
         "axes": {name: _axis_document(use) for name, use in report.axes.items()},
-        "duration_s": {"p50": plan.expected.p50_s, "p90": plan.expected.p90_s},
+        "duration_s": _duration_document(plan.expected),
+        **({} if report.longest is None else {"duration_at_most_samples_s": _duration_document(report.longest)}),
         "duration_parts_s": {
             name: {
                 "count": part.count,
@@ -120,6 +130,10 @@ def to_document(report: CheckReport) -> dict[str, Any]:
         ],
         **(_design_document(report) if report.forecast.design else _points_document(report)),
     }
+
+
+def _duration_document(expected: Expectation) -> dict[str, float]:
+    return {"p50": expected.p50_s, "p90": expected.p90_s}
 
 
 def _axis_document(use: AxisUse) -> dict[str, Any]:

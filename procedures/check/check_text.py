@@ -11,7 +11,9 @@ from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, dof_words, small_unit
 from procedures.check.check_report import CheckReport, steps_in_words
 from procedures.check.shares import explained, shares_in_words
+from procedures.description.dwell_settings import AdaptiveDwell
 from procedures.kinds.kind import DesignFigures
+from procedures.plan.plan import Expectation
 from rig.local_time import at_both
 
 _NOTHING = 1e-9
@@ -75,6 +77,8 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
         f"{_time(expected.p50_s)} (p50: half of such runs take longer), {_time(expected.p90_s)} (p90: one in ten "
         f"does), by {source}",
     )
+    if (limits := plan.dwell.adaptive) is not None and report.longest is not None:
+        table.add_row("adaptive dwells", Text(_adaptive(limits, report.longest)))
     if now is not None:
         middle, late = (now + timedelta(seconds=seconds) for seconds in (expected.p50_s, expected.p90_s))
         table.add_row("begun now", f"it ends {at_both(middle)} (p50), {at_both(late)} (p90)")
@@ -91,6 +95,14 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
         _add_figures(table, report, report.forecast.design)
     table.add_row("journal", f"about {report.journal_bytes / 1e6:.1f} MB")
     return table
+
+
+def _adaptive(limits: AdaptiveDwell, longest: Expectation) -> str:
+    return (
+        f"read until the mean of a channel is known to {limits.noise_arcsec:g}″, {limits.least_samples} to "
+        f"{limits.most_samples} readings ([dwell.adaptive]); at worst, where all take {limits.most_samples}: "
+        f"{_time(longest.p50_s)} (p50), {_time(longest.p90_s)} (p90)"
+    )
 
 
 def _add_figures(table: "Table", report: CheckReport, figures: DesignFigures) -> None:

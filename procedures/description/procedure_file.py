@@ -24,6 +24,7 @@ from pydantic import (
 from ams.exports.formats import FORMATS
 from ams.models.registry import names_by_option
 from procedures.description.design_kinds import DESIGNS
+from procedures.description.dwell_settings import DwellSettings
 from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
 from rig.toml_file import StrictTable, TomlFile, as_tuple
@@ -145,35 +146,6 @@ class Design(StrictTable):
         if table is None or not issubclass(table, cls) or table is cls:
             return validate(value)
         return table.model_validate(value)
-
-
-class Settle(StrictTable):
-    """Window statistics on one channel decide when the package is at rest."""
-
-    window_s: Positive = 1.5
-    windows: Annotated[int, Field(ge=2, le=20)] = 2
-    min_s: NotNegative = 2.0
-    max_s: Positive = 60.0
-
-    @model_validator(mode="after")
-    def _time_enough(self) -> Self:
-        if self.max_s < max(self.min_s, self.window_s * self.windows):
-            raise ValueError(
-                f"max_s = {self.max_s} is shorter than min_s or than {self.windows} windows of {self.window_s} s"
-            )
-        return self
-
-
-class DwellSettings(StrictTable):
-    """``[dwell]``: how one dwell is taken and judged."""
-
-    settle: Settle = Settle()
-    settle_nplc: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
-    nplc: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
-    """Integration of the readings that are kept, power-line cycles; by default the readout's own."""
-    samples: Annotated[int, Field(ge=2, le=100_000)] = 20
-    max_noise_factor: Annotated[float, Field(gt=1.0)] = 3.0
-    retries: Annotated[int, Field(ge=0, le=20)] = 2
 
 
 class EnvironmentPlan(StrictTable):

@@ -22,6 +22,7 @@ from procedures.plan.plan import Plan
 from procedures.plan.sequential import usage_pitch_deg
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
+from procedures.solution.expected_readings import read_adaptively
 from procedures.solution.foreseen import foreseen_warnings, use_remarks
 from procedures.solution.request import joint_priors_in_words
 from procedures.solution.type_b import gravity_warnings, level_remarks
@@ -41,7 +42,8 @@ def forecast_of_design(
     """Judge a design of attitudes and the uncertainties that it should reach. ``further``: advice of its kind."""
     judged = judge_design(plan.design, plan.usage_pitch_deg)
     usage = usage_of(procedure, plan)
-    believed = beliefs_of(rig, plan.solve, plan.dwell.samples, plan.replications, plan.sensors, pilot)
+    beliefs = beliefs_of(rig, plan.solve, plan.dwell.samples, plan.replications, plan.sensors, pilot)
+    believed = read_adaptively(rig, plan.dwell, plan.sensors, beliefs)
     of_sensor = {
         serial: Believed(
             {axis: belief for (name, axis), belief in believed.items() if name == serial}, plan.dwell.samples

@@ -9,6 +9,7 @@ from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.kind import Kind, PlanRequest
 from procedures.kinds.registry import KINDS
+from procedures.plan.adaptive import adaptive_refusals
 from procedures.plan.channels import channels_of, sensors_that_measure
 from procedures.plan.estimate import NOTHING_LEARNED, expected_duration
 from procedures.plan.learned_times import LearnedTimes
@@ -16,6 +17,7 @@ from procedures.plan.plan import PLAN_VERSION, Plan
 from procedures.plan.refusals import shared_refusals
 from procedures.plan.sequential import sequential_of, sequential_refusals
 from procedures.plan.unreachable import unreachable
+from procedures.solution.expected_readings import planned_readings
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -37,12 +39,14 @@ def make_plan(
     schedule = kind.schedule(request)
     reasons = [
         *sequential_refusals(procedure, is_at_rest=kind.table is None),
+        *adaptive_refusals(rig, procedure, sensors, is_at_rest=kind.table is None),
         *kind.refusals(request, schedule),
         *unreachable(rig, procedure, schedule.steps, kind.key_of_angle),
         *shared_refusals(rig, procedure, sensors, schedule.environment),
     ]
     if reasons:
         raise PlanError("\n".join(str(reason) for reason in reasons))
+    readings = planned_readings(rig, procedure.dwell, procedure.solve, sensors)
     return Plan(
         version=PLAN_VERSION,
         title=procedure.procedure.title,
@@ -62,7 +66,7 @@ def make_plan(
         solve=procedure.solve,
         export_formats=procedure.export.formats,
         max_duration_s=procedure.stop.max_duration_s if procedure.stop else None,
-        expected=expected_duration(rig, schedule.steps, procedure.dwell, request.channels, learned),
+        expected=expected_duration(rig, schedule.steps, procedure.dwell, request.channels, learned, readings),
         steps=schedule.steps,
         attitude_reference=rig.attitude_reference,
         levels=procedure.table_of(Levels),

@@ -4,9 +4,11 @@ By the files alone, p50 lets every dwell settle at the earliest time its setting
 more window to every settling and repeats one dwell in twenty: a bad night of a sound rig.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
-from procedures.description.procedure_file import DwellSettings
+from procedures.description.dwell_settings import DwellSettings
+from procedures.plan.adaptive import Reading
 from procedures.plan.learned_times import REPEATED, LearnedTimes
 from procedures.plan.plan import Expectation
 from procedures.plan.step_times import MOVE, SOAK, step_parts, window_s
@@ -22,9 +24,13 @@ def expected_duration(
     dwell: DwellSettings,
     channels: Sequence[str],
     learned: LearnedTimes = NOTHING_LEARNED,
+    readings: Mapping[str, Reading] = MappingProxyType({}),
 ) -> Expectation:
-    """Return the duration of ``steps`` in the order given, as a whole and part by part."""
-    parts = list(step_parts(rig, steps, dwell, channels))
+    """Return the duration of ``steps`` in the order given, as a whole and part by part.
+
+    ``readings``: of channels that are not read as ``[dwell]`` says.
+    """
+    parts = list(step_parts(rig, steps, dwell, channels, readings))
     p50_s, p90_s, by_part = learned.durations(parts)
     if not learned.is_known:
         dwells = sum(isinstance(step, Dwell) for step in steps)

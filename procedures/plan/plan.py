@@ -13,8 +13,9 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from procedures.description.dwell_settings import DwellSettings
 from procedures.description.kind_tables import Levels, Static
-from procedures.description.procedure_file import CheckPlan, DwellSettings, EnvironmentPlan, Order, Solve
+from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, Order, Solve
 from procedures.errors import PlanError
 from procedures.plan.designs import Design
 from procedures.plan.learned_times import PartTime

@@ -5,6 +5,7 @@ Everything is told at once, before any port is opened.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from pydantic import ValidationError
@@ -44,7 +45,7 @@ def shared_refusals(
     if environment is not None:
         yield from _outside_interlocks(rig, procedure, environment)
     yield from _plateaus_beyond_limits(rig, procedure, environment)
-    yield from _integration_not_offered(rig, procedure, channels_of(rig, sensors))
+    yield from _integration_not_offered(rig, procedure, sensors)
     yield from _bursts_too_long(rig, procedure, channels_of(rig, sensors))
 
 
@@ -93,32 +94,37 @@ def _outside_interlocks(
 
 
 def _integration_not_offered(
-    rig: RigDescription, procedure: ProcedureDescription, channels: Sequence[str]
+    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor]
 ) -> Iterator[PlanError]:
-    """Ask the readouts' own descriptions whether they would stand with the integration that the dwells ask for."""
-    cycles = procedure.dwell.nplc
-    names = dict.fromkeys(name for channel in channels if (name := channel.partition(".")[0]) in rig.readouts)
-    for name in names if cycles is not None else ():
+    """Ask the readouts' own descriptions whether they would stand with the integrations that the dwells ask for."""
+    nplc, adaptive = procedure.dwell.nplc, procedure.dwell.adaptive
+    outputs = [channel for sensor in sensors.values() for channel in sensor.channels.values()]
+    wanted = product(() if nplc is None else (nplc,), channels_of(rig, sensors), (("dwell", "nplc"),))
+    choices = product(() if adaptive is None else adaptive.nplc or (), outputs, (("dwell", "adaptive", "nplc"),))
+    readouts = dict.fromkeys((channel.partition(".")[0], cycles, key) for cycles, channel, key in (*wanted, *choices))
+    for name, cycles, key in readouts:
+        if name not in rig.readouts:
+            continue
         settings = rig.readouts[name]
         try:
             type(settings).model_validate({**settings.model_dump(by_alias=True), "nplc": cycles})
         except ValidationError as error:
             why = error.errors(include_url=False)[0]["msg"].removeprefix("Value error, ")
-            yield procedure.error(
-                ("dwell", "nplc"), f"readouts.{name} cannot integrate over {cycles:g} power-line cycles: {why}"
-            )
+            yield procedure.error(key, f"readouts.{name} cannot integrate over {cycles:g} power-line cycles: {why}")
 
 
 def _bursts_too_long(
     rig: RigDescription, procedure: ProcedureDescription, channels: Sequence[str]
 ) -> Iterator[PlanError]:
     """Compare the readings of a dwell with what each readout holds."""
-    samples = procedure.dwell.samples
+    adaptive = procedure.dwell.adaptive
+    samples = procedure.dwell.samples if adaptive is None else adaptive.most_samples
+    key = ("dwell", "samples") if adaptive is None else ("dwell", "adaptive", "most_samples")
     for name in dict.fromkeys(channel.partition(".")[0] for channel in channels):
         most = rig.readouts[name].most_samples() if name in rig.readouts else None
         if most is not None and samples > most:
             yield procedure.error(
-                ("dwell", "samples"), f"readouts.{name} holds {most} readings of a burst, got {samples}; ask for fewer"
+                key, f"readouts.{name} holds {most} readings of a burst, got {samples}; ask for fewer"
             )
 
 

@@ -8,9 +8,11 @@ file says so, as they are made. The numbers that no file tells are those of the 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, sqrt
+from types import MappingProxyType
 from typing import NamedTuple
 
-from procedures.description.procedure_file import DwellSettings
+from procedures.description.dwell_settings import DwellSettings
+from procedures.plan.adaptive import Reading
 from procedures.plan.steps import Dwell, Follow, Rest, Soak, Step, Turn
 from procedures.plan.windows import FEWEST_READINGS
 from rig.description.device_settings import AxisSettings
@@ -51,11 +53,18 @@ class StepPart(NamedTuple):
 
 
 def step_parts(
-    rig: RigDescription, steps: Sequence[Step], dwell: DwellSettings, channels: Sequence[str]
+    rig: RigDescription,
+    steps: Sequence[Step],
+    dwell: DwellSettings,
+    channels: Sequence[str],
+    readings: Mapping[str, Reading] = MappingProxyType({}),
 ) -> Iterator[StepPart]:
-    """Yield the parts of every step in the order given, then those of the run as a whole."""
+    """Yield the parts of every step in the order given, then those of the run as a whole.
+
+    ``readings``: of channels that are not read as ``[dwell]`` says.
+    """
     together = rig.moving_together()
-    readings = _Readings.of(rig, dwell, channels)
+    times = _ReadingTimes.of(rig, dwell, channels, readings)
     single_window_s = window_s(rig, dwell, channels[0])
     settling_s = earliest_settling_s(dwell, single_window_s)
     axes: Collection[str] = ()
@@ -73,7 +82,7 @@ def step_parts(
         applied = step.applied or applied
         if not isinstance(step.motion, Turn | Follow):
             yield StepPart(step.step, SETTLE, settling_s)
-        yield StepPart(step.step, reading_name(step), _reading_s(rig, step, readings))
+        yield StepPart(step.step, reading_name(step), _reading_s(rig, step, times))
         axes = step.targets_deg.keys()
         stands_deg = stands_deg | _left_at(step, rig.axes)
     homing_s = sum(HOMING_S + (COUPLING_S if rig.axes[name].increment_deg > 0.0 else 0.0) for name in axes)
@@ -82,8 +91,8 @@ def step_parts(
 
 
 @dataclass(frozen=True, slots=True)
-class _Readings:
-    """How long the samples of ``[dwell]`` take."""
+class _ReadingTimes:
+    """How long the readings of a dwell take."""
 
     turning_s: float
     """While an axis turns, whose rate is watched between the channels: one channel after the other."""
@@ -97,7 +106,9 @@ class _Readings:
     """What a reference tells of the attitude before."""
 
     @classmethod
-    def of(cls, rig: RigDescription, dwell: DwellSettings, channels: Sequence[str]) -> "_Readings":
+    def of(
+        cls, rig: RigDescription, dwell: DwellSettings, channels: Sequence[str], readings: Mapping[str, Reading]
+    ) -> "_ReadingTimes":
         reference = rig.attitude_reference
         reference_s = 0.0
         if reference is not None:
@@ -106,7 +117,8 @@ class _Readings:
         readout_s: dict[str, float] = {}
         for channel in channels:
             name = channel.partition(".")[0]
-            seconds = burst_s(rig, channel, dwell.samples, dwell.nplc)
+            reading = readings.get(channel, Reading(dwell.samples, dwell.nplc))
+            seconds = burst_s(rig, channel, reading.samples, reading.nplc)
             readout_s[name] = readout_s.get(name, 0.0) + seconds if name in rig.readouts else seconds
         in_turn_s = sum(seconds for name, seconds in readout_s.items() if name in rig.readouts)
         beside_s = [readout_s[name] for name in rig.reading_together() if name in readout_s]
@@ -134,7 +146,7 @@ def reading_name(step: Dwell) -> str:
     return "read"
 
 
-def _reading_s(rig: RigDescription, step: Dwell, readings: _Readings) -> float:
+def _reading_s(rig: RigDescription, step: Dwell, readings: _ReadingTimes) -> float:
     match step.motion:
         case Turn(sweep_deg=None) as turn:
             reading_s = max(turn.seconds, readings.turning_s) + readings.starting_s

@@ -1,6 +1,7 @@
 """What the journal holds, as values: the vocabulary between engine, journal, report and solver."""
 
 from bisect import insort
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -121,6 +122,8 @@ class Event:
 
 
 FEWEST_DWELLS = 5
+RECENT_DEGREES = 60
+"""Of freedom, from which the noise of the latest dwells is pooled: known to 9 %, and followed within a few dwells."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +172,8 @@ class NoiseReference:
         self._degrees: dict[str, float] = {}
         self._pooled: dict[str, tuple[float, int]] = {}
         """Sum of squares and degrees of freedom, of all readings."""
+        self._recent: dict[str, deque[tuple[float, int]]] = {}
+        """The same, dwell by dwell, the latest last."""
 
     def learn(self, readings: Mapping[str, ChannelReading]) -> None:
         """Take an accepted dwell in."""
@@ -179,8 +184,10 @@ class NoiseReference:
                 insort(self._variances_v2.setdefault(channel, []), variance_v2)
                 self._degrees[channel] = self._degrees.get(channel, 0.0) + degrees_of_median(degrees)
                 squares_v2, pooled = self._pooled.get(channel, (0.0, 0))
-                squares_v2 += degrees * reading.standard_deviation**2
-                self._pooled[channel] = squares_v2, pooled + degrees
+                of_dwell_v2 = degrees * reading.standard_deviation**2
+                self._pooled[channel] = squares_v2 + of_dwell_v2, pooled + degrees
+                recent = self._recent.setdefault(channel, deque(maxlen=RECENT_DEGREES))
+                recent.append((of_dwell_v2, degrees))
 
     def standard_deviation(self, channel: str) -> float | None:
         """None until enough dwells were accepted."""
@@ -189,6 +196,19 @@ class NoiseReference:
             return None
         middle = len(known) // 2
         return sqrt(known[middle] if len(known) % 2 else (known[middle - 1] + known[middle]) / 2.0)
+
+    def recent(self, channel: str) -> float | None:
+        """Return the scatter that the latest dwells show together, a changed noise among them; None until enough.
+
+        Squares and degrees of freedom are summed: the scatter of a single dwell would be known too poorly to act on.
+        """
+        squares_v2, degrees = 0.0, 0
+        dwells = self._recent.get(channel, deque[tuple[float, int]]())
+        for count, (of_dwell_v2, degrees_of_dwell) in enumerate(reversed(dwells), start=1):
+            squares_v2, degrees = squares_v2 + of_dwell_v2, degrees + degrees_of_dwell
+            if count >= FEWEST_DWELLS and degrees >= RECENT_DEGREES:
+                break
+        return sqrt(squares_v2 / degrees) if len(dwells) >= FEWEST_DWELLS else None
 
     def largest_by_chance(self, channel: str, degrees: int, false_alarm: float) -> float | None:
         """Return the scatter that a dwell as noisy as those before exceeds with probability ``false_alarm``.

@@ -17,9 +17,11 @@ from itertools import count
 
 from procedures.common_mode.visit_watch import Judged, VisitWatch, way_out
 from procedures.journal.voids import DROPPED, void_detail
+from procedures.plan.adaptive import Readings
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Measurement
 from procedures.records.states import State
+from procedures.run.adaptive_dwells import AdaptiveDwells
 from procedures.run.context import LOOK_S, RunContext
 from procedures.run.dwell.measure import Announcement, move
 from procedures.run.dwell.perform import perform
@@ -60,6 +62,7 @@ class Epoch:
         self._history = history
         self._identities = identities
         self._noise = history.noise()
+        self._adaptive = AdaptiveDwells(context, self._noise, history.integrations)
         self._replications = replications_before(self._plan)
         self._checks: dict[int, DwellRecord] = {}
         self._judged: defaultdict[int, int] = defaultdict(int)
@@ -127,7 +130,7 @@ class Epoch:
     def _warm_up(self) -> None:
         gates = self._context.services.run_limits.warm_ups
         dwells = [step for step in self._left if isinstance(step, Dwell)]
-        if not gates or not dwells:
+        if not dwells or not (gates or self._adaptive.is_untried):
             return
         self._watch.rests_at(move(self._rig, dwells[0], self._wait, self._again, self._plan.moving_together))
         self._announce(dwells[0], "warm-up")
@@ -135,6 +138,7 @@ class Epoch:
             self._live.warms_up(gate.channel)
             self._progress_log.tell("check", f"{gate.channel}: warming up")
             self._progress_log.event("warm_up", warm_up(self._rig, gate, self._context.wait_unless_stopped))
+        self._adaptive.try_integrations(dwells[0], self._replications[dwells[0].step])
 
     def _soak(self, step: Soak) -> None:
         self._boundary()
@@ -187,7 +191,9 @@ class Epoch:
     def _attempt(self, dwell: Dwell, attempt: int) -> DwellRecord:
         """Move, measure, judge, commit."""
         intent = {"step": dwell.step, "purpose": dwell.purpose, "attempt": attempt, "epoch": self._history.epoch}
-        self._progress_log.event("intent", intent | {"targets_deg": dict(dwell.targets_deg)})
+        readings = self._adaptive.readings()
+        chosen = {"samples": {channel: reading.samples for channel, reading in readings.items()}} if readings else {}
+        self._progress_log.event("intent", {**intent, **chosen, "targets_deg": dict(dwell.targets_deg)})
         crash_point(CrashPoint.INTENT_COMMITTED)
         self._live.moves(dwell, self._left)
         rest_deg = move(self._rig, dwell, self._wait, self._again, self._plan.moving_together)
@@ -196,7 +202,7 @@ class Epoch:
         crash_point(CrashPoint.IN_POSITION)
         clock = self._rig.clock
         started_utc, started_s = clock.now_utc(), clock.monotonic_s()
-        measured = self._measured(dwell, self._announcement(dwell, attempt))
+        measured = self._measured(dwell, self._announcement(dwell, attempt), readings)
         # While the computer slept, samples were lost and nobody saw the axes.
         if (change := self._watch.clock_change()).is_suspension:
             raise TrustLost("suspend", f"{suspended(change).reason} during the dwell of step {dwell.step}")
@@ -270,10 +276,10 @@ class Epoch:
         self._context.count_dwell()
         return record
 
-    def _measured(self, dwell: Dwell, announcement: Announcement) -> Measurement:
+    def _measured(self, dwell: Dwell, announcement: Announcement, readings: Readings) -> Measurement:
         for void in count(1):
             try:
-                return perform(self._rig, self._suspects.plan, dwell, announcement, self._wait)
+                return perform(self._rig, self._suspects.plan, dwell, announcement, self._wait, readings)
             except (DeviceNonsense, DeviceSilent, DeviceRefused) as error:
                 detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
                 self._progress_log.event("void", detail)

@@ -21,6 +21,7 @@ from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.sequential import stopped_in_words
 from procedures.records.dwells import DwellRecord
+from procedures.solution.adaptive_words import adaptive_in_words
 from procedures.solution.earth_turn import earth_remarks, mean_rotations, with_turned_earth
 from procedures.solution.observations import observations_of
 from procedures.solution.request import (
@@ -74,7 +75,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *_remarks(item.plan.solve, item.dwells),
         *on_level,
         *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
-        *([stopped] if stopped else []),
+        *(text for text in (stopped, adaptive_in_words(item)) if text is not None),
     )
     warnings = (
         *solved.warnings,

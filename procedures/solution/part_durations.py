@@ -12,6 +12,7 @@ from procedures.plan.learned_times import PartSums, again_of, sums_of
 from procedures.plan.step_times import AGAIN, BEGIN, END, MOVE, RAMP, SETTLE, SOAK, StepPart, step_parts
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
+from procedures.solution.expected_readings import planned_readings
 from procedures.solution.record import RunRecord
 
 Key = tuple[int, int, int]
@@ -52,7 +53,8 @@ def part_durations(record: RunRecord) -> dict[str, PartSums]:
     """Return the sums of every part of a run; empty where nothing of it went on undisturbed."""
     plan = record.plan
     expected: dict[int | None, list[StepPart]] = {}
-    for part in step_parts(record.rig, plan.steps, plan.dwell, plan.channels):
+    readings = planned_readings(record.rig, plan.dwell, plan.solve, plan.sensors)
+    for part in step_parts(record.rig, plan.steps, plan.dwell, plan.channels, readings):
         expected.setdefault(part.step, []).append(part)
     taken = _Taken(expected)
     for number, step in _steps(record):

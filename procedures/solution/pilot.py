@@ -56,19 +56,21 @@ def mean_of_shown(found: Sequence[Shown]) -> Shown:
     return Shown(*np.sqrt(np.mean(np.square([astuple(shown) for shown in found]), axis=0)).tolist())
 
 
-def _readings(record: RunRecord, name: str, label: str) -> tuple[float, int]:
-    """Return the scatter of the readings inside the dwells, volts, and how many a dwell had."""
+def _readings(record: RunRecord, name: str, label: str) -> tuple[float, float]:
+    """Return the scatter of the readings inside the dwells, volts, and how many a dwell had (harmonic mean)."""
     channel = {str(axis): channel for axis, channel in record.plan.sensors[name].channels.items()}[label]
     readings = [
         dwell.readings[channel]
         for dwell in record.dwells
         if dwell.accepted and dwell.purpose == "design" and channel in dwell.readings
     ]
+    if not readings:
+        return 0.0, record.plan.dwell.samples
     squares = [reading.standard_deviation**2 for reading in readings]
-    return sqrt(float(np.mean(squares))) if squares else 0.0, record.plan.dwell.samples
+    return sqrt(float(np.mean(squares))), 1.0 / float(np.mean([1.0 / reading.samples.size for reading in readings]))
 
 
-def _shown(axis: AxisCalibration, reading_v: float, samples: int) -> Shown | None:
+def _shown(axis: AxisCalibration, reading_v: float, samples: float) -> Shown | None:
     """Return what an axis showed; None where nothing was replicated.
 
     Drift is what the spread between the replications has beyond what precision gives it.

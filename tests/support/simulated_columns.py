@@ -55,8 +55,14 @@ class Simulated:
     truth: FloatArray
 
 
-def simulate(scene: Scene, campaigns: int, rng: np.random.Generator) -> Simulated:
-    """Campaigns of 42 points, ±90° pitch by 30° and six roll angles, solved."""
+POINTS = 42
+
+
+def simulate(scene: Scene, campaigns: int, rng: np.random.Generator, noise_v: FloatArray | None = None) -> Simulated:
+    """Campaigns of 42 points, ±90° pitch by 30° and six roll angles, solved.
+
+    ``noise_v``: (N, m) of the means of the dwells; None: white, :data:`NOISE_V`.
+    """
     grid = np.meshgrid(np.deg2rad(np.arange(-90.0, 91.0, 30.0)), np.deg2rad(np.arange(-180.0, 121.0, 60.0)))
     pitch, roll = (angle.ravel() for angle in grid)
     n, points = scene.replications, pitch.size
@@ -68,7 +74,7 @@ def simulate(scene: Scene, campaigns: int, rng: np.random.Generator) -> Simulate
         outputs={},
         temperature_degc=np.tile(24.0 + rng.uniform(-1.0, 1.0, points), n) if scene.temperature else None,
     )
-    outputs_v = _outputs_v(scene, observations, campaigns, rng)
+    outputs_v = _outputs_v(scene, observations, campaigns, rng, noise_v)
     if scene.dropped > 0.0:
         kept = rng.uniform(size=observations.rows) >= scene.dropped
         observations, outputs_v = select_rows(observations, kept), outputs_v[kept]
@@ -99,7 +105,13 @@ def warmed(outputs: FloatArray, offset_v: FloatArray, rise_degc: FloatArray, rng
     return outputs + offset_tc * rise_degc + sensitivity_tc * rise_degc * (outputs - offset_v)
 
 
-def _outputs_v(scene: Scene, observations: Observations, campaigns: int, rng: np.random.Generator) -> FloatArray:
+def _outputs_v(
+    scene: Scene,
+    observations: Observations,
+    campaigns: int,
+    rng: np.random.Generator,
+    noise_v: FloatArray | None = None,
+) -> FloatArray:
     """(N, m)"""
     n, rows = scene.replications, observations.rows
     points = rows // n
@@ -114,7 +126,8 @@ def _outputs_v(scene: Scene, observations: Observations, campaigns: int, rng: np
         rise = (observations.temperature_degc - REFERENCE_DEGC)[:, None]
         sensed = warmed(sensed, parameters[:, 0, 0], rise, rng)
     lack_of_fit = scene.lack_of_fit * NOISE_V * rng.standard_normal((points, campaigns))
-    return sensed + np.tile(lack_of_fit, (n, 1)) + NOISE_V * rng.standard_normal((rows, campaigns))
+    noise_v = NOISE_V * rng.standard_normal((rows, campaigns)) if noise_v is None else noise_v
+    return sensed + np.tile(lack_of_fit, (n, 1)) + noise_v
 
 
 def _index_errors_v(

@@ -3,8 +3,10 @@
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 from typing import Protocol
 
+from procedures.plan.adaptive import Reading
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell
 from procedures.records.dwells import ChannelReading, Look, Measurement
@@ -87,13 +89,20 @@ def move(
     return move_all(rig.axes, dwell.targets_deg, together, rig.clock, wait, tell)
 
 
-def measure(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, wait: Wait) -> Measurement:
+def measure(
+    rig: OpenRig,
+    plan: Plan,
+    dwell: Dwell,
+    announcement: Announcement,
+    wait: Wait,
+    chosen: Mapping[str, Reading] = MappingProxyType({}),
+) -> Measurement:
     """Settle and read at the attitude the axes have reached. Raises: RigError of the device that failed, WaitEnded."""
     announcement.settle(rig.chance)
     settled = settle_at(rig, plan, wait)
     announcement.read(rig.chance)
     before = look(rig, dwell.targets_deg)
-    readings = read_channels(rig, plan, plan.channels, wait)
+    readings = read_channels(rig, plan, plan.channels, wait, chosen)
     after = look(rig, dwell.targets_deg)
     return Measurement(before, after, readings, settled.is_settled, settled.took_s)
 
@@ -113,8 +122,16 @@ def settle_at(rig: OpenRig, plan: Plan, wait: Wait) -> Settled:
     return settle(readout_of(rig, channel), channel, settings.settle, settings.settle_nplc, rig.clock, wait)
 
 
-def read_channels(rig: OpenRig, plan: Plan, channels: Sequence[str], wait: Wait) -> dict[str, ChannelReading]:
+def read_channels(
+    rig: OpenRig,
+    plan: Plan,
+    channels: Sequence[str],
+    wait: Wait,
+    chosen: Mapping[str, Reading] = MappingProxyType({}),
+) -> dict[str, ChannelReading]:
     """Read a burst of each channel, in their order: the readouts that may read together at the same time.
+
+    ``chosen``: how channels are read that are not read as ``[dwell]`` says.
 
     Raises: RigError of the readout that failed, WaitEnded; none is left reading.
     """
@@ -124,8 +141,11 @@ def read_channels(rig: OpenRig, plan: Plan, channels: Sequence[str], wait: Wait)
         turns.setdefault(readout if readout in plan.reading_together else "", []).append(channel)
 
     def read_turn(turn: Sequence[str], wait_beside: Wait) -> dict[str, ChannelReading]:
+        as_planned = Reading(plan.dwell.samples, plan.dwell.nplc)
+        readings = {channel: chosen.get(channel, as_planned) for channel in turn}
         return {
-            channel: read_channel(rig, channel, plan.dwell.samples, wait_beside, plan.dwell.nplc) for channel in turn
+            channel: read_channel(rig, channel, reading.samples, wait_beside, reading.nplc)
+            for channel, reading in readings.items()
         }
 
     alone = read_turn(turns.pop("", []), wait)

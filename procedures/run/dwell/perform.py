@@ -4,9 +4,12 @@ A dwell with streams records them all at once. Where a reference sensor is decla
 closes the loop the axes are corrected until it does.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import floor
+from types import MappingProxyType
 
+from procedures.plan.adaptive import Reading
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Applied, Dwell, Follow, Rest, Turn
 from procedures.records.dwells import Measurement, MotionRecord, StreamTiming
@@ -22,8 +25,20 @@ from rig.errors import DeviceFault
 _FIELD_LOOK_S = 0.1
 
 
-def perform(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, wait: Wait) -> Measurement:
-    """Everything of one attempt but the way to the attitude. Raises: RigError of the device that failed, WaitEnded."""
+def perform(
+    rig: OpenRig,
+    plan: Plan,
+    dwell: Dwell,
+    announcement: Announcement,
+    wait: Wait,
+    readings: Mapping[str, Reading] = MappingProxyType({}),
+) -> Measurement:
+    """Everything of one attempt but the way to the attitude.
+
+    ``readings``: of the channels that are not read as ``[dwell]`` says; they rest and are no streams.
+
+    Raises: RigError of the device that failed, WaitEnded.
+    """
     applied_ut = {} if dwell.applied is None else _apply(rig, dwell.applied, wait)
     match dwell.motion:
         case Turn():
@@ -31,9 +46,9 @@ def perform(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, 
         case Follow():
             measured = follow(rig, plan, dwell, dwell.motion, announcement, wait)
         case _ if _is_plain(rig, plan, dwell):
-            return measure(rig, plan, dwell, announcement, wait)
+            return measure(rig, plan, dwell, announcement, wait, readings)
         case _:
-            measured = _at_rest(rig, plan, dwell, announcement, wait)
+            measured = _at_rest(rig, plan, dwell, announcement, wait, readings)
     assert measured.motion is not None
     return replace(measured, motion=replace(measured.motion, field_ut=applied_ut))
 
@@ -63,7 +78,14 @@ def _apply(rig: OpenRig, applied: Applied, wait: Wait) -> dict[str, float]:
     return {applied.coil: applied.field_ut}
 
 
-def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement, wait: Wait) -> Measurement:
+def _at_rest(
+    rig: OpenRig,
+    plan: Plan,
+    dwell: Dwell,
+    announcement: Announcement,
+    wait: Wait,
+    chosen: Mapping[str, Reading],
+) -> Measurement:
     """Settle, correct by the reference, record all streams at once and every other channel one after the other."""
     announcement.settle(rig.chance)
     commanded_deg = approach(rig, plan, dwell, wait)
@@ -77,7 +99,7 @@ def _at_rest(rig: OpenRig, plan: Plan, dwell: Dwell, announcement: Announcement,
         began_s = rig.clock.monotonic_s()
         wanted = {name: _samples(plan, dwell, stream.rate_hz) for name, stream in streams_of(rig, plan).items()}
         on_demand = [channel for channel in plan.channels if channel.partition(".")[0] not in wanted]
-        readings = read_channels(rig, plan, on_demand, recorder.wait)
+        readings = read_channels(rig, plan, on_demand, recorder.wait, chosen)
         while short := [name for name, count in wanted.items() if recorder.samples(name) < count]:
             left = max((wanted[name] - recorder.samples(name)) / rig.streams[name].rate_hz for name in short)
             recorder.wait(left + recorder.poll_s)

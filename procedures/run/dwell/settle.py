@@ -13,7 +13,7 @@ from math import sqrt
 import numpy as np
 
 from ams.arrays import FloatArray
-from procedures.description.procedure_file import Settle
+from procedures.description.dwell_settings import Settle
 from procedures.plan.windows import FEWEST_READINGS, MOST_READINGS
 from procedures.statistics import _rounding_v2, has_slope, t_limit
 from rig.clock import Clock

@@ -4,8 +4,8 @@ The noise reference is rebuilt from the same dwells in the same order in which a
 that an interrupted run judges alike.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from procedures.common_mode.check_sets import first_checks
 from procedures.journal.journal_reader import JournalReader
@@ -14,6 +14,9 @@ from procedures.journal.voids import KIND as VOIDED
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Event, NoiseReference
+
+INTEGRATION = "integration"
+"""The event of what ``[dwell.adaptive]`` chose before the first dwell."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,8 @@ class History:
     """Sensors that are measured no more."""
     counts_from_epoch: int = 1
     """The last epoch whose seam a person accepted: no check set before it counts any more."""
+    integrations: Mapping[str, float] = field(default_factory=dict)
+    """Channel to the power-line cycles that were chosen for it; empty where nothing was left open or tried."""
 
     @property
     def accepted_steps(self) -> frozenset[int]:
@@ -114,7 +119,15 @@ def read_history(reader: JournalReader, plan: Plan) -> History:
         if event.kind == VOIDED and event.detail.get("remounted"):
             remounted_after, mounting = epochs, mounting + 1
     accepted_break = _accepted_break(reader.events())
-    return history_of(reader.dwells(), epochs, plan, accepted_break, mounting, remounted_after, frozenset(dropped))
+    found = history_of(reader.dwells(), epochs, plan, accepted_break, mounting, remounted_after, frozenset(dropped))
+    tried = reader.last_event(INTEGRATION)
+    return found if tried is None else replace(found, integrations=_integrations(tried))
+
+
+def _integrations(event: Event) -> dict[str, float]:
+    chosen = event.detail["nplc"]
+    assert isinstance(chosen, dict)
+    return {str(channel): float(nplc) for channel, nplc in chosen.items()}
 
 
 def _accepted_break(events: Iterable[Event]) -> int | None:

@@ -15,7 +15,8 @@ _MARGIN = 1.5
 
 def needed_bytes(plan: Plan, dwells: int) -> float:
     """Return what so many more dwells take, with a margin."""
-    samples = max(plan.dwell.samples, plan.most_samples)
+    adaptive = plan.dwell.adaptive
+    samples = max(plan.dwell.samples if adaptive is None else adaptive.most_samples, plan.most_samples)
     return _MARGIN * dwells * (_DWELL_BYTES + 2 * _SAMPLE_BYTES * samples * len(plan.channels))
 
 

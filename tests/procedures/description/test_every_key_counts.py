@@ -40,6 +40,7 @@ APPLIED = {
 TWO_PLATEAUS = {"solve": {"temperature": "estimate"}, "environment": {"plateaus_degc": [10.0, 30.0, 10.0, 30.0, 10.0]}}
 """Enough for a straight line and for no bend."""
 NOISY = {"dwell": {"max_noise_factor": 1.001, "samples": 5}}
+ADAPTIVE = {"dwell": {"samples": 5, "adaptive": {"noise_arcsec": 1.0, "least_samples": 3, "most_samples": 6}}}
 RESTLESS = {"twin": {"axes": {name: {"creep_arcsec": 2000.0, "creep_s": 5.0} for name in ("pitch", "roll")}}}
 TRIALS = {
     "design.kind": Trial("D1"),
@@ -88,6 +89,10 @@ TRIALS = {
     "dwell.settle.min_s": Trial(5.0),
     "dwell.settle.max_s": Trial(3.0, rig=RESTLESS),
     "dwell.max_noise_factor": Trial(1.001),
+    "dwell.adaptive.noise_arcsec": Trial(0.1, job="indexing-table", procedure=ADAPTIVE),
+    "dwell.adaptive.least_samples": Trial(4, job="indexing-table", procedure=ADAPTIVE),
+    "dwell.adaptive.most_samples": Trial(9, job="indexing-table", procedure=ADAPTIVE),
+    "dwell.adaptive.nplc": Trial([1.0, 2.0], job="indexing-table", procedure=ADAPTIVE),
     "dwell.nplc": Trial(1.0),
     "dwell.retries": Trial(procedure=NOISY),
     "environment.name": Trial("nowhere"),

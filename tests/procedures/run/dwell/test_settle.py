@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from journals import START_UTC
 
-from procedures.description.procedure_file import Settle
+from procedures.description.dwell_settings import Settle
 from procedures.run.dwell.settle import FALSE_ALARM, Window, is_at_rest, readings_per_window, settle
 from procedures.statistics import has_slope, median_variance_ratio, small_variance_ratio, t_limit
 from rig.clock import VirtualClock
