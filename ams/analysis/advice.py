@@ -16,7 +16,7 @@ from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, Replication
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.extended import CONFOUNDED
-from ams.models.registry import MODELS
+from ams.models.registry import MODELS, is_solved_from_levels
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import t_quantile
@@ -88,7 +88,7 @@ def _without_pattern(axis: AxisCalibration) -> str:
             "The lack of fit is not looked at term by term: a gyro that feels gravity, the Earth's rotation, a rate "
             "that the table does not hold or a scale that bends with the rate do that."
         )
-    if axis.model == "linear":
+    if is_solved_from_levels(axis.model):
         return "The lack of fit is not looked at term by term: a line that bends or levels that are wrong do that."
     return "The lack of fit has no regular pattern in pitch and roll: single indices of the table do that."
 

@@ -30,8 +30,6 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
 from ams.units import printed
 
-STING: Final = "pitch-yaw-roll-sting"
-MODEL: Final = "pitch-yaw-roll-model"
 ROUNDING_DEG: Final = 1e-6
 LEAST_GRAVITY_MPS2, LARGEST_GRAVITY_MPS2 = 9.7, 9.9
 _ROUNDS: Final = 30
@@ -85,6 +83,21 @@ class Package:
     @property
     def model(self) -> str:
         return next(iter(self.coefficients.axes.values())).model
+
+    @property
+    def states_roll(self) -> bool:
+        """Whether observations for its model state roll."""
+        return "roll" in MODELS[self.model].columns
+
+    @property
+    def is_of_sting(self) -> bool:
+        """Whether its model is that of CR's package on the sting."""
+        return MODELS[self.model].is_of_sting
+
+    @property
+    def follows_sting(self) -> bool:
+        """Whether its model is that of CR's package in the model."""
+        return MODELS[self.model].follows_sting
 
     @property
     def senses_rates(self) -> bool:
@@ -141,7 +154,7 @@ class Inference:
         columns = [column for package in packages for column in package.columns.values()]
         if any(package.coefficients.needs_temperature for package in packages):
             columns.append("temperature_degc")
-        if "roll" in MODELS[self.package.model].columns and len(self.package.columns) == 1:
+        if self.package.states_roll and len(self.package.columns) == 1:
             columns.append("roll_deg")
         return tuple(dict.fromkeys(columns))
 
@@ -152,7 +165,7 @@ class Inference:
     @property
     def answers(self) -> tuple[str, ...]:
         """Columns of the answer, in order."""
-        angles = ("pitch", "roll", *(["yaw"] if self.package.model == STING else []))
+        angles = ("pitch", "roll", *(["yaw"] if self.package.is_of_sting else []))
         endings = ("_deg", "_sd_deg", *(["_half_95_deg"] if self.intervals else []))
         return (*(f"{angle}{ending}" for angle in angles for ending in endings), "flag")
 
@@ -216,7 +229,7 @@ class Inference:
         """What solves sensors that stay the same from row to row; None where they do not, or more is asked for."""
         is_plain = self.model_package is None and FIELDS[self.package.model].output is None
         is_plain = is_plain and self.package.alignment is None
-        if not is_plain or self.intervals or self.package.model == STING or self.package.coefficients.needs_temperature:
+        if not is_plain or self.intervals or self.package.is_of_sting or self.package.coefficients.needs_temperature:
             return None
         sensors = self.package.sensors({}, self.reading_sd_v)
         together = self.package.together(sensors)
@@ -238,7 +251,7 @@ class Inference:
         if output is not None:
             nominal_axis = self.package.coefficients.axes[next(iter(self.package.columns))].nominal_axis
             return pitch_by_inverse(self.package.model, nominal_axis, output, sensors[0], outputs[:, 0])
-        if self.package.model == STING:
+        if self.package.is_of_sting:
             alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
             return replace(alone, codes=alone.codes | np.uint32(flag_codes.NO_ROLL))
         turned = self.package.in_model_axes(sensors)
@@ -263,7 +276,7 @@ class Inference:
 
     def _known_roll_rad(self, readings: Mapping[str, FloatArray]) -> FloatArray:
         """Return the (N,) roll that one axis alone needs; zero where nothing states it, or the model has none."""
-        if "roll_deg" in readings and self.package.model != "pitch-only":
+        if "roll_deg" in readings and self.package.states_roll:
             return np.deg2rad(readings["roll_deg"])
         return np.zeros_like(readings[next(iter(self.package.columns.values()))])
 
@@ -323,7 +336,8 @@ def inference(
     output = form.output
     if output is not None and output.pitch_rad is None:
         raise OutsideValidity(f"{name}: model {model}: brings no inverse: angles cannot be told; nothing was computed")
-    needed = 1 if output is not None else {STING: 3, "pitch-only": 1}.get(model, axes)
+    one = output is not None or not package.states_roll
+    needed = 3 if package.is_of_sting else 1 if one else axes
     if axes != needed:
         raise OutsideValidity(
             f"{name}: model {model}: got {axes} axes, needed {needed}; nothing was computed; name the axes to use"
@@ -349,7 +363,7 @@ def _check_axes(package: Package) -> None:
 
 def _check_pair(sting: Package, model: Package) -> None:
     _check_axes(model)
-    if (sting.model, model.model) != (STING, MODEL) or len(model.columns) != 3:
+    if not sting.is_of_sting or not model.follows_sting or len(model.columns) != 3:
         raise OutsideValidity(
             f"two packages: got {sting.model} and {model.model} with {len(model.columns)} axes, needed a sting package "
             "and a model package of three axes each; nothing was computed"

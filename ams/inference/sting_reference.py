@@ -14,7 +14,7 @@ import numpy as np
 
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import OutsideValidity
-from ams.inference.inference import STING, Package
+from ams.inference.inference import Package
 from ams.inputs.csv_table import PLAIN, CsvForm
 from ams.inputs.observations_csv import read_csv
 from ams.observations import Observations
@@ -31,10 +31,10 @@ def read_with_sting(path: str | Path, axes: Mapping[str, str], sting: Package, f
     Raises: ObservationsError as :func:`ams.inputs.observations_csv.read_csv`; OutsideValidity where the set is no
     sting's.
     """
-    if sting.model != STING or len(sting.columns) != 3:
+    if not sting.is_of_sting or len(sting.columns) != 3:
         raise OutsideValidity(
             f"{sting.coefficients.sensor}: got model {sting.model} with {len(sting.columns)} axes, needed "
-            f"{STING} with three; nothing was solved; give the set of the sting package"
+            "pitch-yaw-roll-sting with three; nothing was solved; give the set of the sting package"
         )
     named = {f"sting {axis}": column for axis, column in sting.columns.items()}
     rows = read_csv(path, {**axes, **named}, ("roll",), form=form)

@@ -11,6 +11,7 @@ from ams.errors import DesignError, ObservationsError
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
+from ams.models.registry import MODELS
 from ams.models.thermal import Order, TemperatureCoefficients
 from ams.observations import Observations
 
@@ -22,8 +23,7 @@ class CalibrationRequest:
     """One calibration of a package."""
 
     model: str = "pitch-roll"
-    """A name of ``ams.models.registry.MODELS``: ``pitch-roll``, ``pitch-only``, ``pitch-yaw-roll-sting``,
-    ``pitch-yaw-roll-model`` or ``gyro``."""
+    """A name of ``ams.models.registry.MODELS``, such as ``pitch-roll``, ``pitch-yaw-roll-sting`` or ``gyro``."""
     nominal_axes: Mapping[str, str] = field(default_factory=dict)
     """Sensor axis label to the package axis it nominally lies along. Empty: every output is its own (``x``,
     ``y``, ``z``)."""
@@ -95,7 +95,8 @@ def refuse_unusable(observations: Observations, request: CalibrationRequest) -> 
 
 def _refuse_ignored_yaw(observations: Observations, request: CalibrationRequest) -> None:
     yaw = observations.yaw_rad
-    if yaw is None or request.model not in ("pitch-roll", "pitch-only") or request.models:
+    registered = MODELS.get(request.model)
+    if yaw is None or registered is None or registered.follows_yaw or request.models:
         return
     if np.abs(yaw).max() > _NO_YAW_RAD:
         row = int(np.argmax(np.abs(yaw)))

@@ -14,6 +14,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 from ams.models.model import Model, Stimulus
+from ams.models.registry import MODELS
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.statistics.budget import Kind
 
@@ -138,7 +139,9 @@ def _tilted(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | N
     if not any(k):
         return None
     yaw = np.zeros_like(rows.pitch_rad) if rows.yaw_rad is None else rows.yaw_rad
-    roll = np.zeros_like(rows.roll_rad) if model.name.endswith("-sting") else rows.roll_rad
+    registered = MODELS.get(model.name)
+    is_reached = registered is None or not registered.is_of_sting
+    roll = rows.roll_rad if is_reached else np.zeros_like(rows.roll_rad)
     return np.asarray(k[0] * np.sin(yaw) + np.cos(yaw) * (k[1] * np.cos(roll) - k[2] * np.sin(roll)))
 
 

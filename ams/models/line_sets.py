@@ -84,14 +84,15 @@ LINEAR = SensorModel(
     make=lambda nominal_axis: StraightLine(nominal_axis, "g", "v"),
     has_misalignment=False,
     set_form=_form("v", "g"),
-    is_offered=False,
+    family="linear",
+    takes_levels=True,
 )
-"""Asked for as a family (:data:`ams.models.registry.FAMILIES`); whoever knows the units makes the line itself."""
+"""Whoever knows the units makes the line itself."""
 
 LINEAR_ACCELEROMETER = SensorModel(
     name="linear-accelerometer",
     make=LevelLine,
     has_misalignment=False,
     set_form=_accelerometer_form("v", "g"),
-    is_offered=False,
+    family="linear",
 )

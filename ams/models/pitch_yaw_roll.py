@@ -140,7 +140,7 @@ def _of_package(package: str) -> SensorModel:
         make=partial(PitchYawRoll, package=package),
         columns=("pitch", "yaw") if is_sting else ("pitch", "yaw", "roll"),
         set_form=form,
-        is_offered=False,
+        family="pitch-yaw-roll",
     )
 
 

@@ -6,18 +6,46 @@ from ams.models.sensor_model import SensorModel
 from ams.registry import Registry
 
 MODELS: Registry[SensorModel] = Registry("calrig.models", SensorModel, DesignError)
-FAMILIES = ("pitch-yaw-roll", "linear")
-"""Names that stand for several models: CR's two packages, and straight lines of whatever a sensor measures."""
 
 
 def names_by_option() -> tuple[str, ...]:
-    """Return the names that a file or the command may ask for: registered models and families of them."""
-    return (*(name for name, model in MODELS.items() if model.is_offered), *FAMILIES)
+    """Return the names that a file or the command may ask for: each stands for one registered model or several."""
+    return tuple(dict.fromkeys(model.asked_for_as for model in MODELS.values() if model.is_offered))
 
 
-def built_in_models_at_rest() -> tuple[str, ...]:
-    """Return the models of other distributions that are told by attitudes alone."""
-    return tuple(name for name in MODELS.foreign() if MODELS[name].is_offered and not MODELS[name].needs_rates)
+def models_asked_for(name: str) -> tuple[SensorModel, ...]:
+    """Return the models that a name in a file or of the command stands for; none where nothing has it."""
+    return tuple(model for model in MODELS.values() if model.is_offered and model.asked_for_as == name)
+
+
+def names_at_rest() -> tuple[str, ...]:
+    """Return of :func:`names_by_option` those of models that attitudes at rest determine."""
+    return tuple(name for name in names_by_option() if not senses_rates(name))
+
+
+def names_of_rates() -> tuple[str, ...]:
+    """Return of :func:`names_by_option` those of models that sense rates."""
+    return tuple(filter(senses_rates, names_by_option()))
+
+
+def senses_rates(name: str) -> bool:
+    """Return whether what a name asks for needs the rates of the axes."""
+    return any(model.needs_rates for model in models_asked_for(name))
+
+
+def knows_roll(name: str) -> bool:
+    """Return whether observations for what a name asks for must state roll."""
+    return any("roll" in model.columns for model in models_asked_for(name))
+
+
+def takes_levels(name: str) -> bool:
+    """Return whether a name asks for straight lines, where levels of the quantity itself are known."""
+    return any(model.takes_levels for model in models_asked_for(name))
+
+
+def is_solved_from_levels(model: str) -> bool:
+    """Return whether the model of a solution takes levels of the quantity itself; False where nothing registers it."""
+    return model in MODELS and MODELS[model].takes_levels
 
 
 def model_named(name: str, nominal_axis: str) -> Model:

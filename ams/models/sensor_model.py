@@ -109,5 +109,29 @@ class SensorModel:
     """Whether it has terms for a misalignment; without, one shows in the residuals."""
     set_form: SetForm | None = None
     """None: no coefficient set has it."""
+    family: str | None = None
+    """What files and ``calrig fit --model`` call it by, where one name stands for several models."""
     is_offered: bool = True
-    """Whether ``calrig fit --model`` takes the name as it is."""
+    """Whether they may ask for it."""
+    takes_levels: bool = False
+    """Whether it is solved from levels of the quantity itself, as straight lines, and not from attitudes."""
+
+    @property
+    def asked_for_as(self) -> str:
+        """Return the name by which files and the command ask for it."""
+        return self.family or self.name
+
+    @property
+    def follows_yaw(self) -> bool:
+        """Whether yaw may be other than 0: the observations state it, or the levels follow from it."""
+        return "yaw" in self.columns or (self.set_form is not None and self.set_form.senses_level)
+
+    @property
+    def is_of_sting(self) -> bool:
+        """Whether it is CR's package on the sting, which roll does not reach: it tells pitch and yaw."""
+        return "yaw" in self.columns and "roll" not in self.columns
+
+    @property
+    def follows_sting(self) -> bool:
+        """Whether it is CR's package in the model: it tells roll where the sting's tells pitch and yaw."""
+        return {"yaw", "roll"} <= set(self.columns) and not self.needs_rates

@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ams.arrays import FloatArray
+from ams.models.registry import is_solved_from_levels
 from procedures.report.canvas import BLUE, FAINT, WIDTH_IN, plain_axes, style, to_svg
 from procedures.solution.request import SolvedSensor
 
@@ -48,7 +49,7 @@ def residuals_of(sensors: Mapping[str, SolvedSensor]) -> Drawing:
     Straight lines have levels in place of attitudes, each axis its own: theirs stand in the order of the rows.
     """
     solved = [(name, sensor.calibration) for name, sensor in sensors.items() if sensor.calibration is not None]
-    if solved and all(calibration.model == "linear" for _, calibration in solved):
+    if solved and all(is_solved_from_levels(calibration.model) for _, calibration in solved):
         return _panels(
             (
                 (f"{name} {label} ({sensors[name].observations.unit_of(label)})", np.arange(1.0, rows.size + 1.0), rows)

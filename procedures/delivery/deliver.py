@@ -17,6 +17,7 @@ from ams.errors import AmsError
 from ams.exports import dcc, json_text
 from ams.exports.formats import export_set, format_named
 from ams.exports.optional_libraries import missing_sentence
+from ams.models.registry import is_solved_from_levels
 from ams.sets.axis_section import primary_section
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
@@ -258,7 +259,7 @@ def _sensor_document(solved: SolvedSensor) -> dict[str, Any]:
         return {"axes": {}, "static": {axis: asdict(axis_result) for axis, axis_result in solved.static.items()}}
     if solved.calibration is None:
         return {"axes": {}, "verdict": "not usable", "error": solved.failure}
-    if solved.calibration.model == "linear":
+    if is_solved_from_levels(solved.calibration.model):
         return lines_document(solved.calibration, solved.budgets)
     return full_document(solved.calibration, solved.observations, solved.budgets)
 

@@ -27,6 +27,8 @@ class DescribedDesign:
     """A subclass of :class:`procedures.description.procedure_file.Design` with the keys that only this kind has."""
     is_tumble: bool = False
     """Whether it is for procedures of the kind ``tumble``, and only for them."""
+    is_thinned: bool = False
+    """Whether it leaves out attitudes of the lattice that its angles span."""
     is_on_command_line: bool = True
     """Whether ``calrig design --kind`` makes it."""
 

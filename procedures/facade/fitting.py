@@ -48,8 +48,8 @@ def fit(
     """
     if model not in MODELS:
         raise RequestError(f"fit: model: got {model!r}, allowed are {', '.join(MODELS)}; nothing was solved")
-    if model == "linear" and rig is not None:
-        raise RequestError("fit: rig: carries the indices of a table at rest: not allowed with model 'linear'")
+    if MODELS[model].takes_levels and rig is not None:
+        raise RequestError(f"fit: rig: carries the indices of a table at rest: not allowed with model {model!r}")
     described = None if rig is None else read_rig(Path(rig))
     request = CalibrationRequest(
         model=model,
@@ -67,7 +67,7 @@ def fit(
         table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")
     else:
         table = parse_csv(Path(observations))
-    if model == "linear":
+    if MODELS[model].takes_levels:
         return _lines(levels_of_table(table, axes), request, sensor)
     rows = observations_of_table(table, axes, MODELS[model].columns, rates=MODELS[model].needs_rates)
     solved = fitted(sensor, rows, axes, request, described)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from ams.models.registry import built_in_models_at_rest
+from ams.models.registry import names_at_rest
 from procedures.description.design_kinds import DESIGNS
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
@@ -11,9 +11,6 @@ from procedures.plan.attitudes import environment_of, make_design, plateaus_of, 
 from procedures.plan.order import visits
 from procedures.plan.refusals import design_refusals
 from rig.toml_file import StrictTable
-
-OF_ATTITUDES = ("pitch-roll", "pitch-only", "pitch-yaw-roll", "linear")
-"""calrig's own models that attitudes at rest determine."""
 
 
 class AttitudeKind:
@@ -25,7 +22,7 @@ class AttitudeKind:
 
     @property
     def models(self) -> tuple[str, ...]:
-        return (*OF_ATTITUDES, *built_in_models_at_rest())
+        return names_at_rest()
 
     def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
         if DESIGNS[procedure.design.kind].is_tumble is not self.is_tumble:

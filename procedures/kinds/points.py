@@ -34,7 +34,12 @@ class PointKind(ABC):
         )
 
     def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        yield from ()
+        if procedure.solve.joint:
+            yield (
+                ("solve", "joint"),
+                "joint belongs to the kinds grid and tumble, which rest at the attitudes of a [design], not to "
+                f'kind = "{procedure.procedure.kind}"; remove it',
+            )
 
     def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
         yield from ()

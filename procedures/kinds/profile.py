@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ams.frames import body_rates_rad_s
+from ams.models.registry import models_asked_for, names_of_rates, senses_rates
 from procedures.description.kind_tables import Profile
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Key, PlanRequest
@@ -30,10 +31,13 @@ class ProfileMotion(PointKind):
 
     name = "profile"
     table: tuple[str, type[StrictTable]] | None = ("profile", Profile)
-    models: tuple[str, ...] = ("gyro", "pitch-yaw-roll", "pitch-roll")
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        return (*names_of_rates(), "pitch-yaw-roll", "pitch-roll")
 
     def measures(self, model: str) -> tuple[str, ...]:
-        return ("rate",) if model == "gyro" else ("acceleration",)
+        return ("rate",) if senses_rates(model) else ("acceleration",)
 
     def points(self, request: PlanRequest) -> Sequence[Point]:
         rig, procedure, channels = request.rig, request.procedure, request.channels
@@ -58,7 +62,7 @@ class ProfileMotion(PointKind):
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = profile_observations(item)
-        if item.plan.solve.model == "pitch-roll":
+        if not any(model.follows_yaw for model in models_asked_for(item.plan.solve.model)):
             observations = replace(observations, yaw_rad=None)
         return solve_by_model(item, observations)
 
@@ -83,7 +87,7 @@ def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profil
                 f"{settings.limits_deg[1]:g}° (axes.{axis}.limits_deg); nothing moved; make it smaller",
             )
     _refuse_keeping_step(rig, procedure, profile)
-    if procedure.solve.model != "gyro":
+    if not senses_rates(procedure.solve.model):
         return
     edges = np.arange(round(profile.duration_s / profile.bin_s) + 1) * profile.bin_s
     indices = np.array(

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from math import ceil, floor
 
+from ams.models.registry import names_by_option, names_of_rates, senses_rates, takes_levels
 from procedures.description.kind_tables import Rates
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Key, PlanRequest
@@ -32,7 +33,10 @@ class ConstantRates(PointKind):
 
     name = "rates"
     table: tuple[str, type[StrictTable]] | None = ("rates", Rates)
-    models: tuple[str, ...] = ("gyro", "linear")
+
+    @property
+    def models(self) -> tuple[str, ...]:
+        return (*names_of_rates(), *filter(takes_levels, names_by_option()))
 
     def measures(self, model: str) -> tuple[str, ...]:
         return ("rate",)
@@ -42,11 +46,12 @@ class ConstantRates(PointKind):
         rates = procedure.table_of(Rates)
         assert rates is not None
         missing = [name for name in AXES if name not in rates.by_axis]
-        if procedure.solve.model == "gyro" and missing:
+        if senses_rates(procedure.solve.model) and missing:
             raise procedure.error(
                 ("rates",),
-                f'the model "gyro" needs turns about three axes, {" and ".join(missing)} stand still: the sensitivity '
-                'along their directions cannot be determined; give rates for them, or use solve.model = "linear"',
+                f'the model "{procedure.solve.model}" needs turns about three axes, {" and ".join(missing)} stand '
+                "still: the sensitivity along their directions cannot be determined; give rates for them, or use "
+                'solve.model = "linear"',
             )
         rest: Point = ({}, Rest(rates.dwell_s), None)
         points: list[Point] = [rest] if rates.at_rest else []
@@ -61,11 +66,11 @@ class ConstantRates(PointKind):
         return "rates", f"{axis}_dps"
 
     def forecast_solver(self, plan: Plan) -> Solver:
-        return by_lines if plan.solve.model == "linear" else by_model
+        return by_lines if takes_levels(plan.solve.model) else by_model
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)
-        if item.plan.solve.model == "linear":
+        if takes_levels(item.plan.solve.model):
             return solve_lines(item, observations)
         return solve_by_model(item, observations)
 

@@ -9,6 +9,7 @@ from math import degrees
 
 import numpy as np
 
+from procedures.plan.design_kind import DESIGNS
 from procedures.plan.plan import Plan
 from procedures.plan.sequential import CALIBRATION_OVER_USAGE
 from procedures.solution.beliefs import AxisBelief
@@ -69,13 +70,14 @@ def _of_the_design(plan: Plan) -> Iterator[Recommendation]:
         "azimuth and offset are told apart by it, and the variance is the same at every roll",
         max(rolls) - min(rolls) >= FULL_CIRCLE_DEG if has_roll else None,
     )
-    is_thinned = plan.design.kind in ("fractional", "optimal", "file")
+    design_kind = DESIGNS.get(plan.design.kind)
+    is_gridded = design_kind is None or not (design_kind.is_thinned or "file" in design_kind.takes)
     is_even = all(_is_even(values) for values in (plan.design.pitch_values_deg, rolls))
     yield Recommendation(
         3,
         "test points should be uniformly spaced in pitch and roll",
         "periods of the table and of the sensor are seen wherever they lie",
-        is_even and not is_thinned,
+        is_even and is_gridded,
         "the points are not uniformly spaced in pitch and roll",
     )
 
@@ -94,12 +96,12 @@ def _of_the_run(plan: Plan) -> Iterator[Recommendation]:
         plan.order in BOTH_WAYS or plan.order in ("blocks", "random", "seeded"),
         f'the order "{plan.order}" goes one way only: pitch should go to its greatest angle and back',
     )
-    is_fractional = plan.design.kind in ("fractional", "optimal")
+    design_kind = DESIGNS.get(plan.design.kind)
     yield Recommendation(
         5,
         "a thinned design should be shown to be adequate",
         "what lies between its points is seen by the test on lack of fit only, which wants two replications or more",
-        plan.replications > 1 if is_fractional else None,
+        plan.replications > 1 if design_kind is not None and design_kind.is_thinned else None,
     )
     yield Recommendation(
         6,
@@ -112,7 +114,7 @@ def _of_the_run(plan: Plan) -> Iterator[Recommendation]:
         7,
         "a tumble test is not recommended for laboratory calibration",
         "four or six points leave nothing to judge the model by",
-        plan.kind != "tumble",
+        design_kind is None or not design_kind.is_tumble,
     )
 
 

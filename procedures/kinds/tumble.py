@@ -1,5 +1,6 @@
 """``tumble``: the four or six attitudes of the tumble test, or SR's two positions of every axis, up and down."""
 
+from ams.models.registry import takes_levels
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.attitudes import AttitudeKind
 from procedures.kinds.expected_attitudes import forecast_of_design
@@ -48,7 +49,7 @@ def _is_up_and_down(plan: Plan) -> bool:
 
 
 def _is_solved_by_lines(plan: Plan) -> bool:
-    return _is_up_and_down(plan) and plan.solve.model == "linear"
+    return _is_up_and_down(plan) and takes_levels(plan.solve.model)
 
 
 KIND = Tumble()

@@ -9,6 +9,7 @@ from itertools import count
 
 import numpy as np
 
+from ams.models.registry import knows_roll
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.design_kind import DESIGNS, Wanted
@@ -28,7 +29,7 @@ def make_design(procedure: ProcedureDescription) -> Design:
         if key not in kind.takes and getattr(procedure.design, key) is not None:
             raise procedure.error(("design", key), f'kind = "{kind.name}" has attitudes of its own; remove it')
     try:
-        return kind.made(Wanted(procedure.design, procedure.solve.model != "pitch-only", procedure.path.parent))
+        return kind.made(Wanted(procedure.design, knows_roll(procedure.solve.model), procedure.path.parent))
     except PlanError as error:
         raise procedure.error(("design", "kind"), str(error)) from None
 

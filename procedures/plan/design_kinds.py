@@ -31,6 +31,7 @@ FRACTIONAL = DesignKind(
     name="fractional",
     takes=SETS | {"repeat_roll", "fractional"},
     needs={"fractional": "[K_pitch, K_roll]", "pitch_deg": ""},
+    is_thinned=True,
     make=_fractional,
 )
 FACTORIAL = DesignKind(name="factorial", needs={}, make=_factorial)

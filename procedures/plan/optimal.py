@@ -96,5 +96,10 @@ def _region(table: OptimalTable, pitch_deg: tuple[float, ...], *, with_roll: boo
 
 
 OPTIMAL = DesignKind(
-    name="optimal", takes=SETS | {"repeat_roll"}, table=OptimalTable, is_on_command_line=False, make=_optimal
+    name="optimal",
+    takes=SETS | {"repeat_roll"},
+    table=OptimalTable,
+    is_thinned=True,
+    is_on_command_line=False,
+    make=_optimal,
 )

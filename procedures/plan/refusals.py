@@ -60,15 +60,10 @@ def _gravity_of_another_site(rig: RigDescription) -> Iterator[PlanError]:
 
 
 def _nothing_to_fit_jointly(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:
-    """Say where a joint fit has no attitudes of a table in pitch and roll to part package and table by."""
+    """Say where a joint fit has no table in pitch and roll to part the package from."""
     if not procedure.solve.joint:
         return
-    if procedure.procedure.kind not in ("grid", "tumble"):
-        yield procedure.error(
-            ("solve", "joint"),
-            f'joint belongs to the kinds grid and tumble, not to kind = "{procedure.procedure.kind}"; remove it',
-        )
-    elif "roll" not in rig.axes:
+    if "roll" not in rig.axes:
         yield procedure.error(
             ("solve", "joint"),
             f"a joint fit needs the axes pitch and roll; the rig file has {', '.join(rig.axes)}; remove joint",

@@ -11,10 +11,12 @@ from ams.frames import AXES
 from ams.models.accelerometer import PitchRoll, vector_from_angles
 from ams.models.extended import CUBIC_NAME, Q_NAMES, TRACELESS_NAME
 from ams.observations import Observations
+from ams.sets.sensed_quantity import FIELDS
 from rig.description.rig_file import AxisTruth, Mount, RigDescription
 
 QUARTER_TURN_DEG = 90.0
-"""CR's azimuth less TP's, and CR's sensitivity is minus TP's: it senses gravity (mathematics, section 1)."""
+"""CR's azimuth less TP's. The sensitivity of CR's accelerometers is minus TP's: they sense gravity, by
+mathematics, section 1; that of its gyros is not."""
 
 
 def truth_of(
@@ -39,14 +41,16 @@ def truth_of(
         "offset_tc2_v_per_degc2": truth.offset_tc2_v_per_degc2,
         "sensitivity_tc2_per_degc2": s2 / warming,
     }
-    if calibration.model.startswith("pitch-yaw-roll"):
+    form = FIELDS.get(calibration.model)
+    if form is not None and form.convention == "CR":
         values["azimuth_deg"] = 180.0 - (180.0 - truth.azimuth_deg - QUARTER_TURN_DEG) % 360.0
     if truth.offset_drift_v_per_replication == 0.0:
         warmed_v = truth.offset_tc_v_per_degc * warmer_degc + truth.offset_tc2_v_per_degc2 * warmer_degc**2
         values["offset_v"] = truth.offset_v + warmed_v
     if truth.sensitivity_drift_per_replication == 0.0:
-        sense = -1.0 if calibration.model.startswith("pitch-yaw-roll") else 1.0
+        sense = -1.0 if form is not None and form.is_gravity else 1.0
         values["sensitivity_v_per_g"] = sense * truth.sensitivity_v_per_g * warming
+        values["sensitivity_v_per_dps"] = truth.sensitivity_v_per_dps * warming
     return values | _best_linear(truth, values, calibration)
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
+from ams.models.registry import MODELS
 from ams.observations import Observations
 from procedures.solution.by_model import solve_observations
 from procedures.solution.earth_turn import EARTH_DPS
@@ -42,7 +43,7 @@ def rate_error(uncertainty_ppm: float) -> SharedError:
 
 def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:
     """Say what of the rates is not in the uncertainties of gyros that are solved from a file."""
-    if request.model != "gyro":
+    if not MODELS[request.model].needs_rates:
         return ()
     is_known = any(error.effect == "rate" for errors in request.shared_errors.values() for error in errors)
     of_table = (

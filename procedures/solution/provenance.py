@@ -8,6 +8,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.frames import body_rates_rad_s
 from ams.sets.provenance import Provenance, Standard, level_ranges
+from ams.sets.sensed_quantity import FIELDS
 from procedures.journal.audit_trail import missing_in
 from procedures.records.dwells import DwellRecord
 from procedures.solution.record import RunRecord
@@ -109,7 +110,8 @@ def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
 def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:
     """Return the range of angular velocity along the package's axes; None where the model senses no rate."""
     rows, calibration = solved.observations, solved.calibration
-    if calibration is None or calibration.model != "gyro" or rows.euler_rate_rad_s is None or rows.yaw_rad is None:
+    form = None if calibration is None else FIELDS.get(calibration.model)
+    if form is None or not form.senses_rates or rows.euler_rate_rad_s is None or rows.yaw_rad is None:
         return None
     euler = np.stack([rows.pitch_rad, rows.yaw_rad, rows.roll_rad], axis=-1)
     return _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from ams.inference.aided_rates import AidedAngles
 from ams.inference.alignment import load_alignment
 from ams.inference.angle_stream import AngleStream
-from ams.inference.inference import MODEL, Package, inference
+from ams.inference.inference import Package, inference
 from ams.inference.rates import GyroAngles
 from ams.inputs.hdf5_blocks import blocks_of
 from ams.whole_file import whole_file
@@ -158,7 +158,7 @@ def attitude(
     angles = _angles_of(package, second, reading_sd_v, settings, before, gravity_mps2, geometry, wiring)
     watched = _watched(angles, package, reading_sd_v, is_alone=second is None and settings.gyro_set is None)
     found = before.before(watched)
-    if package.model == MODEL:
+    if package.follows_sting:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
     elif len(package.columns) == 2 and not package.senses_rates:
         note(_which_of_two(package, upright=upright, right_wing_down=right_wing_down))

@@ -17,7 +17,7 @@ from ams.inputs.csv_table import CsvForm
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
-from ams.models.registry import MODELS, names_by_option
+from ams.models.registry import MODELS, names_by_option, names_of_rates, senses_rates, takes_levels
 from ams.models.thermal import TemperatureCoefficients
 from ams.sets.sensed_quantity import FIELDS
 from procedures.cli.attitude.source import package_of
@@ -138,8 +138,8 @@ def fit(
     _refuse_shared(columns)
     name = _model_name(model, package)
     description = None if rig is None else read_rig(rig)
-    check_trials(monte_carlo, is_possible=name != "linear" and not joint)
-    if description is not None and model in ("gyro", "linear"):
+    check_trials(monte_carlo, is_possible=not takes_levels(model) and not joint)
+    if description is not None and (senses_rates(model) or takes_levels(model)):
         raise RequestError(f"--rig: carries the indices of a table at rest: not allowed with --model {model}")
     request = CalibrationRequest(
         model=name,
@@ -166,7 +166,7 @@ def fit(
             has_terms = request.extended == "yes"
             known = parse_priors(prior)
             document = fit_jointly(file, form, columns, stated, known, mount, wish, has_terms=has_terms)
-        elif name == "linear":
+        elif takes_levels(model):
             _refuse_curvature(hessian)
             document = _linear(file, form, columns, request, wish)
         else:
@@ -233,8 +233,9 @@ def _of_rates(uncertainty_ppm: float | None, model: str) -> Mapping[str, tuple[S
     """Return what the rates of the table are wrong by, for the axes of a gyro. Raises: RequestError elsewhere."""
     if uncertainty_ppm is None:
         return {}
-    if model != "gyro":
-        raise RequestError(f"--rate-uncertainty-ppm: belongs to --model gyro, not to --model {model}")
+    if not senses_rates(model):
+        known = " or ".join(names_of_rates())
+        raise RequestError(f"--rate-uncertainty-ppm: belongs to --model {known}, not to --model {model}")
     if not 0.0 < uncertainty_ppm < LARGEST_RATE_PPM:
         raise RequestError(
             f"--rate-uncertainty-ppm: got {uncertainty_ppm:g}, allowed above 0 and below {LARGEST_RATE_PPM:g} ppm"
@@ -248,7 +249,7 @@ def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_
         if pairs:
             raise RequestError("--sting-axis: belongs to --sting, which is missing")
         return None
-    if model != "pitch-yaw-roll-model" or is_joint:
+    if not MODELS[model].follows_sting or is_joint:
         raise RequestError(f"--sting {path}: belongs to --model pitch-yaw-roll --package model")
     return package_of(path, pairs, "--sting-axis", "sting_")
 

@@ -30,6 +30,8 @@ from ams.inputs.table_uncertainty import IndexErrors
 from ams.models.model import Model
 from ams.models.registry import MODELS
 from ams.observations import Observations
+from procedures.kinds.read import read_procedure
+from procedures.plan.attitudes import make_design
 
 FILE = ROOT / "examples" / "own_model" / "stiffening.py"
 TRUTH = np.array([0.01, 2.5, -0.02, 0.3])
@@ -189,6 +191,17 @@ def test_its_header_tests_itself(example: ModuleType, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("installed")
+def test_a_tumble_for_it_has_the_four_attitudes_without_roll(tmp_path: Path) -> None:
+    (tmp_path / "procedure.toml").write_text(
+        '[procedure]\ntitle = "own"\nkind = "tumble"\nreplications = 2\n[design]\nkind = "T"\n'
+        '[solve]\nmodel = "stiffening-clinometer"\nextended = "no"\n',
+        encoding="utf-8",
+    )
+    points = make_design(read_procedure(tmp_path / "procedure.toml")).points
+    assert [(point.pitch_deg, point.roll_deg) for point in points] == [(-90, 0), (0, 0), (90, 0), (180, 0)]
+
+
+@pytest.mark.usefixtures("installed")
 def test_a_run_is_checked_and_solved_with_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rig = (ROOT / "examples" / "rig.toml").read_text(encoding="utf-8")
     one_axis = rig.replace("three-axis package", "single-axis package").replace(
@@ -210,3 +223,8 @@ def test_a_run_is_checked_and_solved_with_it(tmp_path: Path, capsys: pytest.Capt
     assert ran.status == 0, ran.err
     found = ran.document["sensors"]["SN1047"]["axes"]["x"]["parameters"]["sensitivity_v_per_g"]
     assert abs(found["value"] - 2.5) < 0.05
+    coefficients = load_set(Path(ran.document["sets"][0]))
+    pitch_deg = np.array([-40.0, 0.0, 33.0])
+    outputs = {"x_v": apply(coefficients, np.deg2rad(pitch_deg), 0.0)["x"], "roll_deg": np.full(3, 50.0)}
+    answers = inference(Package(coefficients, {"x": "x_v"}), reading_sd_v=2e-5).infer(outputs)
+    np.testing.assert_allclose(answers["pitch_deg"], pitch_deg, atol=1e-9)

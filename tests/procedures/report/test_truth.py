@@ -1,13 +1,18 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from report_journal import EXAMPLE_RIG
 from report_scene import Scene, run_view
+from stored_runs import DATA, StoredCase
 
 from ams.calibration_result import AxisCalibration
 from ams.observations import Observations
+from procedures.journal.journal_reader import JournalReader
+from procedures.kinds.solve import solve_record
 from procedures.report.truth import truth_of
+from procedures.solution.record import read_record
 from rig.description.read import read_rig
 from rig.description.rig_file import Mount, RigDescription
 
@@ -53,3 +58,18 @@ def test_a_package_mounted_turned_and_a_real_rig_have_no_truth_to_show() -> None
     sensor = rig.sensors["SN1047"].model_copy(update={"mount": Mount(x="+y", y="-x")})
     assert truth_of(rig.model_copy(update={"sensors": {"SN1047": sensor}}), "SN1047", "x", *_solved()) == {}
     assert truth_of(rig.model_copy(update={"twin": None}), "SN1047", "x", *_solved()) == {}
+
+
+@pytest.mark.parametrize("kind", ["rates_gyro", "profile_harmonic", "grid"])
+def test_the_truth_of_every_angle_and_sensitivity_lies_where_it_was_found(kind: str, tmp_path: Path) -> None:
+    run = StoredCase(DATA / "runs_0_1_0" / kind).copy("finished", tmp_path / "run")
+    with JournalReader.open(run) as reader:
+        record = read_record(reader)
+    [(name, solved)] = solve_record(record).items()
+    assert solved.calibration is not None
+    for label, axis in solved.calibration.axes.items():
+        truth = truth_of(record.rig, name, label, solved.observations, axis)
+        found = {parameter.name: parameter.value for parameter in axis.parameters}
+        sensitivity = next(parameter for parameter in found if parameter.startswith("sensitivity_v_per_"))
+        for parameter, within in {"offset_v": 5e-4, sensitivity: 1e-3, "coning_deg": 0.01, "azimuth_deg": 1.0}.items():
+            assert truth[parameter] == pytest.approx(found[parameter], abs=within), (label, parameter)
