@@ -6,12 +6,14 @@ and appendix A; checked against explicit rotations in the tests.
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ams.arrays import FloatArray, IntArray
+
+Angle = TypeVar("Angle", float, FloatArray)
 
 Array = NDArray[Any]
 """float64, or complex128 under a complex step."""
@@ -124,6 +126,6 @@ def wrap_rad(angle_rad: FloatArray) -> FloatArray:
     return np.pi - np.mod(np.pi - angle_rad, 2.0 * np.pi)
 
 
-def wrap_deg(angle_deg: FloatArray) -> FloatArray:
+def wrap_deg(angle_deg: Angle) -> Angle:
     """Return the same angle in (−180°, 180°]."""
-    return 180.0 - np.mod(180.0 - angle_deg, 360.0)
+    return 180.0 - (180.0 - angle_deg) % 360.0

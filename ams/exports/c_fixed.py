@@ -25,7 +25,7 @@ from ams.exports.c_text import (
     closing,
     defined,
     filled,
-    is_of_lines,
+    is_of_one_quantity,
     numbers_in,
     opening,
     prefix_of,
@@ -175,7 +175,7 @@ def scale_of(coefficients: CoefficientSet) -> Scale:
     Raises: SetError for another equation than that of accelerometers of pitch and roll or of straight lines in one
     unit, and where lines have no range of levels or outputs that do not fit into 32 bits.
     """
-    if not is_of_lines(coefficients):
+    if not is_of_one_quantity(coefficients):
         check_accelerometers(coefficients, "C header in fixed point", "use the floating-point header (c)")
         return ACCELEROMETERS
     form = next(iter(coefficients.axes.values())).form

@@ -40,10 +40,10 @@ def check_names(coefficients: CoefficientSet) -> None:
         )
 
 
-def is_of_lines(coefficients: CoefficientSet) -> bool:
-    """Return whether every axis is a straight line, all from one quantity to readings of one unit."""
+def is_of_one_quantity(coefficients: CoefficientSet) -> bool:
+    """Return whether it is of lines that are all from one quantity to readings of one unit."""
     forms = [numbers.form for numbers in coefficients.axes.values()]
-    return all(form.senses_level for form in forms) and len({(form.measured_unit, form.inputs) for form in forms}) == 1
+    return coefficients.is_of_lines and len({(form.measured_unit, form.inputs) for form in forms}) == 1
 
 
 def check_accelerometers(coefficients: CoefficientSet, what: str, instead: str) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.exports.c_text import check_accelerometers, is_of_lines
+from ams.exports.c_text import check_accelerometers, is_of_one_quantity
 from ams.exports.checksum_line import INTACT, ChecksumLine
 from ams.exports.embedded import comment_lines
 from ams.exports.format import Format
@@ -82,7 +82,7 @@ def from_linear_form(content: bytes, where: str) -> CoefficientSet:
 
 def _check_form(coefficients: CoefficientSet, what: str) -> None:
     """Refuse a set that is neither of accelerometers of pitch and roll nor of straight lines. Raises: SetError."""
-    if not is_of_lines(coefficients):
+    if not is_of_one_quantity(coefficients):
         check_accelerometers(coefficients, what, "export c or json, which have every component of k")
 
 

@@ -29,6 +29,7 @@ from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Se
 from ams.attitude.truncated_pivot import along_distance, factor_across, factor_along
 from ams.attitude.two_package import angles_from_gravity
 from ams.errors import DesignError
+from ams.frames import wrap_rad
 from ams.models.cr import model_gravity_g
 
 _ITERATIONS: Final = 20
@@ -232,7 +233,7 @@ def _read_off(gravity: FloatArray, roll: FloatArray, spread: Spread) -> SpreadAn
     factors = np.where((codes != 0)[:, None], 1.0, _factors_of_read(gravity, spread))
     pitch_half, yaw_half = factors[:, 0] * pitch_half, factors[:, 1] * yaw_half
     roll_half = factors[:, 2] * roll_half if has_roll else roll_half
-    wrapped = np.pi - np.mod(np.pi - roll, 2.0 * np.pi)
+    wrapped = wrap_rad(roll)
     return SpreadAngles(
         np.where(sideways, np.nan, _pitch(gravity, found.pitch_rad)),
         np.where(sideways, np.nan, pitch_sd),

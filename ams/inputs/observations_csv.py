@@ -13,7 +13,7 @@ import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
-from ams.frames import body_rates_rad_s
+from ams.frames import body_rates_rad_s, wrap_deg
 from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, parse_csv, refuse_cell
 from ams.inputs.number_blocks import NumberTable, numbers_in, read_numbers
 from ams.observations import Observations
@@ -166,7 +166,7 @@ def _refuse_impossible(table: NumberTable, numbers: Mapping[str, FloatArray]) ->
 def _refuse_wandering_points(table: NumberTable, point: IntArray, numbers: Mapping[str, FloatArray]) -> None:
     _, first, index = np.unique(point, return_index=True, return_inverse=True)
     for name in (column for column in ("pitch_deg", "roll_deg", "yaw_deg") if column in numbers):
-        off = np.mod(numbers[name] - numbers[name][first][index] + 180.0, 360.0) - 180.0
+        off = wrap_deg(numbers[name] - numbers[name][first][index])
         if np.abs(off).max() > _LARGEST_SPREAD_DEG:
             row = int(np.argmax(np.abs(off)))
             raise ObservationsError(

@@ -105,7 +105,7 @@ def sensed_level(
     Raises: OutsideValidity where the set is no three of them, an output is missing, or for another chain.
     """
     check_applicability(coefficients, chain_serial, None)
-    if not (_is_of_levels(coefficients) and resolves(coefficients.axes)) or set(outputs) != set(coefficients.axes):
+    if not (coefficients.is_of_lines and resolves(coefficients.axes)) or set(outputs) != set(coefficients.axes):
         raise OutsideValidity(
             f"{coefficients.sensor}: a level in all directions cannot be told from {', '.join(outputs)}: the set has "
             f"the axes {', '.join(coefficients.axes)} by {coefficients.model}, needed are three straight lines; "
@@ -114,10 +114,6 @@ def sensed_level(
     readings = {name: np.asarray(outputs[name], dtype=float) for name in coefficients.axes}
     _check_finite(coefficients, {**readings})
     return inferred_force(coefficients.axes, readings, None)
-
-
-def _is_of_levels(coefficients: CoefficientSet) -> bool:
-    return all(numbers.form.senses_level for numbers in coefficients.axes.values())
 
 
 def sensed_force(

@@ -14,7 +14,7 @@ from ams.calibration_result import METHOD_VERSION, Calibration
 from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
 from ams.sets.canonical import Document, Json, listed, plain, render, table, with_checksum
-from ams.sets.equations import CONVENTIONS, AxisNumbers, check_numbers
+from ams.sets.equations import CONVENTIONS, AxisNumbers, are_lines, check_numbers
 from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
@@ -83,6 +83,11 @@ class CoefficientSet:
     @property
     def test_vectors(self) -> Document:
         return self._section("test_vectors")
+
+    @property
+    def is_of_lines(self) -> bool:
+        """Whether every axis is a straight line."""
+        return are_lines(self.axes)
 
     @property
     def needs_temperature(self) -> bool:

@@ -194,6 +194,11 @@ class AxisNumbers:
         return np.asarray(temperature_degc - reference)
 
 
+def are_lines(axes: Mapping[str, AxisNumbers]) -> bool:
+    """Return whether every axis is a straight line of the quantity itself along the package's axes."""
+    return all(numbers.form.senses_level for numbers in axes.values())
+
+
 def predicted_v(numbers: AxisNumbers, f: FloatArray, temperature_degc: FloatArray | None) -> FloatArray:
     """Return the output of the axis at the field (…, 3) that its model senses, from the primary parameters."""
     formula = numbers.model_output

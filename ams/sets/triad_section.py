@@ -11,7 +11,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import VectorsDisagree
 from ams.sets.canonical import Document, Json, listed, number, table
-from ams.sets.equations import AxisNumbers
+from ams.sets.equations import AxisNumbers, are_lines
 from ams.sets.vectors import resolves
 
 TEXT = (
@@ -25,7 +25,7 @@ _TOLERANCE_RELATIVE = 1e-9
 def triad_section(axes: Mapping[str, AxisNumbers]) -> Document:
     """Return ``{"triad": …}``, nothing where the axes are no three straight lines that resolve three directions."""
     forms = [numbers.form for numbers in axes.values()]
-    if not all(form.senses_level for form in forms) or not resolves(axes):
+    if not are_lines(axes) or not resolves(axes):
         return {}
     matrix = np.stack([numbers.direction for numbers in axes.values()])
     measured, unit = forms[0].measured_unit, forms[0].unit

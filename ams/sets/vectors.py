@@ -12,9 +12,9 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import VectorsDisagree
-from ams.frames import Exposure
+from ams.frames import Exposure, wrap_deg
 from ams.sets.canonical import Document, Json, listed, number, table
-from ams.sets.equations import AxisNumbers, derived_direction, predicted_v
+from ams.sets.equations import AxisNumbers, are_lines, derived_direction, predicted_v
 from ams.sets.sensed_quantity import RATE_INPUTS, field_at
 from ams.units import UNITS
 
@@ -113,7 +113,7 @@ def make_vectors(axes: Mapping[str, AxisNumbers], validity: Validity) -> Documen
     inverse = [vector for vector in forward if _is_invertible(axes, vector)]
     return {
         "tolerance_relative": TOLERANCE_RELATIVE,
-        "tolerance_text": LEVEL_TOLERANCE_TEXT if _of_levels(axes) else TOLERANCE_TEXT,
+        "tolerance_text": LEVEL_TOLERANCE_TEXT if are_lines(axes) else TOLERANCE_TEXT,
         "forward": list(forward),
         "inverse": list(inverse) or None,
         "inverse_text": _inverse_text(axes, has_inverse=bool(inverse)),
@@ -190,12 +190,8 @@ def outputs_key(axes: Mapping[str, AxisNumbers]) -> str:
     return f"outputs_{next(iter(axes.values())).form.measured_unit}"
 
 
-def _of_levels(axes: Mapping[str, AxisNumbers]) -> bool:
-    return all(numbers.form.senses_level for numbers in axes.values())
-
-
 def _inverse_text(axes: Mapping[str, AxisNumbers], *, has_inverse: bool) -> str:
-    if _of_levels(axes):
+    if are_lines(axes):
         return LEVEL_INVERSE_TEXT if has_inverse else NO_LEVEL_INVERSE_TEXT
     if not has_inverse:
         return NO_INVERSE_TEXT
@@ -210,7 +206,7 @@ def _forward(
     axes: Mapping[str, AxisNumbers], validity: Validity, fractions: tuple[float, float, float], with_temperature: bool
 ) -> Document:
     inputs = {name: None for numbers in axes.values() for name in numbers.form.inputs}
-    if _of_levels(axes):
+    if are_lines(axes):
         vector: Document = _levels(inputs, validity, fractions)
         vector[outputs_key(axes)] = {name: _output_v(numbers, vector) for name, numbers in axes.items()}
         return vector
@@ -265,7 +261,7 @@ def _temperature(vector: Mapping[str, Json]) -> FloatArray | None:
 
 
 def _is_invertible(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json]) -> bool:
-    if _of_levels(axes):
+    if are_lines(axes):
         return resolves(axes)
     return is_package(axes) and abs(number(vector["pitch_deg"])) <= LARGEST_INVERSE_PITCH_DEG
 
@@ -298,11 +294,11 @@ def _forward_error(numbers: AxisNumbers, vector: Mapping[str, Json], where: str)
 
 def _inverse_error(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json], where: str) -> float:
     outputs_v = {name: np.asarray(number(value)) for name, value in table(vector[outputs_key(axes)]).items()}
-    if _of_levels(axes):
+    if are_lines(axes):
         return _level_error(vector, inferred_force(axes, outputs_v, None), where)
     pitch_rad, roll_rad = angles_of(inferred_force(axes, outputs_v, _temperature(vector)))
     turn_deg = float(np.degrees(roll_rad)) - number(vector["roll_deg"])
-    errors = (float(np.degrees(pitch_rad)) - number(vector["pitch_deg"]), (turn_deg + 180.0) % 360.0 - 180.0)
+    errors = (float(np.degrees(pitch_rad)) - number(vector["pitch_deg"]), wrap_deg(turn_deg))
     error = max(abs(errors[0]), abs(errors[1])) / 180.0
     if not error <= TOLERANCE_RELATIVE:
         raise VectorsDisagree(

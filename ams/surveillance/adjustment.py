@@ -23,7 +23,7 @@ from ams.observations import Observations
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.attitude_errors import AngleErrors, errors_of
-from ams.surveillance.level_errors import LevelErrors, is_of_lines, level_errors_of
+from ams.surveillance.level_errors import LevelErrors, level_errors_of
 from ams.surveillance.level_errors import from_document as read_level_errors
 from ams.surveillance.level_errors import to_document as level_errors_document
 
@@ -192,7 +192,7 @@ def _condition(
     acceptance: Acceptance,
     usage_pitch_deg: tuple[float, float] | None,
 ) -> Condition:
-    if is_of_lines(new):
+    if new.is_of_lines:
         return Condition(kind, applied.sha256, applied.created_utc, {}, (), level_errors_of(applied, new))
     errors = errors_of(applied, new, observations, usage_pitch_deg)
     judged = tuple(

@@ -46,17 +46,12 @@ class LevelErrors:
         return int(np.argmax(np.abs(self.error) + self.expanded))
 
 
-def is_of_lines(coefficients: CoefficientSet) -> bool:
-    """Return whether every axis of a set is a straight line."""
-    return all(numbers.form.senses_level for numbers in coefficients.axes.values())
-
-
 def level_errors_of(applied: CoefficientSet, measured_by: CoefficientSet) -> Mapping[str, LevelErrors]:
     """Return the errors of the set ``applied`` by axis; ``measured_by`` is the set that its run made.
 
     Raises: OutsideValidity where the sets have other axes or units.
     """
-    if not is_of_lines(applied) or set(applied.axes) != set(measured_by.axes) or _units(applied) != _units(measured_by):
+    if not applied.is_of_lines or set(applied.axes) != set(measured_by.axes) or _units(applied) != _units(measured_by):
         raise OutsideValidity(
             f"{applied.sensor}: errors of straight lines need two sets of the same axes and units: got "
             f"{', '.join(applied.axes)} in {' per '.join(_units(applied))}, measured by {', '.join(measured_by.axes)} "

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.vectors import LEVEL
-from ams.surveillance.level_errors import is_of_lines
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
 from procedures.certificate.grounds import Grounds, gaps_of
@@ -38,7 +37,7 @@ def certificate_page(grounds: Grounds) -> str:
         meanings=meanings_of(grounds.coefficients),
         nearest=nearest(grounds.coefficients),
         angles=list(angle_rows(errors, capability_deg)),
-        lines=is_of_lines(grounds.coefficients),
+        lines=grounds.coefficients.is_of_lines,
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(gaps_of(grounds)) if grounds.is_specimen else [],
         conditions=_conditions(grounds.coefficients.document),

@@ -277,5 +277,5 @@ def _truth(truth: AxisTruth, sensor: Sensor, unit: str) -> dict[str, float]:
         "offset_v": truth.at_zero,
         f"sensitivity_v_per_{quantity}": truth.per_unit,
         "coning_deg": truth.coning_deg,
-        "azimuth_deg": float(wrap_deg(np.array(truth.azimuth_deg + 90.0))),
+        "azimuth_deg": wrap_deg(truth.azimuth_deg + 90.0),
     }

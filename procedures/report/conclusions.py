@@ -12,6 +12,7 @@ from ams.analysis.advice import advise
 from ams.analysis.calibration_budget import AxisBudget
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
+from ams.frames import wrap_deg
 from ams.models.extended import TERM_NAMES
 from ams.observations import Observations
 from ams.parameter_words import words_of
@@ -161,7 +162,7 @@ def by_replication(replication: Replication, parameter: str) -> dict[int, float]
     values = {label: float(value) for label, value in values.items() if np.isfinite(value)}
     if parameter == "azimuth_deg" and values:
         first = next(iter(values.values()))
-        return {label: first + (value - first + 180.0) % 360.0 - 180.0 for label, value in values.items()}
+        return {label: first + wrap_deg(value - first) for label, value in values.items()}
     return values
 
 

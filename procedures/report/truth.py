@@ -7,7 +7,7 @@ mounted turned has its truth in axes other than the solution's.
 import numpy as np
 
 from ams.calibration_result import AxisCalibration
-from ams.frames import AXES
+from ams.frames import AXES, wrap_deg
 from ams.models.accelerometer import PitchRoll, vector_from_angles
 from ams.models.extended import CUBIC_NAME, Q_NAMES, TRACELESS_NAME
 from ams.observations import Observations
@@ -43,7 +43,7 @@ def truth_of(
     }
     form = FIELDS.get(calibration.model)
     if form is not None and form.convention == "CR":
-        values["azimuth_deg"] = 180.0 - (180.0 - truth.azimuth_deg - QUARTER_TURN_DEG) % 360.0
+        values["azimuth_deg"] = wrap_deg(truth.azimuth_deg + QUARTER_TURN_DEG)
     if truth.offset_drift_v_per_replication == 0.0:
         warmed_v = truth.offset_tc_v_per_degc * warmer_degc + truth.offset_tc2_v_per_degc2 * warmer_degc**2
         values["offset_v"] = truth.offset_v + warmed_v

@@ -1,7 +1,10 @@
 """Axes and specific force against explicit rotations, not against the formulas of the module."""
 
+import re
+
 import numpy as np
 import pytest
+from example_files import ROOT
 
 from ams.frames import (
     attitude_from_degrees,
@@ -52,4 +55,12 @@ def test_derivatives_agree_with_a_complex_step() -> None:
 
 def test_wrapped_angles_include_plus_half_a_turn_and_exclude_minus() -> None:
     np.testing.assert_array_equal(wrap_deg(np.array([-180.0, 180.0, 190.0, -190.0, 720.0])), [180, 180, -170, 170, 0])
+    assert [wrap_deg(angle) for angle in (-180.0, 180.0, 190.0, -190.0, 720.0)] == [180.0, 180.0, -170.0, 170.0, 0.0]
     assert wrap_rad(np.array([-np.pi]))[0] == np.pi
+
+
+def test_an_angle_is_wrapped_in_one_place() -> None:
+    copies = re.compile(r"% ?\(?360(\.0)?\)? - 180|360\.0\) - 180|180(\.0)? - (np\.mod)?\(180|np\.pi - np\.mod\(")
+    sources = [path for package in ("ams", "rig", "procedures") for path in (ROOT / package).rglob("*.py")]
+    found = [path.name for path in sources if copies.search(path.read_text(encoding="utf-8"))]
+    assert found == ["frames.py"], "ams.frames.wrap_deg and wrap_rad do it, both ends alike"

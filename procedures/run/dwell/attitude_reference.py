@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from statistics import fmean
 
+from ams.frames import wrap_deg
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell
 from procedures.run.dwell.measure import OpenRig, read_channel
@@ -40,7 +41,7 @@ def approach(rig: OpenRig, plan: Plan, dwell: Dwell, wait: Wait) -> dict[str, fl
     for _ in range(reference.corrections + 1):
         reference_deg = reference_attitude(rig, plan, wait)
         off = {
-            name: _turned(dwell.targets_deg[name] - reference_deg[name])
+            name: wrap_deg(dwell.targets_deg[name] - reference_deg[name])
             for name in reference_deg
             if name in dwell.targets_deg
         }
@@ -71,9 +72,4 @@ def _mean_deg(channel: str, samples_deg: Sequence[float]) -> float:
             " attitudes that it reaches, or measure without it"
         )
     first_deg = samples_deg[0]
-    return first_deg + fmean(_turned(sample_deg - first_deg) for sample_deg in samples_deg)
-
-
-def _turned(angle_deg: float) -> float:
-    """Return the same turn within ±180°."""
-    return (angle_deg + 180.0) % 360.0 - 180.0
+    return first_deg + fmean(wrap_deg(sample_deg - first_deg) for sample_deg in samples_deg)

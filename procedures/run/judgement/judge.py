@@ -33,6 +33,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
+from ams.frames import wrap_deg
 from procedures.plan.steps import Dwell, Follow, Turn
 from procedures.records.dwells import ChannelReading, Look, Measurement, NoiseReference, StreamTiming
 from procedures.statistics import has_slope, small_variance_ratio, t_limit
@@ -196,7 +197,7 @@ def _position(
         return
     allowed_deg = reference.tolerance_deg + _SIGMAS * reference.uncertainty_deg
     for name, angle_deg in reached.items():
-        off_deg = (angle_deg - limits.targets_deg[name] + 180.0) % 360.0 - 180.0
+        off_deg = wrap_deg(angle_deg - limits.targets_deg[name])
         if abs(off_deg) > allowed_deg:
             yield f"{name}: the reference tells {angle_deg:.4g} deg, allowed within {allowed_deg:.3g} deg of its target"
 
