@@ -25,6 +25,7 @@ from rig.wire.chamber_text import (
     parse_is_fahrenheit,
     parse_text,
 )
+from rig.wire.temperatures import degc_of, of_degc
 
 PLAUSIBLE_DEGC = (-100.0, 250.0)
 """A temperature outside is a wrong unit or a broken probe."""
@@ -130,7 +131,7 @@ class AsciiChamber:
 
     def _written(self, setpoint_degc: float, is_fahrenheit: bool) -> float:
         """Return the set point in the chamber's unit. Raises: RequestRefused where it has no such step."""
-        exact = setpoint_degc * 1.8 + 32.0 if is_fahrenheit else setpoint_degc
+        exact = of_degc(setpoint_degc, is_fahrenheit=is_fahrenheit)
         value = round(exact, DECIMALS)
         if abs(value - exact) > 1e-9:
             unit = "degF" if is_fahrenheit else "degC"
@@ -217,4 +218,4 @@ class AsciiChamber:
 
 
 def _degc(value: float, is_fahrenheit: bool) -> float:
-    return round((value - 32.0) / 1.8, 6) if is_fahrenheit else value
+    return round(degc_of(value, is_fahrenheit=True), 6) if is_fahrenheit else value

@@ -17,7 +17,7 @@ from rig.description.device_settings import AxisSettings, Positive
 from rig.devices.abilities import AxisState, StopStep
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
-from rig.devices.targets import check_target
+from rig.devices.targets import check_target, require_home
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -186,15 +186,12 @@ class Esp301Axis:
         return f"{version}, axis {self._settings.axis}, own limits {low_deg:g} to {high_deg:g} deg{scale}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, self._settings, target_deg)
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
         state = self.state()
-        if not state.is_homed:
-            raise RequestRefused(
-                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
-            )
+        require_home(self.name, f"move to {target_deg:g} deg", is_homed=state.is_homed)
         self._require_degrees()
         self._pace()
         self._command(wire.set_value("PA", self._settings.axis, self._settings.table_deg(target_deg)))

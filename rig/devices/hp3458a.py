@@ -15,6 +15,7 @@ from pydantic import Field, field_validator, model_validator
 from rig.clock import Clock
 from rig.description.device_settings import NotNegative, Positive, ReadoutSettings
 from rig.devices.abilities import Burst, Wait
+from rig.devices.cards import card_of_slot, ranges_v
 from rig.devices.hp3458a_meter import Hp3458aMeter, Setup
 from rig.devices.hp3488a import Hp3488aScanner
 from rig.devices.meter_checks import MeterChecks, proofs
@@ -89,7 +90,7 @@ class Hp3458aSettings(ReadoutSettings):
         if twice:
             names = [name for name, channel in self.channels.items() if channel.scanner_channel == twice[0]]
             raise ValueError(f"channels: scanner channel {twice[0]} is used by {', '.join(names)}; each needs its own")
-        self.checks.refuse_conflicts(used, self.ranges_v())
+        self.checks.refuse_conflicts(used, ranges_v(self.channels.values()))
         for slot, numbers in scanner_wire.by_slot(_scanner_channels(self)).items():
             self._refuse_what_no_card_has(slot, numbers)
         return self
@@ -101,7 +102,7 @@ class Hp3458aSettings(ReadoutSettings):
                     f"scanner channel {number}: no card of a 3488A has it (allowed: slot 1 to 5, with the channels of"
                     f" {', '.join(scanner_wire.SWITCHED_BY)}, such as 100 to 109)"
                 )
-        fitting, card = scanner_wire.cards_for(numbers), self.card_of_slot().get(slot)
+        fitting, card = scanner_wire.cards_for(numbers), card_of_slot(self.cards).get(slot)
         if card is not None and card not in fitting:
             lacking = next(number for number in numbers if not scanner_wire.has_channel(card, number))
             allowed = ", ".join(f"{100 * slot + number}" for number in sorted(scanner_wire.SWITCHED_BY[card]))
@@ -113,13 +114,6 @@ class Hp3458aSettings(ReadoutSettings):
                 f"scanner channels {', '.join(map(str, numbers))}: no card of a 3488A has all of them, and they are of"
                 f" one slot, {slot}; a 44472 has 00 to 03 and 10 to 13, the others 00 to 09"
             )
-
-    def card_of_slot(self) -> dict[int, str]:
-        return {int(slot): card for slot, card in self.cards.items()}
-
-    def ranges_v(self) -> list[float]:
-        """Return every range that a channel uses, as often as it does."""
-        return [channel.range_v for channel in self.channels.values()]
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
@@ -169,7 +163,7 @@ class Hp3458aReadout:
             _scanner_channels(settings),
             settings.relay_settle_s,
             clock,
-            settings.card_of_slot(),
+            card_of_slot(settings.cards),
         )
 
     def identify(self) -> str:
@@ -228,7 +222,7 @@ class Hp3458aReadout:
                 f"{self.name}, checks", ScannedChannel(scanner=channel, range_v=range_v), checks.samples, wait
             )
 
-        return MeterLook(proofs(checks, self._settings.ranges_v(), read), degc, is_calibrated_anew)
+        return MeterLook(proofs(checks, ranges_v(self._settings.channels.values()), read), degc, is_calibrated_anew)
 
     def _is_due(self, degc: float) -> bool:
         before_degc = self._calibrated_degc

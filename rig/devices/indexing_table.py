@@ -10,8 +10,8 @@ from pydantic import Field
 from rig.description.device_settings import AxisSettings
 from rig.devices.abilities import AxisState, StopStep
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
-from rig.devices.targets import check_target
-from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
+from rig.devices.targets import check_target, require_home
+from rig.errors import DeviceNonsense, DeviceRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire.indexing_table import (
@@ -132,14 +132,11 @@ class IndexingTableAxis:
         return f"{reply.text}, axis {self._number}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, self._settings, target_deg)
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
-        if not self.state().is_homed:
-            raise RequestRefused(
-                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
-            )
+        require_home(self.name, f"move to {target_deg:g} deg", is_homed=self.state().is_homed)
         # Adding 0.0 turns −0.0 into 0.0, which the wire would show as -000.0000.
         self._go(round(self._settings.table_deg(target_deg), 6) + 0.0, target_deg)
 

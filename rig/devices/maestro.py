@@ -25,7 +25,7 @@ from rig.clock import Clock
 from rig.description.device_settings import AxisSettings, Positive, WatchdogSeconds
 from rig.devices import rates
 from rig.devices.abilities import AxisState, ServoAim, StopStep, TurnLook, Wait
-from rig.devices.targets import check_target, nearest_step
+from rig.devices.targets import check_target, nearest_step, require_home
 from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
 from rig.link.byte_stream import ByteStream
@@ -243,7 +243,7 @@ class MaestroAxis:
         return f"Maestro ({self._settings.model}), channel {self._settings.axis}, script {script}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, self._settings, target_deg)
 
     def check_rate(self, rate_dps: float) -> None:
         refuse_speed(self.name, self._settings, rate_dps)
@@ -266,10 +266,7 @@ class MaestroAxis:
         state = self.state()
         if state.fault:
             raise DeviceFault(f"{self.name}: {state.fault}; nothing was sent; home the axis")
-        if not state.is_homed:
-            raise RequestRefused(
-                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
-            )
+        require_home(self.name, f"move to {target_deg:g} deg", is_homed=state.is_homed)
         self._aim(target_deg, speed)
 
     def home(self) -> None:

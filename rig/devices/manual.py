@@ -9,7 +9,7 @@ from typing import Literal
 
 from rig.description.device_settings import AxisSettings
 from rig.devices.abilities import AxisState, StopStep
-from rig.devices.targets import check_target
+from rig.devices.targets import check_target, require_home
 from rig.errors import DeviceNonsense, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.wire import manual as wire
@@ -93,15 +93,12 @@ class ManualAxis:
         return f"{self.name}, set by the operator"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, self._settings, target_deg)
 
     def start_move(self, target_deg: float) -> None:
         """Ask the operator. Raises also: RequestRefused while another question is open."""
         self.check_target(target_deg)
-        if not self.state().is_homed:
-            raise RequestRefused(
-                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing was asked; home it first"
-            )
+        require_home(self.name, f"move to {target_deg:g} deg", is_homed=self.state().is_homed)
         self._ask(SetTo(self.name, round(self._settings.table_deg(target_deg), 6)))
 
     def home(self) -> None:

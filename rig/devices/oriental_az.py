@@ -21,9 +21,9 @@ from rig.devices import rates
 from rig.devices.abilities import AxisState, StopStep, TurnLook, Wait
 from rig.devices.oriental_az_settings import OrientalAzSettings, judge_set_up
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
-from rig.devices.targets import check_target, nearest_step
+from rig.devices.targets import check_target, nearest_step, require_home
 from rig.devices.watchdog import prove
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Patience
 from rig.link.modbus import ModbusRtu
@@ -80,7 +80,7 @@ class OrientalAzAxis:
         return f"Oriental AZ, unit {self._settings.axis}, current {current / 10:g} %, {self._require_set_up()}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, self._settings, target_deg)
 
     def check_rate(self, rate_dps: float) -> None:
         rates.check_rate(self.name, rate_dps, self.top_rate_dps)
@@ -215,8 +215,7 @@ class OrientalAzAxis:
         signals = self._signals()
         if signals.is_alarmed:
             self._require_no_alarm(task)
-        if not signals.is_homed:
-            raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
+        require_home(self.name, task, is_homed=signals.is_homed)
         if not (signals.is_ready or (may_turn and signals.is_moving)):
             held = self._read(wire.INPUTS, 1)[0]
             on = ", ".join(name for name, bit in (("STOP", wire.STOP), ("FREE", wire.FREE)) if held & bit)

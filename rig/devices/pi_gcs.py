@@ -17,8 +17,8 @@ from rig.description.device_settings import AxisSettings
 from rig.devices.abilities import AxisState, StopStep
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import start_once
-from rig.devices.targets import check_target
-from rig.errors import DeviceFault, DeviceRefused, FileContradicted, RequestRefused
+from rig.devices.targets import check_target, require_home
+from rig.errors import DeviceFault, DeviceRefused, FileContradicted
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire import pi_gcs as wire
@@ -68,14 +68,11 @@ class PiGcsAxis:
         return f"{identity}, axis {self._axis}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, self._settings, target_deg)
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
-        if not self.state().is_homed:
-            raise RequestRefused(
-                f"{self.name}: move to {target_deg:g} deg: the axis is not homed; nothing moved; home it first"
-            )
+        require_home(self.name, f"move to {target_deg:g} deg", is_homed=self.state().is_homed)
         self._prepare()
         table_deg = self._settings.table_deg(target_deg)
         start_once(lambda: self._do("MOV", wire.format_number(table_deg)), lambda: self._is_on_its_way(table_deg))

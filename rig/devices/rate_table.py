@@ -13,6 +13,7 @@ from rig.clock import Clock
 from rig.devices import rates
 from rig.devices.abilities import AxisState, StopStep, TurnLook
 from rig.devices.indexing_table import DialectSettings, IndexingTableAxis, exchange_of
+from rig.devices.targets import require_home
 from rig.errors import RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange
@@ -98,10 +99,7 @@ class RateTableAxis:
 
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
-        if not self.state().is_homed:
-            raise RequestRefused(
-                f"{self.name}: turn at {rate_dps:g} deg/s: the axis is not homed; nothing moved; home it first"
-            )
+        require_home(self.name, f"turn at {rate_dps:g} deg/s", is_homed=self.state().is_homed)
         self._table.turn(self._settings.sign * rate_dps)
 
     def home(self) -> None:

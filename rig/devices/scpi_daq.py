@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rig.clock import Clock
 from rig.devices.abilities import Burst, Wait
+from rig.devices.cards import card_of_slot, ranges_v
 from rig.devices.meter_checks import proofs
 from rig.devices.scpi_daq_settings import (
     CARD_CHANNELS,
@@ -132,7 +133,9 @@ class ScpiDaqReadout:
                 f"{self.name}, checks", DaqChannel(channel=channel, range_v=range_v), checks.samples, wait
             )
 
-        return MeterLook(proofs(checks, self._settings.ranges_v(), read), None, is_calibrated_anew=False)
+        return MeterLook(
+            proofs(checks, ranges_v(self._settings.channels.values()), read), None, is_calibrated_anew=False
+        )
 
     def _cycles(self, entry: DaqChannel, nplc: float | None) -> float:
         cycles = nplc if nplc is not None else entry.nplc if entry.nplc is not None else self._settings.nplc
@@ -245,7 +248,7 @@ class ScpiDaqReadout:
                 f"{self.name}: slot {slot} is empty, but the rig file uses its channels (readouts.{self.name}:"
                 " channels); nothing was switched; put the card in or correct the file"
             )
-        stated = self._settings.card_of_slot().get(slot, card)
+        stated = card_of_slot(self._settings.cards).get(slot, card)
         if stated != card:
             raise FileContradicted(
                 f"{self.name}: slot {slot} has a {card}, the rig file says {stated} (readouts.{self.name}: cards);"

@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from rig.description.device_settings import Positive, ReadoutSettings
+from rig.devices.cards import card_of_slot, ranges_v
 from rig.devices.meter_checks import MeterChecks
 from rig.devices.scpi_talk import listed
 from rig.toml_file import StrictTable
@@ -126,8 +127,8 @@ class ScpiDaqSettings(ReadoutSettings):
     def _channels_exist_once(self) -> "ScpiDaqSettings":
         model = MODELS[self.model]
         used = [entry.channel for entry in self.channels.values()]
-        self.checks.refuse_conflicts(used, self.ranges_v())
-        if absent := [slot for slot in self.card_of_slot() if slot > model.slots]:
+        self.checks.refuse_conflicts(used, ranges_v(self.channels.values()))
+        if absent := [slot for slot in card_of_slot(self.cards) if slot > model.slots]:
             raise ValueError(f"cards: a {self.model} has no slot {absent[0]} (allowed: 1 to {model.slots})")
         for number in [*used, *(channel for channel in self.checks.channel_numbers().values() if channel is not None)]:
             slot, channel = divmod(number, model.numbers_per_slot)
@@ -139,7 +140,7 @@ class ScpiDaqSettings(ReadoutSettings):
                 )
             if used.count(number) > 1:
                 raise ValueError(f"channel {number} is used by more than one name; each needs its own")
-            card = self.card_of_slot().get(slot, "")
+            card = card_of_slot(self.cards).get(slot, "")
             last = CARD_CHANNELS.get(card, model.most_channels)
             if channel > last:
                 raise ValueError(
@@ -148,15 +149,8 @@ class ScpiDaqSettings(ReadoutSettings):
                 )
         return self
 
-    def card_of_slot(self) -> dict[int, str]:
-        return {int(slot): card for slot, card in self.cards.items()}
-
     def most_samples(self) -> int:
         return MOST_SAMPLES
-
-    def ranges_v(self) -> list[float]:
-        """Return every range that a channel uses, as often as it does."""
-        return [entry.range_v for entry in self.channels.values()]
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)

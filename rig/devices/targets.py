@@ -61,15 +61,21 @@ def broken_rules(
         yield BrokenRule("increment_deg")
 
 
-def check_target(
-    name: str, target_deg: float, table_deg: float, limits_deg: tuple[float, float], increment_deg: float
-) -> None:
+def check_target(name: str, axis: Positioning, target_deg: float) -> None:
     """Refuse a target that is not finite, outside the limits or between two teeth.
 
     The approach is a target of its own, so a driver is asked twice. Raises: RequestRefused.
     """
-    for broken in broken_rules(target_deg, table_deg, limits_deg, increment_deg):
-        raise RequestRefused(f"{name}: move to {_sentence(broken.rule, name, target_deg, limits_deg, increment_deg)}")
+    table_deg = axis.table_deg(target_deg)
+    for broken in broken_rules(target_deg, table_deg, axis.limits_deg, axis.increment_deg):
+        sentence = _sentence(broken.rule, name, target_deg, axis.limits_deg, axis.increment_deg)
+        raise RequestRefused(f"{name}: move to {sentence}")
+
+
+def require_home(name: str, task: str, *, is_homed: bool) -> None:
+    """Refuse a task, such as ``move to 10 deg``, of an axis whose zero is not known. Raises: RequestRefused."""
+    if not is_homed:
+        raise RequestRefused(f"{name}: {task}: the axis is not homed; nothing moved; home it first")
 
 
 def _sentence(rule: Rule, name: str, target_deg: float, limits_deg: tuple[float, float], increment_deg: float) -> str:

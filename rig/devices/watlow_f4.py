@@ -18,6 +18,7 @@ from rig.description.device_settings import EnvironmentSettings
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
+from rig.wire.temperatures import degc_of, of_degc
 
 MODEL, PROCESS_VALUE, PROFILE, SETPOINT, LOW_LIMIT, HIGH_LIMIT = 0, 100, 200, 300, 602, 603
 DECIMALS, KIND, UNIT = 606, 608, 901
@@ -56,11 +57,11 @@ class Scale:
 
     def degc(self, raw: int) -> float:
         value = (raw - 65536 if raw >= 32768 else raw) / 10.0**self.decimals
-        return (value - 32.0) / 1.8 if self.is_fahrenheit else value
+        return degc_of(value, is_fahrenheit=self.is_fahrenheit)
 
     def raw(self, degc: float) -> float:
         """Not rounded."""
-        return (degc * 1.8 + 32.0 if self.is_fahrenheit else degc) * 10.0**self.decimals
+        return of_degc(degc, is_fahrenheit=self.is_fahrenheit) * 10.0**self.decimals
 
 
 class WatlowF4:

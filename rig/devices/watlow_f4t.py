@@ -23,6 +23,7 @@ from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
 from rig.link.modbus_tcp import ModbusTcp
 from rig.toml_file import as_tuple
+from rig.wire.temperatures import degc_of, of_degc
 
 LOOP = 160
 LOW_LIMIT, HIGH_LIMIT, SETPOINT, PROCESS_VALUE = 2774, 2776, 2782, 2820
@@ -243,10 +244,10 @@ class WatlowF4T:
 
     def _from_wire(self, words: Sequence[int]) -> float:
         value = _float(words, self._settings.word_order)
-        return value if self._values == "degc" else (value - 32.0) / 1.8
+        return degc_of(value, is_fahrenheit=self._values == "degf")
 
     def _to_wire(self, degc: float) -> float:
-        return degc if self._values == "degc" else degc * 1.8 + 32.0
+        return of_degc(degc, is_fahrenheit=self._values == "degf")
 
 
 def _words(value: float, order: WordOrder) -> tuple[int, int]:

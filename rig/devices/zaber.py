@@ -19,8 +19,8 @@ from rig.devices import rates
 from rig.devices.abilities import AxisState, StopStep, TurnLook
 from rig.devices.machine_limits import require_travel
 from rig.devices.starting import start_once
-from rig.devices.targets import check_target, nearest_step
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, FileContradicted, RequestRefused
+from rig.devices.targets import check_target, nearest_step, require_home
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, FileContradicted
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.exchange import Exchange, Patience
@@ -115,7 +115,7 @@ class ZaberAxis:
         return f"Zaber device {device_id}, serial {serial}, firmware {version}, number {self._settings.axis}{axis}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, self._settings, target_deg)
 
     def check_rate(self, rate_dps: float) -> None:
         rates.check_rate(self.name, rate_dps, self.top_rate_dps)
@@ -221,8 +221,7 @@ class ZaberAxis:
 
     def _require_home(self, task: str) -> None:
         self._is_referenced = False
-        if not self.state().is_homed:
-            raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
+        require_home(self.name, task, is_homed=self.state().is_homed)
 
     def _start(self, text: str, is_there: Callable[[], bool]) -> None:
         start_once(lambda: self._ask(text, idempotent=False), lambda: self.state().is_moving or is_there())

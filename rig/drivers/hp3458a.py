@@ -3,6 +3,7 @@
 from rig.clock import Clock
 from rig.description.device_settings import TWIN_PORT
 from rig.devices.abilities import Readout
+from rig.devices.cards import card_of_slot
 from rig.devices.hp3458a import Hp3458aReadout, Hp3458aSettings, scanner_resource
 from rig.drivers.driver import Driver, ReadoutDriver
 from rig.drivers.wired_checks import known_voltages, wired_checks
@@ -33,7 +34,7 @@ def _twin(name: str, settings: Hp3458aSettings, world: World) -> tuple[Twin, str
     wiring |= wired_checks(settings.checks)
     source = known_voltages(name, settings.checks, world)
     fitting = {slot: scanner_wire.cards_for(numbers)[0] for slot, numbers in scanner_wire.by_slot(wiring).items()}
-    scanner = Hp3488aTwin(fitting | settings.card_of_slot())
+    scanner = Hp3488aTwin(fitting | card_of_slot(settings.cards))
     twin = Hp3458aTwin(ScannedInput(source, scanner, wiring))
     twin.inside_degc = source.inside_degc
     instruments: dict[int, GpibInstrument] = {

@@ -2,6 +2,7 @@
 
 from rig.clock import Clock
 from rig.devices.abilities import Readout
+from rig.devices.cards import card_of_slot
 from rig.devices.scpi_daq import DEFAULT_ADDRESS, ScpiDaqReadout
 from rig.devices.scpi_daq_settings import CARD_CHANNELS, ScpiDaqSettings
 from rig.drivers.driver import Driver, ReadoutDriver
@@ -23,7 +24,7 @@ def _twin(name: str, settings: ScpiDaqSettings, world: World) -> tuple[Twin, str
     wiring = {entry.channel: f"{name}.{channel}" for channel, entry in settings.channels.items()}
     source, wiring = known_voltages(name, settings.checks, world), wiring | wired_checks(settings.checks)
     unit = ScpiDaqTwin(source, wiring, model=settings.model, line_frequency_hz=settings.line_frequency_hz)
-    cards = settings.card_of_slot()
+    cards = card_of_slot(settings.cards)
     unit.cards |= cards
     unit.card_channels |= {slot: CARD_CHANNELS[card] for slot, card in cards.items() if card in CARD_CHANNELS}
     return ScpiPort(unit), "{port}"

@@ -14,8 +14,8 @@ from rig.clock import Clock
 from rig.devices import rates
 from rig.devices.abilities import Axis, AxisState, StopStep, TurnLook
 from rig.devices.starting import start_once
-from rig.devices.targets import check_target, nearest_step
-from rig.errors import DeviceFault, DeviceRefused, RequestRefused
+from rig.devices.targets import check_target, nearest_step, require_home
+from rig.errors import DeviceFault, DeviceRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from turner import codec
@@ -73,11 +73,11 @@ class Turner:
 
     def check_target(self, target_deg: float) -> None:
         """Every target is checked here, in the plan and once more just before anything is sent."""
-        check_target(self.name, target_deg, self._settings.table_deg(target_deg), self.limits_deg, self.increment_deg)
+        check_target(self.name, self._settings, target_deg)
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
-        self._require_home(f"move to {target_deg:g} deg")
+        require_home(self.name, f"move to {target_deg:g} deg", is_homed=self.state().is_homed)
         self._prepare()
         ends = tuple(self._settings.table_deg(end) * codec.UNITS_PER_DEG for end in self.limits_deg)
         self._start(codec.MOVE, nearest_step(self._settings.table_deg(target_deg) * codec.UNITS_PER_DEG, ends))
@@ -87,7 +87,7 @@ class Turner:
 
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
-        self._require_home(f"turn at {rate_dps:g} deg/s")
+        require_home(self.name, f"turn at {rate_dps:g} deg/s", is_homed=self.state().is_homed)
         self._start(codec.TURN, codec.units(self._settings.sign * rate_dps))
 
     def turn_look(self, clock: Clock) -> TurnLook:
@@ -117,10 +117,6 @@ class Turner:
         if (confirmed := self._ask(codec.SPEED, wanted).value) != wanted:
             raise DeviceFault(f"{self.name}: speed {wanted} was sent and reads back {confirmed}; nothing moved")
         self._is_prepared = True
-
-    def _require_home(self, task: str) -> None:
-        if not self.state().is_homed:
-            raise RequestRefused(f"{self.name}: {task}: the axis is not homed; nothing moved; home it first")
 
     def _start(self, command: int, value: int) -> None:
         """Send a start once; where its answer is lost, the drive is asked whether it moves."""

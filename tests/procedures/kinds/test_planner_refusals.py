@@ -216,4 +216,4 @@ def test_whatever_is_not_refused_passes_the_drivers_own_check(
 def _send_everywhere(axis, targets_deg):
     for target_deg in targets_deg:
         for angle_deg in {target_deg, target_deg + axis.approach_deg}:
-            check_target("pitch", angle_deg, axis.sign * angle_deg + axis.zero_deg, axis.limits_deg, axis.increment_deg)
+            check_target("pitch", axis, angle_deg)

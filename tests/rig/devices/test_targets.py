@@ -6,31 +6,38 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rig.devices.targets import check_target, nearest_step
+from rig.description.device_settings import AxisSettings
+from rig.devices.targets import check_target, nearest_step, require_home
 from rig.errors import RequestRefused
 
 LIMITS = (-45.0, 90.0)
 
 
+def axis(increment_deg: float = 0.0, zero_deg: float = 0.0) -> AxisSettings:
+    return AxisSettings(
+        driver="any", port="twin", limits_deg=LIMITS, speed_dps=1.0, increment_deg=increment_deg, zero_deg=zero_deg
+    )
+
+
 @pytest.mark.parametrize("target_deg", [-45.0, 0.0, 90.0])
 def test_both_limits_are_allowed(target_deg: float) -> None:
-    check_target("pitch", target_deg, target_deg, LIMITS, 1.0)
+    check_target("pitch", axis(1.0), target_deg)
 
 
 @pytest.mark.parametrize("target_deg", [math.nextafter(-45.0, -90.0), math.nextafter(90.0, 180.0), math.inf, math.nan])
 def test_nothing_beyond_a_limit_is(target_deg: float) -> None:
     with pytest.raises(RequestRefused, match=r"pitch: move to .*nothing moved"):
-        check_target("pitch", target_deg, target_deg, LIMITS, 0.0)
+        check_target("pitch", axis(), target_deg)
 
 
 @pytest.mark.parametrize(("table_deg", "fits"), [(10.0, True), (10.0 + 1e-9, True), (10.01, False), (10.5, False)])
 def test_the_teeth_are_those_of_the_machine(table_deg: float, fits: bool) -> None:
     """With a zero of its own, an attitude between two degrees may stand on a tooth, and the other way round."""
     if fits:
-        check_target("pitch", 3.3, table_deg, LIMITS, 1.0)
+        check_target("pitch", axis(1.0, zero_deg=table_deg - 3.3), 3.3)
         return
     with pytest.raises(RequestRefused, match="multiples of 1 deg"):
-        check_target("pitch", 3.0, table_deg, LIMITS, 1.0)
+        check_target("pitch", axis(1.0, zero_deg=table_deg - 3.0), 3.0)
 
 
 @given(st.floats(-1e6, 1e6), st.floats(-1e5, 1e5), st.floats(2.0, 1e5))
@@ -41,3 +48,11 @@ def test_the_nearest_step_is_whole_and_between_the_limits(step: float, low: floa
     assert low - 1e-5 <= whole <= high + 1e-5
     if low + 1.0 <= step <= high - 1.0:
         assert abs(whole - step) <= 0.5
+
+
+def test_an_axis_that_is_not_homed_is_sent_nowhere() -> None:
+    require_home("pitch", "move to 3 deg", is_homed=True)
+    with pytest.raises(
+        RequestRefused, match=r"^pitch: turn at 3 deg/s: the axis is not homed; nothing moved; home it first$"
+    ):
+        require_home("pitch", "turn at 3 deg/s", is_homed=False)
