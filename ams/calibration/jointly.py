@@ -20,11 +20,10 @@ from ams.inputs.shared_errors import Effect, SharedError
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.solve.joint import JointFit, joint_fit
-from ams.solve.table_errors import Mounting, TablePriors
+from ams.solve.table_errors import WHOLE_TABLE, Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 
 _OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain")
-_NAMED_ERRORS = ("pitch zero", "roll zero", "base tilt", "squareness", "droop")
 
 
 def calibrate_jointly(observations: Observations, request: CalibrationRequest, priors: TablePriors) -> Calibration:
@@ -62,7 +61,7 @@ def _is_whole(sentence: str) -> bool:
 
     Parts of the index errors that stay as uncertain as their certificate has them are no reservation.
     """
-    return any(name in sentence for name in _NAMED_ERRORS)
+    return any(name in sentence for name in WHOLE_TABLE)
 
 
 def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequest) -> None:
@@ -122,12 +121,12 @@ def _with_residuals(axis: AxisCalibration, model: Model, stood: Observations) ->
 
 def _of_the_table(fit: JointFit) -> Iterator[str]:
     """Tell what the fit found of the table."""
-    parts = [nuisance for nuisance in fit.nuisances if nuisance.name not in _NAMED_ERRORS]
+    parts = [nuisance for nuisance in fit.nuisances if nuisance.name not in WHOLE_TABLE]
     sentences = [
         f"{nuisance.name} {nuisance.estimate_rad / RAD_PER_ARCSEC:+.2f}″ "
         f"(u {nuisance.standard_deviation_rad / RAD_PER_ARCSEC:.2g}″, prior {nuisance.prior_rad / RAD_PER_ARCSEC:.3g}″)"
         for nuisance in fit.nuisances
-        if nuisance.name in _NAMED_ERRORS
+        if nuisance.name in WHOLE_TABLE
     ]
     several = [f"{len(parts)} parts of its index errors"] if parts else []
     yield (

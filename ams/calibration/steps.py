@@ -35,7 +35,7 @@ from ams.analysis.diagnostics.wording import dwell_words
 from ams.arrays import BoolArray, FloatArray
 from ams.findings import Finding, FindingKind
 from ams.solve.extension import angles_of_points
-from ams.statistics.distributions import f_tail
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 from ams.surveillance.common_mode import judge_visits
 from ams.surveillance.common_mode_columns import Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of
@@ -64,8 +64,6 @@ _TRIED: Final = 2.0
 _CLIPPED: Final = 5.0
 _STRUCK: Final = 36.0
 """In squares of a standard deviation."""
-_SD_OF_MEDIAN: Final = 1.4826
-"""Standard deviations in the median of a normal variable's size."""
 _NOTHING: Final = 1e-9
 _PACKAGE: Final = "the package"
 _METER: Final = "the meter"
@@ -184,7 +182,7 @@ class _Search:
             columns = evidence.by_point(step_columns(evidence, index, self.taken))
             departures = departures - columns @ np.linalg.lstsq(columns, departures, rcond=_NOTHING)[0]
         if self.is_clipped:
-            scatter = _SD_OF_MEDIAN * float(np.median(np.abs(departures)))
+            scatter = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(departures)))
             departures = evidence.by_point(np.clip(departures, -_CLIPPED * scatter, _CLIPPED * scatter))
         along = sensed(evidence, index)
         k = None

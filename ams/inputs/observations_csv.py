@@ -16,9 +16,9 @@ from ams.errors import ObservationsError
 from ams.frames import body_rates_rad_s, wrap_deg
 from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, parse_csv, refuse_cell
 from ams.inputs.number_blocks import NumberTable, numbers_in, read_numbers
+from ams.models.sensor_model import RATE_INPUTS
 from ams.observations import Observations
 
-RATES = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
 _OPTIONAL = ("yaw_deg", "temperature_degc", "time_s")
 _WHERE_THERE = ("pitch_deg", "roll_deg", *_OPTIONAL)
 _LARGEST_SPREAD_DEG = 0.5
@@ -64,7 +64,7 @@ def observations_of_table(
 def _wanted(file: str, axes: Mapping[str, str], angles: Sequence[str], *, rates: bool) -> tuple[str, ...]:
     if not axes:
         raise ObservationsError(f"{file}: no sensor axis was named; nothing was solved; name at least one column")
-    stimulus = (*(f"{angle}_deg" for angle in angles), *(RATES if rates else ()))
+    stimulus = (*(f"{angle}_deg" for angle in angles), *(RATE_INPUTS if rates else ()))
     return ("replication", "point", *stimulus, *axes.values())
 
 
@@ -74,7 +74,9 @@ def _observations(table: NumberTable, axes: Mapping[str, str], *, rates: bool) -
     _refuse_repeated(table, label)
     _refuse_impossible(table, found)
     nothing = np.zeros(table.lines.size)
-    radians = {name: np.deg2rad(found.get(name, nothing)) for name in ("pitch_deg", "yaw_deg", "roll_deg", *RATES)}
+    radians = {
+        name: np.deg2rad(found.get(name, nothing)) for name in ("pitch_deg", "yaw_deg", "roll_deg", *RATE_INPUTS)
+    }
     observations = Observations(
         replication=label["replication"],
         point=label["point"],
@@ -84,7 +86,7 @@ def _observations(table: NumberTable, axes: Mapping[str, str], *, rates: bool) -
         yaw_rad=radians["yaw_deg"] if "yaw_deg" in found else None,
         temperature_degc=found.get("temperature_degc"),
         time_s=found.get("time_s"),
-        euler_rate_rad_s=np.stack([radians[name] for name in RATES], axis=-1) if rates else None,
+        euler_rate_rad_s=np.stack([radians[name] for name in RATE_INPUTS], axis=-1) if rates else None,
         source=table.file,
     )
     if rates:
@@ -112,8 +114,8 @@ def unit_warnings(observations: Observations, columns: Mapping[str, str] | None 
     rates = observations.euler_rate_rad_s
     if rates is not None and _looks_like_radians(np.rad2deg(rates[rates != 0.0])):
         warnings.append(
-            f"{observations.source}: columns {', '.join(RATES)}: whole degrees come out when the rates are taken as "
-            "radians per second: radians? nothing was converted"
+            f"{observations.source}: columns {', '.join(RATE_INPUTS)}: whole degrees come out when the rates "
+            "are taken as radians per second: radians? nothing was converted"
         )
     for label, output in observations.outputs.items():
         largest = float(np.abs(output).max())
@@ -193,7 +195,7 @@ def _refuse_wandering_rates(table: NumberTable, observations: Observations) -> N
     if off_dps.max() > allowed_dps:
         row = int(np.argmax(off_dps))
         raise ObservationsError(
-            f"{table.file}: line {table.lines[row]}: columns {', '.join(RATES)}: point {observations.point[row]} "
+            f"{table.file}: line {table.lines[row]}: columns {', '.join(RATE_INPUTS)}: point {observations.point[row]} "
             f"has an angular velocity in package axes that differs by {off_dps[row]:.3g} °/s from that on line "
             f"{table.lines[int(first[index[row]])]}; allowed {allowed_dps:.3g} °/s; nothing was solved; correct the "
             "rates and angles or the point label"

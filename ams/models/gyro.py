@@ -19,7 +19,7 @@ from ams.models.accelerometer import PitchRoll
 from ams.models.cr import SensorFit, fit_package
 from ams.models.cr_sets import along_cr, cr_equation
 from ams.models.model import LinearModel, Stimulus
-from ams.models.sensor_model import SensorModel, SetForm
+from ams.models.sensor_model import RATE_INPUTS, SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _DEG_PER_RAD = degrees(1.0)
@@ -89,7 +89,6 @@ def _motion(stimulus: Stimulus) -> tuple[FloatArray, FloatArray]:
 
 
 PER_DPS = ("k_x_v_per_dps", "k_y_v_per_dps", "k_z_v_per_dps")
-RATE_INPUTS = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
 _SOURCES = ("CR (III-C.16)", "CR (III-C.17)", "CR (III-C.18)")
 _C_RATES = """
     (void)pitch;

@@ -12,6 +12,8 @@ from ams.frames import Exposure
 from ams.models.model import Model
 
 PER_G = ("k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g")
+RATE_INPUTS = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
+"""Of the angles, in the order in which attitudes have them; columns of observations and inputs of a set."""
 ACCELEROMETER_TEXT = "output = offset_v + k_x_v_per_g*f_x + k_y_v_per_g*f_y + k_z_v_per_g*f_z"
 SYMBOLS_TEXT = "; alpha = pitch_deg, R = roll_deg, b = offset_v, S = sensitivity_v_per_g, "
 

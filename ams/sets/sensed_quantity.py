@@ -15,7 +15,6 @@ from ams.models.sensor_model import PER_G as PER_G
 from ams.models.sensor_model import SetForm
 
 _K_NAME = re.compile(r"k_[xyz]_(?P<measured>.+)_per_(?P<unit>.+)")
-RATE_INPUTS = ("pitch_rate_dps", "yaw_rate_dps", "roll_rate_dps")
 
 
 class _Forms(Mapping[str, SetForm]):

@@ -13,9 +13,10 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import VectorsDisagree
 from ams.frames import Exposure, wrap_deg
+from ams.models.sensor_model import RATE_INPUTS
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.equations import AxisNumbers, are_lines, derived_direction, predicted_v
-from ams.sets.sensed_quantity import RATE_INPUTS, field_at
+from ams.sets.sensed_quantity import field_at
 from ams.units import UNITS
 
 TOLERANCE_RELATIVE = 1e-12

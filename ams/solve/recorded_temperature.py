@@ -23,7 +23,8 @@ from ams.solve.components import ComponentColumns
 from ams.solve.linear_form import LinearForm
 
 NAME: Final = "recorded temperature"
-_SMALLEST_CHANGE_DEGC: Final = 1e-6
+SMALLEST_CHANGE_DEGC: Final = 1e-6
+"""A temperature that was recorded and changed by less is one number."""
 _LEFT: Final = 0.01
 """Of a column's square: of what leaves less in the residuals no slope is told."""
 
@@ -32,7 +33,7 @@ def is_unmodelled(model: Model, temperature_degc: FloatArray | None) -> bool:
     """Return whether a temperature was recorded that is not one number and that the model does not have."""
     if temperature_degc is None or TEMPERATURE_NAMES[0] in model.primary_names:
         return False
-    return swing_degc(temperature_degc) > _SMALLEST_CHANGE_DEGC
+    return swing_degc(temperature_degc) > SMALLEST_CHANGE_DEGC
 
 
 @remembered(16)

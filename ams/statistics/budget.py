@@ -19,6 +19,8 @@ from ams.statistics.distributions import normal_quantile, student_t_quantile
 
 Function = Callable[[NDArray[np.generic]], NDArray[np.generic]]
 """(n,) inputs, or (n, M) for M trials, to (m,) results, or (m, M)."""
+NEGLIGIBLE = 1e-3
+"""Of the combined uncertainty: a source that puts less than this into a result is told as negligible."""
 Kind = Literal["standard", "expanded", "limit", "triangular", "arcsine"]
 
 

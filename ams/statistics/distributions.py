@@ -17,6 +17,9 @@ from ams.statistics import without_scipy
 if TYPE_CHECKING:
     from types import ModuleType
 
+SD_PER_MEDIAN_DEVIATION = 1.4826
+"""Of a normal variable, the standard deviation by the median of its distance from the median: 1/Φ⁻¹(3/4)."""
+
 
 @cache
 def _special() -> "ModuleType":

@@ -20,7 +20,7 @@ from itertools import accumulate
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
-from ams.statistics.distributions import digamma, trigamma
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, digamma, trigamma
 from ams.surveillance.series import Population
 
 MEDIAN_OF_CHI_SQUARE_1 = 0.4549364
@@ -33,7 +33,6 @@ DIFFERENCE_EFFICIENCY = 2.0 / 3.0
 UNKNOWN_PRIOR_DOF = 10.0
 """Where there are too few sensors to tell how alike they are."""
 LEAST_PRIOR_DOF, MOST_PRIOR_DOF = 4.0, 1000.0
-NORMAL_PER_MEDIAN_DEVIATION = 1.4826
 SENSORS_TO_TELL, DIFFERENCES_TO_TELL = 8, 3
 LEARNED_FROM = 1000
 """Calibrations of other sensors from which on the sensors that follow are not asked any more."""
@@ -116,7 +115,7 @@ def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
     )
     half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[sensors_with_enough] * halves.shape[1]
     logarithms = np.log(np.maximum(sensor_variance, np.finfo(float).tiny)) - digamma(half_dof) + np.log(half_dof)
-    deviation = NORMAL_PER_MEDIAN_DEVIATION * np.median(np.abs(logarithms - np.median(logarithms)))
+    deviation = SD_PER_MEDIAN_DEVIATION * np.median(np.abs(logarithms - np.median(logarithms)))
     excess = float(deviation**2 - trigamma(half_dof).mean())
     if excess <= 0.0:
         return MOST_PRIOR_DOF

@@ -11,6 +11,7 @@ from procedures.kinds.points import PointKind
 from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point
+from procedures.plan.step_times import SWEEP_MARGIN
 from procedures.plan.steps import Rest, Turn
 from procedures.solution.by_model import observed, solve_by_model
 from procedures.solution.expected_points import Solver, by_lines, by_model
@@ -24,8 +25,8 @@ SWEPT_MARGIN_DEG = 1.0
 """Sweeps keep so far from the limits."""
 LATENCY_S, LATENCY_SAMPLES = 1.0, 2.0
 """Of a sweep, lost before its first sample is read."""
-SWEEP_READ = 0.9
-"""Of a sweep, between the margins at its ends where it gathers speed."""
+SWEEP_READ = 1.0 - 2.0 * SWEEP_MARGIN
+"""Of a sweep, between the margins at its ends."""
 
 
 class ConstantRates(PointKind):

@@ -16,6 +16,7 @@ from ams.gravity import disagreement
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.parameter_words import words_of
+from ams.solve.linear_form import RANK_TOLERANCE
 from procedures.description.procedure_file import EnvironmentPlan, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.channels import channels_of, temperature_source
@@ -24,7 +25,6 @@ from procedures.plan.specific_force import columns_of
 from rig.description.rig_file import RigDescription, Sensor
 from rig.errors import RequestRefused
 
-RANK_TOLERANCE = 1e-9
 LEAST_TEMPERATURE_SPAN_DEGC = 5.0
 """Below it temperature terms are not estimated (mathematics, section 2)."""
 MOST_TIME_CORRELATION = 0.8

@@ -32,8 +32,8 @@ LEADING_S = 4.3
 """Before and behind a motion that is followed: recorded at rest, and every axis seen at rest."""
 STREAM_S, STREAM_SAMPLES = 0.12, 1.6
 """Until a stream that is started has sent: seconds, and samples beside those that are wanted."""
-SWEPT_MARGIN = 0.05
-"""Of a sweep, left out at its begin."""
+SWEEP_MARGIN = 0.05
+"""Of a sweep at either end, where the axis gathers and loses speed: nothing is recorded there."""
 HANDLING_S = 30.0
 """An operator at a coil."""
 RAMPING_S_PER_DEGC = 18.0
@@ -163,7 +163,7 @@ def _reading_s(rig: RigDescription, step: Dwell, readings: _ReadingTimes) -> flo
 def _sweeping_s(axis: AxisSettings, turn: Turn, starting_s: float) -> float:
     """Every sweep leaves its begin, is read and stopped; between them the axis goes back."""
     assert turn.sweep_deg is not None
-    rate_dps, margin_deg = abs(turn.rate_dps), SWEPT_MARGIN * abs(turn.sweep_deg[1] - turn.sweep_deg[0])
+    rate_dps, margin_deg = abs(turn.rate_dps), SWEEP_MARGIN * abs(turn.sweep_deg[1] - turn.sweep_deg[0])
     read_s = turn.seconds / turn.sweeps + starting_s
     back_s = _way_s(axis, margin_deg + rate_dps * read_s)
     return turn.sweeps * (margin_deg / rate_dps + read_s + STANDSTILL_S) + (turn.sweeps - 1) * back_s
@@ -177,7 +177,7 @@ def _left_at(step: Dwell, axes: Mapping[str, AxisSettings]) -> dict[str, float]:
             turned_deg = 360.0 * turn.revolutions + abs(turn.rate_dps) * STREAM_SAMPLES
             stands_deg[turn.turned_axis] += turned_deg if turn.rate_dps > 0.0 else -turned_deg
         case Turn(sweep_deg=(begin_deg, end_deg)) as turn:
-            way_deg = SWEPT_MARGIN * abs(end_deg - begin_deg) + abs(turn.rate_dps) * turn.seconds / turn.sweeps
+            way_deg = SWEEP_MARGIN * abs(end_deg - begin_deg) + abs(turn.rate_dps) * turn.seconds / turn.sweeps
             part = min(way_deg / abs(end_deg - begin_deg), 1.0)
             stands_deg[turn.turned_axis] = begin_deg + part * (end_deg - begin_deg)
         case Follow() as follow:

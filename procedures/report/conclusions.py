@@ -17,13 +17,11 @@ from ams.models.extended import TERM_NAMES
 from ams.observations import Observations
 from ams.parameter_words import words_of
 from ams.solve.extension import Extension
+from ams.statistics.budget import NEGLIGIBLE
 from ams.statistics.intervals import t_quantile
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
-
-NEGLIGIBLE = 1e-3
-"""Of the combined uncertainty: what a budget prints as a dot."""
 
 
 def sensitivity_of(calibration: AxisCalibration) -> float:

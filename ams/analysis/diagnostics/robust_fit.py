@@ -18,13 +18,12 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.solve.linear_form import orthogonal
-from ams.statistics.distributions import f_tail
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 
 _K: Final = 1.345
 _ROUNDS: Final = 5
 """Each leaves a fifth of what the last one changed."""
 _LEAST_REPLICATIONS: Final = 3
-_SIGMA_OF_MEDIAN: Final = 1.4826
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def _taken(grid: GridResiduals) -> FloatArray:
     """Return (n K,) what is taken from every dwell."""
     plain, judged = grid.residuals[:, 0], grid.leverages > 0.0
     spread = np.sqrt(np.where(judged, grid.leverages, 1.0))
-    sigma = _SIGMA_OF_MEDIAN * _median(np.abs(plain / spread)[judged])
+    sigma = SD_PER_MEDIAN_DEVIATION * _median(np.abs(plain / spread)[judged])
     high = np.where(judged, _K * sigma * spread, np.inf)
     low, left = -high, plain
     for round_ in range(_ROUNDS):

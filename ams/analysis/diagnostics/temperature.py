@@ -16,13 +16,12 @@ from ams.arrays import FloatArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
 from ams.solve.layout import Layout
-from ams.solve.recorded_temperature import swing_degc
+from ams.solve.recorded_temperature import SMALLEST_CHANGE_DEGC, swing_degc
 from ams.statistics.distributions import f_tail
 
 LAGS_H: Final = (0.1, 0.3, 1.0)
 """Time constants tried: a package, a package in its housing, a package on a heavy sting."""
 SMALLEST_SPAN_DEGC: Final = 1.0
-SMALLEST_CHANGE_DEGC: Final = 1e-6
 _LEAST_PLOTS = 4
 _SURE = 0.05
 

@@ -4,13 +4,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ams.parameter_words import words_of
+from ams.statistics.budget import NEGLIGIBLE
 from ams.units import dof_words
 from procedures.errors import RequestError
 
 MOST_TRIALS = 10_000_000
 LEAST_TRIALS = 1_000
-NEGLIGIBLE = 1e-3
-"""Of the combined uncertainty: a source that puts less than this into every parameter is told as negligible."""
 
 
 def check_trials(trials: int, *, is_possible: bool) -> None:

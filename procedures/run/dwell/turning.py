@@ -13,6 +13,7 @@ from typing import cast
 import numpy as np
 
 from procedures.plan.plan import Plan
+from procedures.plan.step_times import SWEEP_MARGIN
 from procedures.plan.steps import Dwell, Turn
 from procedures.records.dwells import ChannelReading, Measurement, MotionRecord, StreamTiming
 from procedures.run.dwell.alignment import align, timing
@@ -33,8 +34,6 @@ STEADY, STEADY_LOOKS = 0.25, 3
 OVERSPEED, SLOWEST_BAND_DPS = 1.25, 0.02
 SPARE_TURNS = 0.25
 """Beyond the revolutions that were asked for, ramps included; after that the axis runs away."""
-SWEEP_MARGIN = 0.05
-"""Of a sweep at either end, where the axis gathers and loses speed."""
 
 
 @dataclass
