@@ -20,7 +20,7 @@ def last_place(uncertainty: float) -> int:
 
 
 def to_place(value: float, index: int) -> str:
-    """Decimal notation with the last digit at 10**place; −0 is printed as 0."""
+    """Decimal notation with the last digit at 10**index; −0 is printed as 0."""
     index = max(index, -MOST_DECIMALS)
     rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(index), rounding=ROUND_HALF_UP)
     text = f"{rounded:f}"

@@ -147,7 +147,7 @@ class Believed:
 
 
 def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis:
-    """Return the diagnosis of one output, ``place`` its own among those of the group."""
+    """Return the diagnosis of one output; ``index`` is its own among those of the group."""
     limit, family, steps = circumstances.limit_of(index), circumstances.family, circumstances.steps_of(index)
     if steps.since:
         seen = seen.without(step_columns(seen.evidence, seen.index, steps.since), circumstances)

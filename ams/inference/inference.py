@@ -336,8 +336,8 @@ def inference(
     output = form.output
     if output is not None and output.pitch_rad is None:
         raise OutsideValidity(f"{name}: model {model}: brings no inverse: angles cannot be told; nothing was computed")
-    one = output is not None or not package.states_roll
-    needed = 3 if package.is_of_sting else 1 if one else axes
+    tells_pitch = output is not None or not package.states_roll
+    needed = 3 if package.is_of_sting else 1 if tells_pitch else axes
     if axes != needed:
         raise OutsideValidity(
             f"{name}: model {model}: got {axes} axes, needed {needed}; nothing was computed; name the axes to use"

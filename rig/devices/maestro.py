@@ -218,7 +218,7 @@ class MaestroAxis:
     """
 
     def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController, index: int) -> None:
-        """Make the axis; ``place`` is that among the axes of the controller, from 1."""
+        """Make the axis; ``index`` is its number among the axes of the controller, from 1."""
         self.name = name
         self.limits_deg = settings.limits_deg
         self.increment_deg = settings.increment_deg

@@ -45,7 +45,7 @@ class _Leg:
 
 
 class Ramp:
-    """A :class:`Path` to ``target``, starting at ``start_s`` from ``place`` with ``speed`` (signed).
+    """A :class:`Path` to ``target``, starting at ``start_s`` from ``position`` with ``speed`` (signed).
 
     ``top_speed`` infinite is a jump; ``acceleration`` infinite starts and stops at once.
     """
