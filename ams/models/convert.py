@@ -8,6 +8,8 @@ at every attitude when
 
 CR's S·G is the sensitivity per local g used throughout this package, so no value of g enters. A sensitivity per
 standard g, as some sets state it, is another matter: see :func:`sensitivity_per_local_g`.
+
+For users of the library who have numbers in the other convention: calrig itself solves each model in its own.
 """
 
 from dataclasses import dataclass

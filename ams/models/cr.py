@@ -230,6 +230,8 @@ def calibrate_pair(
 
     ``gravity_from_sting`` takes the second step's gravity from the sting package just calibrated instead of from the
     table's angles: what a tunnel does where the sting's own angles are not known. Source: CR IV-A.
+
+    For users of the library who have arrays: runs and files are solved by :mod:`ams.models.pitch_yaw_roll`.
     """
     gravity = sting_gravity_g(pitch_rad, yaw_rad)
     sting = calibrate_package(gravity, sting_v)

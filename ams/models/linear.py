@@ -54,6 +54,7 @@ def dwell_value(time_s: FloatArray, samples: FloatArray) -> DwellValue:
     """Return the regression over a dwell's samples, which SR takes as the measured value.
 
     The value at mid-dwell does not depend on the slope, so a slow drift adds to the slope and not to the value.
+    For users of the library who have samples: a run's dwells are averaged and judged by the engine.
     Raises: ObservationsError with fewer than three samples or with one time only.
     """
     time, y = np.asarray(time_s, dtype=float), np.asarray(samples, dtype=float)

@@ -168,17 +168,6 @@ def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:
     return {name: test.judged(flag) for flag, (name, test) in zip(flags, tests.items(), strict=True)}
 
 
-def effective_dof(directions: FloatArray, components: Sequence[Component]) -> FloatArray:
-    """Return the (m,) effective degrees of freedom of gᵀ·estimate for every row g of (m, P).
-
-    NaN where the variance is zero.
-    """
-    return combined_dof(
-        np.stack([_quadratic(directions, component.covariance) for component in components]),
-        np.stack([np.asarray(component.dof, dtype=float) for component in components]),
-    )
-
-
 def combined_dof(variances: FloatArray, dof: FloatArray) -> FloatArray:
     """Return the effective degrees of freedom of sums of (c, …) variances with (c,) or (c, …) degrees of freedom.
 

@@ -121,15 +121,16 @@ class Agreement:
     is_confirmed: bool
     tolerance: FloatArray
     """(m,) half a unit of the last significant digit of the standard uncertainty."""
-    lower_difference: FloatArray
-    upper_difference: FloatArray
 
 
 def confirm(budget: Budget, monte_carlo: MonteCarlo, level: float = 0.95, digits: int = 2) -> Agreement:
-    """Hold the budget's interval against the trials' equal-tailed one. Source: S1 8.1."""
+    """Hold the budget's interval against the trials' equal-tailed one. Source: S1 8.1.
+
+    For users of the library: calrig's own reports print both intervals.
+    """
     half = budget.expanded(level)
     exponent = np.floor(np.log10(budget.standard_uncertainties)) - (digits - 1)
     tolerance = 0.5 * 10.0**exponent
     lower = np.abs(budget.values - half - monte_carlo.symmetric_interval[:, 0])
     upper = np.abs(budget.values + half - monte_carlo.symmetric_interval[:, 1])
-    return Agreement(bool(np.all(lower <= tolerance) and np.all(upper <= tolerance)), tolerance, lower, upper)
+    return Agreement(bool(np.all(lower <= tolerance) and np.all(upper <= tolerance)), tolerance)

@@ -22,8 +22,6 @@ class IntervalAdvice:
     """Months until the next calibration, and why."""
 
     months: int
-    current_months: float
-    """Median between the calibrations so far."""
     sentence: str
 
 
@@ -60,4 +58,4 @@ def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None
 def _advice(wanted: float, current: float, why: str) -> IntervalAdvice:
     bounded = min(max(wanted, 0.5 * current), 2.0 * current)
     months = int(min(max(np.floor(bounded + 1e-6), SHORTEST_MONTHS), LONGEST_MONTHS))
-    return IntervalAdvice(months, current, f"{months} month{'s' * (months != 1)} (now {current:.0f}): {why}")
+    return IntervalAdvice(months, f"{months} month{'s' * (months != 1)} (now {current:.0f}): {why}")

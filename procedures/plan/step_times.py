@@ -209,18 +209,6 @@ def _move_name(axes: str, size_deg: float) -> str:
     return f"{MOVE} {axes} " + (f"over {SIZES_DEG[-1]:g} deg" if within_deg is None else f"up to {within_deg:g} deg")
 
 
-def move_s(
-    axes: Mapping[str, AxisSettings],
-    start_deg: Mapping[str, float],
-    end_deg: Mapping[str, float],
-    together: Collection[str] = (),
-) -> float:
-    """Seconds from one attitude to another, approach included; axes named ``together`` at once, the others in turn."""
-    seconds = {name: axis_move_s(axes[name], start_deg[name], end) for name, end in end_deg.items()}
-    at_once_s = max((seconds[name] for name in seconds if name in together), default=0.0)
-    return at_once_s + sum(seconds[name] for name in seconds if name not in together)
-
-
 def axis_move_s(axis: AxisSettings, start_deg: float, end_deg: float) -> float:
     """Return how long an axis moves.
 

@@ -261,11 +261,6 @@ class Esp301Axis:
         self._home, self._trust = "found", (self._controller.losses, self._controller.doubts)
         return ""
 
-    def switch_motor(self, *, on: bool) -> None:
-        """Switch the motor; off, the axis turns freely and its home is no longer trusted."""
-        self._command(Command("MO" if on else "MF", self._settings.axis))
-        self._home = self._home if on else "none"
-
     def _position_deg(self) -> tuple[float, bool]:
         """Return the table angle of an axis that says it rests, and whether two answers agreed.
 

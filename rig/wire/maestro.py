@@ -7,7 +7,6 @@ of seven bits; replies are plain little-endian bytes. Targets and positions are 
 Source: Pololu Maestro user's guide, sections 4.e and 5.c to 5.e (pages 39, 42, 43, 52 to 58).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntFlag
 
@@ -101,13 +100,6 @@ def set_acceleration(channel: int, acceleration: int) -> Request:
     return Request(SET_ACCELERATION, (channel, *number(acceleration)))
 
 
-def set_multiple_targets(first: int, targets: Sequence[int]) -> Request:
-    """Return the request for consecutive channels at once; Mini Maestro only."""
-    return Request(
-        SET_MULTIPLE_TARGETS, (len(targets), first, *(byte for target in targets for byte in number(target)))
-    )
-
-
 def get_position(channel: int) -> Request:
     return Request(GET_POSITION, (channel,))
 
@@ -124,13 +116,6 @@ class MaestroCodec:
         head = [request.command] if self.device is None else [START, self.device, request.command & 0x7F]
         packet = bytes([*head, *request.data])
         return packet + bytes([crc7(packet)]) if self.has_crc else packet
-
-
-def mini_ssc(servo: int, target: int) -> bytes:
-    """Return a command in the third form: one byte of target, 127 is neutral; never with a CRC. Both 0 to 254."""
-    if not (0 <= servo <= 254 and 0 <= target <= 254):
-        raise ValueError(f"servo and target are 0 to 254, got {servo} and {target}")
-    return bytes([MINI_SSC, servo, target])
 
 
 def crc7(packet: bytes) -> int:

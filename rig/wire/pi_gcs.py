@@ -92,14 +92,6 @@ def parse_moving(line: bytes) -> int:
     return int(line, 16)
 
 
-def parse_axes(lines: bytes) -> tuple[str, ...]:
-    """Parse ``SAI?``: a name a line, every line but the last with a space before its end. Raises: DeviceNonsense."""
-    names = tuple(line.decode("latin-1").strip(" ") for line in lines.split(b"\n"))
-    if not all(name.isascii() and name.isalnum() and len(name) <= 8 for name in names):
-        raise DeviceNonsense("SAI? is answered by names of axes, one a line")
-    return names
-
-
 def parse_identity(line: bytes) -> str:
     """Parse ``*IDN?``. Raises: DeviceNonsense."""
     if _IDENTITY.fullmatch(line) is None or line.count(b",") < 2:

@@ -81,10 +81,6 @@ def message(payload: bytes) -> bytes:
     return b"$%s*%02X\r\n" % (payload, checksum(payload))
 
 
-def read_register(register: int) -> bytes:
-    return message(b"VNRRG,%d" % register)
-
-
 def write_register(register: int, value: int) -> bytes:
     return message(b"VNWRG,%d,%d" % (register, value))
 

@@ -108,13 +108,6 @@ def decode_integer(data: str) -> int | None:
     return int(data) if re.fullmatch(r"-?\d{1,10}", data) else None
 
 
-def decode_warnings(data: str) -> tuple[str, ...] | None:
-    """Decode the reply to ``warnings``: how many, then each."""
-    count, *flags = data.split(" ")
-    is_list = re.fullmatch(r"\d\d", count) and all(re.fullmatch(r"[A-Z][A-Z0-9]", flag) for flag in flags)
-    return tuple(flags) if is_list and int(count) == len(flags) else None
-
-
 def _closed(text: str, has_checksum: bool) -> bytes:
     line = text.encode("ascii")
     return line + b":" + checksum(line[1:]) if has_checksum else line

@@ -208,7 +208,6 @@ DECODED = (
     Decoded("pi_gcs.parse_unit", lambda line: pi_gcs.parse_unit(line, "1"), b"1 0x7000601=DEG", "DEG", PI, TEXT),
     Decoded("pi_gcs.parse_error", pi_gcs.parse_error, b"10", 10, PI, b"-0123456789"),
     Decoded("pi_gcs.parse_moving", pi_gcs.parse_moving, b"3", 3, PI, b"0123456789abcdefABCDEF"),
-    Decoded("pi_gcs.parse_axes", pi_gcs.parse_axes, b"1 \n2", ("1", "2"), PI, ANY),
     Decoded("pi_gcs.parse_identity", pi_gcs.parse_identity,
             b"(c)2013 Physik Instrumente(PI) Karlsruhe, C-863.11,0115500620,1.2.1.0",
             "(c)2013 Physik Instrumente(PI) Karlsruhe, C-863.11,0115500620,1.2.1.0", PI, TEXT),
@@ -236,7 +235,6 @@ DECODED = (
     Decoded("zaber.decode_command", _with_checksum(zaber.decode_command), b"/1 0 00 get pos:2D",
             Command(1, 0, "get pos", 0), ZABER),
     Decoded("zaber.decode_integer", _text(zaber.decode_integer), b"-4267", -4267, ZABER, b"-0123456789"),
-    Decoded("zaber.decode_warnings", _text(zaber.decode_warnings), b"02 FS WR", ("FS", "WR"), ZABER, TEXT),
 )  # fmt: skip
 
 ENCODED = (
@@ -261,7 +259,6 @@ ENCODED = (
     Encoded("maestro.MaestroCodec.encode", servo.MaestroCodec(None, True).encode(servo.set_target(0, 6000)),
             bytes.fromhex("84 00 70 2E 2B"), f"{MAESTRO}; CRC by its rule"),
     Encoded("maestro.encode_word", servo.encode_word(6000), bytes.fromhex("70 17"), MAESTRO),
-    Encoded("maestro.mini_ssc", servo.mini_ssc(0, 127), bytes.fromhex("FF 00 7F"), "guide, page 42"),
     Encoded("manual.encode", manual.encode(manual.SetTo("pitch", 30.0)),
             b"pitch: set the axis to 30 deg, then press Enter (or type the angle it shows, or 'no')\n", OPERATOR),
     Encoded("prologix.address", prologix.address(22), b"++addr 22\n", "pyvisa-py 0.8.1 on the wire"),
@@ -290,7 +287,6 @@ ENCODED = (
     Encoded("scpi.format_error", scpi.format_error(0, "No error"), b'+0,"No error"', DAQ),
     Encoded("scpi.format_reading", scpi.format_reading(26.192), b"+2.61920000E+01", DAQ),
     Encoded("vn100.message", vn100.message(b"VNASY,0"), b"$VNASY,0*4F\r\n", VN),
-    Encoded("vn100.read_register", vn100.read_register(1), b"$VNRRG,1*42\r\n", VN),
     Encoded("vn100.write_register", vn100.write_register(6, 0), b"$VNWRG,6,0*5C\r\n", VN),
     Encoded("vn100.format_row", vn100.format_row("YMR", tuple(YMR_VALUES)), YMR, VN),
     Encoded("zaber.checksum", zaber.checksum(b"1 0 00 get pos"), b"2D", ZABER),

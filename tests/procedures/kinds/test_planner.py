@@ -10,6 +10,7 @@ from planning_files import AIR, procedure_file, rig_file
 from procedures.errors import PlanError
 from procedures.kinds.planner import make_plan
 from procedures.plan.plan import Plan, summary
+from procedures.plan.step_times import axis_move_s
 from procedures.plan.steps import Dwell, Soak
 
 PITCH = "pitch_deg = { from = -30.0, to = 30.0, step = 10.0 }"
@@ -192,10 +193,8 @@ def test_temperatures_and_supplies_are_read_with_the_outputs(tmp_path):
 
 
 def test_an_axis_approached_from_one_side_turns_twice_at_every_dwell(tmp_path):
-    from procedures.plan.step_times import move_s
-
-    axes = rig_file(tmp_path, ("speed_dps = 5.0", "speed_dps = 5.0\napproach_deg = -2.0")).axes
+    pitch = rig_file(tmp_path, ("speed_dps = 5.0", "speed_dps = 5.0\napproach_deg = -2.0")).axes["pitch"]
     turns_s = (10.0 - 2.0) / 5.0 + 2.0 / 5.0 + 2 * 1.3  # to 2° below, then up; lift, seat and lock both times
-    assert move_s(axes, {"pitch": 0.0, "roll": 5.0}, {"pitch": 10.0, "roll": 5.0}) == pytest.approx(turns_s)
+    assert axis_move_s(pitch, 0.0, 10.0) == pytest.approx(turns_s)
     stay_s = 2.0 / 5.0 + 2.0 / 5.0 + 2 * 1.3
-    assert move_s(axes, {"pitch": 10.0, "roll": 5.0}, {"pitch": 10.0, "roll": 5.0}) == pytest.approx(stay_s)
+    assert axis_move_s(pitch, 10.0, 10.0) == pytest.approx(stay_s)

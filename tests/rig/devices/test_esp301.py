@@ -43,9 +43,9 @@ def test_the_home_is_lost_with_the_power() -> None:
 def test_the_home_is_lost_with_the_motor() -> None:
     bench = motion_bench("esp301")
     bench.home_all()
-    bench.pitch.switch_motor(on=False)
+    bench.twin.axes[1].is_on = False  # somebody at the controller's front panel
     assert not bench.pitch.state().is_homed
-    bench.pitch.switch_motor(on=True)
+    bench.twin.axes[1].is_on = True
     assert not bench.pitch.state().is_homed
 
 

@@ -138,4 +138,3 @@ def test_axes_may_have_letters_for_names() -> None:
     assert axis.state().is_moving  # bit 1: the second of the controller's list
     bench.clock.sleep(60.0)
     assert bench.true_deg == pytest.approx(30.0)
-    assert wire.parse_axes(b"1 \nROT") == ("1", "ROT")

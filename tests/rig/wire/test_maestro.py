@@ -10,6 +10,7 @@ from rig.wire.maestro import Errors, MaestroCodec, Request
 from rig.wire.maestro_reader import Heard, MaestroReader, MiniSsc
 
 COMPACT, POLOLU = MaestroCodec(), MaestroCodec(device=12)
+SEVERAL_TARGETS = Request(wire.SET_MULTIPLE_TARGETS, (2, 3, *wire.number(0), *wire.number(6000)))
 PACKETS = [
     (wire.set_target(0, 6000), "84 00 70 2E", "AA 0C 04 00 70 2E"),
     (wire.set_speed(5, 140), "87 05 0C 01", "AA 0C 07 05 0C 01"),
@@ -18,7 +19,11 @@ PACKETS = [
     (Request(wire.GET_MOVING_STATE), "93", "AA 0C 13"),
     (Request(wire.GET_ERRORS), "A1", "AA 0C 21"),
     (Request(wire.GO_HOME), "A2", "AA 0C 22"),
-    (wire.set_multiple_targets(3, [0, 6000]), "9F 02 03 00 00 70 2E", "AA 0C 1F 02 03 00 00 70 2E"),
+    (
+        Request(wire.SET_MULTIPLE_TARGETS, (2, 3, *wire.number(0), *wire.number(6000))),
+        "9F 02 03 00 00 70 2E",
+        "AA 0C 1F 02 03 00 00 70 2E",
+    ),
     (Request(wire.STOP_SCRIPT), "A4", "AA 0C 24"),
     (Request(wire.RESTART_SCRIPT, (3,)), "A7 03", "AA 0C 27 03"),
     (Request(wire.RESTART_SCRIPT_WITH, (3, *wire.number(300))), "A8 03 2C 02", "AA 0C 28 03 2C 02"),
@@ -66,7 +71,6 @@ def test_replies_are_plain_bytes() -> None:
 
 
 def test_the_third_form_has_no_crc_and_whole_bytes() -> None:
-    assert wire.mini_ssc(3, 254) == bytes.fromhex("FF 03 FE")
     assert MaestroReader(has_crc=True).take(bytes.fromhex("FF 03 FE")) == [MiniSsc(3, 254)]
 
 

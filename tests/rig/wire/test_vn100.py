@@ -49,7 +49,7 @@ def test_two_published_lines_are_wrong_and_refused(line: bytes) -> None:
 
 
 def test_commands_are_these_bytes() -> None:
-    assert wire.read_register(wire.MODEL) == b"$VNRRG,1*42\r\n"
+    assert wire.message(b"VNRRG,1") == b"$VNRRG,1*42\r\n"
     assert wire.write_register(wire.OUTPUT, wire.OFF) == b"$VNWRG,6,0*5C\r\n"
     assert wire.write_register(wire.BAUD_RATE, 115200) == b"$VNWRG,5,115200*68\r\n"
     assert wire.message(wire.PAUSE) == b"$VNASY,0*4F\r\n"

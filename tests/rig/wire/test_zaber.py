@@ -74,9 +74,3 @@ def test_arbitrary_bytes_are_decoded_or_refused(line: bytes) -> None:
 @pytest.mark.parametrize(("data", "value"), [("5000", 5000), ("-7", -7), ("1 2", None), ("1.5", None), ("", None)])
 def test_a_whole_number_is_one(data: str, value: int | None) -> None:
     assert wire.decode_integer(data) == value
-
-
-def test_warnings_are_counted() -> None:
-    assert wire.decode_warnings("00") == ()
-    assert wire.decode_warnings("02 WR NI") == ("WR", "NI")
-    assert wire.decode_warnings("02 WR") is None
