@@ -87,8 +87,8 @@ RIGHT = {
     "_ON_ONE_LINE", "_at_one_gravity", "_is_one_of_many", "_is_one_plain_line", "_of_one_and_two", "_one_axis",
     "_of_one_temperature", "_one_or_several", "_one_replication", "_one_sided", "_one_thread", "_stands_on_one_side",
     "_stop_one_after_the_other", "_tells_its_unit_in_one_way", "draw_one_axis", "dwells_on_one_clock",
-    "is_of_one_channel", "on_one_clock", "on_one_line", "on_one_side", "one_axis", "one_axis_codes", "one_axis_factor",
-    "one_line", "one_thread",
+    "is_of_one_channel", "is_of_one_quantity", "on_one_clock", "on_one_line", "on_one_side", "one_axis",
+    "one_axis_codes", "one_axis_factor", "one_line", "one_thread",
     # keys of files, journals and the archive: what is stored keeps its name
     "own_temperature_degc", "own_temperature_drift_degc_per_h",
     # of a decimal
