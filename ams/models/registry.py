@@ -10,12 +10,12 @@ MODELS: Registry[SensorModel] = Registry("calrig.models", SensorModel, DesignErr
 
 def names_by_option() -> tuple[str, ...]:
     """Return the names that a file or the command may ask for: each stands for one registered model or several."""
-    return tuple(dict.fromkeys(model.asked_for_as for model in MODELS.values() if model.is_offered))
+    return tuple(dict.fromkeys(model.name_in_files for model in MODELS.values() if model.is_offered))
 
 
-def models_asked_for(name: str) -> tuple[SensorModel, ...]:
+def models_of_name(name: str) -> tuple[SensorModel, ...]:
     """Return the models that a name in a file or of the command stands for; none where nothing has it."""
-    return tuple(model for model in MODELS.values() if model.is_offered and model.asked_for_as == name)
+    return tuple(model for model in MODELS.values() if model.is_offered and model.name_in_files == name)
 
 
 def names_at_rest() -> tuple[str, ...]:
@@ -30,17 +30,17 @@ def names_of_rates() -> tuple[str, ...]:
 
 def senses_rates(name: str) -> bool:
     """Return whether what a name asks for needs the rates of the axes."""
-    return any(model.needs_rates for model in models_asked_for(name))
+    return any(model.needs_rates for model in models_of_name(name))
 
 
 def knows_roll(name: str) -> bool:
     """Return whether observations for what a name asks for must state roll."""
-    return any("roll" in model.columns for model in models_asked_for(name))
+    return any("roll" in model.columns for model in models_of_name(name))
 
 
 def takes_levels(name: str) -> bool:
     """Return whether a name asks for straight lines, where levels of the quantity itself are known."""
-    return any(model.takes_levels for model in models_asked_for(name))
+    return any(model.takes_levels for model in models_of_name(name))
 
 
 def is_solved_from_levels(model: str) -> bool:

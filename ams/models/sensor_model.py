@@ -119,7 +119,7 @@ class SensorModel:
     """Whether it is solved from levels of the quantity itself, as straight lines, and not from attitudes."""
 
     @property
-    def asked_for_as(self) -> str:
+    def name_in_files(self) -> str:
         """Return the name by which files and the command ask for it."""
         return self.family or self.name
 

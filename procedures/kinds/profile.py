@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ams.frames import body_rates_rad_s
-from ams.models.registry import models_asked_for, names_of_rates, senses_rates
+from ams.models.registry import models_of_name, names_of_rates, senses_rates
 from procedures.description.kind_tables import Profile
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Key, PlanRequest
@@ -62,7 +62,7 @@ class ProfileMotion(PointKind):
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = profile_observations(item)
-        if not any(model.follows_yaw for model in models_asked_for(item.plan.solve.model)):
+        if not any(model.follows_yaw for model in models_of_name(item.plan.solve.model)):
             observations = replace(observations, yaw_rad=None)
         return solve_by_model(item, observations)
 
