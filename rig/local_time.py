@@ -1,6 +1,6 @@
 """Times as people read them, in every message, page and alert: by this machine's clock first, UTC beside it."""
 
-from datetime import UTC, datetime, tzinfo
+from datetime import UTC, date, datetime, tzinfo
 
 
 def at_both(moment_utc: datetime, zone: tzinfo | None = None, *, to_the_second: bool = False) -> str:
@@ -9,6 +9,14 @@ def at_both(moment_utc: datetime, zone: tzinfo | None = None, *, to_the_second: 
     local, in_utc = moment_utc.astimezone(zone), moment_utc.astimezone(UTC)
     both = f"{in_utc:%Y-%m-%d {clock}} UTC"
     return both if not local.utcoffset() else f"{local:%a {clock}} local ({both})"
+
+
+def local_day(moment_utc: datetime, zone: tzinfo | None = None) -> date:
+    """Return the day on a calendar at the wall. ``zone``: this machine's own.
+
+    A certificate's due day is such a day, and holds to its end.
+    """
+    return moment_utc.astimezone(zone).date()
 
 
 def text_at_both(iso_utc: str) -> str:

@@ -119,7 +119,9 @@ def publish_run(
     sets = [sensor.coefficients for sensor in sensors]
     require_publishable(sets, published_utc)
     standards = standards_of(sets)
-    expired = [] if run.simulated else [standard for standard in standards if standard.is_expired(run.ended_utc.date())]
+    expired = (
+        [] if run.simulated else [standard for standard in standards if standard.is_expired(_local_day(run.ended_utc))]
+    )
     _check_override(run, expired, override)
     _require_name(run, supersede)
     with writing(archive_url, busy_timeout_s) as connection:
@@ -215,15 +217,20 @@ def standards_of(sets: Sequence[CoefficientSet]) -> tuple[StandardUse, ...]:
     return tuple(found.values())
 
 
+def _local_day(moment_utc: datetime) -> date:
+    """Return the day on a calendar at the wall: a certificate's due day is such a day, and holds to its end."""
+    return moment_utc.astimezone().date()
+
+
 def _check_override(run: RunEntry, expired: Sequence[StandardUse], override: Override | None) -> None:
     if expired and override is None:
         overdue = ", ".join(
             f"{standard.name} ({standard.certificate or 'no certificate'}, due {standard.due})" for standard in expired
         )
         raise ArchiveError(
-            f"run {run.run_id}: standards expired before the run ended on {run.ended_utc:%Y-%m-%d}: {overdue}; nothing "
-            "was published; have them calibrated and measure again, or answer for it: calrig archive publish RUN "
-            "--override REASON --operator NAME"
+            f"run {run.run_id}: standards expired before the run ended on {_local_day(run.ended_utc)}: {overdue}; "
+            "nothing was published; have them calibrated and measure again, or answer for it: calrig archive publish "
+            "RUN --override REASON --operator NAME"
         )
     _require_name(run, override)
 

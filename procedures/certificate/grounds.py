@@ -14,6 +14,7 @@ from ams.sets.stated_findings import LACKING
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import NOBODY_APPROVED, OF_A_TWIN, Declared, declared_gaps
+from rig.local_time import local_day
 
 
 @dataclass(frozen=True)
@@ -93,9 +94,9 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
 
 def _is_overdue(standard: Mapping[str, Json], grounds: Grounds) -> bool:
     due = standard["due"]
-    return due is not None and date.fromisoformat(str(due)) < grounds.coefficients.created_utc.date()
+    return due is not None and date.fromisoformat(str(due)) < local_day(grounds.coefficients.created_utc)
 
 
 def _overdue(standard: Mapping[str, Json], grounds: Grounds) -> str:
-    ended = grounds.coefficients.created_utc.date()
+    ended = local_day(grounds.coefficients.created_utc)
     return f"standard {standard['name']} was due on {standard['due']}, before the calibration of {ended}"

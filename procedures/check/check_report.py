@@ -44,6 +44,8 @@ class CheckReport:
     journal_bytes: int
     longest: Expectation | None = None
     """The duration where every adaptive dwell goes to its limits; None where ``[dwell]`` says how many readings."""
+    earliest: Expectation | None = None
+    """How long the run takes where ``[stop]`` ends it after the least replications; None without such a rule."""
 
     @property
     def advice(self) -> tuple[str, ...]:
@@ -78,12 +80,23 @@ def check(
         forecast=forecast,
         journal_bytes=int(needed_bytes(plan, len(plan.dwells))),
         longest=_longest(rig, plan, learned),
+        earliest=_earliest(rig, procedure, plan, learned),
     )
 
 
 def _longest(rig: RigDescription, plan: Plan, learned: LearnedTimes) -> Expectation | None:
     readings = longest_readings(rig, plan.dwell, plan.sensors)
     return expected_duration(rig, plan.steps, plan.dwell, plan.channels, learned, readings) if readings else None
+
+
+def _earliest(
+    rig: RigDescription, procedure: ProcedureDescription, plan: Plan, learned: LearnedTimes
+) -> Expectation | None:
+    """Return the duration of the plan of the least replications: homing and soaks are not shared out over them."""
+    if plan.sequential is None or procedure.stop is None:
+        return None
+    rule = procedure.stop.model_copy(update={"most_replications": plan.sequential.least_replications})
+    return make_plan(rig, procedure.model_copy(update={"stop": rule}), plan.seed, learned).expected
 
 
 def to_document(report: CheckReport) -> dict[str, Any]:
@@ -113,6 +126,7 @@ def to_document(report: CheckReport) -> dict[str, Any]:
             }
             for name, part in plan.expected.parts.items()
         },
+        "earliest_duration_s": None if report.earliest is None else _duration_document(report.earliest),
         "duration_learned_from": plan.expected.learned_from,
         "model": plan.solve.model,
         "journal_bytes": report.journal_bytes,

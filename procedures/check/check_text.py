@@ -73,7 +73,7 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
     expected = plan.expected
     source = f"{expected.learned_from} past runs of this rig" if expected.learned_from else "the files alone"
     table.add_row(
-        "duration",
+        "duration (h:mm:ss)",
         f"{_time(expected.p50_s)} (p50: half of such runs take longer), {_time(expected.p90_s)} (p90: one in ten "
         f"does), by {source}",
     )
@@ -82,13 +82,13 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
     if now is not None:
         middle, late = (now + timedelta(seconds=seconds) for seconds in (expected.p50_s, expected.p90_s))
         table.add_row("begun now", f"it ends {at_both(middle)} (p50), {at_both(late)} (p90)")
-    if (rule := plan.sequential) is not None:
-        least_s = expected.p50_s * rule.least_replications / plan.replications
+    if (rule := plan.sequential) is not None and (earliest := report.earliest) is not None:
         table.add_row(
             "may end early",
             Text(
-                f"from {rule.least_replications} of {plan.replications} replications on (about {_time(least_s)}), when "
-                f"U95 of every angle is at most {rule.half_width_deg * ARCSEC_PER_DEG:.3g}″ ([stop])"
+                f"from {rule.least_replications} of {plan.replications} replications on (after about "
+                f"{_time(earliest.p50_s)}, p50), when U95 of every angle is at most "
+                f"{rule.half_width_deg * ARCSEC_PER_DEG:.3g}″ ([stop])"
             ),
         )
     if report.forecast.design is not None:
@@ -135,7 +135,7 @@ def _axes(report: CheckReport) -> "Table":
 def _durations(report: CheckReport) -> "Table":
     """Return what takes how long, the longest first; what takes less than a thousandth of it all is left out."""
     expected = report.plan.expected
-    table = Table("what", "times", "p50", "p90", "each", "p90", box=None)
+    table = Table("what", "times", "p50\n(h:mm:ss)", "p90\n(h:mm:ss)", "each\np50", "each\np90", box=None)
     for name, part in sorted(expected.parts.items(), key=lambda item: -item[1].p50_s):
         if part.p50_s > 0.001 * expected.p50_s:
             late, late_each = (f"{_time(part.p90_s)}", _seconds(part.each_p90_s)) if expected.learned_from else ("", "")

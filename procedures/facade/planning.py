@@ -71,8 +71,8 @@ class PlannedRun:
 
         ``out``: where its folder would be made. ``archive``: URL of the archive that keeps leases of shared devices.
         """
-        today = datetime.now(UTC).date()
-        return preflight(self.rig, read_rig(self.rig), self.report.plan, Path(out), today, archive_url=archive)
+        now = datetime.now(UTC)
+        return preflight(self.rig, read_rig(self.rig), self.report.plan, Path(out), now, archive_url=archive)
 
     def save(self, path: str | Path) -> Path:
         """Write the procedure file, and the points of a composed design beside it; returns its path.

@@ -26,6 +26,7 @@ from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
 from rig.description.read import rig_from_json
 from rig.description.rig_file import RigDescription
+from rig.local_time import local_day
 
 
 def begin(
@@ -43,7 +44,7 @@ def begin(
     StorageFailed before the first move; a defect of ours after the safe stop.
     """
     services = with_run_limits(services, header)
-    ready = readiness(rig_from_json(header.rig_json), header.created_utc.date())
+    ready = readiness(rig_from_json(header.rig_json), local_day(header.created_utc))
     if not header.is_simulated:
         ready.require(header.rig_path)
     require_room(run_dir, plan, services.free_bytes(run_dir), services.run_limits.min_free_mb)

@@ -6,8 +6,7 @@ at nine, when somebody wants to go home.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from datetime import date, timedelta
-from math import ceil
+from datetime import datetime, timedelta
 from pathlib import Path
 
 from ams.exports.formats import FORMATS
@@ -24,6 +23,7 @@ from rig.assembly.open_rig import real_ports
 from rig.assembly.unguarded import unstoppable_axes
 from rig.description.rig_file import RigDescription
 from rig.lines.lock import is_beyond_this_machine, known_elsewhere_as
+from rig.local_time import local_day
 
 _UNGUARDED = (
     "{}: nothing guards against a second computer that reaches this device over the network, and moves it; "
@@ -58,7 +58,7 @@ def preflight(
     rig: RigDescription,
     plan: Plan | None,
     out: Path,
-    today: date,
+    now: datetime,
     free: Callable[[Path], int] = free_bytes,
     archive_url: str | None = None,
 ) -> Preflight:
@@ -67,7 +67,7 @@ def preflight(
     ``archive_url``: that keeps the leases of devices that other computers reach; None where none is named.
     Raises: DescriptionError where a driver's axis is not whole.
     """
-    ready = readiness(rig, today)
+    ready = readiness(rig, local_day(now))
     checks: list[Callable[[], None]] = [lambda: require_local(out)]
     if not rig.is_simulated:
         checks.append(lambda: ready.require(str(rig_file)))
@@ -82,11 +82,11 @@ def preflight(
     engineering = () if rig.is_simulated else ready.missing
     undelivered = () if plan is None else tuple(_undelivered(plan))
     refusals = (*_refused(checks), *(() if looked is None else looked.refusals))
-    certificate = () if plan is None else tuple(_gaps(rig, plan, ready, today))
+    certificate = () if plan is None else tuple(_gaps(rig, plan, ready, now))
     return Preflight(refusals, engineering, unguarded, guarded, undelivered, certificate)
 
 
-def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, today: date) -> Iterator[str]:
+def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> Iterator[str]:
     """Yield what :mod:`procedures.certificate.grounds` will miss, whatever is measured."""
     if rig.is_simulated:
         yield OF_A_TWIN
@@ -103,10 +103,10 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, today: date) -> Ite
     )
     if not rig.is_simulated:
         yield from (f"{LACKING}{lack}" for lack in ready.missing if not lack.startswith("approved_by"))
-    ends = today + timedelta(days=ceil(plan.expected.p90_s / 86_400.0))
+    ends = local_day(now + timedelta(seconds=plan.expected.p90_s))
     for name, standard in rig.standards.items():
         if standard.due < ends:
-            yield f"standards.{name}.due: {standard.due} may come before the run ends (p90: by {ends})"
+            yield f"standards.{name}.due: {standard.due} is its last day, and the run may end after it (p90: on {ends})"
 
 
 def _undelivered(plan: Plan) -> Iterator[str]:

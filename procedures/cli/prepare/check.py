@@ -102,8 +102,7 @@ def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bo
 
 
 def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Path, archive: str | None) -> Preflight:
-    today = datetime.now(UTC).date()
-    return preflight(rig, described, plan, out, today, archive_url=shared_archive_url(archive))
+    return preflight(rig, described, plan, out, datetime.now(UTC), archive_url=shared_archive_url(archive))
 
 
 def _document_of(before: Preflight) -> dict[str, Any]:

@@ -169,6 +169,19 @@ def test_a_rule_to_stop_is_told_and_one_that_is_never_met_too(
     assert ("is not expected to be reached: after all 5 replications" in told) is not is_foreseen
 
 
+def test_a_run_that_ends_early_takes_as_long_as_one_of_so_few_replications(tmp_path: Path) -> None:
+    """The soak is waited for once: a share of the whole run would be too short."""
+    rig = rig_file(tmp_path, more=AIR)
+    soaked = "[environment]\nplateaus_degc = [20.0]\nsoak_s = 3600.0\n"
+    rule = "[stop]\nhalf_width_deg = 0.1\nleast_replications = 2\nmost_replications = 8\n"
+    report = check(rig, procedure_file(tmp_path, ("replications = 2\n", ""), more=soaked + rule))
+    alone = check(rig, procedure_file(tmp_path, more=soaked))
+    assert report.earliest is not None
+    assert report.earliest.p50_s == pytest.approx(alone.plan.expected.p50_s, rel=1e-9)
+    assert report.earliest.p50_s > 0.25 * report.plan.expected.p50_s + 2000.0
+    assert alone.earliest is None
+
+
 def test_without_roll_the_check_speaks_of_the_model_without_roll(tmp_path: Path):
     rig = rig_file(
         tmp_path, ('"three-axis package"', '"single-axis package"'), (', y = "dmm.y", z = "dmm.z" }\nnom', " }\nnom")

@@ -1,8 +1,9 @@
 """Laws of what `check` foresees: what finished runs are reserved about stands there before, word for word."""
 
 from dataclasses import replace
-from datetime import date, timedelta
+from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
+from zoneinfo import ZoneInfo
 
 import pytest
 from finished_job import FinishedJob
@@ -22,6 +23,7 @@ from procedures.run.preflight import preflight
 from procedures.solution.foreseen import FACTS
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
+from rig.local_time import local_day
 
 SERPENTINE_ONE_SIDED = """
 [procedure]
@@ -97,7 +99,7 @@ def test_a_serpentine_and_plateaus_from_one_side_are_foreseen(tmp_path: Path) ->
 def test_the_gaps_of_a_certificate_stood_in_check(finished_job: FinishedJob, tmp_path: Path) -> None:
     rig = read_rig(finished_job.folder / "rig.toml")
     plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
-    said = preflight(Path("rig.toml"), rig, plan, tmp_path, date(2026, 11, 1)).certificate
+    said = preflight(Path("rig.toml"), rig, plan, tmp_path, datetime(2026, 11, 1, 12, tzinfo=UTC)).certificate
     (coefficients,) = sets_of(solve_run(finished_job.run)).values()
     grounds = Grounds("1", date(2026, 11, 2), coefficients, None, SignOff(coefficients.sha256, (), ()))
     missing = [gap for gap in gaps_of(grounds) if "which nobody has accepted" not in gap]
@@ -109,10 +111,33 @@ def test_a_standard_that_is_due_before_the_run_ends_is_told(finished_job: Finish
     rig = read_rig(finished_job.folder / "rig.toml")
     plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
     two_days = replace(plan, expected=replace(plan.expected, p90_s=2.0 * 86_400.0))
-    due = rig.standards["table"].due
+    noon_of_due = datetime.combine(rig.standards["table"].due, time(12), UTC)
     for before, is_told in ((1, True), (2, False), (30, False)):
-        gaps = preflight(Path("rig.toml"), rig, two_days, tmp_path, due - timedelta(days=before)).certificate
+        gaps = preflight(Path("rig.toml"), rig, two_days, tmp_path, noon_of_due - timedelta(days=before)).certificate
         assert any("standards.table.due" in gap for gap in gaps) == is_told
+
+
+@pytest.mark.parametrize(
+    ("began_local", "is_told"), [("2026-11-24T20:00", False), ("2026-11-24T23:30", True), ("2026-11-25T00:10", True)]
+)
+def test_a_due_day_holds_to_its_midnight_at_the_wall(
+    finished_job: FinishedJob, tmp_path: Path, *, began_local: str, is_told: bool
+) -> None:
+    rig = read_rig(finished_job.folder / "rig.toml")
+    plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
+    an_hour = replace(plan, expected=replace(plan.expected, p90_s=3600.0))
+    table = rig.standards["table"].model_copy(update={"due": date(2026, 11, 24)})
+    due_now = rig.model_copy(update={"standards": {"table": table}})
+    began_utc = datetime.fromisoformat(began_local).astimezone(UTC)
+    gaps = preflight(Path("rig.toml"), due_now, an_hour, tmp_path, began_utc).certificate
+    assert any("standards.table.due" in gap for gap in gaps) == is_told
+
+
+def test_a_day_is_that_of_the_calendar_at_the_wall() -> None:
+    """Four in the morning by UTC is eleven in the evening of the day before in New York, and noon in Singapore."""
+    moment_utc = datetime(2026, 11, 25, 4, tzinfo=UTC)
+    assert local_day(moment_utc, ZoneInfo("America/New_York")) == date(2026, 11, 24)
+    assert local_day(moment_utc, ZoneInfo("Asia/Singapore")) == date(2026, 11, 25)
 
 
 def test_a_plateau_outside_an_interlock_is_refused_before_anything_moves(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import UTC, date, datetime
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -32,6 +32,7 @@ from rig.clock import SystemClock, VirtualClock
 from rig.description.read import read_rig
 from rig.errors import RigBusy
 
+NOON_UTC = datetime(2026, 3, 1, 12, tzinfo=UTC)
 DEVICE = "tcp 192.0.2.7 1234"
 NEVER_S = 3600.0
 CLOCK = SystemClock()
@@ -269,7 +270,7 @@ def test_fault_80_a_jog_from_a_second_computer_is_refused_but_never_its_stop(
             assert refused.status != 0
             assert "another computer has it: " in refused.err
             assert "nothing was opened" in refused.err
-            found = preflight(path, read_rig(path), None, tmp_path, date(2026, 3, 1), archive_url=url)
+            found = preflight(path, read_rig(path), None, tmp_path, NOON_UTC, archive_url=url)
             assert all("another computer has it" in sentence for sentence in found.refusals)
             assert (len(found.refusals) >= 2, found.unguarded) == (True, ())
             stopped = call(capsys, "jog", "--rig", path, "--stop", "--axis", "pitch")
@@ -282,7 +283,7 @@ def test_check_says_what_guards_and_what_does_not(tmp_path: Path) -> None:
     path.write_text(text.replace('port = "twin"', 'port = "socket://localhost:1"'))
 
     def looked(url: str | None) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        found = preflight(path, read_rig(path), None, tmp_path / "runs", date(2026, 3, 1), archive_url=url)
+        found = preflight(path, read_rig(path), None, tmp_path / "runs", NOON_UTC, archive_url=url)
         return found.guarded, found.unguarded
 
     url = f"sqlite:///{tmp_path / 'archive.sqlite'}"

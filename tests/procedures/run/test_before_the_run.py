@@ -1,7 +1,7 @@
 """Before the long run: the mount as declared, the channels warm."""
 
 from dataclasses import replace
-from datetime import date
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,8 @@ FELT_G = {
     NOSE_UP: (1.0, 0.0, 0.0),
 }
 """f of the conventions, by hand: level gives −g on z, roll +90° −g on y, nose up +g on x."""
+
+NOON_UTC = datetime(2026, 3, 1, 12, tzinfo=UTC)
 
 
 def _tumble(axes: str = "xyz", gains: tuple[float, float, float] = (2.5, 2.5, 2.5)) -> list[DwellRecord]:
@@ -198,10 +200,15 @@ def test_a_channel_that_never_comes_to_rest_trips(tmp_path: Path) -> None:
 
 def test_what_would_refuse_a_run_tonight_is_told_now(tmp_path: Path) -> None:
     small = bench(tmp_path)
-    sound = preflight(tmp_path / "rig.toml", small.rig, small.plan, tmp_path / "runs", date(2026, 3, 1))
+    sound = preflight(tmp_path / "rig.toml", small.rig, small.plan, tmp_path / "runs", NOON_UTC)
     assert (sound.refusals, sound.engineering) == ((), ()), "twins are no calibration anyway"
     full = preflight(
-        tmp_path / "rig.toml", small.rig, small.plan, tmp_path / "Dropbox" / "runs", date(2026, 3, 1), lambda _: 1000
+        tmp_path / "rig.toml",
+        small.rig,
+        small.plan,
+        tmp_path / "Dropbox" / "runs",
+        NOON_UTC,
+        lambda _: 1000,
     )
     assert "kept by a synchroniser" in full.refusals[0]
     assert "MB are free, the run needs" in full.refusals[1]
@@ -214,11 +221,11 @@ def test_fault_80_a_device_that_other_computers_reach_is_told(tmp_path: Path) ->
     text = RIG.partition("[twin]")[0].replace('resource = "twin"', 'resource = "prologix+socket://192.0.2.7:1234#22"')
     path = tmp_path / "rig.toml"
     path.write_text(text.replace('port = "twin"', 'port = "socket://localhost:1"'))
-    found = preflight(path, read_rig(path), None, tmp_path / "runs", date(2026, 3, 1))
+    found = preflight(path, read_rig(path), None, tmp_path / "runs", NOON_UTC)
     (sentence,) = found.unguarded
     assert sentence.startswith("socket://192.0.2.7:1234: nothing guards against a second computer")
     small = bench(tmp_path)
-    assert preflight(path, small.rig, None, tmp_path / "runs", date(2026, 3, 1)).unguarded == ()
+    assert preflight(path, small.rig, None, tmp_path / "runs", NOON_UTC).unguarded == ()
 
 
 def test_a_rig_of_devices_is_told_what_its_results_will_lack(tmp_path: Path) -> None:
@@ -229,6 +236,6 @@ def test_a_rig_of_devices_is_told_what_its_results_will_lack(tmp_path: Path) -> 
         text.replace('port = "twin"', 'port = "socket://127.0.0.1:1"')
         + '[standards.table]\nserial = "1"\ncertificate = "K-17"\ndue = 2026-02-28\n'
     )
-    found = preflight(path, read_rig(path), None, tmp_path / "runs", date(2026, 3, 1))
+    found = preflight(path, read_rig(path), None, tmp_path / "runs", NOON_UTC)
     assert "standards.table.due: 2026-02-28 is past" in found.refusals[0]
     assert "readouts.dmm: no standard stands behind it" in found.engineering
