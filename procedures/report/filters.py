@@ -122,9 +122,12 @@ def remarks_once(axes: Sequence[AxisView]) -> list[tuple[str, str]]:
 
 
 def shared_remarks(view: RunView) -> list[str]:
-    """Return what is remarked of every solved sensor of several, by it or by each of its axes: it is said once."""
+    """Return what is remarked of every solved sensor of several, by it or by each of its axes: it is said once.
+
+    Of a sensor alone it is what the verdict says already.
+    """
     solved = [sensor for sensor in view.sensors if sensor.axes]
-    if len(solved) < 2:
+    if not solved:
         return []
     said = [
         [
@@ -135,7 +138,8 @@ def shared_remarks(view: RunView) -> list[str]:
         ]
         for sensor in solved
     ]
-    return [text for text in dict.fromkeys(said[0]) if all(text in others for others in said[1:])]
+    shared = [text for text in dict.fromkeys(said[0]) if all(text in others for others in said[1:])]
+    return shared if len(view.sensors) > 1 else [text for text in shared if not not_among_the_grounds(view, [text])]
 
 
 def not_among_the_grounds(view: RunView, texts: Sequence[str]) -> list[str]:
