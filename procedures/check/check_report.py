@@ -1,9 +1,10 @@
 """The content of ``calrig check``: what would be done, how long and how well, told before anything moves."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from procedures.check.foiled import foiled
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Forecast, LearnsFromPilot
 from procedures.kinds.planner import make_plan
@@ -73,11 +74,12 @@ def check(
         forecast = kind.forecast(rig, procedure, plan)
     else:
         raise procedure.error(("procedure", "kind"), f"{plan.kind!r} takes nothing from a pilot run; leave it out")
+    reservations = (*forecast.reservations, *foiled(rig, plan, forecast))
     return CheckReport(
         rig=rig.rig.name,
         plan=plan,
         axes={axis: _use(rig, plan, axis, forecast) for axis in plan.axes},
-        forecast=forecast,
+        forecast=replace(forecast, reservations=reservations),
         journal_bytes=int(needed_bytes(plan, len(plan.dwells))),
         longest=_longest(rig, plan, learned),
         earliest=_earliest(rig, procedure, plan, learned),

@@ -32,6 +32,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _unusable_reference(file, rig, units)
     yield from _ranges_too_small(file, rig)
     yield from _unknown_interlocks(file, rig, voltages)
+    yield from _supplies_outside_interlocks(file, rig)
     yield from _unknown_standards(file, rig)
     yield from _axis_twice(file, rig)
     yield from _instrument_twice(file, rig)
@@ -193,6 +194,24 @@ def _unknown_interlocks(file: TomlFile, rig: RigDescription, channels: set[str])
             if name not in known:
                 allowed = ", ".join(sorted(known)) or "none"
                 yield file.complaint(("interlocks", kind, name), f"nothing of that name (allowed: {allowed})")
+
+
+def _supplies_outside_interlocks(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Yield interlocks that would stop every run: what a chain states of the supply lies outside their band."""
+    for name, lock in rig.interlocks.voltage.items():
+        low_v, high_v = lock.band_v
+        for channel, chain in rig.chain.items():
+            stated = chain.supply_band_v if chain.supply_nominal_v is None else (chain.supply_nominal_v,) * 2
+            if chain.supply_channel != name or stated is None or (stated[0] <= high_v and low_v <= stated[1]):
+                continue
+            key = "supply_band_v" if chain.supply_nominal_v is None else "supply_nominal_v"
+            volts = " to ".join(f"{value:g}" for value in dict.fromkeys(stated))
+            yield file.complaint(
+                ("interlocks", "voltage", name, "band_v"),
+                f"{low_v:g} to {high_v:g} V leaves out {volts} V, which [chain.{channel}] {key} states for it: every "
+                f"run would {lock.action} at once; give a band around it, or correct {key}",
+            )
+            break
 
 
 def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:

@@ -147,6 +147,33 @@ def test_a_plateau_outside_an_interlock_is_refused_before_anything_moves(tmp_pat
         check(rig, procedure)
 
 
+@pytest.mark.parametrize(
+    ("band_degc", "would_hold_at"), [("[15.0, 25.0]", None), ("[19.8, 24.0]", "19.5"), ("[16.0, 20.1]", "20.5")]
+)
+def test_a_chamber_that_may_be_stable_where_its_interlock_holds_is_a_reservation(
+    tmp_path: Path, band_degc: str, would_hold_at: str | None
+) -> None:
+    rig = rig_file(tmp_path, more=AIR + f"[interlocks.temperature.air]\nband_degc = {band_degc}\n")
+    procedure = procedure_file(tmp_path, more="[environment]\nplateaus_degc = [20.0]\nband_degc = 0.5\n")
+    said = [text for text in check(rig, procedure).forecast.reservations if "interlocks.temperature.air" in text]
+    assert [f"would hold the run at {would_hold_at} °C" in text for text in said] == [True] * (
+        would_hold_at is not None
+    )
+
+
+@pytest.mark.parametrize(("share", "rule", "is_told"), [(0.9, "guard-band", True), (1.1, "guard-band", False),
+                                                       (0.9, "simple", False)])  # fmt: skip
+def test_a_limit_that_the_guard_band_uses_up_is_a_reservation(
+    tmp_path: Path, share: float, rule: str, *, is_told: bool
+) -> None:
+    procedure = procedure_file(tmp_path)
+    (angles,) = check(rig_file(tmp_path), procedure).forecast.angles.values()
+    limit_deg = share * angles["pitch"].calibration_deg
+    declared = f'[acceptance]\npitch_limit_deg = {limit_deg!r}\ndecision_rule = "{rule}"\n'
+    said = check(rig_file(tmp_path, more=declared), procedure).forecast.reservations
+    assert any("acceptance.pitch_limit_deg" in text and "cannot be passed by SN1" in text for text in said) == is_told
+
+
 def test_tps_ten_recommendations_are_told_each_with_its_reason(tmp_path: Path) -> None:
     found = check(rig_file(tmp_path), procedure_file(tmp_path)).forecast.recommendations
     assert [entry.number for entry in found] == list(range(1, 11))

@@ -79,3 +79,26 @@ def test_a_supply_that_is_only_watched_is_healthy_on_the_twin(tmp_path: Path) ->
 def test_the_truth_of_a_supply_that_nobody_has_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError, match=r"twin\.supplies\.dmm\.s: no supply_channel of a \[chain\]"):
         read_rig(rig_file(tmp_path, SUPPLY_METER, ("[twin]\n", '[twin.supplies."dmm.s"]\nerror_v = 0.02\n[twin]\n')))
+
+
+@pytest.mark.parametrize(
+    ("stated", "band_v", "is_refused"),
+    [
+        ("supply_nominal_v = 15.0", "[4.9, 5.1]", True),
+        ("supply_nominal_v = 15.0", "[14.9, 15.1]", False),
+        ("supply_band_v = [14.8, 15.2]", "[4.9, 5.1]", True),
+        ("supply_band_v = [14.8, 15.2]", "[15.1, 15.3]", False),
+    ],
+)
+def test_an_interlock_that_leaves_out_what_its_supply_should_be_is_refused(
+    tmp_path: Path, stated: str, band_v: str, *, is_refused: bool
+) -> None:
+    """It would stop every run at once."""
+    chain = f'[chain."dmm.x"]\nsupply_channel = "dmm.s"\n{stated}\n'
+    more = f'{chain}[interlocks.voltage."dmm.s"]\nband_v = {band_v}\n[twin]\n'
+    file = rig_file(tmp_path, SUPPLY_METER, ("[twin]\n", more))
+    if not is_refused:
+        assert "dmm.s" in read_rig(file).interlocks.voltage
+        return
+    with pytest.raises(DescriptionError, match=r"4\.9 to 5\.1 V leaves out .*every run would hold at once"):
+        read_rig(file)
