@@ -25,7 +25,7 @@ from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 from ams.solve.joint import JointFit
 from ams.solve.layout import layout_of
-from ams.solve.table_errors import UPRIGHT, WHOLE_TABLE, Mounting, TablePriors, nuisances_of, seat_effects
+from ams.solve.table_errors import SEAT, UPRIGHT, WHOLE_TABLE, Mounting, TablePriors, nuisances_of, seat_effects
 from ams.statistics.distributions import chi_square_tail
 from ams.units import RAD_PER_ARCSEC
 
@@ -113,7 +113,7 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
             value / RAD_PER_ARCSEC
             for value in (nuisance.estimate_rad, nuisance.standard_deviation_rad, nuisance.prior_rad)
         )
-        is_index = nuisance.name not in WHOLE_TABLE and not nuisance.name.startswith("seat")
+        is_index = nuisance.name not in WHOLE_TABLE and not nuisance.name.startswith(SEAT)
         where = "its limit in the rig file" if is_index else "--prior; joint_priors_arcsec"
         text = (
             f"{nuisance.name}: {_signed(estimate)}″ ± {u:.2g}″, where {prior:.2g}″ (standard) is declared: the rows "
@@ -169,7 +169,7 @@ def _to_be_tested(
     turn = _angles_in_package(mounting)
     if turn is None:
         return list(as_they_stood(mountings, fit, priors))[number], None
-    is_whole = [name in WHOLE_TABLE or name.startswith("seat") for name in (n.name for n in fit.nuisances)]
+    is_whole = [name in WHOLE_TABLE or name.startswith(SEAT) for name in (n.name for n in fit.nuisances)]
     errors_rad = np.array([nuisance.estimate_rad for nuisance in fit.nuisances]) * is_whole
     observations = mounting.observations
     here = corrected(observations, priors.table)

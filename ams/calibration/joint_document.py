@@ -32,7 +32,7 @@ from ams.models.extended import ExtendedPitchRoll
 from ams.parameter_words import not_determined
 from ams.solve.derived import halfwidths_95
 from ams.solve.joint import JointFit, Nuisance
-from ams.solve.table_errors import REVERSED, UPRIGHT, Mounting
+from ams.solve.table_errors import REVERSED, SEAT, UPRIGHT, WHOLE_TABLE, Mounting
 from ams.statistics.intervals import combined_dof, t_quantile
 from ams.units import RAD_PER_ARCSEC, dof_words
 
@@ -97,7 +97,8 @@ def joint_calibration(fit: JointFit, diagnosis: JointDiagnosis) -> Calibration:
     axes = {axis: joint_axis(fit, axis, diagnosis.findings[axis]) for axis in fit.axes}
     warnings = dict.fromkeys(sentence for axis in axes.values() for sentence in axis.warnings)
     package = PackageCovariance(_order(fit), fit.components) if len(fit.axes) > 1 else None
-    return Calibration(axes, PitchRoll.name, PitchRoll.convention, tuple(warnings), diagnosis.untested, package)
+    remarks = (*diagnosis.untested, *contained(fit))
+    return Calibration(axes, PitchRoll.name, PitchRoll.convention, tuple(warnings), remarks, package)
 
 
 def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisCalibration:
@@ -195,7 +196,17 @@ def joint_warnings(fit: JointFit) -> Iterator[str]:
             f"intervals rest on {dof_words(fit.replication_dof)} between replications and are wide; four "
             "replications or more make them much narrower"
         )
-    yield from fit.confounded
+    yield from (sentence for sentence in fit.confounded if _is_whole(sentence))
+
+
+def contained(fit: JointFit) -> tuple[str, ...]:
+    """Return what is not told of the index errors: it stays as uncertain as it was declared, no reservation."""
+    return tuple(sentence for sentence in fit.confounded if not _is_whole(sentence))
+
+
+def _is_whole(sentence: str) -> bool:
+    """Return whether a sentence on what the rows cannot tell names an error of the whole table or of a seat."""
+    return any(name in sentence for name in (*WHOLE_TABLE, SEAT))
 
 
 def _nuisance(nuisance: Nuisance) -> Document:

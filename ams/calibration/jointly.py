@@ -42,26 +42,16 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
     diagnosis = diagnose_joint(mountings, fit, stated, request.tested_axes)
     solved = joint_calibration(_with_channels(fit, request.shared_errors), diagnosis)
     stood = next(iter(as_they_stood(mountings, fit, stated)))
-    to_read = [sentence for sentence in joint_warnings(fit) if sentence not in fit.confounded or _is_whole(sentence)]
-    contained = [sentence for sentence in fit.confounded if not _is_whole(sentence)]
+    to_read = tuple(joint_warnings(fit))
     axes = {
         label: replace(
             _with_residuals(axis, fit.sensors[label].model, stood),
             replication=diagnosis.replications.get(label),
-            warnings=tuple(warning for warning in axis.warnings if warning not in (*to_read, *contained)),
+            warnings=tuple(warning for warning in axis.warnings if warning not in to_read),
         )
         for label, axis in solved.axes.items()
     }
-    remarks = (*solved.remarks, *_of_the_table(fit), *contained)
-    return replace(solved, axes=axes, warnings=tuple(to_read), remarks=remarks)
-
-
-def _is_whole(sentence: str) -> bool:
-    """Return whether a sentence on what the rows cannot tell names an error of the whole table.
-
-    Parts of the index errors that stay as uncertain as their certificate has them are no reservation.
-    """
-    return any(name in sentence for name in WHOLE_TABLE)
+    return replace(solved, axes=axes, warnings=to_read, remarks=(*_of_the_table(fit), *solved.remarks))
 
 
 def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequest) -> None:

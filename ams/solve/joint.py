@@ -273,7 +273,7 @@ def _result(
         filled,
         np.asarray(sum(part.covariance for part in parts)),
         nuisances,
-        _confounded(names, prior_rad, spread),
+        _confounded(names, prior_rad, spread, int(rows.mount[-1]) + 1),
         {axis: float(np.sqrt(np.mean(sd[:, a] ** 2))) for a, axis in enumerate(axes)},
         {sensor.axis: sensor for sensor in sensors},
         by_mount,
@@ -293,7 +293,7 @@ def _with_unexcited(covariance: FloatArray, sensors: Sequence[JointSensor]) -> F
     return whole
 
 
-def _confounded(names: tuple[str, ...], prior_rad: FloatArray, spread: FloatArray) -> tuple[str, ...]:
+def _confounded(names: tuple[str, ...], prior_rad: FloatArray, spread: FloatArray, mountings: int) -> tuple[str, ...]:
     """Return the directions in the space of whole-table errors that the rows leave at their prior."""
     whole = [n for n, name in enumerate(names) if " tooth " not in name]
     if not whole:
@@ -304,12 +304,13 @@ def _confounded(names: tuple[str, ...], prior_rad: FloatArray, spread: FloatArra
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         if np.sqrt(max(value, 0.0)) >= OBSERVED_RATIO:
             members = [names[whole[n]] for n in np.argsort(-np.abs(vector)) if abs(vector[n]) > 0.3]
-            sentences.append(_sentence(members, float(np.sqrt(value))))
+            sentences.append(_sentence(members, float(np.sqrt(value)), mountings))
     return tuple(sentences)
 
 
-def _sentence(members: list[str], ratio: float) -> str:
+def _sentence(members: list[str], ratio: float, mountings: int) -> str:
     remains = f"{100.0 * ratio:.0f} % of the prior standard deviation remains and is in the package's uncertainty"
     if len(members) == 1:
-        return f"{members[0]}: not observable with these mountings: {remains}; calibrate once more in a reversed mount"
+        advice = "; calibrate once more in a reversed mount" if mountings == 1 else ""
+        return f"{members[0]}: not observable with these mountings: {remains}{advice}"
     return f"{' and '.join(members)}: these rows do not tell them apart: {remains}"

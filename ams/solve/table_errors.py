@@ -23,6 +23,8 @@ REVERSED: Final = ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0))
 
 WHOLE_TABLE: Final = ("pitch zero", "roll zero", "base tilt", "squareness", "droop")
 """Errors that all indices share."""
+SEAT: Final = "seat"
+"""Begins the names of the turns of a mounting after the first."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> Nuisance
     )  # fmt: skip
     named += zip(WHOLE_TABLE, of_whole, strict=True)
     for number in range(1, len(mountings)):
-        named += [(f"seat {number + 1} about {axis}", priors.seat_rad) for axis in "xyz"]
+        named += [(f"{SEAT} {number + 1} about {axis}", priors.seat_rad) for axis in "xyz"]
     kept = [(name, prior) for name, prior in named if prior > 0.0]
     return Nuisances(tuple(name for name, _ in kept), np.array([prior for _, prior in kept]), parts)
 
@@ -121,7 +123,7 @@ def seat_effects(force: FloatArray, names: Sequence[str], number: int) -> FloatA
     """Return the effects of small turns of the package on its seat: f becomes f − θ × f."""
     effects = np.zeros((force.shape[0], 3, len(names)))
     for axis, unit in zip("xyz", np.eye(3), strict=True):
-        name = f"seat {number + 1} about {axis}"
+        name = f"{SEAT} {number + 1} about {axis}"
         if name in names:
             effects[:, :, names.index(name)] = -np.cross(unit, force)
     return effects

@@ -4,14 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from joint_campaigns import mountings_of
+from physics_scenes.designs import Setup
+from physics_scenes.mounting_scenes import Sizes, remounted
+from physics_scenes.tables import once_per_turn
 from scipy.stats import t as student_t
 from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
 from solved_sets import SITE, package_set
 
 from ams.attitude.static import Angles, pitch_roll_from_three
 from ams.calibration.calibrate import calibrate
+from ams.calibration.joint_diagnosis import diagnose_joint
+from ams.calibration.joint_document import joint_calibration
 from ams.calibration_result import Calibration, VarianceComponent
-from ams.frames import specific_force
+from ams.frames import Attitude, specific_force
 from ams.inference.calibrated import package_of_set, sensor_of_set
 from ams.inference.inference import Package, inference
 from ams.inference.lines import PackageLines, SensorLine, package_lines
@@ -22,6 +28,8 @@ from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.sets.canonical import with_checksum
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 from ams.sets.provenance import Provenance
+from ams.solve.joint import joint_fit
+from ams.solve.table_errors import TablePriors
 
 PITCH, ROLL = np.deg2rad([5.0, 20.0, -40.0]), np.deg2rad([45.0, -30.0, 120.0])
 FORCE = specific_force(PITCH, ROLL)
@@ -160,3 +168,36 @@ def test_every_angle_of_two_packages_has_the_degrees_of_freedom_of_what_it_takes
         np.testing.assert_allclose(getattr(found, f"{name}_sd_rad")[0], np.sqrt(u2), rtol=1e-3)
         half = getattr(found, f"{name}_half_95_rad")[0]
         np.testing.assert_allclose(half, student_t.ppf(0.975, dof) * np.sqrt(u2), rtol=3e-3)
+
+
+def test_every_angle_of_a_joint_fit_has_the_degrees_of_freedom_of_what_it_takes_from() -> None:
+    """By hand as above: six degrees between replications, the points' own, and the table, which is declared."""
+    sizes = Sizes(drift_arcsec=1.0, drift_ppm=5.0)
+    setup = Setup(replications=4, roll_count=6, noise_arcsec=0.5)
+    mountings = mountings_of(remounted(once_per_turn, sizes, setup, 1, np.random.default_rng(3)), 0)
+    priors = TablePriors(table=TableUncertainty(ARCSEC, ARCSEC, "limit"), seat_rad=5.0 * ARCSEC)
+    fit = joint_fit(mountings, "xyz", priors)
+    assert sorted(part.dof for part in fit.components)[0] == 6.0
+    told = inference(
+        Package(set_of(joint_calibration(fit, diagnose_joint(mountings, fit, priors))), {a: f"{a}_v" for a in "xyz"}),
+        reading_sd_v=1e-9,
+        intervals=True,
+    )
+    at = Attitude(*np.deg2rad([[25.0], [35.0]]))
+    models = [fit.sensors[axis].model for axis in fit.axes]
+    outputs_v = [model.predict(fit.primary[model.nominal_axis], at) for model in models]
+
+    def angles(moved_v: np.ndarray) -> dict[str, np.ndarray]:
+        read = {f"{a}_v": v + step for a, v, step in zip("xyz", outputs_v, moved_v, strict=True)}
+        return {name: np.deg2rad(column) for name, column in told.answer(read).columns.items() if name.endswith("deg")}
+
+    found = angles(np.zeros(3))
+    for name in ("pitch", "roll"):
+        slopes = [(angles(step)[f"{name}_deg"] - angles(-step)[f"{name}_deg"])[0] / 2e-5 for step in 1e-5 * np.eye(3)]
+        columns = [model.jacobian(fit.primary[model.nominal_axis], at)[0] for model in models]
+        direction = np.concatenate([slope * column for slope, column in zip(slopes, columns, strict=True)])
+        u2 = np.array([direction @ part.covariance @ direction for part in fit.components])
+        dof = 1.0 / np.sum((u2 / u2.sum()) ** 2 / np.array([part.dof for part in fit.components]))
+        assert 6.0 < dof < 100.0
+        half = student_t.ppf(0.975, dof) * np.sqrt(u2.sum())
+        np.testing.assert_allclose(found[f"{name}_half_95_deg"][0], half, rtol=0.01)
