@@ -22,10 +22,11 @@ def _stable_and_stopped(rig: RigDescription, plan: Plan) -> Iterator[str]:
     for degc in sorted(set(environment.plateaus_degc)):
         ends = [end for end in (degc - within, degc + within) if not low <= end <= high]
         if ends:
+            stopped_at = " and ".join(f"{end:g}" for end in ends)
             yield (
                 f"[environment] takes {degc:g} ± {within:g} °C for stable, and "
-                f"interlocks.temperature.{environment.name} would {lock.action} the run at {' and '.join(f'{end:g}' for end in ends)} °C (band {low:g} to "
-                f"{high:g} °C): widen the interlock's band_degc, or take a smaller band_degc of the plateaus"
+                f"interlocks.temperature.{environment.name} would {lock.action} the run at {stopped_at} °C (band "
+                f"{low:g} to {high:g} °C): widen the interlock's band_degc, or take a smaller band_degc of the plateaus"
             )
 
 
