@@ -17,6 +17,7 @@ from procedures.report.page import TEMPLATES as SHARED_TEMPLATES
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 
 TEMPLATES = Path(__file__).with_name("templates")
+TURN_DEG = 360.0
 SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
 
 
@@ -62,7 +63,7 @@ def _conditions(document: Document) -> dict[str, str]:
     validity, unit = table(document["validity"]), table(document["acceleration_unit"])
     ranges = {name: validity.get(f"{name}_deg") for name in ("pitch", "roll", "yaw")}
     attitude_ranges = {
-        name.capitalize(): " to ".join(angle(number(end)) for end in listed(ends))
+        f"Valid for {name}": _range_in_words(number(listed(ends)[0]), number(listed(ends)[1]))
         for name, ends in ranges.items()
         if ends is not None
     }
@@ -79,6 +80,12 @@ def _conditions(document: Document) -> dict[str, str]:
         for quantity, unit in [name.rsplit("_", 1)]
     }
     return {**(levels or attitude_ranges), **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
+
+
+def _range_in_words(low_deg: float, high_deg: float) -> str:
+    """Say where a set is valid: its design may stop a step before a whole turn is round."""
+    ends = f"{angle(low_deg)} to {angle(high_deg)}"
+    return f"all round ({ends})" if high_deg - low_deg >= TURN_DEG else ends
 
 
 def _began(grounds: Grounds) -> str:
