@@ -77,6 +77,12 @@ def printed(unit: str) -> str:
     return _PRINTED.get(unit, unit)
 
 
+def with_unit(number: str, unit: str) -> str:
+    """Return a number with its unit as a person reads both: ``31°``, ``5 °/s``, ``22 °C``."""
+    sign = printed(unit)
+    return f"{number}{sign}" if sign in ("°", "″") else f"{number} {sign}"
+
+
 def label_and_unit(name: str) -> tuple[str, str]:
     """Return ``sensitivity_v_per_dps`` as ``sensitivity`` and ``V/(°/s)``."""
     found = _NAME.fullmatch(name)

@@ -19,6 +19,7 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
 from ams.sets.sensed_quantity import field_at
 from ams.sets.vectors import inferred_force, is_package, resolves
+from ams.units import with_unit
 
 ROUNDING_DEG = 1e-9
 """Degrees to radians and back may move an angle this far beyond an end of the range."""
@@ -225,7 +226,7 @@ def _check_range(
         return
     worst = float(values.flat[int(margin.argmin())])
     raise OutsideValidity(
-        f"{coefficients.sensor}: {name} outside the validity of the set: got {worst:.6g} {unit}, calibrated from "
-        f"{limits[0]:.6g} to {limits[1]:.6g} {unit}; nothing was computed; calibrate over the range you use, or say "
-        "beyond_validity=True and answer for it"
+        f"{coefficients.sensor}: {name} outside the validity of the set: got {with_unit(f'{worst:.6g}', unit)}, "
+        f"calibrated from {limits[0]:.6g} to {with_unit(f'{limits[1]:.6g}', unit)}; nothing was computed; calibrate "
+        "over the range you use, or say beyond_validity=True and answer for it"
     )

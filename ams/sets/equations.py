@@ -189,7 +189,7 @@ class AxisNumbers:
         if temperature_degc is None or reference is None:
             raise SetError(
                 f"axis {self.axis}: has temperature coefficients and no temperature to use them with: got "
-                f"temperature {temperature_degc} degc, reference {reference} degc, needed are both"
+                f"temperature {temperature_degc} °C, reference {reference} °C, needed are both"
             )
         return np.asarray(temperature_degc - reference)
 

@@ -17,7 +17,7 @@ from ams.models.sensor_model import RATE_INPUTS
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.equations import AxisNumbers, are_lines, derived_direction, predicted_v
 from ams.sets.sensed_quantity import field_at
-from ams.units import UNITS
+from ams.units import UNITS, with_unit
 
 TOLERANCE_RELATIVE = 1e-12
 TOLERANCE_TEXT = "outputs: of |offset_v| + |k_x| + |k_y| + |k_z| of the axis; angles: of 180 degrees"
@@ -304,7 +304,7 @@ def _inverse_error(axes: Mapping[str, AxisNumbers], vector: Mapping[str, Json], 
     if not error <= TOLERANCE_RELATIVE:
         raise VectorsDisagree(
             f"{where}: inverse test vector at {_attitude(vector)} is not reproduced by the coefficients: got "
-            f"{float(np.degrees(pitch_rad))!r} deg pitch, {float(np.degrees(roll_rad))!r} deg roll; "
+            f"{float(np.degrees(pitch_rad))!r}° pitch, {float(np.degrees(roll_rad))!r}° roll; "
             "do not use this set; it was assembled wrongly or for another convention"
         )
     return error
@@ -324,7 +324,7 @@ def _level_error(vector: Mapping[str, Json], found: FloatArray, where: str) -> f
 
 def _attitude(vector: Mapping[str, Json]) -> str:
     parts = [
-        f"{name.rsplit('_', 1)[0]} {value} {name.rsplit('_', 1)[1]}"
+        f"{name.rsplit('_', 1)[0]} {with_unit(str(value), name.rsplit('_', 1)[1])}"
         for name, value in vector.items()
         if not name.startswith("outputs_")
     ]

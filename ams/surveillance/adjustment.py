@@ -179,8 +179,8 @@ def _sentence(
         "conditional": f"{side} the limit, but closer to it than its uncertainty",
     }[verdict]
     return (
-        f"{angle} {verdict}: error {error:+.4f} deg with U {expanded:.4f} deg at pitch {where[0]:g} deg, roll "
-        f"{where[1]:g} deg is {verdict_text} of {limit_deg:g} deg"
+        f"{angle} {verdict}: error {error:+.4f}° with U {expanded:.4f}° at pitch {where[0]:g}°, roll "
+        f"{where[1]:g}° is {verdict_text} of {limit_deg:g}°"
     )
 
 

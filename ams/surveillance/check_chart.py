@@ -96,7 +96,7 @@ class CheckHistory:
             return ()
         changes = ((chart, float(chart.value_deg[-1] - chart.centre_deg[-1])) for chart in self.charts)
         return tuple(
-            f"{chart.name} {change:+.4f} deg, where the certificates explain {chart.stated_deg[-1]:.4f} deg"
+            f"{chart.name} {change:+.4f}°, where the certificates explain {chart.stated_deg[-1]:.4f}°"
             for chart, change in changes
             if abs(change) > chart.stated_deg[-1]
         )
@@ -302,7 +302,7 @@ def _findings(
 
 
 def _explained(population: Population, at: PointLabel, component: str, change: float, spread: float) -> CheckFinding:
-    when = f"{at.sensor} at {at.created_utc:%Y-%m-%d}: {component} {change:+.4f} deg"
+    when = f"{at.sensor} at {at.created_utc:%Y-%m-%d}: {component} {change:+.4f}°"
     if component.startswith("table"):
         blamed = "table", f"{when}: the table or its base turned, or the check sensor moved on its mount"
     elif component.startswith("sensor"):
@@ -323,10 +323,10 @@ def _by_other_sensors(
     error = float(np.std(seen, ddof=1)) / np.sqrt(seen.size) if seen.size > 1 else spread
     allowed = float(np.hypot(spread, WITNESS_FACTOR * error))
     if abs(middle - change) <= allowed < abs(middle) + allowed and abs(middle) > WITNESS_FACTOR * error:
-        return "meter", f"{when}: {seen.size} other sensors of that run changed alike ({middle:+.4f} deg): the meter"
+        return "meter", f"{when}: {seen.size} other sensors of that run changed alike ({middle:+.4f}°): the meter"
     if abs(middle) <= WITNESS_FACTOR * error:
         return "sensor", f"{when}: {seen.size} other sensors of that run did not change: the check sensor itself"
-    return "open", f"{when}: {seen.size} other sensors of that run changed otherwise ({middle:+.4f} deg): look at both"
+    return "open", f"{when}: {seen.size} other sensors of that run changed otherwise ({middle:+.4f}°): look at both"
 
 
 def _witnesses_deg(population: Population, at: PointLabel, component: str) -> FloatArray:

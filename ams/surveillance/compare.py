@@ -268,7 +268,7 @@ def _notes(old: CoefficientSet, new: CoefficientSet) -> list[str]:
         notes.append(f"models {old.model} and {new.model}: only offset and sensitive axis are compared")
     if _gravity_mps2(old) != _gravity_mps2(new):
         notes.append(
-            f"calibrated at {_gravity_mps2(old)} and {_gravity_mps2(new)} m/s^2: compared at the g of the second"
+            f"calibrated at {_gravity_mps2(old)} and {_gravity_mps2(new)} m/s²: compared at the g of the second"
         )
     return [*notes, *_temperature_notes(old, new)]
 
@@ -278,6 +278,6 @@ def _temperature_notes(old: CoefficientSet, new: CoefficientSet) -> list[str]:
     for axis in new.axes:
         was, now = (coefficients.axes[axis].parameters.get("reference_temperature_degc") for coefficients in (old, new))
         if was != now:
-            degrees = " and ".join("none" if value is None else f"{value:g} degC" for value in (was, now))
+            degrees = " and ".join("none" if value is None else f"{value:g} °C" for value in (was, now))
             notes.append(f"axis {axis}: coefficients hold at reference temperatures {degrees}: compared as they stand")
     return notes

@@ -234,7 +234,7 @@ def _step(population: Population, at: PointLabel, change: FloatArray, alarms: Bo
     size = float(np.degrees(np.abs(change[alarms]).max()))
     sentence = (
         f"{at.sensor}: at {at.created_utc:%Y-%m-%d} {', '.join(names)} left the prediction interval of the last "
-        f"calibration, by {size:.4f} deg as an angle: the sensor made a step (drop, overload, repair?)"
+        f"calibration, by {size:.4f}° as an angle: the sensor made a step (drop, overload, repair?)"
     )
     return Finding("step", at, names, size, None, sentence)
 
@@ -253,7 +253,7 @@ def _drift(population: Population, watch: _Watch, at: PointLabel, drifting: Bool
     names = _strongest(population, np.where(drifting, np.abs(slope), 0.0), int(drifting.sum()))
     rate = float(np.degrees(np.abs(slope[drifting]).max()))
     sentence = (
-        f"{at.sensor}: {', '.join(names)} drift, by {rate:.4f} deg a year as an angle, since "
+        f"{at.sensor}: {', '.join(names)} drift, by {rate:.4f}° a year as an angle, since "
         f"{len(watch.regime)} calibrations (seen at {at.created_utc:%Y-%m-%d})"
     )
     return Finding("drift", at, names, rate, None, sentence)

@@ -52,7 +52,7 @@ def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None
         allowed = max(room, 0.0) / rate * 12.0 if rate > 0.0 else np.inf
         if allowed < months:
             worst, months = chart.name, allowed
-    return _advice(months, current, f"{worst} reaches {limit_deg:g} deg after {months:.0f} months at the 95 % bound")
+    return _advice(months, current, f"{worst} reaches {limit_deg:g}° after {months:.0f} months at the 95 % bound")
 
 
 def _advice(wanted: float, current: float, why: str) -> IntervalAdvice:

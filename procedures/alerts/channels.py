@@ -26,11 +26,14 @@ class Message:
 
 
 def by_command(command: Sequence[str], message: Message, deadline_s: float) -> None:
-    """Give a message to the user's own command on its standard input. Raises: NotDelivered."""
+    """Give a message to the user's own command on its standard input, in UTF-8 whatever the locale is.
+
+    Raises: NotDelivered.
+    """
     try:
         done = subprocess.run(  # noqa: S603  the user's own command, without a shell
-            list(command), input=f"{message.subject}\n\n{message.text}\n", text=True, capture_output=True,
-            timeout=deadline_s, check=False,
+            list(command), input=f"{message.subject}\n\n{message.text}\n", capture_output=True,
+            encoding="utf-8", errors="backslashreplace", timeout=deadline_s, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise NotDelivered(f"command {command[0]}: did not end within {deadline_s:g} s") from None

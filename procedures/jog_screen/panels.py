@@ -261,9 +261,9 @@ def _detail(axis: AxisView, is_selected: bool, step_deg: float) -> Text:
     if axis.target_deg is not None:
         parts.append(Text(f"◇ {axis.target_deg:+g}°", WARM))
     if axis.measured is not None:
-        parts.append(Text(f"measured {axis.measured.rate_dps:+.4f}°/s", GOOD))
+        parts.append(Text(f"measured {axis.measured.rate_dps:+.4f} °/s", GOOD))
     elif axis.set_rate_dps is not None:
-        parts.append(Text(f"asked {axis.set_rate_dps:+g}°/s", WARM))
+        parts.append(Text(f"asked {axis.set_rate_dps:+g} °/s", WARM))
     if axis.wound_turns is not None:
         parts.append(Text(f"cables {axis.wound_turns:+.2f} turns", QUIET))
     if axis.pulse_us is not None:

@@ -136,7 +136,7 @@ class Polling:
 
     def turning(self) -> str:
         """Return which axes turn at a rate; empty where none does."""
-        turning = [f"{name} at {view.set_rate_dps:+g}°/s" for name, view in self._axes.items() if view.set_rate_dps]
+        turning = [f"{name} at {view.set_rate_dps:+g} °/s" for name, view in self._axes.items() if view.set_rate_dps]
         return ", ".join(turning)
 
     def require_room(self, axis: str, rate_dps: float) -> None:

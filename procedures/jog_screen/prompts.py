@@ -46,4 +46,4 @@ def _rate(axis: AxisView, set_held_rate: Callable[[float], None]) -> Prompt | st
         set_held_rate(rate_dps)
         return Turn(axis.name, rate_dps, is_held=False)
 
-    return Prompt(f"{axis.name}: turn, up to ±{axis.top_rate_dps:g}°/s, while this terminal answers", turn)
+    return Prompt(f"{axis.name}: turn, up to ±{axis.top_rate_dps:g} °/s, while this terminal answers", turn)

@@ -64,7 +64,7 @@ class Turn:
     """By a key that must go on repeating; otherwise by a terminal that must go on answering."""
 
     def __str__(self) -> str:
-        return f"{self.axis} at {self.rate_dps:+g}°/s"
+        return f"{self.axis} at {self.rate_dps:+g} °/s"
 
 
 @dataclass(frozen=True, slots=True)

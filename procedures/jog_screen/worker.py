@@ -299,7 +299,7 @@ class Bench:
             self.guard.stop(f"{axis}: nobody keeps its rate alive")
             raise WaitEnded("its lease had ended when the axis began to turn")
         how = "while the key is held" if is_held else "while this terminal answers"
-        return f"{axis}: turns at {rate_dps:+g}°/s {'while the button is held' if asker.is_page else how}"
+        return f"{axis}: turns at {rate_dps:+g} °/s {'while the button is held' if asker.is_page else how}"
 
     def _require_in_time(self, request: Request, requested_s: float) -> None:
         """Refuse a motion that waited for a device that was being read. Raises: RequestRefused."""

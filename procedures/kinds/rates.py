@@ -105,7 +105,7 @@ def _turn(
     if settings.wrap_turns is not None and revolutions + 1 > settings.wrap_turns:
         raise procedure.error(
             key,
-            f"{rates.dwell_s:g} s at {rate_dps:g} deg/s are {revolutions} revolutions and the ramps, the cables bear "
+            f"{rates.dwell_s:g} s at {rate_dps:g} °/s are {revolutions} revolutions and the ramps, the cables bear "
             f"{settings.wrap_turns:g} (axes.{axis}.wrap_turns); nothing moved; shorten dwell_s or turn slower",
         )
     seconds = revolutions * 360.0 / abs(rate_dps)
@@ -132,7 +132,7 @@ def _sweeps(
     samples = floor(inside_s * slowest_hz)
     if samples < 2:
         raise procedure.error(
-            key, f"a sweep of {axis} at {rate_dps:g} deg/s is over in {inside_s:.3g} s, before two samples were read; "
+            key, f"a sweep of {axis} at {rate_dps:g} °/s is over in {inside_s:.3g} s, before two samples were read; "
             "turn slower or stream faster",
         )  # fmt: skip
     sweeps = ceil(rates.dwell_s * slowest_hz / samples - 1e-9)

@@ -71,8 +71,8 @@ def forecast_of(name: str, part: SensorPart, use_s: float, allowed_deg: float) -
     cause = "drift" if part.drift_dps is not None else "noise"
     relation = "within" if expected <= allowed_deg else "beyond"
     return (
-        f"{name} by {part.source}: its {cause} alone makes {expected:.3g} deg in {use_s:g} s, {relation} the allowed "
-        f"±{allowed_deg:g} deg"
+        f"{name} by {part.source}: its {cause} alone makes {expected:.3g}° in {use_s:g} s, {relation} the allowed "
+        f"±{allowed_deg:g}°"
     )
 
 

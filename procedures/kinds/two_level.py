@@ -52,7 +52,7 @@ class TwoLevel(PointKind):
             if not settings.limits_ut[0] <= field_ut <= settings.limits_ut[1]:
                 raise procedure.error(
                     ("levels", "applied_ut"),
-                    f"got {field_ut:g} uT, allowed {settings.limits_ut[0]:g} to {settings.limits_ut[1]:g} uT "
+                    f"got {field_ut:g} µT, allowed {settings.limits_ut[0]:g} to {settings.limits_ut[1]:g} µT "
                     f"(field.{coil}.limits_ut)",
                 )
         attitudes = _attitudes_along(rig, procedure, sensors, np.array(settings.direction))

@@ -13,6 +13,7 @@ from ams.parameter_words import words_of
 from ams.surveillance.attitude_errors import AngleErrors
 from ams.surveillance.level_errors import LevelErrors
 from ams.units import printed as printed_unit
+from ams.units import with_unit
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import (
     angle,
@@ -89,7 +90,7 @@ def as_arcsec(voltage_v: float, owner: _HasSensitivity) -> str:
 
 def as_change(value: float, owner: CheckComparison) -> str:
     factor, unit = as_drawn(owner.sensitivity_v_per_g, owner.unit)
-    return f"{_minus(two_digits(value * factor))}{unit if unit == '″' else f' {unit}'}"
+    return with_unit(_minus(two_digits(value * factor)), unit)
 
 
 def microvolt(voltage_v: float) -> str:

@@ -50,7 +50,7 @@ class Plateaus:
             "intent", {"step": step.step, "soak": step.environment, "setpoint_degc": step.setpoint_degc}
         )
         self._rig.chance.announce(step.step, "soak", self._epoch, self._replications[step.step])
-        self._progress_log.tell("soak", f"{step.environment} to {step.setpoint_degc:g} degC for {step.soak_s:g} s")
+        self._progress_log.tell("soak", f"{step.environment} to {step.setpoint_degc:g} °C for {step.soak_s:g} s")
         environment = self._rig.environments[step.environment]
         announced = self._live.soaks(step)
         degc = soak(environment, step, self._rig.clock, self._context.wait_unless_stopped, announced)
@@ -67,7 +67,7 @@ class Plateaus:
         if abs(degc - now.setpoint_degc) <= now.band_degc:
             return False
         before = self._progress_log.state
-        measured = f"got {degc:.2f} degC, allowed {now.setpoint_degc:g} ± {now.band_degc:g} degC (procedure file:"
+        measured = f"got {degc:.2f} °C, allowed {now.setpoint_degc:g} ± {now.band_degc:g} °C (procedure file:"
         self._progress_log.enter(State.HELD, f"{now.environment}: {measured} environment.band_degc)", cause=INTERLOCK)
         self._context.explain()
         self.bring_to(now)

@@ -131,7 +131,7 @@ def _move(axis: Axis, clock: Clock, answers: Answers) -> None:
         rest_deg = _await_rest(axis, clock)
         low_deg, high_deg = sorted((from_deg, far_deg))
         if not low_deg - axis.arrival_tolerance_deg <= rest_deg <= high_deg + axis.arrival_tolerance_deg:
-            raise DeviceFault(f"{axis.name}: it stopped at {rest_deg:g} deg, beyond its move; look at the machine")
+            raise DeviceFault(f"{axis.name}: it stopped at {rest_deg:g}°, beyond its move; look at the machine")
         move_and_arrive(axis, from_deg, clock, clock.sleep)
         return "stopped inside the move"
 
@@ -141,7 +141,7 @@ def _move(axis: Axis, clock: Clock, answers: Answers) -> None:
                 axis.check_target(beyond_deg)
             except RequestRefused:
                 continue
-            return f"{beyond_deg:g} deg is not refused"
+            return f"{beyond_deg:g}° is not refused"
         return "refused before anything is sent"
 
     if _try(answers, "move", there_and_back):
@@ -163,7 +163,7 @@ def _ends(axis: Axis) -> tuple[float, float]:
     )
     if step_deg > LARGEST_MOVE_DEG:
         raise RequestRefused(
-            f"{axis.name}: --motion: its smallest step is {step_deg:g} deg, allowed here {LARGEST_MOVE_DEG:g}; nothing"
+            f"{axis.name}: --motion: its smallest step is {step_deg:g}°, allowed here {LARGEST_MOVE_DEG:g}; nothing"
             " moved; leave --motion out"
         )
     far_deg = from_deg + (step_deg if from_deg + step_deg <= axis.limits_deg[1] else -step_deg)

@@ -82,7 +82,7 @@ class AxisSettings(StrictTable):
     def refuse_rate(self, name: str, rate_dps: float) -> None:
         """Refuse what the file can tell of a rate before any port is opened. Raises: RequestRefused."""
         raise RequestRefused(
-            f"{name}: turn at {rate_dps:g} deg/s: the axis only goes to positions; nothing moved; use an axis that"
+            f"{name}: turn at {rate_dps:g} °/s: the axis only goes to positions; nothing moved; use an axis that"
             f" turns (axes.{name}: top_rate_dps where the driver has it)"
         )
 
@@ -176,7 +176,7 @@ class EnvironmentSettings(StrictTable):
         low, high = self.limits_degc
         if not low <= setpoint_degc <= high:
             raise RequestRefused(
-                f"{name}: setpoint {setpoint_degc:g} degC, allowed {low:g} to {high:g} degC"
+                f"{name}: setpoint {setpoint_degc:g} °C, allowed {low:g} to {high:g} °C"
                 f" (environment.{name}: limits_degc); nothing was changed; ask for one inside"
             )
 

@@ -94,7 +94,7 @@ class AsciiChamber:
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
             raise DeviceFault(
-                f"{self.name}: the air reads {degc:g} degC, which is not plausible, allowed {low_degc:g} to"
+                f"{self.name}: the air reads {degc:g} °C, which is not plausible, allowed {low_degc:g} to"
                 f" {high_degc:g}; nothing was changed; check the probe and the unit (environment.{self.name}: values)"
             )
         return degc
@@ -124,8 +124,8 @@ class AsciiChamber:
         read_back = self._ask(self._words.setpoint, self._words.parse_setpoint)
         if abs(read_back - value) > 1e-9:
             raise DeviceFault(
-                f"{self.name}: setpoint {setpoint_degc:g} degC was sent, but reads back"
-                f" {_degc(read_back, is_fahrenheit):g} degC; the chamber may heat or cool; look at its panel"
+                f"{self.name}: setpoint {setpoint_degc:g} °C was sent, but reads back"
+                f" {_degc(read_back, is_fahrenheit):g} °C; the chamber may heat or cool; look at its panel"
             )
         self._require_holding()
 
@@ -134,10 +134,9 @@ class AsciiChamber:
         exact = of_degc(setpoint_degc, is_fahrenheit=is_fahrenheit)
         value = round(exact, DECIMALS)
         if abs(value - exact) > 1e-9:
-            unit = "degF" if is_fahrenheit else "degC"
             raise RequestRefused(
-                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber takes tenths of a {unit}; nothing was"
-                f" changed; ask for one of them, the nearest is {_degc(value, is_fahrenheit):.6g} degC"
+                f"{self.name}: setpoint {setpoint_degc:g} °C: the chamber takes tenths of a {_sign(is_fahrenheit)};"
+                f" nothing was changed; ask for one of them, the nearest is {_degc(value, is_fahrenheit):.6g} °C"
             )
         return value
 
@@ -148,7 +147,7 @@ class AsciiChamber:
         low_degc, high_degc = _degc(look.lowest, is_fahrenheit), _degc(look.highest, is_fahrenheit)
         if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
             raise RequestRefused(
-                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
+                f"{self.name}: setpoint {setpoint_degc:g} °C: the chamber allows {low_degc:g} to {high_degc:g} °C"
                 " (its own limits); nothing was changed; ask for one inside"
             )
 
@@ -166,14 +165,14 @@ class AsciiChamber:
         assert answered is not None, "the settings were checked"
         if stated not in (None, answered):
             raise DeviceNonsense(
-                f"{self.name}: the controller is set to {'degF' if answered else 'degC'}, the rig file says"
+                f"{self.name}: the controller is set to {_sign(answered)}, the rig file says"
                 f" {self._settings.values!r} (environment.{self.name}: values); nothing was changed; correct the file,"
                 " or the unit at the panel"
             )
         if self._is_fahrenheit not in (None, answered):
             raise DeviceFault(
-                f"{self.name}: the unit was {'degF' if self._is_fahrenheit else 'degC'} and is"
-                f" {'degF' if answered else 'degC'}: somebody set the controller otherwise; nothing was changed; set it"
+                f"{self.name}: the unit was {_sign(self._is_fahrenheit)} and is"
+                f" {_sign(answered)}: somebody set the controller otherwise; nothing was changed; set it"
                 " back, or start anew"
             )
         self._is_fahrenheit = answered
@@ -219,3 +218,8 @@ class AsciiChamber:
 
 def _degc(value: float, is_fahrenheit: bool) -> float:
     return round(degc_of(value, is_fahrenheit=True), 6) if is_fahrenheit else value
+
+
+def _sign(is_fahrenheit: bool) -> str:
+    """Return the unit of the wire as people read it."""
+    return "°F" if is_fahrenheit else "°C"

@@ -99,7 +99,7 @@ class CableGuard:
     def unwinding_plan(self) -> str:
         """Return how the cables come free again, in words."""
         return (
-            f"move the axis to 0 deg (calrig jog --axis {self.name} --to 0), which turns it back by"
+            f"move the axis to 0° (calrig jog --axis {self.name} --to 0), which turns it back by"
             f" {-self.wound_deg / TURN_DEG:+.2f} revolutions in {abs(self.wound_deg) / self.speed_dps:.0f} s"
         )
 

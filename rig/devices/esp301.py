@@ -191,7 +191,7 @@ class Esp301Axis:
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
         state = self.state()
-        require_home(self.name, f"move to {target_deg:g} deg", is_homed=state.is_homed)
+        require_home(self.name, f"move to {target_deg:g}°", is_homed=state.is_homed)
         self._require_degrees()
         self._pace()
         self._command(wire.set_value("PA", self._settings.axis, self._settings.table_deg(target_deg)))
@@ -306,7 +306,7 @@ class Esp301Axis:
         read_deg = self._controller.ask_number("SU", number)
         if abs(read_deg - need_deg) > _RESOLUTION_TOLERANCE * need_deg:
             raise FileContradicted(
-                f"{self.name}: the controller reckons with (SU) {read_deg:g} deg a count, the rig file says"
+                f"{self.name}: the controller reckons with (SU) {read_deg:g}° a count, the rig file says"
                 f" {need_deg:g} (axes.{self.name}: resolution_deg); nothing moved; another stage is"
                 " connected, or its scale was changed: correct one of them"
             )
@@ -319,7 +319,7 @@ class Esp301Axis:
         read_dps = self._controller.ask_number("VA", self._settings.axis)
         if abs(read_dps - self.speed_dps) > _SPEED_TOLERANCE * self.speed_dps:
             raise DeviceFault(
-                f"{self.name}: speed {self.speed_dps:g} deg/s was sent, but reads back {read_dps:g} deg/s"
+                f"{self.name}: speed {self.speed_dps:g} °/s was sent, but reads back {read_dps:g} °/s"
                 f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the axis has"
             )
         self._is_paced = True

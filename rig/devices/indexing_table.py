@@ -136,7 +136,7 @@ class IndexingTableAxis:
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
-        require_home(self.name, f"move to {target_deg:g} deg", is_homed=self.state().is_homed)
+        require_home(self.name, f"move to {target_deg:g}°", is_homed=self.state().is_homed)
         # Adding 0.0 turns −0.0 into 0.0, which the wire would show as -000.0000.
         self._go(round(self._settings.table_deg(target_deg), 6) + 0.0, target_deg)
 

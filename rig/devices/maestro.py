@@ -88,13 +88,13 @@ class MaestroSettings(AxisSettings):
             pulse_us = calibration.pulse_us(self.table_deg(attitude_deg))
             if not low_us <= pulse_us <= high_us:
                 raise ValueError(
-                    f"limits_deg reach {attitude_deg:g} deg, a pulse of {pulse_us:g} us,"
-                    f" allowed {low_us:g} to {high_us:g} us (pulse_limits_us)"
+                    f"limits_deg reach {attitude_deg:g}°, a pulse of {pulse_us:g} µs,"
+                    f" allowed {low_us:g} to {high_us:g} µs (pulse_limits_us)"
                 )
         if speed_units(self, calibration) < 1.0:
             slowest_dps = self.speed_dps / speed_units(self, calibration)
             raise ValueError(
-                f"speed_dps is {self.speed_dps:g}, but one unit of the servo's speed is {slowest_dps:.3g} deg/s"
+                f"speed_dps is {self.speed_dps:g}, but one unit of the servo's speed is {slowest_dps:.3g} °/s"
             )
         return self
 
@@ -115,7 +115,7 @@ def refuse_speed(name: str, settings: MaestroSettings, rate_dps: float) -> None:
     units = speed_units(settings, PulseCalibration(settings.points), abs(rate_dps))
     if round(units, 6) < 1.0:
         raise RequestRefused(
-            f"{name}: cross at {rate_dps:g} deg/s: one unit of the servo's speed is {abs(rate_dps) / units:.3g} deg/s;"
+            f"{name}: cross at {rate_dps:g} °/s: one unit of the servo's speed is {abs(rate_dps) / units:.3g} °/s;"
             " nothing moved; ask for that or more"
         )
 
@@ -266,7 +266,7 @@ class MaestroAxis:
         state = self.state()
         if state.fault:
             raise DeviceFault(f"{self.name}: {state.fault}; nothing was sent; home the axis")
-        require_home(self.name, f"move to {target_deg:g} deg", is_homed=state.is_homed)
+        require_home(self.name, f"move to {target_deg:g}°", is_homed=state.is_homed)
         self._aim(target_deg, speed)
 
     def home(self) -> None:
@@ -322,8 +322,8 @@ class MaestroAxis:
             return f"the controller reports {wire.error_words(self._controller.errors)}; home it"
         if position != mark["pulse"]:
             return (
-                f"its pulse is {position / wire.QUARTERS_PER_US:g} us and was left at"
-                f" {mark['pulse'] / wire.QUARTERS_PER_US:g} us; home it"
+                f"its pulse is {position / wire.QUARTERS_PER_US:g} µs and was left at"
+                f" {mark['pulse'] / wire.QUARTERS_PER_US:g} µs; home it"
             )
         self._target, self._trusted_failures = position, failures
         return ""

@@ -98,7 +98,7 @@ class ManualAxis:
     def start_move(self, target_deg: float) -> None:
         """Ask the operator. Raises also: RequestRefused while another question is open."""
         self.check_target(target_deg)
-        require_home(self.name, f"move to {target_deg:g} deg", is_homed=self.state().is_homed)
+        require_home(self.name, f"move to {target_deg:g}°", is_homed=self.state().is_homed)
         self._ask(SetTo(self.name, round(self._settings.table_deg(target_deg), 6)))
 
     def home(self) -> None:

@@ -39,7 +39,7 @@ class ManualField:
         low, high = self.limits_ut
         if not (math.isfinite(field_ut) and low <= field_ut <= high):
             raise RequestRefused(
-                f"{self.name}: apply {field_ut:g} uT: allowed {low:g} to {high:g} uT (field.{self.name}: limits_ut);"
+                f"{self.name}: apply {field_ut:g} µT: allowed {low:g} to {high:g} µT (field.{self.name}: limits_ut);"
                 " nothing was asked; ask for a field inside"
             )
 

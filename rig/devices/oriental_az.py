@@ -87,17 +87,17 @@ class OrientalAzAxis:
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
-        self._require_ready(f"move to {target_deg:g} deg")
+        self._require_ready(f"move to {target_deg:g}°")
         target = nearest_step(self._step(target_deg), (self._step(self.limits_deg[0]), self._step(self.limits_deg[1])))
         operation = self._operation(wire.ABSOLUTE, target, self._steps(self.speed_dps))
-        self._start(lambda: self._operate(operation), lambda: self._position() == target, f"move to {target_deg:g} deg")
+        self._start(lambda: self._operate(operation), lambda: self._position() == target, f"move to {target_deg:g}°")
 
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
-        self._require_ready(f"turn at {rate_dps:g} deg/s", may_turn=True)
+        self._require_ready(f"turn at {rate_dps:g} °/s", may_turn=True)
         speed_hz = self._steps(self._settings.sign * rate_dps)
         operation = self._operation(wire.CONTINUOUS_SPEED, 0, speed_hz)
-        self._start(lambda: self._operate(operation), lambda: speed_hz == 0, f"turn at {rate_dps:g} deg/s")
+        self._start(lambda: self._operate(operation), lambda: speed_hz == 0, f"turn at {rate_dps:g} °/s")
 
     def home(self) -> None:
         """Return to home at speed (ZHOME).

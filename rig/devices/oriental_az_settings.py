@@ -91,7 +91,7 @@ def _judged(name: str, settings: OrientalAzSettings, found: wire.Parameters) -> 
         ends = sorted(settings.attitude_deg(steps * settings.step_deg) for steps in found.limits)
         if ends[0] > settings.limits_deg[0] or ends[1] < settings.limits_deg[1]:
             raise FileContradicted(
-                f"{name}: the driver's software limits allow {ends[0]:g} to {ends[1]:g} deg only"
+                f"{name}: the driver's software limits allow {ends[0]:g} to {ends[1]:g}° only"
                 f" (axes.{name}: limits_deg); nothing moved; narrow the file's or widen the driver's"
             )
     return f"gear {gear[0]}/{gear[1]}, wrap {'on' if found.wraps else 'off'}"

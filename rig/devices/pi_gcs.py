@@ -72,7 +72,7 @@ class PiGcsAxis:
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
-        require_home(self.name, f"move to {target_deg:g} deg", is_homed=self.state().is_homed)
+        require_home(self.name, f"move to {target_deg:g}°", is_homed=self.state().is_homed)
         self._prepare()
         table_deg = self._settings.table_deg(target_deg)
         start_once(lambda: self._do("MOV", wire.format_number(table_deg)), lambda: self._is_on_its_way(table_deg))
@@ -120,7 +120,7 @@ class PiGcsAxis:
         read_dps = self._number("VEL?")
         if abs(read_dps - self.speed_dps) > _SPEED_TOLERANCE * self.speed_dps:
             raise DeviceFault(
-                f"{self.name}: speed {self.speed_dps:g} deg/s was sent, but reads back {read_dps:g}"
+                f"{self.name}: speed {self.speed_dps:g} °/s was sent, but reads back {read_dps:g}"
                 f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the stage has"
             )
         self._is_prepared = True

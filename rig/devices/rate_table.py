@@ -84,13 +84,13 @@ class RateTableAxis:
         rates.check_rate(self.name, rate_dps, self.top_rate_dps)
         if not self._codec.knows(Rate):
             raise RequestRefused(
-                f"{self.name}: turn at {rate_dps:g} deg/s: the dialect {self._codec.dialect.name} has no command for a"
+                f"{self.name}: turn at {rate_dps:g} °/s: the dialect {self._codec.dialect.name} has no command for a"
                 " rate; nothing moved; give it one, or leave top_rate_dps out"
             )
         written_dps = self._codec.written_rate_dps(rate_dps)
         if not math.isclose(written_dps, rate_dps, rel_tol=0.0, abs_tol=_WRITTEN_DPS):
             raise RequestRefused(
-                f"{self.name}: turn at {rate_dps:g} deg/s: the dialect {self._codec.dialect.name} would write"
+                f"{self.name}: turn at {rate_dps:g} °/s: the dialect {self._codec.dialect.name} would write"
                 f" {written_dps:g}; nothing moved; ask for a rate with fewer decimals"
             )
 
@@ -99,7 +99,7 @@ class RateTableAxis:
 
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
-        require_home(self.name, f"turn at {rate_dps:g} deg/s", is_homed=self.state().is_homed)
+        require_home(self.name, f"turn at {rate_dps:g} °/s", is_homed=self.state().is_homed)
         self._table.turn(self._settings.sign * rate_dps)
 
     def home(self) -> None:

@@ -25,7 +25,7 @@ def check_rate(name: str, rate_dps: float, top_rate_dps: float) -> None:
     """Refuse a rate that is not finite, zero or too fast. Raises: RequestRefused."""
     if not math.isfinite(rate_dps) or rate_dps == 0.0 or abs(rate_dps) > top_rate_dps:
         raise RequestRefused(
-            f"{name}: turn at {rate_dps:g} deg/s: allowed up to {top_rate_dps:g} deg/s either way and not 0"
+            f"{name}: turn at {rate_dps:g} °/s: allowed up to {top_rate_dps:g} °/s either way and not 0"
             f" (axes.{name}: top_rate_dps); nothing moved; ask for a rate inside"
         )
 

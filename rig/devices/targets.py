@@ -83,11 +83,11 @@ def _sentence(rule: Rule, name: str, target_deg: float, limits_deg: tuple[float,
         return f"{target_deg}: not a number of degrees; nothing moved; give a finite angle"
     if rule == "limits_deg":
         return (
-            f"{target_deg:g} deg: outside the limits, allowed {limits_deg[0]:g} to {limits_deg[1]:g} deg"
+            f"{target_deg:g}°: outside the limits, allowed {limits_deg[0]:g} to {limits_deg[1]:g}°"
             f" (axes.{name}: limits_deg); nothing moved; ask for an angle inside"
         )
     return (
-        f"{target_deg:g} deg: the machine stops only at multiples of {increment_deg:g} deg"
+        f"{target_deg:g}°: the machine stops only at multiples of {increment_deg:g}°"
         f" (axes.{name}: increment_deg); nothing moved; ask for a multiple"
     )
 

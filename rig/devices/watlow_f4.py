@@ -49,7 +49,13 @@ class Scale:
 
     @property
     def name(self) -> str:
+        """Of the unit, in ASCII: in what the controller is recognised by, and in the rig file."""
         return "degF" if self.is_fahrenheit else "degC"
+
+    @property
+    def sign(self) -> str:
+        """Of the unit, as people read it."""
+        return "°F" if self.is_fahrenheit else "°C"
 
     @property
     def step(self) -> float:
@@ -89,7 +95,7 @@ class WatlowF4:
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
             raise DeviceFault(
-                f"{self.name}: process value {degc:g} degC is not plausible, allowed {low_degc:g} to {high_degc:g};"
+                f"{self.name}: process value {degc:g} °C is not plausible, allowed {low_degc:g} to {high_degc:g};"
                 " nothing was changed; check the probe and the chamber's decimals (register 606)"
             )
         return degc
@@ -111,23 +117,23 @@ class WatlowF4:
         low_degc, high_degc = (scale.degc(self._read(register)) for register in (LOW_LIMIT, HIGH_LIMIT))
         if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
             raise RequestRefused(
-                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
+                f"{self.name}: setpoint {setpoint_degc:g} °C: the chamber allows {low_degc:g} to {high_degc:g} °C"
                 f" (its registers {LOW_LIMIT} and {HIGH_LIMIT}); nothing was changed; ask for one inside"
             )
         raw = round(scale.raw(setpoint_degc))
         if abs(raw - scale.raw(setpoint_degc)) > 1e-6 or not -32768 <= raw <= 32767:
             raise RequestRefused(
-                f"{self.name}: setpoint {setpoint_degc:g} degC: the chamber takes multiples of {scale.step:g}"
-                f" {scale.name} in 16 bits; nothing was changed; ask for one of them, the nearest is"
-                f" {scale.degc(raw % 65536):.6g} degC"
+                f"{self.name}: setpoint {setpoint_degc:g} °C: the chamber takes multiples of {scale.step:g}"
+                f" {scale.sign} in 16 bits; nothing was changed; ask for one of them, the nearest is"
+                f" {scale.degc(raw % 65536):.6g} °C"
             )
         self._modbus.write_register(SETPOINT, raw % 65536)
         self._holds = True
         read_back = self._read(SETPOINT)
         if read_back != raw % 65536:
             raise DeviceFault(
-                f"{self.name}: setpoint {setpoint_degc:g} degC was acknowledged, but reads back"
-                f" {scale.degc(read_back):g} degC; the chamber may heat or cool; look at its front panel"
+                f"{self.name}: setpoint {setpoint_degc:g} °C was acknowledged, but reads back"
+                f" {scale.degc(read_back):g} °C; the chamber may heat or cool; look at its front panel"
             )
 
     def _read(self, register: int) -> int:
@@ -139,11 +145,11 @@ class WatlowF4:
             self._require(MODEL, "model", (SERIES_F4,), "a Series F4 says 5270")
             self._require(KIND, "kind of input 1", (TEMPERATURE,), "0 is a temperature")
             decimals = self._require(DECIMALS, "decimals", range(_MOST_DECIMALS + 1), f"allowed 0 to {_MOST_DECIMALS}")
-            unit = self._require(UNIT, "unit", (FAHRENHEIT, CELSIUS), "0 is degF, 1 is degC")
+            unit = self._require(UNIT, "unit", (FAHRENHEIT, CELSIUS), "0 is °F, 1 is °C")
             scale = Scale(decimals, unit == FAHRENHEIT)
             if self._settings.values not in (None, scale.name.lower()):
                 raise DeviceNonsense(
-                    f"{self.name}: the controller is set to {scale.name} (register {UNIT}), the rig file says"
+                    f"{self.name}: the controller is set to {scale.sign} (register {UNIT}), the rig file says"
                     f" {self._settings.values!r} (environment.{self.name}: values); nothing was changed; correct the"
                     " file, or the unit at the front panel"
                 )

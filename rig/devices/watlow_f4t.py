@@ -106,7 +106,7 @@ class WatlowF4T:
         if not self._is_plausible(degc):
             low_degc, high_degc = self._settings.plausible_degc
             raise DeviceFault(
-                f"{self.name}: process value {degc:g} degC is not plausible, allowed {low_degc:g} to {high_degc:g}"
+                f"{self.name}: process value {degc:g} °C is not plausible, allowed {low_degc:g} to {high_degc:g}"
                 f" (environment.{self.name}: plausible_degc); nothing was changed; check the probe"
             )
         return degc
@@ -127,7 +127,7 @@ class WatlowF4T:
             )
         if not low_degc <= setpoint_degc <= high_degc:
             raise RequestRefused(
-                f"{self.name}: set point {setpoint_degc:g} degC: the chamber allows {low_degc:g} to {high_degc:g} degC"
+                f"{self.name}: set point {setpoint_degc:g} °C: the chamber allows {low_degc:g} to {high_degc:g} °C"
                 " (its registers 2774 and 2776); nothing was changed; ask for one inside"
             )
         mode = self._mode()
@@ -142,8 +142,8 @@ class WatlowF4T:
         read_back = self._registers.read_holding(SETPOINT + self._offset, 2)
         if read_back != words:
             raise DeviceFault(
-                f"{self.name}: set point {setpoint_degc:g} degC was acknowledged, but reads back"
-                f" {self._from_wire(read_back):g} degC; the chamber may heat or cool; look at its front panel"
+                f"{self.name}: set point {setpoint_degc:g} °C was acknowledged, but reads back"
+                f" {self._from_wire(read_back):g} °C; the chamber may heat or cool; look at its front panel"
             )
         if mode == OFF:
             self._switch_on()
@@ -228,7 +228,7 @@ class WatlowF4T:
         would_do = all(map(self._is_plausible, swapped)) and any(swapped)
         raise DeviceNonsense(
             f"{self.name}: set point limits, set point and process value read"
-            f" {', '.join(f'{degc:g}' for degc in values_degc)} degC with word_order = {self._settings.word_order!r},"
+            f" {', '.join(f'{degc:g}' for degc in values_degc)} °C with word_order = {self._settings.word_order!r},"
             f" allowed {self._settings.plausible_degc[0]:g} to {self._settings.plausible_degc[1]:g}; nothing was"
             f" changed; {f'set word_order = {other!r}' if would_do else 'check loop, values and the probe'}"
             f" (environment.{self.name})"

@@ -122,14 +122,14 @@ class ZaberAxis:
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
-        self._require_home(f"move to {target_deg:g} deg")
+        self._require_home(f"move to {target_deg:g}°")
         self._prepare()
         target = nearest_step(self._step(target_deg), (self._step(self.limits_deg[0]), self._step(self.limits_deg[1])))
         self._start(f"move abs {target}", lambda: self._position() == target)
 
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
-        self._require_home(f"turn at {rate_dps:g} deg/s")
+        self._require_home(f"turn at {rate_dps:g} °/s")
         self._require_scale()
         self._start(f"move vel {self._velocity(self._settings.sign * rate_dps)}", lambda: False)
 
@@ -179,7 +179,7 @@ class ZaberAxis:
         read_back = self._whole(self._ask("get maxspeed"))
         if abs(read_back - speed) > max(1.0, _RATE_TOLERANCE * speed):
             raise DeviceFault(
-                f"{self.name}: speed {self.speed_dps:g} deg/s was sent as {speed}, but reads back {read_back}"
+                f"{self.name}: speed {self.speed_dps:g} °/s was sent as {speed}, but reads back {read_back}"
                 f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the stage has"
             )
         self._is_prepared = True
@@ -196,7 +196,7 @@ class ZaberAxis:
         turn_deg = turn * self._settings.microstep_deg
         if turn and abs(turn_deg - 360.0) > _TURN_TOLERANCE_DEG:
             raise FileContradicted(
-                f"{self.name}: the stage has {turn} microsteps a turn, which are {turn_deg:g} deg with microstep_deg ="
+                f"{self.name}: the stage has {turn} microsteps a turn, which are {turn_deg:g}° with microstep_deg ="
                 f" {self._settings.microstep_deg:g} (axes.{self.name}: microstep_deg); nothing moved; another stage is"
                 " connected, or its resolution was changed: correct the file or the stage"
             )

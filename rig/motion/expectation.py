@@ -172,7 +172,7 @@ def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:
             margin_deg = bounds.margin_deg
             if bounds.has_ends and not low_deg - margin_deg <= seen.position_deg <= high_deg + margin_deg:
                 return Watched(Unknown(), seen), (
-                    f"turned beyond its limits: at {seen.position_deg:g} deg, allowed {low_deg:g} to {high_deg:g} deg"
+                    f"turned beyond its limits: at {seen.position_deg:g}°, allowed {low_deg:g} to {high_deg:g}°"
                 )
             for before in (watched.last, task.began):
                 if before is None:
@@ -197,8 +197,8 @@ def _standing(bounds: Bounds, task: Standing, seen: Seen) -> tuple[Watched, str]
     if seen.is_moving or is_displaced:
         what = "moves" if seen.is_moving else "was moved"
         return Watched(Unknown(), seen), (
-            f"{what}, though nothing told it to: left at {task.at_deg:g} deg, now at {seen.position_deg:g} deg,"
-            f" allowed within {bounds.standing_deg:g} deg"
+            f"{what}, though nothing told it to: left at {task.at_deg:g}°, now at {seen.position_deg:g}°,"
+            f" allowed within {bounds.standing_deg:g}°"
         )
     return Watched(task if task.is_homed else Standing(seen.position_deg, False), seen), ""
 
@@ -209,11 +209,11 @@ def _moving(bounds: Bounds, task: Moving, last: Seen | None, seen: Seen) -> tupl
     here_deg, margin_deg = seen.position_deg, bounds.margin_deg
     way = 1.0 if task.target_deg >= task.from_deg else -1.0
     low_deg, high_deg = sorted((task.from_deg, task.target_deg))
-    course = f"sent from {task.from_deg:g} to {task.target_deg:g} deg, it is at {here_deg:g} deg"
+    course = f"sent from {task.from_deg:g} to {task.target_deg:g}°, it is at {here_deg:g}°"
     if not low_deg - margin_deg <= here_deg <= high_deg + margin_deg:
-        return Watched(Unknown(), seen), f"left its way: {course}, allowed {margin_deg:g} deg beside it"
+        return Watched(Unknown(), seen), f"left its way: {course}, allowed {margin_deg:g}° beside it"
     if (task.furthest_deg - here_deg) * way > margin_deg:
-        return Watched(Unknown(), seen), f"turns away from its target: {course}, it was at {task.furthest_deg:g} deg"
+        return Watched(Unknown(), seen), f"turns away from its target: {course}, it was at {task.furthest_deg:g}°"
     if last is not None and (too_fast := _too_fast(bounds, last, seen, -task.speed_dps, task.speed_dps)):
         return Watched(Unknown(), seen), too_fast
     if seen.is_moving is False and abs(here_deg - task.target_deg) <= bounds.tolerance_deg:
@@ -239,8 +239,7 @@ def _homing(bounds: Bounds, task: Homing, last: Seen | None, seen: Seen) -> tupl
     travelled_deg = task.travelled_deg + abs(turned_deg)
     if travelled_deg > HOME_DEG:
         return Watched(Unknown(), seen), (
-            f"home: turned by {travelled_deg:g} deg and found none, allowed {HOME_DEG:g} deg;"
-            f" it is at {seen.position_deg:g} deg"
+            f"home: turned by {travelled_deg:g}° and found none, allowed {HOME_DEG:g}°; it is at {seen.position_deg:g}°"
         )
     return Watched(replace(task, travelled_deg=travelled_deg, leapt_deg=0.0), seen), ""
 
@@ -250,17 +249,17 @@ def _home_found(bounds: Bounds, task: Homing, seen: Seen) -> tuple[Watched, str]
     (low_deg, high_deg), margin_deg = bounds.limits_deg, bounds.margin_deg
     here_deg, doubt = seen.position_deg, ""
     if task.zero_moved_deg:
-        doubt = f"its zero moved by {task.zero_moved_deg:.3g} deg, though it was homed"
+        doubt = f"its zero moved by {task.zero_moved_deg:.3g}°, though it was homed"
     if abs(here_deg - bounds.home_deg) <= margin_deg:
         return Watched(Standing(here_deg, True, doubt), seen), ""
     if bounds.has_been_home:
-        breach = f"home: ended at {here_deg:g} deg, the search before it at {bounds.home_deg:g} deg"
+        breach = f"home: ended at {here_deg:g}°, the search before it at {bounds.home_deg:g}°"
         return Watched(Unknown(), seen), breach
     if low_deg - margin_deg <= here_deg <= high_deg + margin_deg:
-        doubt = f"ended at {here_deg:g} deg, not at its zero of {bounds.home_deg:g} deg"
+        doubt = f"ended at {here_deg:g}°, not at its zero of {bounds.home_deg:g}°"
         return Watched(Standing(here_deg, True, doubt), seen), ""
     return Watched(Unknown(), seen), (
-        f"home: ended at {here_deg:g} deg, beyond its limits and not at its home of {bounds.home_deg:g} deg"
+        f"home: ended at {here_deg:g}°, beyond its limits and not at its home of {bounds.home_deg:g}°"
     )
 
 
@@ -293,5 +292,5 @@ def _too_fast(bounds: Bounds, before: Seen, now: Seen, slowest_dps: float, faste
     rate_dps = turned_deg / longest_s if longest_s > 0.0 else float("inf")
     is_wrong_way = (turned_deg > 0.0 and fastest_dps <= 0.0) or (turned_deg < 0.0 and slowest_dps >= 0.0)
     limit_dps = OVERSPEED * max(-slowest_dps, fastest_dps)
-    excess = "the wrong way" if is_wrong_way else f"over its limit of {limit_dps:.4g} deg/s"
-    return f"turns at {rate_dps:.4g} deg/s, {excess}: from {before.position_deg:g} to {now.position_deg:g} deg"
+    excess = "the wrong way" if is_wrong_way else f"over its limit of {limit_dps:.4g} °/s"
+    return f"turns at {rate_dps:.4g} °/s, {excess}: from {before.position_deg:g} to {now.position_deg:g}°"

@@ -138,8 +138,8 @@ def require_room_to_turn(rig: OpenRig, axis: str, position_deg: float, rate_dps:
     ahead_deg = position_deg + rate_dps * ROOM_S
     if high_deg - low_deg < WHOLE_TURN_DEG and not low_deg <= ahead_deg <= high_deg:
         raise RequestRefused(
-            f"{axis}: at {position_deg:g} deg, {rate_dps:+g} deg/s leads beyond the limits within {ROOM_S:g} s, allowed"
-            f" {low_deg:g} to {high_deg:g} deg (axes.{axis}: limits_deg); it is not turned on"
+            f"{axis}: at {position_deg:g}°, {rate_dps:+g} °/s leads beyond the limits within {ROOM_S:g} s, allowed"
+            f" {low_deg:g} to {high_deg:g}° (axes.{axis}: limits_deg); it is not turned on"
         )
 
 
@@ -201,7 +201,7 @@ def attitude_of_pulse(rig: OpenRig, axis: str, pulse_us: float) -> float:
     low_us, high_us = settings.pulse_limits_us
     if not low_us <= pulse_us <= high_us:
         raise RequestRefused(
-            f"{axis}: pulse {pulse_us:g} us, allowed {low_us:g} to {high_us:g} us (axes.{axis}: pulse_limits_us);"
+            f"{axis}: pulse {pulse_us:g} µs, allowed {low_us:g} to {high_us:g} µs (axes.{axis}: pulse_limits_us);"
             " nothing moved; ask for one inside"
         )
     return settings.sign * (PulseCalibration(settings.points).angle_deg(pulse_us) - settings.zero_deg)

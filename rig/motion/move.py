@@ -93,7 +93,7 @@ def go_back_and_try_again(
 ) -> float:
     """Move once more after a stall, from where the axis came. Raises: DeviceFault where it stalls again, WaitEnded."""
     state = _retreat(axis, from_deg, stall, clock, wait)
-    tell(f"{stall}; it went back to {state.position_deg:g} deg and is tried once more")
+    tell(f"{stall}; it went back to {state.position_deg:g}° and is tried once more")
     try:
         return _approach_until_there(axis, target_deg, state, clock, wait, tell)
     except Stalled as again:
@@ -115,7 +115,7 @@ def _approach_until_there(
             beside_deg = _beside(axis, target_deg)
             if left == 0 or beside_deg is None:
                 raise
-            tell(f"{missed}; it is approached anew from {beside_deg:g} deg")
+            tell(f"{missed}; it is approached anew from {beside_deg:g}°")
             state = _lift_to(axis, beside_deg, target_deg, clock, wait)
     raise AssertionError("unreachable: the last attempt returns or raises")
 
@@ -156,7 +156,7 @@ def _lift_to(axis: Axis, stand_deg: float, from_deg: float, clock: Clock, wait: 
     axis.check_target(stand_deg)
     axis.start_move(stand_deg)
     limit_s = abs(stand_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
-    return _watch(axis, f"move to {stand_deg:g} deg", stand_deg, limit_s, clock, wait)
+    return _watch(axis, f"move to {stand_deg:g}°", stand_deg, limit_s, clock, wait)
 
 
 def trusted_state(axis: Axis) -> AxisState:
@@ -246,7 +246,7 @@ def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
     last_deg = axis.state().position_deg
     while clock.monotonic_s() - rested_s < STANDSTILL_S:
         if clock.monotonic_s() - started_s > limit_s:
-            raise DeviceFault(f"still moving at {last_deg:g} deg, {limit_s:g} s after the stop")
+            raise DeviceFault(f"still moving at {last_deg:g}°, {limit_s:g} s after the stop")
         clock.sleep(min(_FIRST_LOOK_S, clock.slice_s))
         state = axis.state()
         if state.is_moving or state.position_deg != last_deg:
@@ -257,7 +257,7 @@ def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
 
 
 def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:
-    task = f"move to {target_deg:g} deg"
+    task = f"move to {target_deg:g}°"
     _start(axis, target_deg)
     crash_point(CrashPoint.MOVE_SENT)
     limit_s = abs(target_deg - from_deg) / axis.speed_dps * 1.5 + _ALLOWANCE_S
@@ -265,8 +265,8 @@ def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait
     _require_seat(axis, state, task)
     if not _has_arrived(axis, state, target_deg):
         raise Missed(
-            f"{axis.name}: {task}: the axis came to rest at {state.position_deg:g} deg, allowed within"
-            f" {axis.arrival_tolerance_deg:g} deg (axes.{axis.name}: arrival_tolerance_deg);"
+            f"{axis.name}: {task}: the axis came to rest at {state.position_deg:g}°, allowed within"
+            f" {axis.arrival_tolerance_deg:g}° (axes.{axis.name}: arrival_tolerance_deg);"
             " it stands still; check the machine, then home it"
         )
     return state
@@ -290,9 +290,9 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
         if state.position_deg != last_deg:
             last_deg, progressed_s = state.position_deg, clock.monotonic_s()
         elif sent_s - progressed_s >= STALL_S:
-            raise _stalled(axis, f"{task}: no progress in {STALL_S:g} s at {last_deg:g} deg, though it says it moves")
+            raise _stalled(axis, f"{task}: no progress in {STALL_S:g} s at {last_deg:g}°, though it says it moves")
         if sent_s - started_s > limit_s:
-            raise _stalled(axis, f"{task}: still moving at {last_deg:g} deg after {limit_s:.3g} s, the time allowed")
+            raise _stalled(axis, f"{task}: still moving at {last_deg:g}° after {limit_s:.3g} s, the time allowed")
         left_s = look_s if target_deg is None else abs(target_deg - state.position_deg) / axis.speed_dps
         _wait_or_stop(axis, min(max(left_s, _FIRST_LOOK_S), look_s), wait)
         look_s = min(2.0 * look_s, _LAST_LOOK_S if target_deg is None else _LONGEST_LOOK_S)
@@ -346,6 +346,6 @@ def _has_arrived(axis: Axis, state: AxisState, target_deg: float) -> bool:
 def _require_seat(axis: Axis, state: AxisState, task: str) -> None:
     if not state.is_seated:
         raise Missed(
-            f"{axis.name}: {task}: at rest at {state.position_deg:g} deg, but the coupling is not seated and locked;"
+            f"{axis.name}: {task}: at rest at {state.position_deg:g}°, but the coupling is not seated and locked;"
             " nothing can be measured here; check the coupling, then home it"
         )

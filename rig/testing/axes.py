@@ -44,10 +44,10 @@ def keep_axis_promises(
     axis.stop()
     state = axis.state()
     expect(state.is_seated, f"{axis.name}: a stop at rest unseated it")
-    expect(state.position_deg == rested_deg, f"{axis.name}: a stop at rest moved it to {state.position_deg:g} deg")
+    expect(state.position_deg == rested_deg, f"{axis.name}: a stop at rest moved it to {state.position_deg:g}°")
     for wrong_deg in (beyond_deg, float("nan"), float("inf")):
         for request in (axis.check_target, axis.start_move):
-            expect_refusal(lambda request=request, wrong=wrong_deg: request(wrong), f"{axis.name}: {wrong_deg} deg")  # type: ignore[misc]
+            expect_refusal(lambda request=request, wrong=wrong_deg: request(wrong), f"{axis.name}: {wrong_deg}°")  # type: ignore[misc]
     expect(axis.state().position_deg == rested_deg, f"{axis.name}: a refused target moved it")
     _keep_stop(axis, clock, target_deg, -target_deg if far_deg is None else far_deg)
     again_deg = home_and_arrive(axis, clock, clock.sleep)
@@ -90,7 +90,7 @@ def keep_rate_promises(axis: RateAxis, clock: Clock, rates_dps: tuple[float, flo
         for request in (axis.check_rate, axis.start_rate):
             expect_refusal(
                 lambda request=request, wrong=wrong_dps: request(wrong),  # type: ignore[misc]
-                f"{axis.name}: {wrong_dps} deg/s",
+                f"{axis.name}: {wrong_dps} °/s",
                 "nothing moved",
             )
     for rate_dps in rates_dps:  # the second from within the first: both senses, no stop between

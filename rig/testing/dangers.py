@@ -137,7 +137,7 @@ def keep_home_honest(bench: AxisBench, away_deg: float, close_deg: float) -> Non
     bench.reconnect()
     state = bench.axis.state()
     if state.is_homed:
-        what = f"{bench.name}: its power failed at {reached_deg:g} deg, and it says that it is homed"
+        what = f"{bench.name}: its power failed at {reached_deg:g}°, and it says that it is homed"
         expect_near(state.position_deg, reached_deg, close_deg, what)
 
 

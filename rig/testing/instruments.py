@@ -62,7 +62,7 @@ def keep_environment_promises(
     expect(bool(np.isfinite(air.temperature_degc())), f"{air.name}: the temperature is no number")
     before_degc = air.setpoint_degc()
     for wrong_degc in (limits_degc[0] - 1.0, limits_degc[1] + 1.0, float("nan")):
-        expect_refusal(lambda wrong=wrong_degc: air.hold(wrong), f"{air.name}: hold {wrong_degc:g} degC", air.name)  # type: ignore[misc]
+        expect_refusal(lambda wrong=wrong_degc: air.hold(wrong), f"{air.name}: hold {wrong_degc:g} °C", air.name)  # type: ignore[misc]
     expect_near(air.setpoint_degc(), before_degc, 1e-9, f"{air.name}: a refused set point changed it")
     for held_degc in holds_degc:
         air.hold(held_degc)

@@ -215,9 +215,9 @@ class Dialect(StrictTable):
                 line = template.render(axis=1, **{f"{angle}_deg": deg})
                 matched = template.match(line)
                 if matched is None or abs(float(matched[f"{angle}_deg"]) - deg) > 0.5 * self.increment_deg:
-                    back = "as nothing" if matched is None else f"{float(matched[f'{angle}_deg']):g} deg"
+                    back = "as nothing" if matched is None else f"{float(matched[f'{angle}_deg']):g}°"
                     raise ValueError(
-                        f"{key}: {deg:g} deg is written {line!r}, which reads back {back}: a format that cannot be"
+                        f"{key}: {deg:g}° is written {line!r}, which reads back {back}: a format that cannot be"
                         " parsed back, or too coarse for increment_deg"
                     )
         return self
@@ -236,9 +236,9 @@ def load_dialect(name: str | None, increment_deg: float) -> Dialect:
         return named[name] if name in named else read_toml(Path(name)).validate(Dialect)
     fitting = [dialect for dialect in shipped.values() if _divides(dialect.increment_deg, increment_deg)]
     if not fitting:
-        known = ", ".join(f"{dialect.name} ({dialect.increment_deg:g} deg)" for dialect in shipped.values())
+        known = ", ".join(f"{dialect.name} ({dialect.increment_deg:g}°)" for dialect in shipped.values())
         raise DescriptionError(
-            f"increment_deg: got {increment_deg:g} deg, which is a multiple of no shipped dialect's increment: {known};"
+            f"increment_deg: got {increment_deg:g}°, which is a multiple of no shipped dialect's increment: {known};"
             ' name a dialect of your own: dialect = "my-table.toml"'
         )
     return max(fitting, key=lambda dialect: dialect.increment_deg)

@@ -164,7 +164,7 @@ def test_fault_48_a_wrong_tooth_is_caught_by_the_running_fit_alone(
     unattended = UnattendedRun(tmp_path / "run", after={8: slip})
     outcome = run_unattended(small, unattended)
     reasons = [str(event.detail["reason"]) for event in events(unattended.run_dir, "state")]
-    assert any(f"pitch: every sensor reads as if it stood {slip_deg:+g} deg" in reason for reason in reasons)
+    assert any(f"pitch: every sensor reads as if it stood {slip_deg:+g}°" in reason for reason in reasons)
     assert outcome.state is State.TRIPPED
     assert "the restart made a step" in outcome.reason
     accepted = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.purpose == "design"]

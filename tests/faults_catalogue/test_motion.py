@@ -241,7 +241,7 @@ def test_fault_49_a_one_sided_approach_keeps_backlash_out_of_the_parameters(
         assert _away_in_u(unattended.run_dir) < 5.0
         assert scatter_v["x"] < 2e-5
     else:
-        assert scatter_v["x"] > 20.0 * 2e-5, "a play of 0.05 deg is 2 mV"
+        assert scatter_v["x"] > 20.0 * 2e-5, "a play of 0.05° is 2 mV"
 
 
 def test_fault_51_a_servo_that_follows_late_is_waited_for(clean: Path, tmp_path: Path) -> None:

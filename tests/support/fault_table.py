@@ -112,7 +112,7 @@ HEAD = """# Faults: how each is met
 
 Written from the tests by `python tests/support/fault_table.py`; a test holds this page and the tests together.
 Every entry has tests named `test_fault_NN_…`. *Standstill* is the time from the fault to the last motion of any axis,
-measured on the twins in the middle of a move at 5°/s; — where no axis moves when the fault shows itself. A table whose
+measured on the twins in the middle of a move at 5 °/s; — where no axis moves when the fault shows itself. A table whose
 line is gone ends its move by itself: how far it was on its way decides.
 
 | | fault | detected | response | standstill | tests |

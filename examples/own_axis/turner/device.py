@@ -77,7 +77,7 @@ class Turner:
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
-        require_home(self.name, f"move to {target_deg:g} deg", is_homed=self.state().is_homed)
+        require_home(self.name, f"move to {target_deg:g}°", is_homed=self.state().is_homed)
         self._prepare()
         ends = tuple(self._settings.table_deg(end) * codec.UNITS_PER_DEG for end in self.limits_deg)
         self._start(codec.MOVE, nearest_step(self._settings.table_deg(target_deg) * codec.UNITS_PER_DEG, ends))
@@ -87,7 +87,7 @@ class Turner:
 
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
-        require_home(self.name, f"turn at {rate_dps:g} deg/s", is_homed=self.state().is_homed)
+        require_home(self.name, f"turn at {rate_dps:g} °/s", is_homed=self.state().is_homed)
         self._start(codec.TURN, codec.units(self._settings.sign * rate_dps))
 
     def turn_look(self, clock: Clock) -> TurnLook:

@@ -36,7 +36,7 @@ class Oven:
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
             raise DeviceFault(
-                f"{self.name}: the air reads {degc:g} degC, allowed {low_degc:g} to {high_degc:g};"
+                f"{self.name}: the air reads {degc:g} °C, allowed {low_degc:g} to {high_degc:g};"
                 " nothing was changed; check the probe"
             )
         return degc
@@ -50,14 +50,14 @@ class Oven:
         wanted_degc = round(setpoint_degc * HUNDREDTHS) / HUNDREDTHS
         if wanted_degc != setpoint_degc:
             raise RequestRefused(
-                f"{self.name}: setpoint {setpoint_degc:g} degC: the oven takes hundredths; nothing was changed;"
+                f"{self.name}: setpoint {setpoint_degc:g} °C: the oven takes hundredths; nothing was changed;"
                 " ask for one of them"
             )
         self._ask("SET", write_degc("SET", wanted_degc))
         confirmed_degc = self.setpoint_degc()
         if confirmed_degc != wanted_degc:
             raise DeviceFault(
-                f"{self.name}: setpoint {wanted_degc:g} degC was acknowledged, but reads back {confirmed_degc:g} degC;"
+                f"{self.name}: setpoint {wanted_degc:g} °C was acknowledged, but reads back {confirmed_degc:g} °C;"
                 " the oven may heat; look at its front panel"
             )
 

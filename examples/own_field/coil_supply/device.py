@@ -47,7 +47,7 @@ class Coil:
         low_ut, high_ut = self.limits_ut
         if not (math.isfinite(field_ut) and low_ut <= field_ut <= high_ut):
             raise RequestRefused(
-                f"{self.name}: apply {field_ut:g} uT: allowed {low_ut:g} to {high_ut:g} uT (field.{self.name}:"
+                f"{self.name}: apply {field_ut:g} µT: allowed {low_ut:g} to {high_ut:g} µT (field.{self.name}:"
                 " limits_ut); nothing was set; ask for a field inside"
             )
 

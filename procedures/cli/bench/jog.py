@@ -319,8 +319,8 @@ def _tell(document: dict[str, Any], json: bool) -> None:
         return
     if "rate_dps" in document:
         say(
-            f"{document['axis']}: turned {document['turned_deg']:+g}° at {document['rate_dps']:+.6g}°/s"
-            f" (± {document['rate_limit_dps']:.2g}°/s)"
+            f"{document['axis']}: turned {document['turned_deg']:+g}° at {document['rate_dps']:+.6g} °/s"
+            f" (± {document['rate_limit_dps']:.2g} °/s)"
         )
     if "axis" in document:
         say(f"{document['axis']}: at rest at {document['position_deg']:g}°")

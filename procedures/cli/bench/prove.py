@@ -70,6 +70,6 @@ def _require_leave(motion: str, axes: tuple[str, ...], *, yes: bool) -> None:
         return
     if not sys.stdin.isatty():
         raise RequestError("--motion: nobody can be asked here; nothing was opened; give --yes where nobody is near")
-    note(f"{motion} will move by up to {LARGEST_MOVE_DEG:g} deg: is everybody clear? Type its name to go on:")
+    note(f"{motion} will move by up to {LARGEST_MOVE_DEG:g}°: is everybody clear? Type its name to go on:")
     if input().strip() != motion:
         raise RequestError("--motion: not confirmed; nothing was opened")

@@ -51,10 +51,10 @@ def approach(rig: OpenRig, plan: Plan, dwell: Dwell, wait: Wait) -> dict[str, fl
             axis = rig.axes[name]
             wanted_deg = axis_step(commanded[name] + error, axis.increment_deg)
             commanded[name] = move_and_arrive(axis, wanted_deg, rig.clock, wait)
-    off_text = ", ".join(f"{name} {error:+.3g} deg" for name, error in off.items())
+    off_text = ", ".join(f"{name} {error:+.3g}°" for name, error in off.items())
     raise DeviceFault(
         f"attitude_reference: after {reference.corrections} corrections still off by {off_text}, allowed "
-        f"{reference.tolerance_deg:g} deg (rig file: attitude_reference.tolerance_deg); the axes rest; look at their "
+        f"{reference.tolerance_deg:g}° (rig file: attitude_reference.tolerance_deg); the axes rest; look at their "
         "slack and at the reference"
     )
 

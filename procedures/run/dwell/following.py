@@ -48,7 +48,7 @@ class _Led:
         off_deg = self.start_deg + position_at(now_s) - self.looks[-1].angle_deg
         if abs(off_deg) > FARTHEST_OFF_DEG:
             raise DeviceFault(
-                f"{self.axis.name}: {off_deg:+.3g} deg off its profile, allowed {FARTHEST_OFF_DEG:g} deg; the axis was"
+                f"{self.axis.name}: {off_deg:+.3g}° off its profile, allowed {FARTHEST_OFF_DEG:g}°; the axis was"
                 " told to decelerate to rest; ask for a slower motion or look at the drive"
             )
         rate_dps = (position_at(now_s + update_s) - position_at(now_s)) / update_s + off_deg / CATCH_UP_S

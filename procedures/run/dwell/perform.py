@@ -69,7 +69,7 @@ def _apply(rig: OpenRig, applied: Applied, wait: Wait) -> dict[str, float]:
             while (state := coil.state()).applied_ut != applied.field_ut:
                 if state.fault:
                     raise DeviceFault(
-                        f"field.{applied.coil}: {state.fault}; {applied.field_ut:g} uT do not stand; see to the coil"
+                        f"field.{applied.coil}: {state.fault}; {applied.field_ut:g} µT do not stand; see to the coil"
                     )
                 wait(_FIELD_LOOK_S)
         finally:

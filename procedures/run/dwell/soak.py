@@ -38,7 +38,7 @@ def soak(
             inside_since_s = None
             if now_s - last_inside_s > _LIMIT_S:
                 raise DeviceFault(
-                    f"{step.environment}: at {degc:.2f} degC, wanted {step.setpoint_degc:g} ± {step.band_degc:g} degC; "
+                    f"{step.environment}: at {degc:.2f} °C, wanted {step.setpoint_degc:g} ± {step.band_degc:g} °C; "
                     f"not reached in {_LIMIT_S / 3600.0:g} h; it goes on holding its setpoint; look at the chamber"
                 )
         tell(degc, step.soak_s - (0.0 if inside_since_s is None else now_s - inside_since_s))

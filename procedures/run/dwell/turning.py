@@ -59,9 +59,9 @@ class RateWatch:
         limit_dps = max(OVERSPEED * abs(self.turn.rate_dps), abs(self.turn.rate_dps) + SLOWEST_BAND_DPS)
         slack_dps = rate.uncertainty_dps
         if abs(rate.rate_dps) > limit_dps + slack_dps:
-            raise self.fault(f"turns at {rate.rate_dps:.4g} deg/s, over its limit of {limit_dps:.4g} deg/s")
+            raise self.fault(f"turns at {rate.rate_dps:.4g} °/s, over its limit of {limit_dps:.4g} °/s")
         if self.is_at_speed and abs(rate.rate_dps - self.turn.rate_dps) > self.band_dps + slack_dps:
-            raise self.fault(f"turns at {rate.rate_dps:.5g} deg/s, {self._rate_in_words}")
+            raise self.fault(f"turns at {rate.rate_dps:.5g} °/s, {self._rate_in_words}")
 
     def reaches_speed(self, look: TurnLook) -> bool:
         """Return whether this look shows the axis at its rate; from the next one on the band counts."""
@@ -74,13 +74,13 @@ class RateWatch:
             self._steady = self._steady + 1 if is_steady else 0
             self._last_dps = rate.rate_dps
             if self._steady >= STEADY_LOOKS and not self.is_at_speed:
-                raise self.fault(f"turns steadily at {rate.rate_dps:.5g} deg/s, {self._rate_in_words}")
+                raise self.fault(f"turns steadily at {rate.rate_dps:.5g} °/s, {self._rate_in_words}")
         return self.is_at_speed
 
     @property
     def _rate_in_words(self) -> str:
         return (
-            f"asked for {self.turn.rate_dps:.5g} deg/s, allowed within {self.band_dps:.3g} deg/s (procedure file: "
+            f"asked for {self.turn.rate_dps:.5g} °/s, allowed within {self.band_dps:.3g} °/s (procedure file: "
             "rates.tolerance)"
         )
 
@@ -179,7 +179,7 @@ def _come_to_speed(rig: OpenRig, axis: RateAxis, watch: RateWatch, recorder: Rec
     while not watch.reaches_speed(axis.turn_look(rig.clock)):
         if rig.clock.monotonic_s() - began_s > SPEED_LIMIT_S:
             raise DeviceFault(
-                f"{axis.name}: not at {watch.turn.rate_dps:g} deg/s after {SPEED_LIMIT_S:g} s; the axis was told to "
+                f"{axis.name}: not at {watch.turn.rate_dps:g} °/s after {SPEED_LIMIT_S:g} s; the axis was told to "
                 "decelerate to rest; look at drive, load and settings"
             )
         recorder.wait(LOOK_S)
@@ -204,9 +204,9 @@ def _until_turned(
         if turned_deg >= whole_deg and not wanting:
             return
         if turned_deg > at_most_deg and not wanting:
-            raise watch.fault(f"turned by {turned_deg:.1f} deg, {whole_deg:g} deg were asked for")
+            raise watch.fault(f"turned by {turned_deg:.1f}°, {whole_deg:g}° were asked for")
         if here.taken_s - began.taken_s > at_most_s:
-            raise watch.fault(f"after {at_most_s:g} s turned by {turned_deg:.1f} deg of {whole_deg:g} deg")
+            raise watch.fault(f"after {at_most_s:g} s turned by {turned_deg:.1f}° of {whole_deg:g}°")
         left_s = (whole_deg - turned_deg) / abs(motion.rate_dps)
         recorder.wait(min(max(left_s, 0.5 * LOOK_S), LOOK_S))
         watch.take(axis.turn_look(rig.clock))
@@ -291,8 +291,8 @@ def _single_sweep(
     recordings = recorder.stop()
     if abs(watch.taken[-1].angle_deg - end_deg) < 0.2 * margin_deg:
         raise DeviceFault(
-            f"{axis.name}: at {watch.taken[-1].angle_deg:g} deg the sweep was over before it was read; it turned faster"
-            f" than {motion.rate_dps:g} deg/s; home it and look at its calibration of speed"
+            f"{axis.name}: at {watch.taken[-1].angle_deg:g}° the sweep was over before it was read; it turned faster"
+            f" than {motion.rate_dps:g} °/s; home it and look at its calibration of speed"
         )
     parts = {name: recording.part(0, wanted[name]) for name, recording in recordings.items()}
     return watch.measured(first), parts
@@ -301,7 +301,7 @@ def _single_sweep(
 def _is_inside(watch: RateWatch, look: TurnLook, start_deg: float, margin_deg: float) -> bool:
     watch.taken.append(look)
     if look.taken_s - watch.taken[0].taken_s > SPEED_LIMIT_S:
-        raise watch.fault(f"did not leave {start_deg:g} deg within {SPEED_LIMIT_S:g} s")
+        raise watch.fault(f"did not leave {start_deg:g}° within {SPEED_LIMIT_S:g} s")
     return abs(look.angle_deg - start_deg) >= margin_deg
 
 

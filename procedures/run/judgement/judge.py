@@ -136,8 +136,8 @@ def at_rest(look: Look, limits: Limits, when: str, expected_deg: Mapping[str, fl
         state, target_deg = look.axes[axis], expected_deg.get(axis)
         if target_deg is not None and abs(state.position_deg - target_deg) > limits.tolerance_deg[axis]:
             yield (
-                f"{axis}: at {state.position_deg:g} deg {when} the readings, allowed within "
-                f"{limits.tolerance_deg[axis]:g} deg of {target_deg:g} deg"
+                f"{axis}: at {state.position_deg:g}° {when} the readings, allowed within "
+                f"{limits.tolerance_deg[axis]:g}° of {target_deg:g}°"
             )
         for is_wrong, what in (
             (state.is_moving, "moving"),
@@ -156,9 +156,7 @@ def temperature(look: Look, limits: Limits, when: str) -> Iterable[str]:
         if not isfinite(degc):
             yield f"{name}: no temperature {when} the readings"
         elif band is not None and abs(degc - band.setpoint_degc) > band.band_degc:
-            yield (
-                f"{name}: {degc:.2f} degC {when} the readings, allowed {band.setpoint_degc:g} ± {band.band_degc:g} degC"
-            )
+            yield (f"{name}: {degc:.2f} °C {when} the readings, allowed {band.setpoint_degc:g} ± {band.band_degc:g} °C")
 
 
 def _stream(timing: StreamTiming) -> Iterable[str]:
@@ -199,7 +197,7 @@ def _position(
     for name, angle_deg in reached.items():
         off_deg = wrap_deg(angle_deg - limits.targets_deg[name])
         if abs(off_deg) > allowed_deg:
-            yield f"{name}: the reference tells {angle_deg:.4g} deg, allowed within {allowed_deg:.3g} deg of its target"
+            yield f"{name}: the reference tells {angle_deg:.4g}°, allowed within {allowed_deg:.3g}° of its target"
 
 
 def _moved(dwell: Dwell) -> frozenset[str]:

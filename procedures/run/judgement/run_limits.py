@@ -42,7 +42,7 @@ def run_limits_of(rig: RigDescription) -> RunLimits:
     locks = rig.interlocks
     return RunLimits(
         temperatures=tuple(
-            (name, _lock(f"environment.{name}", "degC", lock.band_degc, lock.hysteresis_degc, lock.delay_s, lock.action,
+            (name, _lock(f"environment.{name}", "°C", lock.band_degc, lock.hysteresis_degc, lock.delay_s, lock.action,
                          f"rig file: interlocks.temperature.{name}"))
             for name, lock in locks.temperature.items()
         ),

@@ -172,7 +172,7 @@ class RunningFit:
             return None
         for axis, by_deg in _slips(seen.attitude_deg, self._increments_deg):
             if self._fits(axis, by_deg, seen):
-                sentence = f"{axis}: every sensor reads as if it stood {by_deg:+g} deg from its own read-back"
+                sentence = f"{axis}: every sensor reads as if it stood {by_deg:+g}° from its own read-back"
                 return Doubt("slip", (sentence,), self._hidden(partial(self._would_fit, axis, by_deg)))
         return None
 

@@ -186,8 +186,8 @@ def _axis_alarm(name: str, state: AxisState, rest_deg: float, tolerance_deg: flo
         what = "moves" if state.is_moving else "was moved"
         return Alarm(
             "motion",
-            f"{name}: {what}, though nothing told it to: left at {rest_deg:g} deg, now at {state.position_deg:g} deg, "
-            f"allowed within {2.0 * tolerance_deg:g} deg; see who or what moved it",
+            f"{name}: {what}, though nothing told it to: left at {rest_deg:g}°, now at {state.position_deg:g}°, "
+            f"allowed within {2.0 * tolerance_deg:g}°; see who or what moved it",
             "trip",
         )
     return None

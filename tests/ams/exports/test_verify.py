@@ -203,9 +203,7 @@ def test_the_numbers_of_another_sensor_disagree_with_the_vectors(coefficients: C
     other = Calibration({"x": solved_axis("y"), "y": solved_axis("y"), "z": solved_axis("z")}, "pitch-roll", "TP")
     axes = build_set(other, provenance()).document["axes"]
     path = write_changed(tmp_path / "SN.json", coefficients, lambda d: d.update(axes=axes))
-    with pytest.raises(
-        VectorsDisagree, match=r"SN\.json: axis x: test vector at pitch 0\.0 deg, roll 0\.0 deg is not rep"
-    ):
+    with pytest.raises(VectorsDisagree, match=r"SN\.json: axis x: test vector at pitch 0\.0°, roll 0\.0° is not rep"):
         verify(path)
 
 

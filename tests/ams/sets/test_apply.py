@@ -44,13 +44,13 @@ def test_the_ends_of_the_validity_belong_to_it_and_roll_is_a_circle(
 
 
 def test_pitch_beyond_the_validity_is_refused(coefficients: CoefficientSet) -> None:
-    sentence = "SN1047: pitch outside the validity of the set: got 31 deg, calibrated from -30 to 30 deg; nothing was"
+    sentence = "SN1047: pitch outside the validity of the set: got 31°, calibrated from -30 to 30°; nothing was"
     with pytest.raises(OutsideValidity, match=sentence):
         apply(coefficients, np.radians([0.0, 31.0]), 0.0)
 
 
 def test_roll_in_the_gap_of_the_validity_is_refused(coefficients: CoefficientSet) -> None:
-    with pytest.raises(OutsideValidity, match="roll outside the validity of the set: got 165 deg"):
+    with pytest.raises(OutsideValidity, match="roll outside the validity of the set: got 165°"):
         apply(coefficients, 0.0, np.radians(165.0))
 
 
@@ -69,7 +69,7 @@ def test_what_apply_refuses_is_flagged_where_angles_are_told(coefficients: Coeff
 
 
 def test_temperature_beyond_the_validity_is_refused(coefficients: CoefficientSet) -> None:
-    with pytest.raises(OutsideValidity, match="temperature outside the validity of the set: got 22 degc"):
+    with pytest.raises(OutsideValidity, match="temperature outside the validity of the set: got 22 °C"):
         apply(coefficients, 0.0, 0.0, 22.0)
 
 

@@ -113,7 +113,7 @@ def test_the_linear_form_is_sr_s_line_and_bounds_what_lies_across(triad: Coeffic
 def test_a_level_beyond_the_calibration_is_refused() -> None:
     found = line_set(SR_GYRO, "dps", "dps")
     with pytest.raises(
-        OutsideValidity, match=r"level_y outside the validity of the set: got 41 dps, calibrated from -40"
+        OutsideValidity, match=r"level_y outside the validity of the set: got 41 °/s, calibrated from -40"
     ):
         apply(found, level=[0.0, 41.0, 0.0])
     with pytest.raises(OutsideValidity, match="the level is missing"):

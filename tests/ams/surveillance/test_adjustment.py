@@ -97,7 +97,7 @@ def test_the_verdict_follows_the_rule(error_deg: float, expanded_deg: float, gua
     errors = an_error(error_deg, expanded_deg)
     assert judge(errors, 0.1, "guard-band").verdict == guarded
     assert judge(errors, 0.1, "simple").verdict == simple
-    assert "0.1 deg" in judge(errors, 0.1, "guard-band").sentence
+    assert "0.1°" in judge(errors, 0.1, "guard-band").sentence
 
 
 def test_the_attitude_that_decides_is_the_one_that_is_told() -> None:

@@ -154,4 +154,4 @@ def test_before_limits_exist_nothing_is_said_to_have_stayed_as_it_was() -> None:
     found = check_history(Population(labels, numbers), CHECK_SENSOR)
     assert (found.is_judged, found.differences, found.findings) == (False, 2, ())
     (said,) = [text for text in found.unexplained if text.startswith("table tilt z")]
-    assert float(said.removeprefix("table tilt z ").partition(" deg")[0]) == pytest.approx(0.2, abs=0.001)
+    assert float(said.removeprefix("table tilt z ").partition("°")[0]) == pytest.approx(0.2, abs=0.001)

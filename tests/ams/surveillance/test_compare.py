@@ -87,7 +87,7 @@ def test_another_g_is_no_change_of_the_sensor() -> None:
 
     found = compare(old, from_document(changed(old, elsewhere), "elsewhere"))
     assert abs(found.axes["x"].sensitivity_relative.value) < 1e-12
-    assert "9.81 m/s^2" in found.notes[-1]
+    assert "9.81 m/s²" in found.notes[-1]
 
 
 def test_sets_of_other_axes_or_conventions_are_refused() -> None:

@@ -1,7 +1,9 @@
 """Alerts: who is told what, once; a slow or dead server never holds the run; the heartbeat stops with the engine."""
 
 import http.server
+import os
 import socket
+import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Mapping
@@ -26,7 +28,8 @@ from procedures.run.services import RunServices
 from rig.clock import Clock, VirtualClock
 from rig.errors import DescriptionError
 
-HOLD = Progress("state", State.HELD, 3, 24, 1, 2, None, None, "environment.air: got 25 degC, allowed 18 to 22 degC")
+HOLD = Progress("state", State.HELD, 3, 24, 1, 2, None, None, "environment.air: got 25 °C, allowed 18 to 22 °C")
+ROOT = Path(__file__).parents[3]
 WRITES = "import sys, pathlib; path = pathlib.Path(sys.argv[1]); path.write_text((path.read_text() if path.exists() else '') + sys.stdin.read())"  # noqa: E501
 
 
@@ -48,11 +51,23 @@ def test_a_hold_is_told_once_with_its_reason_and_again_only_after_the_gap(clock:
         dispatcher.on_event(HOLD)
     assert dispatcher.close() == [{"what": "calrig: night: held", "failed": ""}]
     assert text.read_text().startswith("calrig: night: held\n\nheld 3/24")
-    assert "environment.air: got 25 degC" in text.read_text()
+    assert "environment.air: got 25 °C" in text.read_text()
     clock.sleep(100.0)
     dispatcher.on_event(HOLD)
     dispatcher.close()
     assert text.read_text().count("calrig: night: held") == 2
+
+
+def test_a_command_is_told_in_utf8_where_the_locale_knows_no_degrees(tmp_path: Path) -> None:
+    """As a service without a locale starts calrig: Python's own UTF-8 mode, which would hide it, is off."""
+    text = "air: 22.4 °C, 40 µT, 3″ ≥ 2″"
+    tell = (
+        "from procedures.alerts.channels import Message, by_command\n"
+        f"by_command(['tee', 'heard'], Message('held', {text!a}), 20.0)"
+    )
+    surroundings = {"PATH": os.environ["PATH"], "LC_ALL": "C", "PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, "-X", "utf8=0", "-c", tell], check=True, cwd=tmp_path, env=surroundings)
+    assert (tmp_path / "heard").read_bytes().decode("utf-8") == f"held\n\n{text}\n"
 
 
 def test_an_alarm_says_where_the_page_is_also_where_the_disk_of_the_run_takes_none(

@@ -368,4 +368,4 @@ def test_a_plateau_beyond_the_chambers_limits_is_refused(tmp_path: Path, capsys:
     hot = {"[export]": "[environment]\nplateaus_degc = [200.0]\n[export]"}
     outcome = run(capsys, tmp_path, changes=hot)
     assert outcome.status == 2
-    assert "environment.plateaus_degc: air: setpoint 200 degC, allowed -60 to 150 degC" in outcome.err
+    assert "environment.plateaus_degc: air: setpoint 200 °C, allowed -60 to 150 °C" in outcome.err

@@ -64,7 +64,7 @@ def test_what_turns_by_a_page_stands_when_the_page_is_lost(
         other.until(" has the bench")
         page.hold(5.0)
         bench.until_turning()
-        page.until("turns at +5°/s")
+        page.until("turns at +5 °/s")
         lost_s = CLOCK.monotonic_s()
         lose(bench, page)
         late_s = bench.late_s(lost_s)

@@ -104,7 +104,7 @@ def test_a_frozen_screen_ends_a_rate_within_half_a_second(tmp_path: Path) -> Non
                 _press(pilot, "down", "h")
                 await _told(pilot, "roll: homed")
                 _press(pilot, "r", "5", "enter")
-                await _told(pilot, "roll: turns at +5°/s")
+                await _told(pilot, "roll: turns at +5 °/s")
                 await pilot.pause(0.8)
                 assert body.rate_dps(CLOCK.monotonic_s()) == 5.0
                 frozen_s = CLOCK.monotonic_s()
@@ -171,7 +171,7 @@ def test_a_wrong_number_is_told_and_moves_nothing(tmp_path: Path) -> None:
                 await _told(pilot, "pitch: homed")
                 _press(pilot, "g", "1", "-", "backspace", "x", "enter")
                 await _told(pilot, "got '1x', allowed is a number; nothing moved")
-                for wrong, why in (("nan", "finite"), ("0.5", "multiples of 1 deg"), ("181", "outside the limits")):
+                for wrong, why in (("nan", "finite"), ("0.5", "multiples of 1°"), ("181", "outside the limits")):
                     _press(pilot, "g", *wrong, "enter")
                     await _told(pilot, why)
 
@@ -218,7 +218,7 @@ def test_a_move_that_is_made_again_is_told_and_on_record(tmp_path: Path) -> None
                 await _told(pilot, "pitch: homed")
                 await _until(pilot, lambda: clock.monotonic_s() - opened_s > 100.0)
                 _press(pilot, "g", "1", "2", "0", "enter")
-                await _told(pilot, "it went back to 0 deg and is tried once more")
+                await _told(pilot, "it went back to 0° and is tried once more")
                 await _told(pilot, "pitch: at rest at +120.0000°")
 
     asyncio.run(act())

@@ -55,7 +55,7 @@ def test_keys_move_axes_read_channels_hold_the_air_and_write_it_all_down(tmp_pat
         window.type("g-30.5\r")
         window.wait_for("roll: at rest at -30.5000°")
         window.type("g500\r")
-        window.wait_for("outside the limits, allowed -180 to 180 deg")
+        window.wait_for("outside the limits, allowed -180 to 180°")
         window.type(UP + "p1600\r")
         window.wait_for("pitch: at rest at +9.2000°")  # 1500 µs is 0°, 2000 µs is 46°: 100 µs are 9.2°
         window.wait_for("1600.00 µs")

@@ -69,7 +69,7 @@ def _turning(folder: Path) -> Iterator[Turning]:
             bench.ask(Home("roll"))
             turning.until("roll: homed")
             bench.ask(Turn("roll", 10.0, is_held=False))
-            turning.until("turns at +10°/s")
+            turning.until("turns at +10 °/s")
             yield turning
         finally:
             bench.close()
@@ -125,7 +125,7 @@ def test_a_stop_is_told_within_a_second_also_while_a_meter_is_waited_for(
             answered.set()
         turning.until("every axis stands still")
         turning.bench.ask(Turn("roll", 10.0, is_held=False))  # what was obeyed keeps nothing from moving
-        turning.until("turns at +10°/s while this terminal answers")
+        turning.until("turns at +10 °/s while this terminal answers")
         while turning.simulated.world.axes["roll"].rate_dps(CLOCK.monotonic_s()) == 0.0:
             assert CLOCK.monotonic_s() - asked_s < WITHIN_S
             turning.answer()

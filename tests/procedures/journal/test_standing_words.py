@@ -45,7 +45,7 @@ def test_what_has_ended_is_not_said_to_end() -> None:
 
 
 def test_a_reason_is_told_in_full() -> None:
-    reason = "environment.air: got 22.41 degC, allowed 19 to 22 degC " + "and more " * 40
+    reason = "environment.air: got 22.41 °C, allowed 19 to 22 °C " + "and more " * 40
     assert rows_of(MOMENT, reason, None, NOW)[0][1] == f"RUNNING: {reason}"
 
 

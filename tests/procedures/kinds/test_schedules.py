@@ -85,7 +85,7 @@ ONE_WAY = {
 NARROW = {r"limits_deg = \[-185.0, 185.0\]": "limits_deg = [-60.0, 60.0]"}
 REFUSED = [
     (TABLE, "rates", {r"yaw_dps = .*\n": ""}, {}, r"toml:\d+: rates: .*three axes, yaw stand still"),
-    (TABLE, "rates", {r"roll_dps = .*": "roll_dps = [500.0]"}, {}, r"rates\.roll_dps: .*allowed up to 200 deg/s"),
+    (TABLE, "rates", {r"roll_dps = .*": "roll_dps = [500.0]"}, {}, r"rates\.roll_dps: .*allowed up to 200 °/s"),
     (TABLE, "rates", {"dwell_s = 9.0": "dwell_s = 90.0"}, {}, r"rates\.pitch_dps: .*the cables bear 5"),
     (TABLE, "rates", {}, {'measures = "rate"\n': ""}, r"procedure\.kind: .*measures = \"rate\""),
     (
@@ -98,8 +98,8 @@ REFUSED = [
     (TABLE, "harmonic", {"roll = 10.0 }": "roll = 200.0 }"}, {}, r"profile\.span_deg\.roll: "),
     (TABLE, "harmonic", IN_STEP, {}, r"profile\.update_s: .*keep step"),
     (TABLE, "harmonic", ONE_WAY, {}, r"profile: .*three dimensions"),
-    (SERVO, "gyro", {r"pitch_dps = .*": "pitch_dps = [1.0]"}, {}, r"rates\.pitch_dps: .*one unit of .* is 5 deg/s"),
-    (SERVO, "magnetometer", {r"40\.0": "400.0"}, {}, r"levels\.applied_ut: got 400 uT, allowed -100 to 100 uT"),
+    (SERVO, "gyro", {r"pitch_dps = .*": "pitch_dps = [1.0]"}, {}, r"rates\.pitch_dps: .*one unit of .* is 5 °/s"),
+    (SERVO, "magnetometer", {r"40\.0": "400.0"}, {}, r"levels\.applied_ut: got 400 µT, allowed -100 to 100 µT"),
     (SERVO, "magnetometer", {'coil = "coil"': 'coil = "other"'}, {}, r"levels\.coil: got 'other', .*fields: coil"),
     (SERVO, "magnetometer", {}, NARROW, r"levels: MicroMag3\.x cannot be laid along"),
 ]

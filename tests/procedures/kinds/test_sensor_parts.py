@@ -31,7 +31,7 @@ def test_two_minutes_of_samsung_s_drift_are_24_degrees_as_cr_says() -> None:
     """CR II-C: 'the maximum drift value indicates accumulation of 0.2 deg/s drift over a 2 min test … in 24 deg'."""
     assert PARTS["MG-L106C"].expected_deg(120.0) == pytest.approx(24.0)
     told = forecast_of("G1 (MG-L106C)", PARTS["MG-L106C"], 120.0, 0.1)
-    assert told == "G1 (MG-L106C) by CR table 2: its drift alone makes 24 deg in 120 s, beyond the allowed ±0.1 deg"
+    assert told == "G1 (MG-L106C) by CR table 2: its drift alone makes 24° in 120 s, beyond the allowed ±0.1°"
     assert PARTS["SCA3000"].expected_deg(120.0) is None
 
 

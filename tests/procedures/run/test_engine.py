@@ -286,7 +286,7 @@ def test_fault_44_an_axis_that_slips_during_a_dwell_voids_it(small: Bench, tmp_p
     first, second = (dwell for dwell in dwells_of(run_dir) if dwell.step == step)
     target_deg = first.targets_deg["pitch"]
     assert first.reasons == (
-        f"pitch: at {target_deg + 0.05:g} deg after the readings, allowed within 0.001 deg of {target_deg:g} deg",
+        f"pitch: at {target_deg + 0.05:g}° after the readings, allowed within 0.001° of {target_deg:g}°",
     )
     assert second.accepted
 

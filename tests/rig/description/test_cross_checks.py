@@ -109,7 +109,7 @@ def test_two_devices_of_one_address_are_refused_with_their_line(tmp_path: Path, 
         (
             "{target_deg:+09.4f}",
             "{target_deg:+.0f}",
-            r"own\.toml:13: move: 0.5 deg is written .* cannot be parsed back",
+            r"own\.toml:13: move: 0.5° is written .* cannot be parsed back",
         ),
     ],
 )

@@ -84,7 +84,7 @@ def test_a_controller_that_counts_in_another_unit_is_refused() -> None:
 def test_limits_of_the_controller_inside_those_of_the_file_are_refused() -> None:
     bench = motion_bench("esp301")
     bench.twin.axes[1].low_deg = -90.0
-    with pytest.raises(RequestRefused, match=r"end the travel at -90 and 360 deg, inside those of the file, -180 to"):
+    with pytest.raises(RequestRefused, match=r"end the travel at -90 and 360°, inside those of the file, -180 to"):
         bench.pitch.home()
 
 
@@ -93,7 +93,7 @@ def test_a_speed_that_is_not_taken_is_a_fault() -> None:
     bench.pitch.state()
     found = bench.faults.taken + 2  # TB? before, TB? after, then VA?
     bench.faults.reads = {found: faults.replace(b"3.000000\r\n")}
-    with pytest.raises(DeviceFault, match="speed 5 deg/s was sent, but reads back 3 deg/s"):
+    with pytest.raises(DeviceFault, match="speed 5 °/s was sent, but reads back 3 °/s"):
         bench.pitch.home()
 
 

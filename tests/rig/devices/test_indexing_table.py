@@ -16,7 +16,7 @@ def test_a_target_outside_the_limits_is_refused_before_it_is_sent() -> None:
     bench.home_all()
     written = bench.faults.written
     with pytest.raises(
-        RequestRefused, match=r"pitch: move to 46 deg: outside the limits, allowed -45 to 45 deg.*nothing moved"
+        RequestRefused, match=r"pitch: move to 46°: outside the limits, allowed -45 to 45°.*nothing moved"
     ):
         bench.pitch.start_move(46.0)
     assert bench.faults.written == written
@@ -26,7 +26,7 @@ def test_a_target_outside_the_limits_is_refused_before_it_is_sent() -> None:
 def test_a_target_between_two_teeth_is_refused(target_deg: float) -> None:
     bench = table_bench()
     bench.home_all()
-    with pytest.raises(RequestRefused, match="stops only at multiples of 1 deg"):
+    with pytest.raises(RequestRefused, match="stops only at multiples of 1°"):
         bench.pitch.start_move(target_deg)
 
 
@@ -130,7 +130,7 @@ def test_a_fine_head_goes_to_a_ten_thousandth_of_a_degree() -> None:
     bench.pitch.start_move(12.3456)
     bench.clock.sleep(100.0)
     assert bench.pitch.state().position_deg == 12.3456
-    with pytest.raises(RequestRefused, match=r"multiples of 0\.0001 deg"):
+    with pytest.raises(RequestRefused, match=r"multiples of 0\.0001°"):
         bench.pitch.start_move(12.34565)
 
 

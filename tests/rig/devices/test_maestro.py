@@ -60,7 +60,7 @@ def test_an_error_during_a_move_ends_it() -> None:
         if fails_s <= bench.clock.monotonic_s() < fails_s + 0.15:
             bench.twin.fail(Errors.TIMEOUT, bench.clock.monotonic_s())
 
-    with pytest.raises(DeviceFault, match="pitch: move to 90 deg: the controller reported timeout"):
+    with pytest.raises(DeviceFault, match="pitch: move to 90°: the controller reported timeout"):
         move_and_arrive(bench.pitch, 90.0, bench.clock, wait)
 
 
@@ -119,8 +119,8 @@ def test_the_baud_rate_is_told_where_the_controller_detects_it() -> None:
     ("wrong", "expected"),
     [
         ({"points": [[1500.0, 0.0]]}, "two or more"),
-        ({"pulse_limits_us": [992.0, 2000.0]}, r"limits_deg reach -180 deg, a pulse of 500 us, allowed 992 to 2000"),
-        ({"speed_dps": 4.0}, r"one unit of the servo's speed is 4\.5 deg/s"),
+        ({"pulse_limits_us": [992.0, 2000.0]}, r"limits_deg reach -180°, a pulse of 500 µs, allowed 992 to 2000"),
+        ({"speed_dps": 4.0}, r"one unit of the servo's speed is 4\.5 °/s"),
         ({"acceleration": 256}, "less than or equal to 255"),
     ],
 )

@@ -24,7 +24,7 @@ def test_a_typed_angle_is_the_position_and_is_judged_as_any() -> None:
     bench.twin.answer = "29.97"
     assert move_and_arrive(bench.pitch, 30.0, bench.clock, bench.clock.sleep) == 29.97
     bench.twin.answer = "59.9"
-    with pytest.raises(DeviceFault, match=r"came to rest at 59\.9 deg, allowed within 0\.05 deg"):
+    with pytest.raises(DeviceFault, match=r"came to rest at 59\.9°, allowed within 0\.05°"):
         move_and_arrive(bench.pitch, 60.0, bench.clock, bench.clock.sleep)
 
 

@@ -168,7 +168,7 @@ def test_fahrenheit_on_the_wire_is_told_by_an_8800() -> None:
     assert bench.air.temperature_degc() == pytest.approx(25.0)
     bench.air.hold(30.0)
     assert bench.room.held_degc == pytest.approx(30.0)
-    with pytest.raises(DeviceNonsense, match=r"set to degF, the rig file says 'degc'"):
+    with pytest.raises(DeviceNonsense, match=r"set to °F, the rig file says 'degc'"):
         Bench("thermotron-8800", fahrenheit=True, values="degc").air.identify()
 
 
@@ -177,7 +177,7 @@ def test_a_unit_that_changes_meanwhile_is_a_fault() -> None:
     bench.air.hold(30.0)
     bench.twin.is_fahrenheit = True
     for work in (bench.air.temperature_degc, lambda: bench.air.hold(31.0)):
-        with pytest.raises(DeviceFault, match="the unit was degC and is degF"):
+        with pytest.raises(DeviceFault, match="the unit was °C and is °F"):
             work()
     assert bench.room.held_degc == 30.0
 
@@ -193,10 +193,10 @@ def test_where_it_cannot_be_asked_the_file_states_the_unit(model: str) -> None:
 
 def test_limits_of_the_file_and_of_the_chamber_are_kept() -> None:
     bench = Bench("espec-p300", limits_degc=[-100.0, 300.0])
-    for wrong_degc, why in ((181.0, "the chamber allows -70 to 180 degC"), (301.0, "allowed -100 to 300 degC")):
+    for wrong_degc, why in ((181.0, "the chamber allows -70 to 180 °C"), (301.0, "allowed -100 to 300 °C")):
         with pytest.raises(RequestRefused, match=why):
             bench.air.hold(wrong_degc)
-    with pytest.raises(RequestRefused, match=r"takes tenths of a degC; .* the nearest is 20.1"):
+    with pytest.raises(RequestRefused, match=r"takes tenths of a °C; .* the nearest is 20.1"):
         bench.air.hold(20.06)
     assert bench.room.held_degc == 25.0
     assert bench.twin.mode == "STANDBY"
@@ -215,7 +215,7 @@ def test_what_it_does_not_take_is_said_in_its_own_words() -> None:
 def test_a_set_point_that_reads_back_otherwise_is_a_fault() -> None:
     bench = Bench("espec-p300")
     bench.faults.reads = {4: faults.replace(b"29.0,ON\r\n")}  # mode, limits, write, start, then the read-back
-    with pytest.raises(DeviceFault, match="setpoint 30 degC was sent, but reads back 29 degC"):
+    with pytest.raises(DeviceFault, match="setpoint 30 °C was sent, but reads back 29 °C"):
         bench.air.hold(30.0)
 
 

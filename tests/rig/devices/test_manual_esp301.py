@@ -69,9 +69,7 @@ def test_degrees_prove_no_scale() -> None:
     bench = motion_bench("esp301", resolution_deg=0.001)
     assert "0.001 deg a count" in bench.pitch.identify()
     bench.twin.axes[1].resolution_deg = 0.00003539317
-    with pytest.raises(
-        DeviceRefused, match=r"SU\) 3\.53932e-05 deg a count, the rig file says 0\.001 .*resolution_deg"
-    ):
+    with pytest.raises(DeviceRefused, match=r"SU\) 3\.53932e-05° a count, the rig file says 0\.001 .*resolution_deg"):
         motion_bench_again(bench).identify()
 
 

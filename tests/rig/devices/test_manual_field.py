@@ -45,7 +45,7 @@ def test_what_the_coil_cannot_do_is_not_asked() -> None:
         "coil", SETTINGS, MemoryStream(FieldOperatorTwin("coil", (0, 0, 1), World(example_rig())), virtual_clock(), "x")
     )
     for wrong in (60.5, float("nan")):
-        with pytest.raises(RequestRefused, match=r"allowed -60 to 60 uT \(field\.coil: limits_ut\)"):
+        with pytest.raises(RequestRefused, match=r"allowed -60 to 60 µT \(field\.coil: limits_ut\)"):
             field.start_field(wrong)
 
 

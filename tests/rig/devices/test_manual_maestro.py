@@ -32,7 +32,7 @@ def test_the_first_target_behind_off_is_jumped_to_whatever_speed_is_set() -> Non
     assert _said(bench, GET_POSITION) == bytes.fromhex("70 17")
     _said(bench, FARTHER)
     under_way = int.from_bytes(_said(bench, GET_POSITION, 0.1), "little")
-    assert under_way == 6000 + 40, "speed 4 is 100 us a second"
+    assert under_way == 6000 + 40, "speed 4 is 100 µs a second"
     _said(bench, OFF)
     assert _said(bench, GET_POSITION) == b"\x00\x00", "target 0 is no stop that holds"
     _said(bench, NEUTRAL)

@@ -151,5 +151,5 @@ def test_software_limits_inside_the_files_are_refused() -> None:
     # HM p. 404: 0386h software overtravel (1 = deceleration stop), 0388h and 038Ah the limits in steps.
     bench = motion_bench("oriental-az")
     bench.twin.units[1].software_limits = (-9000, 9000)
-    with pytest.raises(DeviceRefused, match=r"software limits .*-90 to 90 deg .*limits_deg"):
+    with pytest.raises(DeviceRefused, match=r"software limits .*-90 to 90° .*limits_deg"):
         bench.pitch.identify()

@@ -109,7 +109,7 @@ def test_a_parameter_may_be_named_in_decimal_digits() -> None:
 def test_travel_that_ends_inside_the_limits_of_the_file_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rig.twins.pi_gcs.TRAVEL_DEG", (-100.0, 100.0))
     bench = motion_bench("pi-gcs")
-    with pytest.raises(RequestRefused, match="the controller's own limits end the travel at -100 and 100 deg"):
+    with pytest.raises(RequestRefused, match="the controller's own limits end the travel at -100 and 100°"):
         bench.pitch.home()
 
 

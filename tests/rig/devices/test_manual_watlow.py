@@ -144,7 +144,7 @@ def test_a_profile_that_starts_after_a_set_point_is_a_fault() -> None:
 def test_a_set_point_outside_the_controllers_own_limits_is_not_written() -> None:
     # "some Espec chambers use a set point below the range as "loop off"": 602, 603 are read first.
     room = Room()
-    with pytest.raises(RequestRefused, match="the chamber allows -20 to 60 degC"):
+    with pytest.raises(RequestRefused, match="the chamber allows -20 to 60 °C"):
         _f4(WatlowF4Twin("air", room, limits_degc=(-20.0, 60.0))).hold(-30.0)
     assert room.degc == 25.0
 

@@ -52,10 +52,10 @@ def test_after_a_sweep_a_move_has_its_own_speed_again() -> None:
 @pytest.mark.parametrize(
     ("rate_dps", "expected"),
     [
-        (4.0, r"one unit of the servo's speed is 4\.5 deg/s; nothing moved"),
-        (41.0, r"allowed up to 40 deg/s"),
+        (4.0, r"one unit of the servo's speed is 4\.5 °/s; nothing moved"),
+        (41.0, r"allowed up to 40 °/s"),
         (0.0, r"and not 0"),
-        (float("nan"), r"allowed up to 40 deg/s"),
+        (float("nan"), r"allowed up to 40 °/s"),
     ],
 )
 def test_what_the_controller_cannot_be_set_to_is_refused(rate_dps: float, expected: str) -> None:

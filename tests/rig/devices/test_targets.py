@@ -36,7 +36,7 @@ def test_the_teeth_are_those_of_the_machine(table_deg: float, fits: bool) -> Non
     if fits:
         check_target("pitch", axis(1.0, zero_deg=table_deg - 3.3), 3.3)
         return
-    with pytest.raises(RequestRefused, match="multiples of 1 deg"):
+    with pytest.raises(RequestRefused, match="multiples of 1°"):
         check_target("pitch", axis(1.0, zero_deg=table_deg - 3.0), 3.0)
 
 

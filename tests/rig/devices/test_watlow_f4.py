@@ -39,14 +39,14 @@ def test_a_setpoint_below_zero_is_held_and_reached() -> None:
 
 def test_a_setpoint_between_two_steps_is_refused_not_rounded() -> None:
     chamber, world, _ = _chamber(0)
-    with pytest.raises(RequestRefused, match="multiples of 1 degC"):
+    with pytest.raises(RequestRefused, match="multiples of 1 °C"):
         chamber.hold(20.5)
     assert world.setpoint_degc("air") == 20.0
 
 
 def test_a_setpoint_that_the_chamber_does_not_take_is_told() -> None:
     chamber, _, _ = _chamber(limits_degc=(-100.0, 600.0))
-    with pytest.raises(RequestRefused, match="the chamber allows -70 to 180 degC"):
+    with pytest.raises(RequestRefused, match="the chamber allows -70 to 180 °C"):
         chamber.hold(500.0)
 
 
@@ -66,7 +66,7 @@ class DeafRoom:
 def test_a_setpoint_that_does_not_read_back_is_a_fault() -> None:
     settings = WatlowF4Settings(driver="watlow-f4", port="twin")
     stream = MemoryStream(WatlowF4Twin("air", DeafRoom()), virtual_clock(), "chamber")
-    with pytest.raises(DeviceFault, match="setpoint 25 degC was acknowledged, but reads back 20 degC"):
+    with pytest.raises(DeviceFault, match="setpoint 25 °C was acknowledged, but reads back 20 °C"):
         connect("air", settings, stream).hold(25.0)
 
 
@@ -75,7 +75,7 @@ def test_an_implausible_temperature_is_a_fault() -> None:
     chamber.identify()
     world.hold("air", 250.0, 0.0)
     clock.sleep(1e5)
-    with pytest.raises(DeviceFault, match="process value 250 degC is not plausible"):
+    with pytest.raises(DeviceFault, match="process value 250 °C is not plausible"):
         chamber.temperature_degc()
 
 
@@ -92,6 +92,6 @@ def test_a_late_reply_is_not_taken_for_the_setpoint() -> None:
 def test_a_setpoint_beyond_the_limits_of_the_rig_file_is_never_sent() -> None:
     chamber, world, _ = _chamber(limits_degc=(10.0, 40.0))
     for degc in (41.0, 9.0, float("nan")):
-        with pytest.raises(RequestRefused, match=f"air: setpoint {degc:g} degC, allowed 10 to 40 degC"):
+        with pytest.raises(RequestRefused, match=f"air: setpoint {degc:g} °C, allowed 10 to 40 °C"):
             chamber.hold(degc)
     assert world.setpoint_degc("air") == 20.0

@@ -48,7 +48,7 @@ def test_a_set_point_is_held_and_reached(scene: Scene) -> None:
 
 
 def test_a_set_point_outside_the_chambers_own_limits_is_refused(scene: Scene) -> None:
-    with pytest.raises(RequestRefused, match="the chamber allows -70 to 180 degC"):
+    with pytest.raises(RequestRefused, match="the chamber allows -70 to 180 °C"):
         scene.chamber.hold(180.1)
     with pytest.raises(RequestRefused, match="limits_degc"):
         scene.chamber.hold(float("nan"))
@@ -97,7 +97,7 @@ def test_an_implausible_temperature_is_a_fault(scene: Scene) -> None:
     scene.chamber.identify()
     scene.world.hold("air", 400.0, 0.0)
     scene.clock.sleep(1e5)
-    with pytest.raises(DeviceFault, match=r"process value 400\S* degC is not plausible"):
+    with pytest.raises(DeviceFault, match=r"process value 400\S* °C is not plausible"):
         scene.chamber.temperature_degc()
 
 
@@ -134,7 +134,7 @@ class KeepsItsMode(WatlowF4TTwin):
 
 
 def test_what_was_acknowledged_and_not_done_is_a_fault() -> None:
-    with pytest.raises(DeviceFault, match="set point 40 degC was acknowledged, but reads back 20 degC"):
+    with pytest.raises(DeviceFault, match="set point 40 °C was acknowledged, but reads back 20 °C"):
         Scene(kind=Unmoved).chamber.hold(40.0)
     with pytest.raises(DeviceFault, match="automatic control was acknowledged, but the mode reads off"):
         Scene({"mode": OFF}, kind=KeepsItsMode).chamber.hold(40.0)

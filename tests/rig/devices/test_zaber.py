@@ -148,14 +148,14 @@ def test_the_time_between_question_and_answer_is_the_uncertainty_of_a_rate() -> 
 @given(st.one_of(st.just(0.0), st.sampled_from([math.nan, math.inf, -math.inf]), st.floats(450.001, 1e6)))
 def test_a_rate_outside_is_refused(rate_dps: float) -> None:
     bench = motion_bench("zaber")
-    with pytest.raises(RequestRefused, match="allowed up to 450 deg/s"):
+    with pytest.raises(RequestRefused, match="allowed up to 450 °/s"):
         bench.pitch.start_rate(rate_dps)
     assert bench.faults.written == 0
 
 
 def test_an_axis_that_only_positions_turns_at_no_rate() -> None:
     bench = motion_bench("zaber", top_rate_dps=None)
-    with pytest.raises(RequestRefused, match="allowed up to 0 deg/s"):
+    with pytest.raises(RequestRefused, match="allowed up to 0 °/s"):
         bench.pitch.start_rate(1.0)
 
 
@@ -173,7 +173,7 @@ def test_the_turn_of_the_device_proves_the_scale_of_the_file() -> None:
     bench = motion_bench("zaber")
     bench.twin.stages[1].settings["limit.cycle.dist"] //= 2
     for ask in (bench.pitch.identify, bench.pitch.home):
-        with pytest.raises(DeviceRefused, match=r"which are 180 deg with microstep_deg .*axes\.pitch"):
+        with pytest.raises(DeviceRefused, match=r"which are 180° with microstep_deg .*axes\.pitch"):
             ask()
     bench.twin.stages[1].settings["limit.cycle.dist"] = 0  # it does not turn on and on: proves nothing
     assert "Zaber device" in bench.pitch.identify()
@@ -185,9 +185,9 @@ def test_a_scale_that_somebody_changes_during_a_run_is_found_before_the_next_sta
     bench.pitch.start_move(5.0)
     bench.clock.sleep(60.0)
     bench.twin.stages[1].settings["limit.cycle.dist"] //= 2
-    with pytest.raises(DeviceRefused, match="which are 180 deg with microstep_deg"):
+    with pytest.raises(DeviceRefused, match="which are 180° with microstep_deg"):
         bench.pitch.start_move(10.0)
-    with pytest.raises(DeviceRefused, match="which are 180 deg with microstep_deg"):
+    with pytest.raises(DeviceRefused, match="which are 180° with microstep_deg"):
         bench.pitch.start_rate(10.0)
     assert bench.true_deg == pytest.approx(5.0, abs=1e-3)
 

@@ -109,14 +109,14 @@ def test_rates_of_a_motion_that_changes_its_sense_span_both() -> None:
 def test_a_rate_between_limits_may_not_pass_them() -> None:
     watched = expecting_turn(_at_rest(80.0), 10.0)
     _, breach = judge(BOUNDS, watched, _seen(91.0, 2.0, is_moving=None))
-    assert "turned beyond its limits: at 91 deg, allowed -90 to 90 deg" in breach
+    assert "turned beyond its limits: at 91°, allowed -90 to 90°" in breach
 
 
 @pytest.mark.parametrize(
     ("seen", "sentence"),
     [
         (_seen(10.004, 5.0, is_moving=False), ""),
-        (_seen(10.5, 5.0, is_moving=False), "was moved, though nothing told it to: left at 10 deg, now at 10.5 deg"),
+        (_seen(10.5, 5.0, is_moving=False), "was moved, though nothing told it to: left at 10°, now at 10.5°"),
         (_seen(10.0, 5.0), "moves, though nothing told it to"),
         (_seen(0.0, 5.0, is_moving=False, is_homed=False), ""),
     ],
@@ -164,7 +164,7 @@ def test_a_home_search_within_a_turn_is_never_accused_though_its_zero_is_set(
     assert (breach, watched.task) == ("", Standing(0.0, True))
 
 
-@pytest.mark.parametrize(("at_deg", "doubt"), [(0.3, ""), (40.0, "ended at 40 deg, not at its zero of 0 deg")])
+@pytest.mark.parametrize(("at_deg", "doubt"), [(0.3, ""), (40.0, "ended at 40°, not at its zero of 0°")])
 def test_a_home_that_ends_elsewhere_than_at_zero_is_doubted_once_and_holds_from_then_on(
     at_deg: float, doubt: str
 ) -> None:
@@ -185,7 +185,7 @@ def test_a_zero_that_moves_though_the_axis_had_one_is_doubted(had_zero: bool) ->
         assert breach == ""
     watched, breach = judge(BOUNDS, watched, _seen(0.0, 4.0, is_moving=False))
     assert breach == ""
-    assert watched.task == Standing(0.0, True, "its zero moved by -42 deg, though it was homed" if had_zero else "")
+    assert watched.task == Standing(0.0, True, "its zero moved by -42°, though it was homed" if had_zero else "")
 
 
 @pytest.mark.parametrize(("at_deg", "is_believed"), [(0.3, True), (90.3, True), (-90.6, False), (170.0, False)])

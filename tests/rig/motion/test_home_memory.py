@@ -68,7 +68,7 @@ def test_a_machine_that_lost_power_meanwhile_says_so_and_is_homed_anew(tmp_path:
         clock.sleep(begun_s + 48.0 - clock.monotonic_s())
         with _connected(tmp_path / "ports.toml", tmp_path / "homes") as (rig, refusals):
             assert "does not hold any more" in refusals["pitch"]
-            assert {"maestro": "was left at 1717.5 us", "esp301": "the motor is off"}[machine] in refusals["pitch"]
+            assert {"maestro": "was left at 1717.5 µs", "esp301": "the motor is off"}[machine] in refusals["pitch"]
             assert not rig.axes["pitch"].state().is_homed
         assert not list((tmp_path / "homes").iterdir()), "an axis that is left without a home is forgotten"
 

@@ -39,15 +39,15 @@ def test_a_move_that_is_made_again_is_told(tmp_path: Path, jog: Callable[..., fl
         rig.clock.sleep(100.0)
         assert jog(rig, "pitch", 30.0, rig.clock.sleep, messages.append) == 30.0
     (again,) = messages
-    assert "pitch: move to 30 deg: no progress in 2 s" in again
-    assert "it went back to 0 deg and is tried once more" in again
+    assert "pitch: move to 30°: no progress in 2 s" in again
+    assert "it went back to 0° and is tried once more" in again
 
 
 def test_a_step_across_the_limit_moves_nothing(rig: Rig) -> None:
     wait = rig.clock.sleep
     home(rig, "pitch", wait)
     jog_to(rig, "pitch", 45.0, wait)
-    with pytest.raises(RequestRefused, match="move to 46 deg: outside the limits, allowed -45 to 45 deg"):
+    with pytest.raises(RequestRefused, match="move to 46°: outside the limits, allowed -45 to 45°"):
         jog_by(rig, "pitch", 1.0, wait)
     assert rig.axes["pitch"].state().position_deg == 45.0
 

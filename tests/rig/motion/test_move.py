@@ -56,7 +56,7 @@ def test_a_one_sided_approach_comes_from_its_side() -> None:
 
 def test_an_approach_outside_the_limits_is_refused_before_anything_moves() -> None:
     bench = _homed(approach_deg=-3.0, limits_deg=(-10.0, 10.0))
-    with pytest.raises(RequestRefused, match="move to -12 deg: outside the limits"):
+    with pytest.raises(RequestRefused, match="move to -12°: outside the limits"):
         _go(bench, -9.0)
     assert bench.world.axes["pitch"].reached_deg == (0.0, 0.0)
 
@@ -98,7 +98,7 @@ def test_a_coupling_that_does_not_seat_is_seated_anew_twice_and_then_a_fault() -
     bench = _homed()
     bench.twin.axes[1].seats = False
     moved = bench.world.axes["pitch"].reached_deg
-    with pytest.raises(DeviceFault, match="pitch: move to 30 deg: at rest at 30 deg, but the coupling is not seated"):
+    with pytest.raises(DeviceFault, match="pitch: move to 30°: at rest at 30°, but the coupling is not seated"):
         _go(bench, 30.0)
     assert moved == (0.0, 0.0)
     assert bench.world.axes["pitch"].reached_deg == (0.0, 30.0)
@@ -117,7 +117,7 @@ def test_a_coupling_that_seats_at_the_second_attempt_is_told_of_and_used() -> No
     assert move_and_arrive(bench.pitch, 30.0, bench.clock, bench.clock.sleep, tell) == 30.0
     (sentence,) = messages
     assert "the coupling is not seated and locked" in sentence
-    assert sentence.endswith("it is approached anew from 29 deg")
+    assert sentence.endswith("it is approached anew from 29°")
 
 
 def test_an_axis_that_stalls_is_stopped_after_two_seconds_and_tried_once_more() -> None:
@@ -129,7 +129,7 @@ def test_an_axis_that_stalls_is_stopped_after_two_seconds_and_tried_once_more() 
         messages.append(sentence)
         bench.world.axes["pitch"].stall(1000.0)
 
-    with pytest.raises(DeviceFault, match=r"no progress in 2 s at 29 deg, though it says it moves; .* stalled twice"):
+    with pytest.raises(DeviceFault, match=r"no progress in 2 s at 29°, though it says it moves; .* stalled twice"):
         move_and_arrive(bench.pitch, 30.0, bench.clock, bench.clock.sleep, tell)
     assert len(messages) == 1
 
@@ -140,7 +140,7 @@ def test_an_axis_that_stalls_once_goes_back_and_arrives_at_the_second_attempt() 
     bench.world.axes["pitch"].stall(1000.0)
     arrived_deg, found = _go_telling(bench, 30.0)
     assert arrived_deg == 30.0
-    assert "it went back to 10 deg and is tried once more" in found[0]
+    assert "it went back to 10° and is tried once more" in found[0]
 
 
 def test_an_axis_that_is_too_slow_is_stopped_when_its_time_is_over() -> None:
@@ -193,13 +193,13 @@ def _scripted(after_the_start: AxisState) -> LyingAxis:
 
 def test_an_axis_that_rests_elsewhere_has_not_arrived() -> None:
     axis, clock = _scripted(replace(RESTING, position_deg=29.0)), virtual_clock()
-    with pytest.raises(DeviceFault, match=r"came to rest at 29 deg, allowed within 0\.001 deg"):
+    with pytest.raises(DeviceFault, match=r"came to rest at 29°, allowed within 0\.001°"):
         move_and_arrive(axis, 30.0, clock, clock.sleep)
 
 
 def test_a_fault_during_the_move_stops_it() -> None:
     axis, clock = _scripted(replace(RESTING, is_moving=True, fault="limit switch")), virtual_clock()
-    with pytest.raises(DeviceFault, match="pitch: move to 30 deg: limit switch; the axis was told to stop"):
+    with pytest.raises(DeviceFault, match="pitch: move to 30°: limit switch; the axis was told to stop"):
         move_and_arrive(axis, 30.0, clock, clock.sleep)
     assert axis.calls[-1] == "stop"
 

@@ -113,8 +113,8 @@ class _Altered:
 @pytest.mark.parametrize(
     ("target_deg", "order", "becomes", "sentence"),
     [
-        (80.0, b"1 MOVE +080", b"1 MOVE +170", "left its way: sent from 0 to 80 deg"),
-        (-80.0, b"1 MOVE -080", b"1 MOVE +080", "left its way: sent from 0 to -80 deg"),
+        (80.0, b"1 MOVE +080", b"1 MOVE +170", "left its way: sent from 0 to 80°"),
+        (-80.0, b"1 MOVE -080", b"1 MOVE +080", "left its way: sent from 0 to -80°"),
     ],
 )
 def test_fault_73_a_damaged_order_is_stopped_where_it_leaves_its_way_and_never_tried_again(
@@ -123,7 +123,7 @@ def test_fault_73_a_damaged_order_is_stopped_where_it_leaves_its_way_and_never_t
     """Detected: every look at every axis against its way, its limits, its sense and its speed, asked once more.
     Response: it and every other axis that moves is stopped at once, trip; a breach is never tried again.
 
-    As it was measured: 49 read-backs outside the limits, up to 147 deg, then a retry, and status 0.
+    As it was measured: 49 read-backs outside the limits, up to 147°, then a retry, and status 0.
     """
     bench = motion_bench("indexing-table", limits_deg=(-90.0, 90.0))
     bench.home_all()
@@ -150,11 +150,10 @@ def test_fault_73_a_home_that_became_a_move_inside_the_limits_is_searched_again_
             return (part,)
 
     bench.stream._faults = Once(b"1 HOME", b"1 MOVE +040.0000")  # type: ignore[assignment]
-    with pytest.raises(MotionBreach, match="home: ended at 0 deg, the search before it at 40 deg"):
+    with pytest.raises(MotionBreach, match="home: ended at 0°, the search before it at 40°"):
         home_and_arrive(pitch, bench.clock, bench.clock.sleep, text.append)
     assert text == [
-        "pitch: home: ended at 40 deg, not at its zero of 0 deg; it is searched once more and has to end at the same"
-        " place"
+        "pitch: home: ended at 40°, not at its zero of 0°; it is searched once more and has to end at the same place"
     ]
     assert home_and_arrive(pitch, bench.clock, bench.clock.sleep) == 0.0, "by then somebody has looked at it"
 

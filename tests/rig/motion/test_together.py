@@ -164,9 +164,9 @@ def test_an_obstacle_in_the_way_of_one_stops_both_and_each_goes_on_alone() -> No
         bench.clock.sleep(duration_s)
 
     assert move_all(axes, TARGETS, BOTH, bench.clock, wait, tell) == TARGETS
-    assert "pitch: move to 30 deg: no progress in 2 s" in messages[0]
+    assert "pitch: move to 30°: no progress in 2 s" in messages[0]
     assert messages[0].endswith("the axes that moved with it were stopped too, and each goes on alone")
-    assert "went back to 0 deg and is tried once more" in messages[1]
+    assert "went back to 0° and is tried once more" in messages[1]
     assert at_the_stop[0] == at_the_stop[1] | {"pitch": at_the_stop[0]["pitch"]}  # roll waits while pitch goes back
     assert -50.0 < at_the_stop[0]["roll"] < -5.0
     assert wire.first(b"2 STOP") > 0
@@ -191,12 +191,12 @@ def test_a_coupling_that_does_not_seat_is_approached_anew_alone() -> None:
         table.seats = True
 
     assert move_all(axes, TARGETS, BOTH, bench.clock, bench.clock.sleep, tell) == TARGETS
-    assert "roll: move to -60 deg: at rest at -60 deg, but the coupling is not seated" in messages[0]
+    assert "roll: move to -60°: at rest at -60°, but the coupling is not seated" in messages[0]
 
 
 def test_a_target_that_one_may_not_reach_moves_none() -> None:
     bench, axes, wire = _table()
-    with pytest.raises(RequestRefused, match="roll: move to 190 deg: outside the limits"):
+    with pytest.raises(RequestRefused, match="roll: move to 190°: outside the limits"):
         move_all(axes, {"pitch": 30.0, "roll": 190.0}, BOTH, bench.clock, bench.clock.sleep)
     assert wire.first(b"1 MOVE") < 0
 

@@ -45,12 +45,12 @@ def test_a_sound_axis_keeps_them() -> None:
 @pytest.mark.parametrize(
     ("lie", "sentence"),
     [
-        (lambda a: {"check_target": lambda deg: None}, r"181\.0 deg: it is not refused"),
+        (lambda a: {"check_target": lambda deg: None}, r"181\.0°: it is not refused"),
         (lambda a: {"stop": lambda: None}, "after a stop|let it arrive"),
         (lambda a: {"identify": iter(range(99)).__next__}, "one thing, then another"),
         (
             lambda a: {"state": lambda: _told(a.state(), 1.0)},
-            "came to rest at -29 deg, allowed within",
+            "came to rest at -29°, allowed within",
         ),
     ],
 )

@@ -213,7 +213,7 @@ def test_a_seen_slip_is_read_back_and_an_unseen_one_is_not(tmp_path: Path) -> No
             before_v = rig.readouts["dmm"].read("dmm.x", 5, rig.clock.sleep).samples.mean()
             rig.clock.sleep(30.0)
             if seen:  # and what nothing told to move is a breach
-                with pytest.raises(MotionBreach, match="left at 0 deg, now at 1 deg"):
+                with pytest.raises(MotionBreach, match="left at 0°, now at 1°"):
                     rig.axes["pitch"].state()
             else:
                 assert rig.axes["pitch"].state().position_deg == 0.0

@@ -42,7 +42,7 @@ def test_the_dialect_follows_from_the_increment(increment_deg: float, name: str)
 
 
 def test_an_increment_that_no_shipped_dialect_has_is_refused_with_what_there_is() -> None:
-    with pytest.raises(DescriptionError, match=r"got 3e-05 deg.*dual-axis-1deg \(1 deg\)"):
+    with pytest.raises(DescriptionError, match=r"got 3e-05°.*dual-axis-1deg \(1°\)"):
         load_dialect(None, 0.00003)
 
 

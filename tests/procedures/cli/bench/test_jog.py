@@ -48,7 +48,7 @@ def test_absolute_and_relative_moves_end_at_rest_where_they_were_sent(
 
 REFUSALS = [
     (("--axis", "pitch", "--to", 91), "90"),
-    (("--axis", "pitch", "--to", 10.5), "multiples of 1 deg"),
+    (("--axis", "pitch", "--to", 10.5), "multiples of 1°"),
     (("--axis", "pitch", "--to", "nan"), "nan"),
     (("--axis", "yaw", "--to", 1), "no axis 'yaw' (allowed: pitch, roll)"),
     (("--axis", "pitch", "--to", 1, "--by", 1), "--to and --by together are unclear"),

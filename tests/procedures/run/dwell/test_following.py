@@ -72,5 +72,5 @@ def test_what_is_kept_is_where_the_axis_was_not_where_it_should_have_been() -> N
 
 def test_an_axis_that_does_not_follow_is_at_fault() -> None:
     fast = Follow("harmonic", 10.0, {"pitch": 40.0}, {"pitch": 1.0}, 0.027, 0.108)
-    with pytest.raises(DeviceFault, match=r"pitch: [-+][0-9.]+ deg off its profile, allowed 5 deg"):
+    with pytest.raises(DeviceFault, match=r"pitch: [-+][0-9.]+° off its profile, allowed 5°"):
         _led(fast, "pitch")

@@ -63,7 +63,7 @@ def test_fault_53_a_speed_error_of_five_percent_trips_with_the_axis_at_rest(tmp_
     small = _roll(tmp_path, "rate_error = 0.05")
     outcome = small.run(tmp_path / "run")
     assert outcome.state is State.TRIPPED
-    assert "roll: turns steadily at 42 deg/s, asked for 40 deg/s, allowed within 0.808 deg/s" in outcome.reason
+    assert "roll: turns steadily at 42 °/s, asked for 40 °/s, allowed within 0.808 °/s" in outcome.reason
     assert abs(outcome.positions_deg["roll"]) < 6.0 * 42.0  # read back at rest, seconds after it began
     assert not [dwell for dwell in _dwells(tmp_path / "run") if dwell.motion and dwell.motion.turned_deg]
 
@@ -85,7 +85,7 @@ def test_a_turn_beyond_what_the_cables_bear_is_refused_before_anything_moves(tmp
     from procedures.errors import PlanError
 
     with pytest.raises(
-        PlanError, match=r"rates\.roll_dps: 9 s at 40 deg/s are 1 revolutions.*bear 1 \(axes\.roll\.wrap_turns"
+        PlanError, match=r"rates\.roll_dps: 9 s at 40 °/s are 1 revolutions.*bear 1 \(axes\.roll\.wrap_turns"
     ):
         motion_run(tmp_path, "rate-table", "rates", ONE_AXIS, {"wrap_turns = 5.0": "wrap_turns = 1.0"})
 

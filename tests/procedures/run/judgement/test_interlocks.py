@@ -23,7 +23,7 @@ from rig.devices.abilities import Burst
 from rig.errors import DescriptionError
 from rig.twins.world import World
 
-AIR = Interlock("environment.air", "degC", 19.0, 21.0, 0.2, 60.0, "hold", "rig file: interlocks.temperature.air")
+AIR = Interlock("environment.air", "°C", 19.0, 21.0, 0.2, 60.0, "hold", "rig file: interlocks.temperature.air")
 CHECKS = "[check]"
 
 
@@ -100,7 +100,7 @@ def test_fault_65_air_that_leaves_its_band_and_comes_back_holds_voids_and_repeat
     assert states(unattended.run_dir)[3:] == ["held", "running", "finished"]
     held = events(unattended.run_dir, "state")[3]
     assert "environment.air: got 2" in str(held.detail["reason"])
-    assert "allowed 18 to 22 degC (rig file: interlocks.temperature.air)" in str(held.detail["reason"])
+    assert "allowed 18 to 22 °C (rig file: interlocks.temperature.air)" in str(held.detail["reason"])
     accepted = [dwell for dwell in dwells_of(unattended.run_dir) if dwell.accepted and dwell.purpose == "design"]
     assert len(accepted) == len(small.plan.design_dwells)
     assert all(17.9 < dwell.temperature_degc["air"] < 22.1 for dwell in accepted)

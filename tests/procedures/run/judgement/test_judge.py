@@ -82,7 +82,7 @@ def test_readings_that_drift_are_rejected() -> None:
     [
         (
             replace(HERE, position_deg=10.002),
-            "pitch: at 10.002 deg {when} the readings, allowed within",
+            "pitch: at 10.002° {when} the readings, allowed within",
         ),
         (replace(HERE, is_moving=True), "pitch: moving {when} the readings"),
         (replace(HERE, is_seated=False), "pitch: not seated {when} the readings"),
@@ -99,7 +99,7 @@ def test_a_position_that_is_not_trusted_is_rejected(when: str, state: AxisState,
 @pytest.mark.parametrize(
     ("degc", "expected"),
     [
-        (21.2, "air: 21.20 degC after the readings, allowed 20 ± 1 degC"),
+        (21.2, "air: 21.20 °C after the readings, allowed 20 ± 1 °C"),
         (float("nan"), "air: no temperature after the readings"),
     ],
 )

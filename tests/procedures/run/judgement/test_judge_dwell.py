@@ -76,7 +76,7 @@ def test_fault_59_a_sensor_that_scattered_before_and_now_stands_still_is_stuck()
 def test_an_axis_that_turned_may_stand_anywhere_but_must_stand() -> None:
     after = Look({"pitch": _state(0.5), "roll": _state(400.0, is_moving=True)}, {})
     assert _judged(_measured(after=after)) == (
-        "pitch: at 0.5 deg after the readings, allowed within 0.01 deg of 0 deg",
+        "pitch: at 0.5° after the readings, allowed within 0.01° of 0°",
         "roll: moving after the readings",
     )
 
@@ -92,5 +92,5 @@ def test_a_reference_says_where_it_is_and_the_axes_need_not() -> None:
     assert measured.mean_position_deg() == {"pitch": 0.02, "roll": -0.05}  # measured, not commanded
     off = replace(measured, reference_deg={"pitch": 0.3, "roll": 360.0})  # 0.1 and three times 0.05 are allowed
     assert _judged(off, rest, expected=reference) == (
-        "pitch: the reference tells 0.3 deg, allowed within 0.25 deg of its target",
+        "pitch: the reference tells 0.3°, allowed within 0.25° of its target",
     )

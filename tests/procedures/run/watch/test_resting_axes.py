@@ -141,4 +141,4 @@ def test_fault_42_a_stalled_axis_is_stopped_and_trips(small: Bench, tmp_path: Pa
     unattended = UnattendedRun(tmp_path / "run")
     outcome = run_unattended(small, unattended, rig_of=Stalled)
     assert outcome.state is State.TRIPPED
-    assert "no progress in 2 s at 3.25 deg, though it says it moves" in outcome.reason
+    assert "no progress in 2 s at 3.25°, though it says it moves" in outcome.reason

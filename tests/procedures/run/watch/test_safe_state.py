@@ -61,12 +61,12 @@ def test_fault_20_gone_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is
             return {"air": chamber}
 
         def _refuse(self, setpoint_degc: float) -> None:
-            raise DeviceFault(f"air: setpoint {setpoint_degc:g} degC was acknowledged, but reads back 30 degC")
+            raise DeviceFault(f"air: setpoint {setpoint_degc:g} °C was acknowledged, but reads back 30 °C")
 
     unattended = UnattendedRun(tmp_path / "run", after={12: asks("stop")})
     outcome = run_unattended(small, unattended, rig_of=Refuses)
     assert outcome.state is State.TRIPPED, "a person must look"
-    assert "air: setpoint 15 degC was acknowledged" in outcome.reason
+    assert "air: setpoint 15 °C was acknowledged" in outcome.reason
     (safe,) = events(unattended.run_dir, "safe")
     assert set(safe.detail["positions_deg"]) == {"pitch", "roll"}  # type: ignore[call-overload]
 
