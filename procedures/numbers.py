@@ -84,12 +84,14 @@ def attitude(targets_deg: Mapping[str, float]) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Hours and minutes where there are hours, seconds where there are only seconds."""
-    whole = round(seconds)
-    hours, minutes = whole // 3600, whole % 3600 // 60
-    if hours:
-        return f"{hours} h {minutes:02d} min"
-    return f"{minutes} min {whole % 60:02d} s" if minutes else f"{seconds:.1f} s"
+    """Return ``5.2 s``, ``42 s``, ``7 min 12 s``, ``52 min`` or ``3 h 05 min``: what is smaller says nothing beside."""
+    seconds = max(seconds, 0.0)
+    if round(seconds) < 60:
+        return f"{seconds:.0f} s" if seconds >= 10.0 else f"{seconds:.1f}".removesuffix(".0") + " s"
+    if round(seconds) < 600:
+        return f"{round(seconds) // 60} min {round(seconds) % 60:02d} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def as_drawn(sensitivity_v_per_g: float, unit: str) -> tuple[float, str]:

@@ -13,6 +13,7 @@ from procedures.check.check_report import CheckReport, steps_in_words
 from procedures.check.shares import explained, shares_in_words
 from procedures.description.dwell_settings import AdaptiveDwell
 from procedures.kinds.kind import DesignFigures
+from procedures.numbers import duration
 from procedures.plan.plan import Expectation
 from rig.local_time import at_both
 
@@ -74,7 +75,7 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
     source = f"{expected.learned_from} past runs of this rig" if expected.learned_from else "the files alone"
     table.add_row(
         "duration (h:mm:ss)",
-        f"{_time(expected.p50_s)} (p50: half of such runs take longer), {_time(expected.p90_s)} (p90: one in ten "
+        f"{duration(expected.p50_s)} (p50: half of such runs take longer), {duration(expected.p90_s)} (p90: one in ten "
         f"does), by {source}",
     )
     if (limits := plan.dwell.adaptive) is not None and report.longest is not None:
@@ -87,7 +88,7 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
             "may end early",
             Text(
                 f"from {rule.least_replications} of {plan.replications} replications on (after about "
-                f"{_time(earliest.p50_s)}, p50), when U95 of every angle is at most "
+                f"{duration(earliest.p50_s)}, p50), when U95 of every angle is at most "
                 f"{rule.half_width_deg * ARCSEC_PER_DEG:.3g}″ ([stop])"
             ),
         )
@@ -101,7 +102,7 @@ def _adaptive(limits: AdaptiveDwell, longest: Expectation) -> str:
     return (
         f"read until the mean of a channel is known to {limits.noise_arcsec:g}″, {limits.least_samples} to "
         f"{limits.most_samples} readings ([dwell.adaptive]); at worst, where all take {limits.most_samples}: "
-        f"{_time(longest.p50_s)} (p50), {_time(longest.p90_s)} (p90)"
+        f"{duration(longest.p50_s)} (p50), {duration(longest.p90_s)} (p90)"
     )
 
 
@@ -138,8 +139,8 @@ def _durations(report: CheckReport) -> "Table":
     table = Table("what", "times", "p50\n(h:mm:ss)", "p90\n(h:mm:ss)", "each\np50", "each\np90", box=None)
     for name, part in sorted(expected.parts.items(), key=lambda item: -item[1].p50_s):
         if part.p50_s > 0.001 * expected.p50_s:
-            late, late_each = (f"{_time(part.p90_s)}", _seconds(part.each_p90_s)) if expected.learned_from else ("", "")
-            table.add_row(name, str(part.count), _time(part.p50_s), late, _seconds(part.each_p50_s), late_each)
+            late, late_each = (duration(part.p90_s), _seconds(part.each_p90_s)) if expected.learned_from else ("", "")
+            table.add_row(name, str(part.count), duration(part.p50_s), late, _seconds(part.each_p50_s), late_each)
     return table
 
 
@@ -208,10 +209,6 @@ def _bare_table() -> "Table":
     table.add_column(style="bold")
     table.add_column()
     return table
-
-
-def _time(duration_s: float) -> str:
-    return str(timedelta(seconds=round(duration_s)))
 
 
 def _seconds(duration_s: float) -> str:

@@ -6,7 +6,7 @@ from typing import Any
 
 from starlette.responses import HTMLResponse
 
-from procedures.journal.standing_words import duration
+from procedures.numbers import duration
 from procedures.pages import page_environment
 from rig.local_time import at_both, local_clock
 

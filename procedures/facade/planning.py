@@ -23,6 +23,7 @@ from procedures.check.toml_text import toml_text, toml_value
 from procedures.data.steps_table import steps_table
 from procedures.errors import RequestError
 from procedures.kinds.read import procedure_of
+from procedures.numbers import duration
 from procedures.run.preflight import Preflight, preflight
 from rig.description.read import read_rig
 from rig.toml_file import TomlFile, read_toml
@@ -117,7 +118,7 @@ class PlannedRun:
 
     def _repr_html_(self) -> str:
         expected = self.report.plan.expected
-        counts = f"{len(self.report.plan.dwells)} dwells in {expected.p50_s / 3600.0:.2f} h (p50)"
+        counts = f"{len(self.report.plan.dwells)} dwells in {duration(expected.p50_s)} (p50)"
         advice = "".join(f"<li>{escape(line)}</li>" for line in self.report.advice)
         head = f"<p><b>{escape(self.title)}</b> on {escape(self.report.rig)}: {counts}</p>"
         return head + self.steps.head(10).to_html() + (f"<ul>{advice}</ul>" if advice else "")

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from datetime import datetime, tzinfo
 
 from procedures.journal.live import Live, Target
+from procedures.numbers import duration
 from procedures.records.progress import Progress
 from procedures.records.states import ACTIVE, State
 from rig.local_time import at_both
@@ -40,14 +41,6 @@ def _ends(eta_utc: datetime, late_utc: datetime | None, zone: tzinfo | None) -> 
     """Return when it ends as it goes now, and when in nine cases of ten."""
     late = "" if late_utc is None else f"; later than {at_both(late_utc, zone)} in one case of ten"
     return f"{at_both(eta_utc, zone)}{late}"
-
-
-def duration(seconds: float) -> str:
-    """``8 s``, ``12 min``, ``3 h 05 min``."""
-    if seconds < 90.0:
-        return f"{max(seconds, 0.0):.0f} s"
-    minutes = round(seconds / 60.0)
-    return f"{minutes} min" if minutes < 90 else f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def _done(progress: Progress) -> str:

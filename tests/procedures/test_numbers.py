@@ -1,6 +1,8 @@
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from procedures.numbers import (
     angle,
@@ -55,9 +57,27 @@ def test_a_probability_is_never_printed_as_zero() -> None:
     assert [three_digits(value) for value in (919.0, 99.96, 0.0154, 2.22)] == ["919", "100", "0.02", "2.22"]
 
 
-def test_angles_and_durations_read_as_people_write_them() -> None:
+def test_angles_read_as_people_write_them() -> None:
     assert [angle(value) for value in (-90.0, 0.0, -0.0, 0.1234)] == ["−90°", "0°", "0°", "0.1234°"]
-    assert [duration(value) for value in (5.25, 432.0, 44460.0)] == ["5.2 s", "7 min 12 s", "12 h 21 min"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "expected"),
+    [
+        (-3.0, "0 s"), (0.4, "0.4 s"), (8.0, "8 s"), (9.96, "10 s"), (59.4, "59 s"), (59.6, "1 min 00 s"),
+        (100.0, "1 min 40 s"), (432.0, "7 min 12 s"), (599.6, "10 min"), (720.0, "12 min"), (3570.0, "1 h 00 min"),
+        (11100.0, "3 h 05 min"), (44460.0, "12 h 21 min"), (180_000.0, "50 h 00 min"),
+    ],
+)  # fmt: skip
+def test_a_duration_names_no_more_than_two_units(seconds: float, expected: str) -> None:
+    assert duration(seconds) == expected
+
+
+@given(st.floats(0.0, 1e6))
+def test_a_duration_read_back_is_off_by_no_more_than_one_in_twenty(seconds: float) -> None:
+    words, unit_s = duration(seconds).split(), {"s": 1.0, "min": 60.0, "h": 3600.0}
+    read_s = sum(float(number) * unit_s[unit] for number, unit in zip(words[::2], words[1::2], strict=True))
+    assert read_s == pytest.approx(seconds, rel=0.051, abs=0.051)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from procedures.check.new_files import Answers, first_procedure, rig_text, schem
 from procedures.cli.output import say
 from procedures.errors import RequestError
 from procedures.kinds.read import procedure_of
+from procedures.numbers import duration
 from rig.description.read import rig_of
 from rig.errors import DescriptionError
 from rig.toml_file import TomlFile
@@ -107,7 +108,7 @@ def new(
     for file, path in paths.items():
         write_whole(path, texts[file].encode("utf-8"))
     say(f"written: {', '.join(map(str, paths.values()))}")
-    say(f"{len(report.plan.design_dwells)} dwells, about {report.plan.expected.p50_s / 3600.0:.1f} h; next:")
+    say(f"{len(report.plan.design_dwells)} dwells, about {duration(report.plan.expected.p50_s)}; next:")
     say(f"calrig check {paths['procedure.toml']} --rig {paths['rig.toml']}")
 
 

@@ -5,6 +5,7 @@ Its slope is a straight line through the last looks; it passes when the slope it
 
 import numpy as np
 
+from procedures.numbers import duration
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.judgement.run_limits import WarmUp
 from rig.devices.abilities import Wait
@@ -34,7 +35,7 @@ def warm_up(rig: OpenRig, gate: WarmUp, wait: Wait) -> dict[str, object]:
             return {"channel": gate.channel, "took_s": took_s, "slope_v_per_h": slope_v_per_h}
         if took_s > max(_LONGEST_S, 2.0 * gate.warm_up_s):
             raise DeviceFault(
-                f"{gate.channel}: still drifts by {slope_v_per_h:.3g} V/h after {took_s / 3600.0:.1f} h, allowed "
+                f"{gate.channel}: still drifts by {slope_v_per_h:.3g} V/h after {duration(took_s)}, allowed "
                 f"{gate.slope_v_per_h:g} V/h (rig file: chain.{gate.channel}.warm_up_slope_v_per_h); nothing was "
                 "measured; look at supply, temperature and sensor"
             )
