@@ -32,7 +32,7 @@ class House:
     imports: Mapping[str, frozenset[str]]
     """Module to the modules that it imports."""
     floors: Mapping[str, tuple[tuple[str, ...], ...]]
-    """Package to its floors, the highest first, each of rooms and loose modules."""
+    """Package, or room with floors of its own, to its floors, the highest first, each of rooms and loose modules."""
 
     def room(self, module: str) -> str:
         """Return the package in which a module stands."""
@@ -93,6 +93,8 @@ def drawing(house: House) -> str:
             for room in (f"{package}.{name}" for name in floor):
                 parts += _rows(house, rooms, room, len(floors) - height)
         parts.append("")
+        for container in (name for name in house.floors if name.startswith(f"{package}.")):
+            parts += _inside(house, container)
     return "\n".join(parts)
 
 
@@ -159,8 +161,7 @@ def imported_by_name(node: ast.AST) -> str:
 def _floors(settings: Mapping[str, Any]) -> Iterator[tuple[str, tuple[tuple[str, ...], ...]]]:
     for contract in settings["tool"]["importlinter"]["contracts"]:
         for container in contract.get("containers", ()):
-            if container in PACKAGES:
-                yield container, tuple(tuple(re.split(r"\s*[|:]\s*", layer)) for layer in contract["layers"])
+            yield container, tuple(tuple(re.split(r"\s*[|:]\s*", layer)) for layer in contract["layers"])
 
 
 def _purpose(path: Path) -> str:
@@ -176,7 +177,26 @@ def _rows(house: House, rooms: Mapping[str, frozenset[str]], room: str, floor: i
     for name in inside:
         files = sum(house.room(module) == name for module in house.files) - 1
         known = ", ".join(f"`{other.replace('.', '/')}`" for other in sorted(rooms[name]) if other not in PACKAGES)
-        yield f"| {floor} | `{name.replace('.', '/')}/` | {_purpose(house.files[name])} | {files} | {known} |"
+        where = f"{floor}{_floor_inside(house, room, name)}"
+        yield f"| {where} | `{name.replace('.', '/')}/` | {_purpose(house.files[name])} | {files} | {known} |"
+
+
+def _floor_inside(house: House, room: str, name: str) -> str:
+    """Return ``.4`` for a room that stands on the fourth floor of the room around it; empty for any other."""
+    floors = house.floors.get(room, ())
+    within = name.removeprefix(f"{room}.")
+    return next((f".{len(floors) - height}" for height, floor in enumerate(floors) if within in floor), "")
+
+
+def _inside(house: House, container: str) -> Iterator[str]:
+    """Yield the floors of a room that has its own."""
+    yield f"Inside `{container.replace('.', '/')}/`:\n"
+    yield "| floor | files and rooms |\n|---|---|"
+    floors = house.floors[container]
+    for height, floor in enumerate(floors):
+        names = (f"`{name}{'.py' if house.files[f'{container}.{name}'].stem == name else '/'}`" for name in floor)
+        yield f"| {len(floors) - height} | {', '.join(names)} |"
+    yield ""
 
 
 if __name__ == "__main__":
