@@ -1,6 +1,8 @@
 """Files written whole: the final name holds the complete bytes or what it held before, also after a power cut.
 
-The one writer of calrig. The rig, which knows nothing of this package, is handed :func:`replace_file` by who opens it.
+The one writer of calrig, but for the stop guard: that process runs without what is installed and writes its own two
+files (:mod:`rig.guard.process`). The rig, which knows nothing of this package, is handed :func:`replace_file` by who
+opens it.
 """
 
 import os
@@ -44,28 +46,33 @@ def whole_file(path: Path) -> Iterator[IO[bytes]]:
         ) from error
 
 
-def replace_file(path: Path, content: bytes) -> None:
+def replace_file(path: Path, content: bytes, *, is_synced: bool = True) -> None:
     """Write beside the target, sync, rename into place, sync the folder.
+
+    Not ``is_synced``: as whole for whoever reads it meanwhile, and nothing waits for the disk. For what is told anew
+    every second and says nothing after a power cut.
 
     Raises: FolderNotSynced where only the last failed; OSError where the file system refuses the file: the target is
     then as it was and nothing is left beside it.
     """
-    with _replacing(path) as file:
+    with _replacing(path, is_synced=is_synced) as file:
         file.write(content)
 
 
 @contextmanager
-def _replacing(path: Path) -> Iterator[IO[bytes]]:
+def _replacing(path: Path, *, is_synced: bool = True) -> Iterator[IO[bytes]]:
     partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
     try:
         with open(partial, "xb") as file:
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            if is_synced:
+                os.fsync(file.fileno())
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
-    sync_folder(path.parent)
+    if is_synced:
+        sync_folder(path.parent)
 
 
 def sync_folder(folder: Path) -> None:

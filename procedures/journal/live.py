@@ -6,7 +6,6 @@ told: it can hold no run. Who reads it asks first whether a living process runs 
 """
 
 import json
-import os
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
@@ -18,6 +17,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from ams.whole_file import replace_file
 from procedures.journal.owner import is_owned
 from rig.clock import Clock
 
@@ -84,7 +84,6 @@ class LiveFile:
         ``writes_phases``: each new phase at once, as where devices take their time.
         """
         self._path = run_dir / LIVE_FILE
-        self._partial = run_dir / f".{LIVE_FILE}.partial"
         self._clock = clock
         self._live = Live()
         self._writes_phases = writes_phases
@@ -120,14 +119,14 @@ class LiveFile:
         self._is_new, self._next_s = False, self._clock.monotonic_s() + EVERY_S
         document = live_document(replace(self._live, written_utc=self._clock.now_utc()))
         with suppress(OSError):
-            self._partial.write_text(json.dumps(document, ensure_ascii=False), encoding="utf-8")
-            os.replace(self._partial, self._path)
+            replace_file(self._path, json.dumps(document, ensure_ascii=False).encode("utf-8"), is_synced=False)
 
     def remove(self) -> None:
-        """Leave nothing behind: what it told is over."""
-        for path in (self._path, self._partial):
-            with suppress(OSError):
-                path.unlink()
+        """Leave nothing behind, nor what a kill in mid-write left beside it: what it told is over."""
+        with suppress(OSError):
+            self._path.unlink(missing_ok=True)
+            for partial in self._path.parent.glob(f".{LIVE_FILE}.*.partial"):
+                partial.unlink(missing_ok=True)
 
 
 def read_live(run_dir: Path) -> Live | None:

@@ -7,6 +7,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
+from ams.whole_file import replace_file
 from procedures.journal.live import read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.observers.audience import ObserverKind
@@ -33,10 +34,8 @@ class MetricsFile:
             return
         self._written_s = now_s
         figures = RunFigures(self._run_dir.name, progress, read_live(self._run_dir), progress.state in ACTIVE)
-        partial = self._path.with_name(f".{self._path.name}.partial")
         with suppress(OSError):
-            partial.write_text(metrics_text([figures]), encoding="utf-8")
-            os.replace(partial, self._path)
+            replace_file(self._path, metrics_text([figures]).encode("utf-8"), is_synced=False)
 
 
 def _make(run_dir: Path) -> RunObserver | None:

@@ -11,7 +11,7 @@ from solved import provenance, solved_package
 from ams.errors import SetError, WriteFailed
 from ams.exports.formats import export_set
 from ams.sets.coefficients import build_set
-from ams.whole_file import write_whole
+from ams.whole_file import replace_file, write_whole
 
 
 def test_a_file_is_replaced_whole_and_nothing_is_left_beside_it(tmp_path: Path) -> None:
@@ -22,9 +22,11 @@ def test_a_file_is_replaced_whole_and_nothing_is_left_beside_it(tmp_path: Path) 
     assert os.listdir(tmp_path) == ["set.json"]
 
 
+@pytest.mark.parametrize(("is_synced", "expected"), [(True, ["fsync", "replace", "fsync"]), (False, ["replace"])])
 def test_the_content_is_synced_before_it_gets_its_name_and_the_folder_after(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_synced: bool, expected: list[str]
 ) -> None:
+    """Unless nothing of it is worth a wait for the disk: then it is as whole, and not synced."""
     calls: list[str] = []
     for name in ("fsync", "replace"):
         real = getattr(os, name)
@@ -34,8 +36,8 @@ def test_the_content_is_synced_before_it_gets_its_name_and_the_folder_after(
             return real(*arguments)
 
         monkeypatch.setattr(os, name, recorded)
-    write_whole(tmp_path / "set.json", b"content")
-    assert calls == ["fsync", "replace", "fsync"]
+    replace_file(tmp_path / "set.json", b"content", is_synced=is_synced)
+    assert calls == expected
 
 
 def test_a_refused_write_leaves_the_target_and_the_folder_as_they_were(tmp_path: Path) -> None:
@@ -92,3 +94,13 @@ def test_a_name_of_another_format_is_refused_and_nothing_is_written(tmp_path: Pa
     with pytest.raises(SetError, match=r"set\.mat: export: the name does not end as the format's files do"):
         export_set(build_set(solved_package(), provenance()), "json", tmp_path / "set.mat")
     assert os.listdir(tmp_path) == []
+
+
+def test_nobody_else_puts_a_file_into_place() -> None:
+    root = Path(__file__).parents[2]
+    sources = [path for package in ("ams", "rig", "procedures") for path in (root / package).rglob("*.py")]
+    assert {path.relative_to(root).as_posix() for path in sources if "os.replace(" in path.read_text("utf-8")} == {
+        "ams/whole_file.py",
+        "rig/guard/process.py",  # runs without what is installed
+        "procedures/cli/run/detach.py",  # a log that a child has open gets its name
+    }

@@ -81,6 +81,23 @@ def test_a_folder_that_takes_nothing_holds_nobody(tmp_path: Path) -> None:
     live.remove()
 
 
+def test_what_a_kill_left_half_written_goes_with_it(tmp_path: Path) -> None:
+    live = LiveFile(tmp_path, a_clock())
+    live.tell("moving")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("os.replace", _killed)
+        patch.setattr(Path, "unlink", lambda *_, **__: None)  # a killed process clears nothing
+        with pytest.raises(KeyboardInterrupt):
+            live.look()
+    assert len(list(tmp_path.iterdir())) == 1
+    live.remove()
+    assert list(tmp_path.iterdir()) == []
+
+
+def _killed(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"phase": 7}', '{"positions_deg": {"pitch": "x"}}', "[" * 9000])
 def test_what_is_no_such_file_is_not_believed(tmp_path: Path, content: str) -> None:
     (tmp_path / LIVE_FILE).write_text(content)
