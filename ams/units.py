@@ -83,6 +83,11 @@ def with_unit(number: str, unit: str) -> str:
     return f"{number}{sign}" if sign in ("°", "″") else f"{number} {sign}"
 
 
+def signed(value: float, digits: int) -> str:
+    """Return a difference with its sign, to so many significant digits, and with a minus that reads as one."""
+    return f"{value:+.{digits}g}".replace("-", "−")
+
+
 def label_and_unit(name: str) -> tuple[str, str]:
     """Return ``sensitivity_v_per_dps`` as ``sensitivity`` and ``V/(°/s)``."""
     found = _NAME.fullmatch(name)

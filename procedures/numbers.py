@@ -13,6 +13,11 @@ MOST_DECIMALS = 12
 """Beyond this a decimal is below what a double resolves in the values printed here."""
 
 
+def finite(value: float | None) -> float | None:
+    """Return the value as JSON may have it, which knows no NaN: what is not finite is null."""
+    return None if value is None or not math.isfinite(value) else value
+
+
 def last_place(uncertainty: float) -> int:
     """Exponent of ten of the second significant digit: −4 for 0.0012. 0.0998 rounds to 0.10, so −2."""
     exponent = math.floor(math.log10(uncertainty)) - 1

@@ -27,7 +27,7 @@ from ams.solve.joint import JointFit
 from ams.solve.layout import layout_of
 from ams.solve.table_errors import SEAT, UPRIGHT, WHOLE_TABLE, Mounting, TablePriors, nuisances_of, seat_effects
 from ams.statistics.distributions import chi_square_tail
-from ams.units import RAD_PER_ARCSEC
+from ams.units import RAD_PER_ARCSEC, signed
 
 _FAR: Final = 3.0
 """Standard deviations."""
@@ -116,7 +116,7 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
         is_index = nuisance.name not in WHOLE_TABLE and not nuisance.name.startswith(SEAT)
         where = "its limit in the rig file" if is_index else "--prior; joint_priors_arcsec"
         text = (
-            f"{nuisance.name}: {_signed(estimate)}″ ± {u:.2g}″, where {prior:.2g}″ (standard) is declared: the rows "
+            f"{nuisance.name}: {signed(estimate, 3)}″ ± {u:.2g}″, where {prior:.2g}″ (standard) is declared: the rows "
             f"contradict the prior, {abs(estimate) / prior:.2g} times over; the estimate is drawn towards it, and what "
             "it lacks is in the other errors of the table, in offset and sensitivities, and not in their "
             f"uncertainties; look at the table, or declare what it has ({where})"
@@ -128,10 +128,6 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
             "prior_arcsec": prior,
         }
         yield Finding("lack-of-fit" if is_index else "table-rotation", text, True, p_value, details=details)
-
-
-def _signed(value: float) -> str:
-    return f"{value:+.3g}".replace("-", "−")
 
 
 def as_they_stood(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> Iterator[Observations]:

@@ -214,10 +214,9 @@ def _worded(text: str, words: Mapping[str, str]) -> str:
 
 
 def _macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
-    unit = table(coefficients.document["acceleration_unit"])
     lines = [
         defined(f"{prefix}_set_sha256", f'"{coefficients.sha256}"'),
-        defined(f"{prefix}_gravity_mps2", number(unit["value_mps2"])),
+        defined(f"{prefix}_gravity_mps2", coefficients.gravity_mps2),
     ]
     for name, limits in table(coefficients.document["validity"]).items():
         quantity, unit_text = name.rsplit("_", 1)

@@ -73,7 +73,7 @@ def _standard(standard: Document) -> Element:
 
 
 def _conditions(coefficients: CoefficientSet) -> Elements:
-    gravity = number(table(coefficients.document["acceleration_unit"])["value_mps2"])
+    gravity = coefficients.gravity_mps2
     conditions = [_condition("local acceleration of gravity", "gravity_mps2", gravity)]
     for name, measured in table(coefficients.document["environment"]).items():
         for key, value in (measured if isinstance(measured, dict) else {}).items():

@@ -22,7 +22,7 @@ from ams.exports.format import Format
 from ams.exports.linear_form import largest_term_v, temperature_error_v
 from ams.exports.plain_values import check_same
 from ams.exports.statement import statement
-from ams.sets.canonical import Document, number, table
+from ams.sets.canonical import Document
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import resolves
 
@@ -112,7 +112,7 @@ def _sensitivities(coefficients: CoefficientSet) -> FloatArray:
         return rows
     # CR's sets sense gravity, the opposite of the specific force that an accelerometer is said to measure.
     sense = -1.0 if form.is_gravity else 1.0
-    return np.asarray(sense * rows / number(table(coefficients.document["acceleration_unit"])["value_mps2"]))
+    return np.asarray(sense * rows / coefficients.gravity_mps2)
 
 
 def _measured_unit(coefficients: CoefficientSet) -> str:

@@ -164,7 +164,7 @@ def _toml(coefficients: CoefficientSet) -> list[str]:
             set_sha256=coefficients.sha256,
             status=coefficients.status,
             convention=coefficients.convention,
-            gravity_mps2=number(table(document["acceleration_unit"])["value_mps2"]),
+            gravity_mps2=coefficients.gravity_mps2,
             equation=f"{words.real} = {words.gain} * {words.measured} + {words.offset}"
             f"{'; g is the local g' if words.unit == 'g' else ''}",
             loses=LOSES,

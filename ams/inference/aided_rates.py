@@ -21,7 +21,6 @@ from ams.attitude.quaternion import multiply
 from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
-from ams.inference.calibrated import calibration_gravity_mps2
 from ams.inference.field_aid import FieldAid
 from ams.inference.inference import Package
 from ams.inference.rates import ANSWERS, GyroPackage, Motion, answer_of
@@ -201,7 +200,7 @@ class AidedAngles:
         temperature = readings.get("temperature_degc") if package.coefficients.needs_temperature else None
         force = np.ascontiguousarray(inferred_force(package.coefficients.axes, outputs, temperature).T)
         site = package.site_gravity_mps2
-        return force if site is None else force * (calibration_gravity_mps2(package.coefficients) / site)
+        return force if site is None else force * (package.coefficients.gravity_mps2 / site)
 
     def _started(self, force: FloatArray, field: FloatArray) -> AttitudeFilter:
         assert self._clock.interval_s is not None

@@ -29,6 +29,12 @@ class Answer:
         return flag_codes.words(self.codes, self.reasons)
 
 
+def joined(first: Answer, second: Answer) -> Answer:
+    """Return two answers as one."""
+    columns = {name: np.concatenate([values, second.columns[name]]) for name, values in first.columns.items()}
+    return Answer(columns, np.concatenate([first.codes, second.codes]), first.reasons)
+
+
 class AngleStream(Protocol):
     """Readings in, angles out: every row is answered once, in order, some only when later ones have come."""
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
-from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer
-from ams.inference.low_passed import joined
+from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer, joined
 from ams.inference.sample_clock import SampleClock
 
 

@@ -18,7 +18,7 @@ from ams.errors import OutsideValidity
 from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES, centred_basis, quadratic_basis
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES, names_of
 from ams.sets.axis_section import standard_error_of
-from ams.sets.canonical import Json, listed, number, table
+from ams.sets.canonical import Json, listed, matrix, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
 from ams.sets.sensed_quantity import PER_G
@@ -168,7 +168,7 @@ def sensor_of_set(
     values = np.array([number(table(primary["values"])[str(name)]) for name in listed(primary["order"])])
     sense = _senses(coefficients, names, site_gravity_mps2)
     ratio = _gravity_ratio(coefficients, site_gravity_mps2)
-    covariance = _matrix(primary["covariance"]) * np.outer(sense, sense)
+    covariance = matrix(primary["covariance"]) * np.outer(sense, sense)
     stated = standard_error_of(section, coefficients.axes[axis]) if reading_sd_v is None else reading_sd_v
     if stated is None:
         raise OutsideValidity(
@@ -191,7 +191,7 @@ def _line_names(coefficients: CoefficientSet, axis: str, names: Sequence[str]) -
 
 
 def _gravity_ratio(coefficients: CoefficientSet, site_gravity_mps2: float | None) -> float:
-    return 1.0 if site_gravity_mps2 is None else site_gravity_mps2 / calibration_gravity_mps2(coefficients)
+    return 1.0 if site_gravity_mps2 is None else site_gravity_mps2 / coefficients.gravity_mps2
 
 
 def _centring(rows: FloatArray | None, ratio: float) -> Centring:
@@ -214,17 +214,12 @@ def _senses(coefficients: CoefficientSet, names: Sequence[str], site_gravity_mps
     return np.array([powers.get(name, 1.0) for name in names])
 
 
-def calibration_gravity_mps2(coefficients: CoefficientSet) -> float:
-    """Return the local g that a set's unit of acceleration is."""
-    return number(table(coefficients.document["acceleration_unit"])["value_mps2"])
-
-
 def _components(stated: Mapping[str, Json], indices: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:
     """Return the parts of a covariance for some of its rows; degrees of freedom of null are infinite."""
     parts = []
     for name, value in stated.items():
         part = table(value)
-        covariance = _matrix(part["covariance"])[np.ix_(indices, indices)] * np.outer(sense, sense)
+        covariance = matrix(part["covariance"])[np.ix_(indices, indices)] * np.outer(sense, sense)
         dof = part["degrees_of_freedom"]
         parts.append(VarianceComponent(name, covariance, np.inf if dof is None else number(dof)))
     return tuple(parts)
@@ -246,7 +241,3 @@ def _rise_degc(
         )
     reference = table(table(section["parameters"])["reference_temperature_degc"])["value"]
     return np.asarray(temperature_degc - number(reference))
-
-
-def _matrix(value: Json) -> FloatArray:
-    return np.array([[0.0 if cell is None else number(cell) for cell in listed(row)] for row in listed(value)])

@@ -15,7 +15,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.attitude import flag_codes
 from ams.attitude.filters import LowPass, LowPassStream, delay_s, settling_samples
-from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer, nothing
+from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer, joined, nothing
 from ams.inference.sample_clock import SampleClock
 
 NOT_FILTERED: Final = ("time_s", "roll_deg")
@@ -148,9 +148,3 @@ class LowPassedAngles:
             return Answer(found.columns, found.codes, reasons)
         answered, self._codes = self._codes[: found.codes.size], self._codes[found.codes.size :]
         return Answer(found.columns, found.codes | answered, reasons)
-
-
-def joined(first: Answer, second: Answer) -> Answer:
-    """Return two answers as one."""
-    columns = {name: np.concatenate([values, second.columns[name]]) for name, values in first.columns.items()}
-    return Answer(columns, np.concatenate([first.codes, second.codes]), first.reasons)

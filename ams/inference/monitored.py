@@ -16,8 +16,7 @@ from ams.arrays import FloatArray
 from ams.attitude import flag_codes
 from ams.errors import OutsideValidity
 from ams.frames import wrap_deg
-from ams.inference.angle_stream import AngleStream, Answer
-from ams.inference.low_passed import joined
+from ams.inference.angle_stream import AngleStream, Answer, joined
 
 ANGLES: Final = ("pitch", "yaw", "roll")
 COVERAGE: Final = 2.0

@@ -20,11 +20,11 @@ from ams.attitude.rate_errors import ErrorGrowth, RateErrors, angle_sds, cr_angl
 from ams.attitude.rate_scan import Interpolation, RateScan
 from ams.attitude.three_axes import LARGEST_SD_RAD
 from ams.errors import OutsideValidity
-from ams.inference.angle_stream import Answer, nothing
+from ams.inference.angle_stream import Answer, joined, nothing
 from ams.inference.sample_clock import SampleClock
 from ams.inference.zero_at_rest import ZeroAtRest, zero_at_rest
 from ams.sets.axis_section import standard_error_of
-from ams.sets.canonical import Json, listed, number, table
+from ams.sets.canonical import listed, matrix, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
 
@@ -99,7 +99,7 @@ class GyroPackage:
         if section is not None:
             order = [str(name) for name in listed(section["order"])]
             stated = [order.index(f"{axis}.{name}") for axis, names in rows_of.items() for name in names]
-            parts = [_matrix(table(part)["covariance"]) for part in table(section["components"]).values()]
+            parts = [matrix(table(part)["covariance"]) for part in table(section["components"]).values()]
             indices = [4 * first + name for first, names in enumerate(rows_of.values()) for name in names.values()]
             covariance[np.ix_(indices, indices)] = np.sum(parts, axis=0)[np.ix_(stated, stated)]
         else:
@@ -108,7 +108,7 @@ class GyroPackage:
                 order = [str(name) for name in listed(primary["order"])]
                 stated = [order.index(name) for name in names]
                 indices = [4 * first + name for name in names.values()]
-                covariance[np.ix_(indices, indices)] = _matrix(primary["covariance"])[np.ix_(stated, stated)]
+                covariance[np.ix_(indices, indices)] = matrix(primary["covariance"])[np.ix_(stated, stated)]
         scale = np.tile([1.0, *np.rad2deg(np.ones(3))], 3)
         return np.asarray(covariance * np.outer(scale, scale))
 
@@ -240,7 +240,7 @@ class GyroAngles:
         if resting == rows:
             return self._start(resting)
         found = self._turning(outputs_v[:, resting:], steps[resting:])
-        return _joined(self._start(resting), found) if resting else found
+        return joined(self._start(resting), found) if resting else found
 
     def finish(self) -> Answer:
         """Return the angles still due. Raises: ObservationsError with too few samples."""
@@ -362,12 +362,3 @@ def _answer(angles_rad: FloatArray, covariance: FloatArray, codes: flag_codes.An
         columns[f"{name}_deg"] = np.where(lost[index], np.nan, np.rad2deg(angles_rad[index]))
         columns[f"{name}_sd_deg"] = np.where(lost[index], np.nan, np.rad2deg(sds[index]))
     return Answer(columns, codes)
-
-
-def _joined(first: Answer, second: Answer) -> Answer:
-    columns = {name: np.concatenate([values, second.columns[name]]) for name, values in first.columns.items()}
-    return Answer(columns, np.concatenate([first.codes, second.codes]))
-
-
-def _matrix(value: Json) -> FloatArray:
-    return np.array([[0.0 if cell is None else number(cell) for cell in listed(row)] for row in listed(value)])

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from ams.errors import OutsideValidity
-from ams.sets.canonical import number, table
+from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
 
@@ -46,7 +46,7 @@ def _check_chain(coefficients: CoefficientSet, used: Serials) -> None:
 
 
 def _check_site(coefficients: CoefficientSet, site_gravity_mps2: float) -> None:
-    calibrated = number(table(coefficients.document["acceleration_unit"])["value_mps2"])
+    calibrated = coefficients.gravity_mps2
     if not abs(site_gravity_mps2 - calibrated) <= LARGEST_GRAVITY_DIFFERENCE_MPS2:
         raise OutsideValidity(
             f"{coefficients.sensor}: site gravity: is not that of the calibration: got {site_gravity_mps2!r} m/s², "

@@ -15,6 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from ams.errors import SetError
 
 Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
@@ -90,6 +91,11 @@ def number(value: Json) -> float:
     """Return the value, known by the schema to be a number."""
     assert isinstance(value, int | float), "the schema was checked"
     return float(value)
+
+
+def matrix(value: Json) -> FloatArray:
+    """Return rows of numbers as an array; what the set leaves out as null is 0."""
+    return np.array([[0.0 if cell is None else number(cell) for cell in listed(row)] for row in listed(value)])
 
 
 def canonical_bytes(value: Json) -> bytes:

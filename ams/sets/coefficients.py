@@ -13,7 +13,7 @@ from html import escape
 from ams.calibration_result import METHOD_VERSION, Calibration
 from ams.errors import SetError
 from ams.sets.axis_section import axis_numbers, axis_section
-from ams.sets.canonical import Document, Json, listed, plain, render, table, with_checksum
+from ams.sets.canonical import Document, Json, listed, number, plain, render, table, with_checksum
 from ams.sets.equations import CONVENTIONS, AxisNumbers, are_lines, check_numbers
 from ams.sets.instructions import use_section
 from ams.sets.package_section import package_section
@@ -67,6 +67,11 @@ class CoefficientSet:
         """Who approved it: by the rig file when it was calibrated, or by signature since; None where nobody did."""
         declared = self.document["approved_by"]
         return str(declared) if declared else self.approved_by_signature
+
+    @property
+    def gravity_mps2(self) -> float:
+        """The local g of the calibration: its unit of acceleration."""
+        return number(self._section("acceleration_unit")["value_mps2"])
 
     @property
     def is_simulated(self) -> bool:

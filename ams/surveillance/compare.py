@@ -16,7 +16,6 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.sets.canonical import number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.distributions import chi_square_tail
 from ams.surveillance.characteristics import PackageNumbers, cross_matrices, numbers_of, rotations_rad
@@ -193,7 +192,7 @@ def _at_one_gravity(numbers: PackageNumbers, old: CoefficientSet, new: Coefficie
     """Bring sensitivities per g to the g of the newer set; rates know no g."""
     if numbers.unit != "g":
         return numbers
-    ratio = _gravity_mps2(new) / _gravity_mps2(old)
+    ratio = new.gravity_mps2 / old.gravity_mps2
     scale = np.array([1.0, ratio, ratio, ratio])
     spread = np.outer(scale, scale)
     return replace(
@@ -202,10 +201,6 @@ def _at_one_gravity(numbers: PackageNumbers, old: CoefficientSet, new: Coefficie
         covariance=numbers.covariance * spread,
         scatter=numbers.scatter * spread,
     )
-
-
-def _gravity_mps2(coefficients: CoefficientSet) -> float:
-    return number(table(coefficients.document["acceleration_unit"])["value_mps2"])
 
 
 def _axis_change(
@@ -266,10 +261,8 @@ def _notes(old: CoefficientSet, new: CoefficientSet) -> list[str]:
         notes.append("the first set is the newer one")
     if old.model != new.model:
         notes.append(f"models {old.model} and {new.model}: only offset and sensitive axis are compared")
-    if _gravity_mps2(old) != _gravity_mps2(new):
-        notes.append(
-            f"calibrated at {_gravity_mps2(old)} and {_gravity_mps2(new)} m/s²: compared at the g of the second"
-        )
+    if old.gravity_mps2 != new.gravity_mps2:
+        notes.append(f"calibrated at {old.gravity_mps2} and {new.gravity_mps2} m/s²: compared at the g of the second")
     return [*notes, *_temperature_notes(old, new)]
 
 

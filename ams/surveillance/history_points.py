@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ams.sets.canonical import number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.characteristics import PackageNumbers, numbers_of
 
@@ -41,6 +40,6 @@ def point_row(coefficients: CoefficientSet, *, is_check: bool) -> dict[str, Any]
         "axes": ",".join(numbers.axes),
         "sensitivity_name": numbers.sensitivity_name,
         "check_sensor": is_check,
-        "gravity_mps2": number(table(coefficients.document["acceleration_unit"])["value_mps2"]),
+        "gravity_mps2": coefficients.gravity_mps2,
         "numbers": pack(numbers),
     }

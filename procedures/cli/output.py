@@ -1,7 +1,6 @@
 """How a command speaks: one JSON document on standard output, or text for a person."""
 
 import json
-import math
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
@@ -49,8 +48,3 @@ def note(text: str) -> None:
 def note_paragraph(text: str) -> None:
     """Print sentences as :func:`note`, broken as :func:`say_paragraph` does."""
     note(_between_words(shown(text), sys.stderr))
-
-
-def finite(value: float | None) -> float | None:
-    """JSON has no NaN: what is not finite is null."""
-    return None if value is None or not math.isfinite(value) else value

@@ -19,6 +19,7 @@ from procedures.jog_screen.leaving import leave_anyway
 from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.values import Asker, AxisView, BenchView, ChannelView
 from procedures.jog_screen.worker import Bench
+from procedures.numbers import finite
 from rig.assembly.open_rig import Rig
 from rig.clock import SystemClock
 from rig.system_parts import present
@@ -128,7 +129,7 @@ def view_document(view: BenchView, holder: Asker | None) -> dict[str, Any]:
         if view.attitude is None
         else {
             "sensor": view.attitude.sensor,
-            "angles": [[name, _finite(deg), _finite(sd_deg)] for name, deg, sd_deg in view.attitude.angles],
+            "angles": [[name, finite(deg), finite(sd_deg)] for name, deg, sd_deg in view.attitude.angles],
             "flag": view.attitude.flag,
         },
         "messages": [[message.clock, message.tone, message.text] for message in view.messages[-SHOWN_LINES:]],
@@ -142,12 +143,12 @@ def _axis(view: AxisView) -> dict[str, Any]:
         "limits_deg": view.limits_deg,
         "steps_deg": view.steps_deg,
         "top_rate_dps": view.top_rate_dps,
-        "position_deg": None if state is None else _finite(state.position_deg),
+        "position_deg": None if state is None else finite(state.position_deg),
         "is_homed": state is not None and state.is_homed,
         "is_moving": state is not None and state.is_moving,
         "fault": "" if state is None else state.fault,
         "target_deg": view.target_deg,
-        "rate_dps": None if view.measured is None else _finite(view.measured.rate_dps),
+        "rate_dps": None if view.measured is None else finite(view.measured.rate_dps),
         "wound_turns": view.wound_turns,
         "silence": view.silence,
     }
@@ -157,13 +158,9 @@ def _channel(view: ChannelView) -> dict[str, Any]:
     return {
         "name": view.name,
         "unit": view.unit,
-        "mean": _finite(view.mean),
-        "sd": _finite(view.standard_deviation),
+        "mean": finite(view.mean),
+        "sd": finite(view.standard_deviation),
         "n": view.count,
         "overloads": view.overloads,
         "silence": view.silence,
     }
-
-
-def _finite(value: float) -> float | None:
-    return value if abs(value) < float("inf") else None

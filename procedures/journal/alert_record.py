@@ -5,14 +5,15 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
-from ams.errors import WriteFailed
 from ams.whole_file import write_whole
-from procedures.journal.second_folder import make_beside, second_folder
+from procedures.journal.kept_beside import KeptBeside
+from procedures.journal.second_folder import second_folder
 
 EVENT = "alert"
 FILE = "alerts-at-the-end.json"
-FORMAT = "calrig alerts at the end 1"
+_KEPT = KeptBeside(FILE, "calrig alerts at the end 1")
 KNOWN_FILE = "acknowledged.json"
 """Beside the last words of a run whose folder is not where it began: who rings for it finds no journal there."""
 Outcome = Mapping[str, object]
@@ -21,33 +22,19 @@ Outcome = Mapping[str, object]
 
 def keep_outcomes(run_dir: Path, second_folder: Path | None, outcomes: Sequence[Outcome]) -> None:
     """Add to what is kept where a disk takes it, the run's own first; standard error has told what no disk takes."""
-    if not outcomes:
-        return
-    document = {"format": FORMAT, "outcomes": [*read_outcomes(run_dir, second_folder), *outcomes]}
-    for folder in _folders(run_dir, second_folder):
-        with suppress(WriteFailed, OSError):
-            make_beside(folder, run_dir)
-            write_whole(folder / FILE, json.dumps(document, ensure_ascii=False).encode("utf-8"))
-            return
+    if outcomes:
+        every = [*read_outcomes(run_dir, second_folder), *outcomes]
+        _KEPT.keep(run_dir, second_folder, {"outcomes": every})
 
 
 def read_outcomes(run_dir: Path, second_folder: Path | None) -> tuple[Outcome, ...]:
     """Return what became of them since the run was last taken up, in the order in which it was known."""
-    for folder in _folders(run_dir, second_folder):
-        with suppress(OSError, ValueError, KeyError, TypeError):
-            document = json.loads((folder / FILE).read_text(encoding="utf-8"))
-            if document["format"] == FORMAT:
-                return tuple(
-                    {"what": str(outcome["what"]), "failed": str(outcome["failed"])} for outcome in document["outcomes"]
-                )
-    return ()
+    return _KEPT.read(run_dir, second_folder, _outcomes) or ()
 
 
 def forget_outcomes(run_dir: Path, second_folder: Path | None) -> None:
     """Remove them: they stand in the journal now."""
-    for folder in _folders(run_dir, second_folder):
-        with suppress(OSError):
-            (folder / FILE).unlink()
+    _KEPT.forget(run_dir, second_folder)
 
 
 def is_known_elsewhere(run_name: str) -> bool:
@@ -78,5 +65,5 @@ def outcome_sentence(outcome: Outcome) -> str:
     return f"{outcome['what']}: {f'not delivered: {failed}' if (failed := outcome['failed']) else 'delivered'}"
 
 
-def _folders(run_dir: Path, second_folder: Path | None) -> list[Path]:
-    return [run_dir] if second_folder is None else [run_dir, second_folder / run_dir.name]
+def _outcomes(document: Mapping[str, Any]) -> tuple[Outcome, ...]:
+    return tuple({"what": str(outcome["what"]), "failed": str(outcome["failed"])} for outcome in document["outcomes"])

@@ -3,21 +3,16 @@
 Either the disk refused the engine's last line, or the process died and its stop guard had people told.
 """
 
-import json
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from ams.errors import WriteFailed
-from ams.whole_file import write_whole
-from procedures.journal.second_folder import make_beside
+from procedures.journal.kept_beside import KeptBeside
 from procedures.journal.storage import JOURNAL_FILE
 from rig.local_time import at_both
 
-FILE = "last-words.json"
-FORMAT = "calrig last words 1"
+_KEPT = KeptBeside("last-words.json", "calrig last words 1")
 STORAGE = "storage"
 """The cause of an ending that the disk forced."""
 MOVED = "moved"
@@ -57,34 +52,19 @@ def refusal(run_dir: Path, error: Exception) -> tuple[str, str]:
 def keep_last_words(run_dir: Path, second_folder: Path | None, words: LastWords) -> None:
     """Write them where a disk takes them, the run's own first; where none does, the alert has told them."""
     moment = words.stopped_utc.isoformat()
-    document = {"format": FORMAT, "reason": words.reason, "stopped_utc": moment, "cause": words.cause}
-    for folder in _folders(run_dir, second_folder):
-        with suppress(WriteFailed, OSError):
-            make_beside(folder, run_dir)
-            write_whole(folder / FILE, json.dumps(document, ensure_ascii=False).encode("utf-8"))
-            return
+    _KEPT.keep(run_dir, second_folder, {"reason": words.reason, "stopped_utc": moment, "cause": words.cause})
 
 
 def read_last_words(run_dir: Path, second_folder: Path | None) -> LastWords | None:
     """Return what was said since the run was last taken up; None where nothing was."""
-    for folder in _folders(run_dir, second_folder):
-        with suppress(OSError, ValueError, KeyError, TypeError):
-            document = json.loads((folder / FILE).read_text(encoding="utf-8"))
-            if document["format"] != FORMAT:
-                raise ValueError("other words")
-            moment = datetime.fromisoformat(str(document["stopped_utc"]))
-            return LastWords(str(document["reason"]), moment, str(document.get("cause", STORAGE)))
-    return None
+    return _KEPT.read(run_dir, second_folder, _words)
 
 
 def forget_last_words(run_dir: Path, second_folder: Path | None) -> None:
     """Remove them: they stand in the journal now."""
-    for folder in _folders(run_dir, second_folder):
-        with suppress(OSError):
-            (folder / FILE).unlink()
+    _KEPT.forget(run_dir, second_folder)
 
 
-def _folders(run_dir: Path, second_folder: Path | None) -> Iterator[Path]:
-    yield run_dir
-    if second_folder is not None:
-        yield second_folder / run_dir.name
+def _words(document: Mapping[str, object]) -> LastWords:
+    moment = datetime.fromisoformat(str(document["stopped_utc"]))
+    return LastWords(str(document["reason"]), moment, str(document.get("cause", STORAGE)))

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from math import isfinite
 
 from procedures.journal.live import Figure, LiveFile, Target
+from procedures.numbers import finite
 from procedures.plan.learned_times import PartTime
 from procedures.plan.step_times import SETTLE, reading_name
 from procedures.plan.steps import Dwell, Soak, Step
@@ -46,7 +46,7 @@ class LiveDwells:
 
     def saw(self, measured: Measurement) -> None:
         readings = {
-            channel: Figure(_finite(reading.mean), reading.unit) for channel, reading in measured.readings.items()
+            channel: Figure(finite(reading.mean), reading.unit) for channel, reading in measured.readings.items()
         }
         self.live.tell(readings=readings, temperature_degc=dict(measured.after.temperature_degc))
 
@@ -63,7 +63,3 @@ class LiveDwells:
 
 def _target(dwell: Dwell) -> Target:
     return Target(dwell.step, dwell.purpose, dwell.replication, dict(dwell.targets_deg))
-
-
-def _finite(value: float) -> float | None:
-    return value if isfinite(value) else None

@@ -12,7 +12,7 @@ from ams.findings import Finding
 from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
-from ams.units import label_and_unit, printed
+from ams.units import label_and_unit, printed, signed
 
 _DISTINGUISHED = 2.0
 """Standard uncertainties: with two replications Student's factor would call every sensor undetermined."""
@@ -92,14 +92,14 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, level: float)
         return
     beyond = [int(index) for index in np.argsort(-share)[:_MOST_NAMED] if share[index] > 1.0]
     shown = ", ".join(
-        f"{quantity} by {_signed(float(moved.by[index]))}{' ' if words else ''}{words} ({share[index]:.2g} of its "
+        f"{quantity} by {signed(float(moved.by[index]), 2)}{' ' if words else ''}{words} ({share[index]:.2g} of its "
         "standard uncertainties)"
         for index in beyond
         for quantity, words in (label_and_unit(moved.names[index]),)
     )
     an_hour = drift.slope * SECONDS_PER_HOUR
     text = (
-        f"the output drifts evenly through the run, by {_signed(an_hour)} {printed(unit)} an hour, and the order of "
+        f"the output drifts evenly through the run, by {signed(an_hour, 2)} {printed(unit)} an hour, and the order of "
         f"the points lets that into the estimate: {shown}; the stated uncertainties do not hold it: take the drift "
         "into the solution (--time-term linear; [solve] time_term), or measure in an order such as there-and-back"
     )
@@ -109,10 +109,6 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, level: float)
         "largest_share_of_u": float(share.max()),
     }
     yield Finding("time-confounded", text, True, drift.p_value, details=details)
-
-
-def _signed(value: float) -> str:
-    return f"{value:+.2g}".replace("-", "−")
 
 
 def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.inference.angle_stream import AngleStream, Answer
-from ams.inference.calibrated import calibration_gravity_mps2
 from ams.inference.inference import Package
 from ams.inference.rates import GyroAngles
 
@@ -27,7 +26,7 @@ SD_OF_A_READING: Final = (
 def assumed_gravity(package: Package) -> str:
     """Say by which g the angles are told, and that nothing here tests it or the outputs."""
     site, names = package.site_gravity_mps2, ", ".join(package.columns)
-    g_mps2 = calibration_gravity_mps2(package.coefficients) if site is None else site
+    g_mps2 = package.coefficients.gravity_mps2 if site is None else site
     said = "that of the calibration; --gravity-mps2 states another" if site is None else "as stated"
     axes = "one axis" if len(package.columns) == 1 else "two axes"
     return (

@@ -13,12 +13,13 @@ from ams.whole_file import replace_file
 from procedures.cli.locations import shared_archive_url
 from procedures.cli.options import Flag, Json
 from procedures.cli.options import Rig as RigFile
-from procedures.cli.output import finite, note, print_json, say
+from procedures.cli.output import note, print_json, say
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
 from procedures.jog_screen.served import jog_for_pages
 from procedures.lease.keeper import leased
+from procedures.numbers import finite
 from rig.assembly.open_rig import Rig, choose_clock, open_rig
 from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import Clock, SystemClock, VirtualClock
