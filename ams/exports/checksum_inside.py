@@ -14,7 +14,7 @@ CHECKSUM_SLOT = MARK + b"0" * 64
 
 def with_checksum_inside(content: bytes) -> bytes:
     """Return the content, which holds ``CHECKSUM_SLOT`` once, with its checksum in place of the zeros."""
-    assert content.count(CHECKSUM_SLOT) == 1, "the format stores the seal once, as plain bytes"
+    assert content.count(CHECKSUM_SLOT) == 1, "the format stores the checksum once, as plain bytes"
     return content.replace(CHECKSUM_SLOT, MARK + _sha256(content))
 
 

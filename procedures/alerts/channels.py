@@ -1,4 +1,4 @@
-"""How an alert gets out: a local command, apprise, a heartbeat. Each call may block; the desk gives it a deadline."""
+"""How an alert gets out: a local command, apprise, a heartbeat. Each call may block; the dispatcher gives it time."""
 
 import re
 import subprocess
@@ -44,7 +44,7 @@ def by_command(command: Sequence[str], message: Message, deadline_s: float) -> N
 
 
 def by_apprise(urls: Sequence[str], message: Message) -> None:
-    """Send a message to the services of apprise URLs. Raises: NotDelivered.
+    """Send a message to the services of apprise URLs.
 
     Apprise says only that something failed, so the error names the services, never their addresses.
 

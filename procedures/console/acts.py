@@ -59,12 +59,15 @@ def read_act(act: Act, fields: Mapping[str, str], by: str, address: str) -> Acti
     """Return what a form or a program sent. Raises: RequestError naming the field that is wrong."""
     key = fields.get("key", "")
     if not key or len(key) > 80 or not key.isascii() or not key.isprintable():
-        raise RequestError(f"{act}: key: needed are 1 to 80 plain characters of this act alone; nothing was done")
+        raise RequestError(
+            f"{act}: its key, by which an act that comes twice is done once: needed are 1 to 80 plain characters; "
+            "nothing was done"
+        )
     text = one_line(fields.get("text", "").strip())
     if len(text) > LONGEST_TEXT:
-        raise RequestError(f"{act}: text: got {len(text)} characters, allowed are {LONGEST_TEXT}; nothing was done")
+        raise RequestError(f"{act}: the text has {len(text)} characters, allowed are {LONGEST_TEXT}; nothing was done")
     if act == "note" and not text:
-        raise RequestError("note: text: needed is what to write down; nothing was noted")
+        raise RequestError("note: the text is missing: what to write down; nothing was noted")
     return Action(
         act,
         by,
@@ -83,8 +86,14 @@ def _number(act: Act, name: str, fields: Mapping[str, str]) -> int | None:
     if not given:
         return None
     if not given.isascii() or not given.isdigit() or len(given) > 12:
-        raise RequestError(f"{act}: {name}: got {given[:20]!r}, needed is a whole number; nothing was done")
+        what = "the state of the run that was seen" if name == "expects" else _counted(act)
+        raise RequestError(f"{act}: {what}: got {given[:20]!r}, needed is a whole number; nothing was done")
     return int(given)
+
+
+def _counted(act: Act) -> str:
+    """Return what an act counts, in words."""
+    return "the replication to measure again" if act == "redo" else "the step to take back from"
 
 
 def perform(folder: Path, action: Action, clock: Clock) -> Answer:
@@ -127,7 +136,7 @@ def _abort(folder: Path, action: Action, now: datetime) -> Answer:
 def _ask(folder: Path, action: Action, now: datetime) -> Answer:
     kind: Kind = next(kind for kind in get_args(Kind) if kind == action.act)
     if action.expects is None and action.act not in ("stop", "note"):
-        return Answer(REFUSED, f"{kind} does not say in view of which state it was asked (expects); nothing was done")
+        return Answer(REFUSED, f"{kind} does not say in view of which state of the run it was asked; nothing was done")
     ask(
         folder,
         kind,
@@ -154,8 +163,9 @@ def _write(folder: Path, action: Action, clock: Clock) -> Answer:
 
 
 def _take_back(folder: Path, action: Action, clock: Clock) -> Answer:
+    """Void dwells from a step on, or a replication: they are kept, and measured again."""
     if action.number is None:
-        return Answer(WRONG, f"{action.act}: number: needed is a step, or a replication; nothing was changed")
+        return Answer(WRONG, f"{action.act}: {_counted(action.act)} is missing; nothing was changed")
     _require_seen(folder, action)
     word = Authorisation(action.by, action.text, action.is_remounted, VIA, action.address)
     count = (void_from if action.act == "void" else redo)(folder, action.number, word, clock)
@@ -168,6 +178,5 @@ def _require_seen(folder: Path, action: Action) -> None:
         entered = reader.last_event("state")
     if entered is None or action.expects != entered.sequence:
         raise RequestError(
-            f"{action.act} was asked in view of another state of the run (expects {action.expects}); nothing was done; "
-            "look again, then ask again"
+            f"{action.act} was asked in view of another state of the run; nothing was done; look again, then ask again"
         )

@@ -293,7 +293,7 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
 def primaries_of(run: SolvedRun) -> dict[str, dict[str, Any]]:
     """Return of every set that :func:`sets_of` would build the primary parameters alone, as they stand in it.
 
-    A set with its test vectors and its seal takes longer than to solve it. Raises: ams.errors.SetError.
+    A set with its test vectors and its checksum takes longer than to solve it. Raises: ams.errors.SetError.
     """
     return {
         name: {

@@ -1,4 +1,4 @@
-"""What every part of a running engine works with: plan, rig, pen, waits, watch; and how a run is held."""
+"""What every part of a running engine works with: plan, rig, log, waits, watch; and how a run is held."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

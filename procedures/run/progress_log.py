@@ -1,4 +1,4 @@
-"""The engine's pen: the state of the run, its audit trail, and what observers are told, always in step."""
+"""What the engine says of itself: the run's state, its audit trail, and what observers are told, always in step."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

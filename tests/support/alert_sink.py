@@ -20,7 +20,7 @@ class AlertSink:
     received: list[tuple[str, str]] = field(default_factory=list)
 
     def settings(self, file: Path, escalate_after_min: float) -> Path:
-        """Write a file of alerts whose people listen here: first the desk, later the others."""
+        """Write a file of alerts whose people listen here: first the address for the first call, later the others."""
         command = [[sys.executable, "-c", POSTS, f"{self.address}{path}"] for path in ("/desk", "/others")]
         file.write_text(
             f"command = {json.dumps(command[0])}\n"

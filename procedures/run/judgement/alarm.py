@@ -5,7 +5,7 @@ from typing import Literal
 
 Response = Literal["hold", "ask", "trip", "restart"]
 """``hold``: wait until it has cleared itself. ``ask``: wait for a person's ``continue``. ``trip``: end the process, a
-person has to look. ``restart``: trust in positions or lines is lost, so begin a new epoch: home, check set, seam."""
+person has to look. ``restart``: trust in positions or lines is lost, so begin anew: home, check set, its judgement."""
 
 LINK = "link"
 RECONNECT = frozenset({LINK, "suspend"})

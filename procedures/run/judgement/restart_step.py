@@ -49,7 +49,7 @@ def compare(
 ) -> tuple[RestartComparison, ...]:
     """Compare every channel at every check attitude.
 
-    ``visits``: accepted dwells before the seam, for the scatter between.
+    ``visits``: accepted dwells before the restart, for the scatter between.
     """
     between = _between_visits(visits)
     pairs = [(step, before[step], dwell) for step, dwell in after.items() if step in before]

@@ -38,7 +38,7 @@ class Suspects:
         return {name: sensor for name, sensor in self.plan.sensors.items() if name not in self._dropped}
 
     def examine(self, record: DwellRecord) -> tuple[DwellRecord, Doubt | None]:
-        """Return the dwell, rejected where it does not fit those before it. Check dwells are the seam's to compare."""
+        """Return the dwell, rejected where it fits not those before it. Those of the check set are not judged here."""
         doubt = (
             None if record.reasons or record.purpose == "check" else self._fit.doubt(at_declared(record, self._chains))
         )
