@@ -130,7 +130,7 @@ class RunAndRig(RuleBasedStateMachine):
         self.rig: Rig = self.opened.enter_context(
             open_rig(self.bench.rig, rig_file=rig_file, line_source=self.plug.source)
         )
-        self.felt = FaultyRig(self.rig, look=self._look)
+        self.faulty_rig = FaultyRig(self.rig, look=self._look)
         self.stored: list[str] = []
         self.was_pressed = False
 
@@ -158,14 +158,14 @@ class RunAndRig(RuleBasedStateMachine):
                 open_rig(self.bench.rig, rig_file=self.bench.folder / "rig.toml")
         elif what == "resume":
             with pytest.raises(RequestError, match="the run belongs to process"):
-                resume_on(self.run_dir, self.felt, "eve", "impatient")
+                resume_on(self.run_dir, self.faulty_rig, "eve", "impatient")
         else:
             self.ask(what, now_utc)
 
     def _work(self, seen: Bystander) -> Outcome:
         if self.state is None:
-            return begin(self.run_dir, self.bench.header(self.run_dir), self.bench.plan, self.felt, seen, seen)
-        return resume_on(self.run_dir, self.felt, "ann", "looked at it", seen, seen)
+            return begin(self.run_dir, self.bench.header(self.run_dir), self.bench.plan, self.faulty_rig, seen, seen)
+        return resume_on(self.run_dir, self.faulty_rig, "ann", "looked at it", seen, seen)
 
     def _is_workable(self) -> bool:
         return self.state is None or self.state in RESUMABLE
@@ -192,13 +192,13 @@ class RunAndRig(RuleBasedStateMachine):
     @rule()
     def resume_without_a_reason(self) -> None:
         with pytest.raises(RequestError, match="a person has to look first"):
-            resume_on(self.run_dir, self.felt, "", "")
+            resume_on(self.run_dir, self.faulty_rig, "", "")
 
     @precondition(lambda self: self.state in (State.FINISHED, State.FAILED))
     @rule()
     def resume_what_has_ended(self) -> None:
         with pytest.raises(RequestError, match="and resume takes"):
-            resume_on(self.run_dir, self.felt, "ann", "wants more")
+            resume_on(self.run_dir, self.faulty_rig, "ann", "wants more")
 
     @rule(axis=st.sampled_from(("pitch", "roll")), target_deg=st.integers(-400, 400))
     def jog(self, axis: str, target_deg: int) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from threading import Event
 
 import pytest
-from dealt import dealt
+from case_shares import rest_to_thorough
 from faulty_rig import FaultyRig
 from journals import a_clock
 from small_run import Bench, bench, dwells_of, in_child, measured, resumed
@@ -43,7 +43,8 @@ def clean(small: Bench) -> Path:
 
 
 @pytest.mark.parametrize(
-    "point", dealt([CrashPoint.MOVE_SENT, CrashPoint.BEFORE_COMMIT, CrashPoint.AFTER_COMMIT], every=3, first=1)
+    "point",
+    rest_to_thorough([CrashPoint.MOVE_SENT, CrashPoint.BEFORE_COMMIT, CrashPoint.AFTER_COMMIT], every=3, first=1),
 )
 def test_fault_01_a_killed_process_loses_no_acknowledged_dwell_and_measures_none_twice(
     small: Bench, clean: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point: CrashPoint

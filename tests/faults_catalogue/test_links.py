@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from dealt import dealt
+from case_shares import rest_to_thorough
 from runs_with_faults import faults, run_with_faults
 from small_run import Bench, bench, dwells_of, measured
 from unattended_run import UnattendedRun, asks, events, states
@@ -92,7 +92,7 @@ def test_fault_25_a_reply_that_trickles_is_put_together(small: Bench, clean: Pat
     assert len(file) > 20
 
 
-@pytest.mark.parametrize("line", dealt([TABLE, METER, CHAMBER], every=3, first=1))
+@pytest.mark.parametrize("line", rest_to_thorough([TABLE, METER, CHAMBER], every=3, first=1))
 def test_fault_26_a_late_reply_is_not_the_answer_to_the_next_question(
     small: Bench, clean: Path, tmp_path: Path, line: str
 ) -> None:
@@ -104,7 +104,7 @@ def test_fault_26_a_late_reply_is_not_the_answer_to_the_next_question(
     )
 
 
-@pytest.mark.parametrize("line", dealt([TABLE, METER, CHAMBER], every=3, first=0))
+@pytest.mark.parametrize("line", rest_to_thorough([TABLE, METER, CHAMBER], every=3, first=0))
 def test_fault_27_a_doubled_reply_is_dropped_before_the_next_question(
     small: Bench, clean: Path, tmp_path: Path, line: str
 ) -> None:
@@ -129,7 +129,7 @@ def test_fault_28_an_echo_now_and_then_changes_no_number(small: Bench, clean: Pa
     _unharmed(small, clean, tmp_path / "run", echo={"line": TABLE, "kind": "echo", "every": 89})
 
 
-@pytest.mark.parametrize("line", dealt([TABLE, METER, CHAMBER], every=3, first=2))
+@pytest.mark.parametrize("line", rest_to_thorough([TABLE, METER, CHAMBER], every=3, first=2))
 def test_fault_29_stale_bytes_at_open_are_no_answer(small: Bench, clean: Path, tmp_path: Path, line: str) -> None:
     """Detected: bytes before the first question, or before its answer.
     Response: waited until quiet, discarded, asked again.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dealt import dealt
+from case_shares import rest_to_thorough
 from faulty_rig import FaultyReadout, FaultyRig
 from runs_with_faults import two_packages
 from small_run import QUICK_SETTLE, Bench, bench, dwells_of, measured
@@ -189,7 +189,7 @@ def test_fault_57_no_mark_of_an_overload_is_ever_a_voltage(token: str) -> None:
         assert is_overload(volts), f"{token} was read as {volts} V"
 
 
-@pytest.mark.parametrize("nth", dealt([1, 3, 5], every=3, first=1))
+@pytest.mark.parametrize("nth", rest_to_thorough([1, 3, 5], every=3, first=1))
 def test_fault_57_an_overloaded_reading_anywhere_in_a_dwell_rejects_it(small: Bench, tmp_path: Path, nth: int) -> None:
     def overloaded(number: int, burst: Burst) -> Burst:
         if number != 50:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from noted_line import NotedLine
+from recording_proxy import RecordingProxy
 from turning_rig import served
 
 from rig.assembly.simulate import SimulatedRig
@@ -92,7 +92,7 @@ class GuardedEngine:
 
     process: "subprocess.Popen[str]"
     guard_pid: int
-    line: NotedLine
+    line: RecordingProxy
     simulated: SimulatedRig
     axis: str
     rig_file: Path
@@ -138,7 +138,7 @@ def guarded_engine(
     with served(folder, SystemClock(), change) as (simulated, rig_file):
         address = simulated.addresses[f"axes.{axis}"]
         host, _, port = address.removeprefix("socket://").rpartition(":")
-        line = NotedLine((host, int(port)))
+        line = RecordingProxy((host, int(port)))
         rig_file.write_text(rig_file.read_text(encoding="utf-8").replace(address, line.address), encoding="utf-8")
         run = folder / "runs" / "night"
         run.mkdir(parents=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from small_run import Bench, dwells_of, measured, resumed
-from untimed import untimed
+from without_times import without_times
 
 from procedures.delivery.deliver import sensors_document, solve_run
 from procedures.journal.owner import is_owned
@@ -115,7 +115,7 @@ class Target:
         whole_s = clock.monotonic_s() - began_s
         found = measured(dwells_of(folder / "clean"))
         assert found.keys() == {dwell.step for dwell in bench.plan.dwells if dwell.purpose != "check"}
-        return Target(bench, folder, found, untimed(sensors_document(solve_run(folder / "clean"))), whole_s)
+        return Target(bench, folder, found, without_times(sensors_document(solve_run(folder / "clean"))), whole_s)
 
     def new_folder(self) -> Path:
         self.made += 1
@@ -124,7 +124,7 @@ class Target:
     def require_the_clean_result(self, run_dir: Path) -> None:
         """Identical dwells, identical coefficients."""
         assert measured(dwells_of(run_dir)) == self.clean
-        assert untimed(sensors_document(solve_run(run_dir))) == self.solution
+        assert without_times(sensors_document(solve_run(run_dir))) == self.solution
 
 
 def require_kept(run_dir: Path, acknowledged: int, before: list[DwellRecord]) -> list[DwellRecord]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from command_strikes import KINDS, LIMITS_DEG, StrikeOn, a_command
-from noted_line import NotedLine
+from recording_proxy import RecordingProxy
 from reply_strikes import KINDS_OF, a_reply
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
@@ -52,7 +52,7 @@ class JogBench:
     driver: str
     axis: str
     simulated: SimulatedRig
-    line: NotedLine
+    line: RecordingProxy
     rig_file: Path
     clock: ScaledClock
 
@@ -95,7 +95,7 @@ def jog_bench(folder: Path, driver: str) -> Iterator[JogBench]:
     with served(folder, clock, *changes) as (simulated, rig_file):
         address = simulated.addresses[f"axes.{axis}"]
         host, _, port = address.removeprefix("socket://").rpartition(":")
-        line = NotedLine((host, int(port)), clock)
+        line = RecordingProxy((host, int(port)), clock)
         text = rig_file.read_text(encoding="utf-8")
         rig_file.write_text(text.replace(address, line.address), encoding="utf-8")
         try:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from changed_sets import changed
 from postgres_server import Server
-from sealed import changed
 from solved import provenance, solved_package
 from sqlalchemy import create_engine, inspect
 from sqlalchemy.pool import NullPool

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from dealt import dealt
+from case_shares import rest_to_thorough
 from scipy.optimize import least_squares
 
 from ams.attitude import flag_codes, three_axes
@@ -221,7 +221,7 @@ class OfManySets:
         return self.whole.weighing(sensed, square)
 
 
-@pytest.mark.parametrize(("scale", "dof"), dealt([2e-6, 3e-5, 3e-4], [4.0, 6.0, 20.0, np.inf], every=5))
+@pytest.mark.parametrize(("scale", "dof"), rest_to_thorough([2e-6, 3e-5, 3e-4], [4.0, 6.0, 20.0, np.inf], every=5))
 def test_one_good_row_in_a_thousand_is_suspected(dof: float, scale: float) -> None:
     """200 000 independent sets whose covariance was estimated with few degrees of freedom, one reading of each."""
     rng = np.random.default_rng(8)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dealt import dealt
+from case_shares import rest_to_thorough
 
 from ams.calibration.columns import SolvedColumns, solve_columns
 from ams.inputs.table_uncertainty import TableUncertainty
@@ -43,7 +43,7 @@ def halfwidths(found: SolvedColumns) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("grid", "limit_arcsec", "lack_of_fit"),
-    dealt([(5, 1), (5, 2), (7, 6), (13, 1), (25, 1)], [1.0, 5.0], [0.0, 3.0], every=3),
+    rest_to_thorough([(5, 1), (5, 2), (7, 6), (13, 1), (25, 1)], [1.0, 5.0], [0.0, 3.0], every=3),
 )
 def test_few_points_on_indices_of_their_own_err_on_the_safe_side(
     grid: tuple[int, int], limit_arcsec: float, lack_of_fit: float

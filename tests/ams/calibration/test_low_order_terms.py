@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dealt import dealt
+from case_shares import rest_to_thorough
 from physics_scenes import campaigns
 from solved_campaigns import Coverage, coverage, solved, table_of
 
@@ -24,7 +24,7 @@ def covered(
     return coverage(drawn, solved(drawn, table, extended=extended), np.random.default_rng(12))
 
 
-@pytest.mark.parametrize(("scene", "size"), dealt(TERMS, [0.5, 5.0], every=3))
+@pytest.mark.parametrize(("scene", "size"), rest_to_thorough(TERMS, [0.5, 5.0], every=3))
 def test_intervals_hold_with_terms_of_any_size(scene: str, size: float) -> None:
     """Sizes in µg; 450 axes: a share of 0.95 scatters by 1 %, of predictions, which hang together, by 1.5 %."""
     assert covered(scene, size, 150).least >= 0.92

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from c_program import needs_compiler, printed
+from changed_sets import changed
 from foreign_sets import quadratic, warm
-from sealed import changed
 from solved import provenance, solved_package
 from solved_sets import bent_set
 

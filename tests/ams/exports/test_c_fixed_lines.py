@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from c_program import needs_compiler, printed
+from changed_sets import changed
 from line_sets import LEVELS_UT, line_set, triad_set
-from sealed import changed
 from solved_sets import gyro_set, package_set
 
 from ams.errors import SetError, VectorsDisagree

@@ -4,8 +4,8 @@ import tomllib
 
 import numpy as np
 import pytest
+from changed_sets import changed
 from foreign_sets import bending, hostile, quadratic, warm
-from sealed import changed
 from solved import PARAMETERS, provenance, solved_package
 
 from ams.errors import SetError, VectorsDisagree

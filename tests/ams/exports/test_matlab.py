@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from changed_sets import changed
 from scipy.io import loadmat, savemat
-from sealed import changed
 from solved import PARAMETERS, provenance, solved_axis, solved_package
 
 from ams.calibration_result import Calibration

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sealed import changed, write_changed
+from changed_sets import changed, write_changed
 from solved import provenance, solved_axis, solved_package
 
 from ams.calibration_result import Calibration

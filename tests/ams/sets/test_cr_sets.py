@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from changed_sets import write_changed
 from cr_outputs import TABLE_4, accelerometer_v, gyro_v
-from sealed import write_changed
 from simulated_campaign import Campaign
 from solved import provenance
 from solved_sets import TRUTH, gyro_set, package_set

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from c_program import needs_compiler, printed
+from changed_sets import changed
 from line_sets import LEVELS_UT, MATRIX, ZERO_COUNTS, line_set, triad_set
-from sealed import changed
 
 from ams.errors import OutsideValidity, SetError, VectorsDisagree
 from ams.exports.formats import FORMATS, export_set, load_set

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from changed_sets import changed
 from package_outputs import TRUTH, output_v
-from sealed import changed
 from solved_sets import package_set, tp_set
 
 from ams.calibration.calibrate import calibrate

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from changed_sets import changed
 from scipy.spatial.transform import Rotation
-from sealed import changed
 from solved_sets import package_set, tp_set
 
 from ams.errors import SetError

@@ -10,7 +10,7 @@ import pytest
 from journals import journal_with
 from small_run import Bench, bench, dwells_of, measured, resumed
 from unattended_run import UnattendedRun, events, run_unattended
-from untimed import untimed
+from without_times import without_times
 
 from procedures.delivery.deliver import SolvedRun, sensors_document, solve_run
 from procedures.errors import ExitStatus, JournalError, RequestError, StorageFailed
@@ -86,7 +86,7 @@ def _whatever_the_order(run: SolvedRun) -> dict[str, Any]:
 
     The terms of low order are tested beside it, so their p-values move with it; whether they are significant does not.
     """
-    document = untimed(json.loads(json.dumps(sensors_document(run))))
+    document = without_times(json.loads(json.dumps(sensors_document(run))))
     for sensor in document.values():
         for axis in sensor["axes"].values():
             axis["findings"] = [

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from dealt import dealt
+from case_shares import rest_to_thorough
 from stored_runs import DATA, StoredCase
 
 from ams.calibration_result import AxisCalibration
@@ -46,7 +46,7 @@ def _parameter(solved: SolvedSensor, axis: str, index: int) -> tuple[float, floa
     return estimate.value, estimate.standard_uncertainty
 
 
-@pytest.mark.parametrize(("axis", "u_ut"), dealt(["x", "y", "z"], [0.05, 0.4, 20.0], every=4))
+@pytest.mark.parametrize(("axis", "u_ut"), rest_to_thorough(["x", "y", "z"], [0.05, 0.4, 20.0], every=4))
 def test_a_coil_s_error_is_one_of_scale_in_the_gain(tmp_path: Path, u_ut: float, axis: str) -> None:
     """u(A)/A = u_B/B, and nothing of it is lost among the replications."""
     record = _record("two_level", tmp_path)

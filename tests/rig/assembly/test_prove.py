@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from device_sets import AXIS, COMMON, DAQ, F4, STREAMS
-from wider_rig import angle_meter_rig_file, meters_rig_file, rate_tables_rig_file, text_chambers_rig_file
+from instrument_rigs import angle_meter_rig_file, meters_rig_file, rate_tables_rig_file, text_chambers_rig_file
 
 from rig.assembly.prove import DeviceProof, document_of, prove
 from rig.assembly.simulate import serve_rig, write_rig

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from wider_rig import CHAMBER, wider_rig_file
+from instrument_rigs import CHAMBER, daq_and_f4t_rig_file
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
@@ -41,7 +41,7 @@ def line(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(params=sorted(TABLES))
 def rig(request: pytest.FixtureRequest, line: str, tmp_path: Path) -> Iterator[Rig]:
-    path = wider_rig_file(tmp_path, streams=False)
+    path = daq_and_f4t_rig_file(tmp_path, streams=False)
     text = path.read_text(encoding="utf-8").replace(CHAMBER, TABLES[request.param] + LIMITS)
     path.write_text(text, encoding="utf-8")
     with rig_on(line, path, FACTOR) as opened:

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from instrument_rigs import angle_meter_rig_file
 from table_bench import virtual_clock
-from wider_rig import angle_meter_rig_file
 
 from rig.assembly.open_rig import Rig, open_rig
 from rig.description.read import read_rig

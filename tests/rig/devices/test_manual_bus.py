@@ -2,7 +2,7 @@
 
 import pytest
 from gpib_rig import gpib_rig, meter_settings, virtual_clock
-from heard_adapter import Listener
+from recording_adapter import RecordingAdapter
 
 from rig.errors import DeviceNonsense, DeviceRefused
 from rig.link.memory import MemoryStream
@@ -13,8 +13,8 @@ from rig.wire import hp3458a as meter
 from rig.wire import prologix as wire
 
 
-def _opened(twin: PrologixTwin) -> tuple[PrologixBus, Listener]:
-    listener = Listener(twin)
+def _opened(twin: PrologixTwin) -> tuple[PrologixBus, RecordingAdapter]:
+    listener = RecordingAdapter(twin)
     return PrologixBus(MemoryStream(listener, virtual_clock(), "memory")), listener
 
 

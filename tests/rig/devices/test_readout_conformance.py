@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from example_files import EXAMPLE_RIG
-from wider_rig import angle_meter_rig_file, meters_rig_file, wider_rig_file
+from instrument_rigs import angle_meter_rig_file, daq_and_f4t_rig_file, meters_rig_file
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
@@ -25,7 +25,7 @@ READOUTS = {"angle-meter": "level"}
 RIGS: dict[str, Callable[[Path], Path]] = {
     "angle-meter": angle_meter_rig_file,
     "hp3458a": _example,
-    "scpi-daq": lambda folder: wider_rig_file(folder, streams=False),
+    "scpi-daq": lambda folder: daq_and_f4t_rig_file(folder, streams=False),
     "scpi-meter": meters_rig_file,
 }
 """Driver to a rig file with a readout that has it."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from wider_rig import wider_rig_file
+from instrument_rigs import daq_and_f4t_rig_file
 
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
@@ -27,7 +27,7 @@ def line(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def rig(line: str, tmp_path: Path) -> Iterator[Rig]:
-    with rig_on(line, wider_rig_file(tmp_path), FACTOR) as opened:
+    with rig_on(line, daq_and_f4t_rig_file(tmp_path), FACTOR) as opened:
         yield opened
 
 
@@ -40,7 +40,7 @@ def test_a_stream_keeps_its_promises(rig: Rig, driver: str) -> None:
 
 @pytest.mark.parametrize("driver", sorted(STREAMS))
 def test_a_poll_never_waits_and_a_new_start_drops_what_was_under_way(tmp_path: Path, driver: str) -> None:
-    with rig_on("memory", wider_rig_file(tmp_path)) as rig:
+    with rig_on("memory", daq_and_f4t_rig_file(tmp_path)) as rig:
         stream = rig.streams[STREAMS[driver]]
         stream.start()
         rig.clock.sleep(1.0)

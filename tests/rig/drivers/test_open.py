@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from example_files import EXAMPLE_RIG
-from wider_rig import wider_rig_file
+from instrument_rigs import daq_and_f4t_rig_file
 
 from rig.assembly.open_rig import Rig, open_rig, real_ports
 from rig.assembly.simulate import serve_rig, write_rig
@@ -55,7 +55,7 @@ def _measured(rig: Rig) -> list[object]:
 
 @pytest.mark.parametrize("pty", [False, True], ids=["tcp", "pty"])
 def test_over_ports_the_other_instruments_read_the_same_bits_as_in_memory(tmp_path: Path, pty: bool) -> None:
-    path = wider_rig_file(tmp_path, streams=False)  # at this factor they would send tens of thousands a second
+    path = daq_and_f4t_rig_file(tmp_path, streams=False)  # at this factor they would send tens of thousands a second
     with open_rig(read_rig(path)) as rig:
         bits = _measured(rig)
     with serve_rig(read_rig(path), ScaledClock(FACTOR), pty=pty) as simulated:
@@ -66,7 +66,7 @@ def test_over_ports_the_other_instruments_read_the_same_bits_as_in_memory(tmp_pa
 
 
 def test_streams_of_a_rig_tell_gravity_and_stand_in_its_identities(tmp_path: Path) -> None:
-    description = read_rig(wider_rig_file(tmp_path))
+    description = read_rig(daq_and_f4t_rig_file(tmp_path))
     with open_rig(description) as rig:
         assert rig.identities()["streams.imu"].startswith("VectorNav VN-100T-CR")
         for stream in rig.streams.values():
@@ -80,7 +80,7 @@ def test_streams_of_a_rig_tell_gravity_and_stand_in_its_identities(tmp_path: Pat
 
 
 def test_a_stream_in_the_file_is_checked_with_its_line(tmp_path: Path) -> None:
-    path = wider_rig_file(tmp_path)
+    path = daq_and_f4t_rig_file(tmp_path)
     path.write_text(path.read_text(encoding="utf-8").replace("rate_hz = 200", "rate_hz = 60"), encoding="utf-8")
     with pytest.raises(DescriptionError, match=r"wider\.toml:\d+: streams\.imu\.rate_hz: .*no rate of 60 Hz"):
         read_rig(path)

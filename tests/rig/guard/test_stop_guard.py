@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from guarded_engine import CLOCK, RINGS, GuardedEngine, guarded_engine, rung_in, until
-from noted_line import Hung
 from open_folder import open_folder
+from recording_proxy import Hung
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from procedures.cli.stop_at_once import _login_name

@@ -1,6 +1,6 @@
 import pytest
 from gpib_rig import gpib_rig, virtual_clock
-from heard_adapter import Listener
+from recording_adapter import RecordingAdapter
 
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.link import faults
@@ -19,7 +19,7 @@ def identity(bus: PrologixBus, address: int = 22) -> str:
 
 
 def test_saving_is_switched_off_before_anything_else() -> None:
-    listener = Listener(PrologixTwin({}))
+    listener = RecordingAdapter(PrologixTwin({}))
     PrologixBus(MemoryStream(listener, virtual_clock(), "memory"))
     lines = [line for line in listener.heard.split(b"\n") if line]
     assert lines[:3] == [b"++ver", b"++ver real", b"++savecfg 0"]
@@ -93,7 +93,7 @@ def test_an_adapter_that_falls_silent_is_told_by_the_question_that_it_owes_an_an
 
 def test_a_question_and_its_fetch_leave_in_one_send_and_the_address_once() -> None:
     rig = gpib_rig()
-    listener = Listener(rig.adapter)
+    listener = RecordingAdapter(rig.adapter)
     bus = PrologixBus(MemoryStream(listener, rig.clock, "memory"))
     bus.send(22, b"END ALWAYS")
     listener.heard = b""

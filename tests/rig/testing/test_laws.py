@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 from example_files import EXAMPLE_RIG
+from instrument_rigs import daq_and_f4t_rig_file, text_chambers_rig_file
 from motion_bench import motion_bench
-from wider_rig import text_chambers_rig_file, wider_rig_file
 
 from rig.assembly.open_rig import Rig, open_rig
 from rig.description.read import read_rig
@@ -84,7 +84,7 @@ def _wrapped(look: TurnLook) -> TurnLook:
 
 @pytest.fixture
 def rig(tmp_path: Path) -> Any:
-    with rig_on("memory", wider_rig_file(tmp_path)) as opened:
+    with rig_on("memory", daq_and_f4t_rig_file(tmp_path)) as opened:
         yield opened
 
 

@@ -4,10 +4,10 @@ import os
 from pathlib import Path
 
 import pytest
+from case_shares import rest_to_thorough
+from changed_sets import write_changed
 from command import call
-from dealt import dealt
 from foreign_sets import hostile, warm
-from sealed import write_changed
 from solved import provenance, solved_package
 
 from ams.exports.formats import FORMATS, load_set
@@ -31,7 +31,7 @@ def test_procedures_and_the_command_know_the_same_formats() -> None:
         Export(formats=("fortran",))
 
 
-@pytest.mark.parametrize("name", dealt(sorted(set(FORMATS) - {"json"}), every=3))
+@pytest.mark.parametrize("name", rest_to_thorough(sorted(set(FORMATS) - {"json"}), every=3))
 def test_every_format_goes_there_and_back_to_the_same_bytes(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -76,7 +76,7 @@ def test_a_set_that_a_format_has_no_form_of_is_refused(tmp_path: Path, capsys: p
     assert [path.name for path in tmp_path.iterdir()] == ["SN1047.json"]
 
 
-@pytest.mark.parametrize("name", dealt(FORMATS, every=3))
+@pytest.mark.parametrize("name", rest_to_thorough(FORMATS, every=3))
 def test_a_damaged_file_ends_with_2_and_contradicting_vectors_with_1(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

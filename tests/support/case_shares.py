@@ -1,4 +1,4 @@
-"""Cases of a law dealt to `make test` and to `make thorough`: the first has a share, and none is dropped."""
+"""Cases of a law shared between `make test` and `make thorough`: the first has a share, and none is dropped."""
 
 from collections.abc import Iterable
 from itertools import product
@@ -6,7 +6,7 @@ from itertools import product
 import pytest
 
 
-def dealt(*values: Iterable[object], every: int, first: int = 0) -> list[object]:
+def rest_to_thorough(*values: Iterable[object], every: int, first: int = 0) -> list[object]:
     """Return all combinations of the values; each but the ``every``-th, from ``first``, is left to `make thorough`."""
     cases = list(product(*values))
     return [

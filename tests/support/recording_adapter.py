@@ -3,7 +3,7 @@
 from rig.twins.prologix import PrologixTwin
 
 
-class Listener:
+class RecordingAdapter:
     """A peer that keeps what is written and passes it on."""
 
     def __init__(self, twin: PrologixTwin) -> None:

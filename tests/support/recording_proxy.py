@@ -10,7 +10,7 @@ from rig.link.faults import LinkFaults, Part
 
 
 @dataclass
-class NotedLine:
+class RecordingProxy:
     """``target``: host and port of the machine; ``clock``: in whose seconds faults delay."""
 
     target: tuple[str, int]

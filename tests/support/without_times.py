@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def untimed(document: Mapping[str, Any]) -> dict[str, Any]:
+def without_times(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the sensors of a document without what is said of time and attitude: a pause parts the one from the other.
 
     Numbers, uncertainties, verdicts and all other findings stay.

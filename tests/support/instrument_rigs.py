@@ -40,7 +40,7 @@ noise_g = 0.0
 """
 
 
-def wider_rig_file(folder: Path, *, streams: bool = True) -> Path:
+def daq_and_f4t_rig_file(folder: Path, *, streams: bool = True) -> Path:
     text = EXAMPLE_RIG.read_text(encoding="utf-8")
     tables = text.split("\n\n")
     replaced = [
