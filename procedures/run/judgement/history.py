@@ -29,13 +29,13 @@ class History:
     first_check_epoch: int | None
     """The first whose check set was finished; None where there is none."""
     baseline_epoch: int | None
-    """Whose check set later ones are compared with: the first of this mounting, or one whose seam a person accepted."""
+    """Whose check set later ones are compared with: the first of this mounting, or one whose step a person accepted."""
     mounting: int = 1
     """Of the package, 1-based."""
     dropped: frozenset[str] = frozenset()
     """Sensors that are measured no more."""
     counts_from_epoch: int = 1
-    """The last epoch whose seam a person accepted: no check set before it counts any more."""
+    """The last epoch whose step a person accepted: no check set before it counts any more."""
     integrations: Mapping[str, float] = field(default_factory=dict)
     """Channel to the power-line cycles that were chosen for it; empty where nothing was left open or tried."""
 
@@ -97,7 +97,7 @@ def history_of(
     remounted_after: int = 0,
     dropped: frozenset[str] = frozenset(),
 ) -> History:
-    """``accepted_break``: the epoch whose seam a person accepted with name and reason; its check set counts from
+    """``accepted_break``: the epoch whose step a person accepted with name and reason; its check set counts from
     then on. ``remounted_after``: how many epochs were opened before the package was last moved.
     """
     found = tuple(dwells)
@@ -131,7 +131,7 @@ def _integrations(event: Event) -> dict[str, float]:
 
 
 def _accepted_break(events: Iterable[Event]) -> int | None:
-    """Return the epoch whose seam trip a person is accepting now or accepted before: whoever resumes accepts."""
+    """Return the epoch whose trip for a step a person is accepting now or accepted before: whoever resumes accepts."""
     epoch, tripped = 0, None
     for event in events:
         epoch += event.kind == "opened"
