@@ -94,12 +94,9 @@ def cr_angles_rad(quaternion: FloatArray, start_rad: FloatArray) -> FloatArray:
     yaw = np.unwrap(np.arctan2(sine, side * level))
     if near.any():
         _refuse_yaw(float(yaw[np.argmax(near)]), int(np.argmax(near)))
-    return np.stack([_from(rates, first) for rates, first in zip((pitch, yaw, roll), start_rad, strict=True)])
-
-
-def _from(angles: FloatArray, start: float) -> FloatArray:
-    """Return the same angles, whole turns further on."""
-    return np.asarray(angles + 2.0 * np.pi * np.round((start - angles[0]) / (2.0 * np.pi)))
+    angles = np.stack([pitch, yaw, roll])
+    whole_turns = np.round((start_rad - angles[:, 0]) / (2.0 * np.pi))
+    return np.asarray(angles + 2.0 * np.pi * whole_turns[:, None])
 
 
 def _refuse_yaw(yaw_rad: float, sample: int) -> Never:

@@ -62,7 +62,7 @@ def recorded_temperature(
         if estimator is form.estimator:
             answer = taken_up
         else:
-            weighted = _of(estimator, index)
+            weighted = estimator if estimator.ndim == 2 else estimator[index]
             answer = np.stack([weighted @ warm.column, weighted @ swung], axis=1)
         effects = answer * slopes
         covariance[index] = effects @ effects.T
@@ -88,10 +88,6 @@ def _warm(basis: FloatArray, estimator: FloatArray, temperature_degc: FloatArray
     column = temperature_degc - temperature_degc.mean()
     taken_up = estimator @ column
     return _Warm(column, taken_up, column - basis @ taken_up, float(column @ column))
-
-
-def _of(estimator: FloatArray, index: int) -> FloatArray:
-    return np.asarray(estimator if estimator.ndim == 2 else estimator[index])
 
 
 def _where_warm(warmth_degc: FloatArray, fitted: FloatArray) -> float:

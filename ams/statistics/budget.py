@@ -141,6 +141,11 @@ def correlation_matrix(names: Sequence[str], correlations: Mapping[tuple[str, st
 
 
 def _welch_satterthwaite(scaled: FloatArray, variances: FloatArray, dof: FloatArray) -> FloatArray:
+    """Return (G.2b) as the GUM prints it, so that a budget can be laid beside anybody else's.
+
+    Intervals of a solution take :func:`ams.statistics.intervals.combined_dof`, which is not too generous where an
+    input has one or two degrees of freedom.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         spread = np.sum(np.where(np.isfinite(dof), scaled**4 / dof, 0.0), axis=1)
         return np.where(spread > 0.0, variances**2 / spread, np.inf)

@@ -48,13 +48,13 @@ class Ordered:
     sensors: Mapping[str, Sensor]
     order: Order
     once: Design
-    """With one point an attitude."""
+    """The design with one point for every attitude."""
     axes: tuple[str, ...]
     learned: LearnedTimes = NOTHING_LEARNED
 
     @cached_property
     def design(self) -> Design:
-        """With one point a visit."""
+        """Return the design with a point of its own for every visit of an attitude."""
         return visits(self.once, self.order)
 
     @cached_property
@@ -65,7 +65,7 @@ class Ordered:
 
     @cached_property
     def time_correlation(self) -> float:
-        """Of time with a term of the model, in the first replication."""
+        """Return the largest correlation of time with a term of the model, in the first replication."""
         by_label = {point.label: point for point in self.design.points}
         points = [by_label[step.point] for step in _design_dwells(self.steps) if step.replication == 1]
         sensor = next(iter(self.sensors.values()))

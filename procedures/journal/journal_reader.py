@@ -102,7 +102,7 @@ class JournalReader:
 
     @cached_property
     def _channel_units(self) -> Mapping[str, str]:
-        """Of the channels of the rig that was stored; of streams only, since a meter's are volts."""
+        """Return the units of the channels of the stored rig; of streams only, since a meter's are volts."""
         try:
             return self.rig.channel_units()
         except DescriptionError:

@@ -54,7 +54,7 @@ class LineTally:
             self._process = event.detail.get("pid")
 
     def figures(self) -> dict[str, LineFigures]:
-        """Of every line, so far."""
+        """Return the figures of every line, so far."""
         return _added(self._total, self._since)
 
     def _begin_anew(self) -> None:
@@ -62,7 +62,7 @@ class LineTally:
 
 
 def lines_in(events: Iterable[Event]) -> dict[str, LineFigures]:
-    """Of every line over a whole run."""
+    """Return the figures of every line over a whole run."""
     tally = LineTally()
     for event in events:
         tally.take(event)

@@ -74,7 +74,8 @@ class LongRest(PointKind):
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         rows = item.at_declared()
-        return SolvedSensor(item.name, observed(item), None, None, static=_static(item, rows))
+        axes = {str(axis): _static_axis(item, channel, rows) for axis, channel in item.sensor.channels.items()}
+        return SolvedSensor(item.name, observed(item), None, None, static=axes)
 
     def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
         if not solved.static:
@@ -92,10 +93,6 @@ class LongRest(PointKind):
             ),
             tuple(_allan_plot(solved.name, solved.static)),
         )
-
-
-def _static(item: SensorRows, rows: list[DwellRecord]) -> dict[str, StaticAxis]:
-    return {str(axis): _static_axis(item, channel, rows) for axis, channel in item.sensor.channels.items()}
 
 
 def _static_axis(item: SensorRows, channel: str, rows: list[DwellRecord]) -> StaticAxis:

@@ -45,7 +45,7 @@ def standard_rows(rig: RigDescription) -> tuple[StandardRow, ...]:
 
 
 def declared_sections(rig: RigDescription) -> Mapping[str, Mapping[str, str]]:
-    """Sections that were filled in, keys as in the file (they carry the unit)."""
+    """Return the sections that were filled in, keys as in the file (they carry the unit)."""
     tables: dict[str, BaseModel | None] = {
         "laboratory": rig.laboratory,
         "job": rig.job,
@@ -53,7 +53,11 @@ def declared_sections(rig: RigDescription) -> Mapping[str, Mapping[str, str]]:
         "acceptance": rig.acceptance,
         **{f"chain of {channel}": chain for channel, chain in rig.chain.items()},
     }
-    filled = {name: _flat(table) for name, table in tables.items() if table is not None}
+    filled = {
+        name: dict(_flattened("", table.model_dump(mode="json", exclude_defaults=True)))
+        for name, table in tables.items()
+        if table is not None
+    }
     return {name: section for name, section in filled.items() if section}
 
 
@@ -64,12 +68,8 @@ def _uncertainty(standard: Standard) -> str:
     return "; ".join(f"{text} ({kind})" for text in texts) or "none stated"
 
 
-def _flat(table: BaseModel) -> dict[str, str]:
-    """Keys that were given, nested ones joined by a dot."""
-    return dict(_flattened("", table.model_dump(mode="json", exclude_defaults=True)))
-
-
 def _flattened(prefix: str, value: object) -> list[tuple[str, str]]:
+    """Return key and value, nested keys joined by a dot."""
     if isinstance(value, dict):
         return [
             leaf for key, item in value.items() for leaf in _flattened(f"{prefix}.{key}" if prefix else str(key), item)

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from operator import attrgetter
 
 from procedures.errors import PlanError
 from procedures.plan.plan import Plan
@@ -21,7 +22,7 @@ def is_enough_measured(context: RunContext, plan: Plan, dwells: Iterable[DwellRe
     """
     if plan.sequential is None:
         return False
-    design = sorted((dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"), key=_step_of)
+    design = sorted((dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"), key=attrgetter("step"))
     whole = whole_replications(plan, design)
     if len(design) != whole * len(plan.design.points):
         return False
@@ -41,7 +42,3 @@ def whole_replications(plan: Plan, dwells: Sequence[DwellRecord]) -> int:
     points = Counter(dwell.replication for dwell in dwells)
     missing = (label for label in range(1, plan.replications + 1) if points[label] < len(plan.design.points))
     return next(missing, plan.replications + 1) - 1
-
-
-def _step_of(dwell: DwellRecord) -> int:
-    return dwell.step

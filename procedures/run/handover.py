@@ -138,12 +138,11 @@ def _temperatures(dwells: Iterable[DwellRecord]) -> Iterable[str]:
 
 
 def _rejected(dwells: Iterable[DwellRecord]) -> Iterable[str]:
-    reasons = Counter(
-        reason.partition(":")[0] + _kind(reason)
-        for dwell in dwells
-        if not dwell.accepted
-        for reason in dwell.reasons[:1]
-    )
+    reasons: Counter[str] = Counter()
+    for dwell in dwells:
+        if not dwell.accepted and dwell.reasons:
+            what, _, why = dwell.reasons[0].partition(":")
+            reasons[f"{what}:{why.partition(':')[0][:40]}"] += 1
     if reasons:
         listed = "; ".join(f"{count} × {reason}" for reason, count in reasons.most_common(4))
         yield one_line(f"rejected   {sum(reasons.values())} dwells: {listed}")
@@ -159,10 +158,6 @@ def _accepted(dwells: Sequence[DwellRecord]) -> Iterable[str]:
         angles = ", ".join(f"{name} {angle_deg:g}°" for name, angle_deg in dwell.targets_deg.items())
         what = f"{dwell.purpose}, replication {dwell.replication}" if dwell.replication else dwell.purpose
         yield f"  {at_both(dwell.ended_utc)} step {dwell.step}: {what}, {angles}"
-
-
-def _kind(reason: str) -> str:
-    return ":" + reason.partition(":")[2].partition(":")[0][:40]
 
 
 def _guarded(run_dir: Path, events: Iterable[Event]) -> Iterable[str]:

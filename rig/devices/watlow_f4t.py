@@ -165,7 +165,7 @@ class WatlowF4T:
         return None if code is None else RUNNING.get(code)
 
     def _if_there(self, register: int) -> int | None:
-        """Of a register that not every firmware has."""
+        """Return what a register holds; None where this firmware does not have it."""
         try:
             (code,) = self._registers.read_holding(register)
         except DeviceRefused:
