@@ -81,7 +81,7 @@ def specific_force_by_roll(pitch_rad: FloatArray, roll_rad: FloatArray) -> Float
 
 
 def from_level_axes(pitch_rad: FloatArray, yaw_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """(…, 3, 3) from level axes into those of a stage, pitch, yaw, roll from outside in. Source: CR III-B."""
+    """Return (…, 3, 3) from level axes into those of a stage, pitch, yaw, roll from outside in. Source: CR III-B."""
     (cp, sp), (cy, sy), (cr, sr) = ((np.cos(angle), np.sin(angle)) for angle in (pitch_rad, yaw_rad, roll_rad))
     zero, ones = np.zeros_like(cp), np.ones_like(cp)
     by_pitch = _matrices([[cp, zero, -sp], [zero, ones, zero], [sp, zero, cp]])

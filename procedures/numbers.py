@@ -19,13 +19,13 @@ def finite(value: float | None) -> float | None:
 
 
 def last_place(uncertainty: float) -> int:
-    """Exponent of ten of the second significant digit: −4 for 0.0012. 0.0998 rounds to 0.10, so −2."""
+    """Return the exponent of ten of the second significant digit: −4 for 0.0012. 0.0998 rounds to 0.10, so −2."""
     exponent = math.floor(math.log10(uncertainty)) - 1
     return exponent + (round(uncertainty / 10.0**exponent) >= 100)
 
 
 def to_place(value: float, index: int) -> str:
-    """Decimal notation with the last digit at 10**index; −0 is printed as 0."""
+    """Return the decimal notation with the last digit at 10**index; −0 is printed as 0."""
     index = max(index, -MOST_DECIMALS)
     rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(index), rounding=ROUND_HALF_UP)
     text = f"{rounded:f}"
@@ -33,7 +33,7 @@ def to_place(value: float, index: int) -> str:
 
 
 def with_uncertainty(value: float, uncertainty: float | None) -> tuple[str, str]:
-    """Value and uncertainty as printed; nine digits of the value where no uncertainty is known."""
+    """Return the value and uncertainty as printed; nine digits of the value where no uncertainty is known."""
     if uncertainty is None or not math.isfinite(uncertainty) or uncertainty <= 0.0:
         return f"{value:.9g}", "—"
     decimal_place = last_place(uncertainty)

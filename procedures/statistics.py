@@ -11,25 +11,25 @@ from ams.statistics.distributions import chi_square_quantile, f_quantile, studen
 
 @lru_cache(maxsize=256)
 def t_limit(degrees_of_freedom: int, false_alarm: float) -> float:
-    """|t| that chance alone exceeds with probability ``false_alarm`` (two-sided)."""
+    """Return |t| that chance alone exceeds with probability ``false_alarm`` (two-sided)."""
     return float(-student_t_quantile(false_alarm / 2.0, degrees_of_freedom))
 
 
 @lru_cache(maxsize=256)
 def small_variance_ratio(degrees_of_freedom: int, false_alarm: float) -> float:
-    """s²/σ² that chance alone falls below with probability ``false_alarm``."""
+    """Return s²/σ² that chance alone falls below with probability ``false_alarm``."""
     return float(chi_square_quantile(false_alarm, degrees_of_freedom) / degrees_of_freedom)
 
 
 @lru_cache(maxsize=256)
 def median_variance_ratio(degrees_of_freedom: int) -> float:
-    """Median of s²/σ² for normal readings: below 1, far below for few degrees of freedom."""
+    """Return the median of s²/σ² for normal readings: below 1, far below for few degrees of freedom."""
     return small_variance_ratio(degrees_of_freedom, 0.5)
 
 
 @lru_cache(maxsize=256)
 def degrees_of_median(degrees_of_freedom: int) -> float:
-    """Degrees of freedom that one dwell brings to a variance learnt as the median over dwells.
+    """Return the degrees of freedom that one dwell brings to a variance learnt as the median over dwells.
 
     The median of K values of density f has the variance 1 / (4 K f²) at it; the χ² of that relative variance has 8 K
     (m f)² degrees of freedom. For many readings that is 2/π of what pooling them would bring.

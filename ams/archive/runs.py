@@ -274,7 +274,7 @@ def _insert_run(
 
 
 def _strangers(connection: Connection, run: RunEntry, lineage: Collection[str]) -> list[str]:
-    """Journals of this run in the archive that are neither this one nor what it once was."""
+    """Return the journals of this run in the archive that are neither this one nor what it once was."""
     if _has(connection, RUNS.c.journal_sha256 == run.journal_sha256):
         return []
     found = connection.execute(select(RUNS.c.journal_sha256).where(RUNS.c.run_id == run.run_id)).scalars()

@@ -179,7 +179,7 @@ class Inference:
         return nothing(self.answers)
 
     def infer(self, readings: Mapping[str, FloatArray]) -> dict[str, FloatArray | tuple[str, ...]]:
-        """Answers by column from (N,) readings by column, NaN where the flag says why.
+        """Return the answers by column from (N,) readings by column, NaN where the flag says why.
 
         Raises: DesignError, OutsideValidity where no row can be inferred.
         """

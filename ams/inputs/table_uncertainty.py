@@ -66,7 +66,7 @@ class KnownErrors:
     """(n,)"""
 
     def weights(self, angle_rad: FloatArray) -> FloatArray:
-        """(N, n) of linear interpolation; beyond the ends across the rest of the turn."""
+        """Return (N, n) of linear interpolation; beyond the ends across the rest of the turn."""
         first, turn = self.angle_rad[0], 2.0 * np.pi
         inside = (angle_rad - first + _INDEX_GRID_RAD) % turn - _INDEX_GRID_RAD
         edges = np.append(self.angle_rad - first, turn)
@@ -139,11 +139,11 @@ class TableUncertainty:
         return float(np.sqrt(3.0)) * self.standard_rad()[axis]
 
     def declared(self, axis: str) -> IndexErrors:
-        """Beside the limit."""
+        """Return what an axis declares beside the limit of its errors."""
         return self.errors.get(axis, _UNDECLARED)
 
     def correction_rad(self, axis: str, angle_rad: FloatArray) -> FloatArray:
-        """(N,) to add to what the axis shows; zero where its certificate lists no errors."""
+        """Return (N,) to add to what the axis shows; zero where its certificate lists no errors."""
         declared = self.declared(axis)
         if declared.known is None:
             return np.zeros_like(angle_rad)
@@ -153,7 +153,7 @@ class TableUncertainty:
         return np.asarray(error)
 
     def index_errors(self, axis: str, angle_rad: FloatArray) -> "IndexColumns":
-        """Independent parts of the errors of an axis at (N,) angles that it shows."""
+        """Return the independent parts of the errors of an axis at (N,) angles that it shows."""
         declared, standard_rad = self.declared(axis), self.standard_rad()[axis]
         zero = np.array([] if declared.zero_rad is None else [declared.zero_rad])
         shown = np.concatenate([angle_rad, zero])
@@ -189,7 +189,7 @@ class IndexColumns:
         )
 
     def without_nothing(self) -> "IndexColumns":
-        """Without columns that do nothing."""
+        """Return the columns but those that do nothing."""
         kept = self.columns.any(axis=0) & (self.standard_rad > 0.0)
         names = tuple(name for name, is_kept in zip(self.names, kept, strict=True) if is_kept)
         return IndexColumns(names, self.standard_rad[kept], self.columns[:, kept])
@@ -263,7 +263,7 @@ def index_members(table: TableUncertainty, angles_rad: Mapping[str, FloatArray])
 
 
 def columns_of_members(members: Mapping[str, FloatArray], slopes_v_per_rad: Mapping[str, FloatArray]) -> FloatArray:
-    """(N, q) columns G from :func:`index_members` and the slopes of one sensor axis."""
+    """Return (N, q) columns G from :func:`index_members` and the slopes of one sensor axis."""
     blocks = [slopes_v_per_rad[name][:, None] * block for name, block in members.items() if name in slopes_v_per_rad]
     rows = next(iter(slopes_v_per_rad.values())).size
     return np.hstack(blocks) if blocks else np.zeros((rows, 0))
@@ -300,7 +300,7 @@ def shown_rad(table: TableUncertainty, angles_rad: Mapping[str, FloatArray]) -> 
 def known_errors(
     angle_deg: Sequence[float], error_arcsec: Sequence[float], standard_uncertainty_arcsec: Sequence[float]
 ) -> KnownErrors:
-    """As a certificate lists them; angles rise, within one turn."""
+    """Return the errors as a certificate lists them; angles rise, within one turn."""
     arcsec = np.deg2rad(1.0 / 3600.0)
     return KnownErrors(
         np.deg2rad(np.array(angle_deg, dtype=float)),

@@ -108,6 +108,6 @@ class FieldTriad(LinearModel):
 
 
 def to_package(package_axes: tuple[Vector, Vector, Vector], stimulus: Stimulus) -> FloatArray:
-    """(N, 3, 3) from level axes into package axes, at the attitudes."""
+    """Return (N, 3, 3) from level axes into package axes, at the attitudes."""
     yaw = np.zeros_like(stimulus.pitch_rad) if stimulus.yaw_rad is None else stimulus.yaw_rad
     return np.asarray(np.array(package_axes) @ from_level_axes(stimulus.pitch_rad, yaw, stimulus.roll_rad))

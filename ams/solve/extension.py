@@ -128,7 +128,7 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
 
 
 def stands_alike(observations: Observations, layout: Layout) -> bool:
-    """Whether replication stands below replication, each with the same points at exactly the same attitudes."""
+    """Return whether replication stands below replication, each with the same points at exactly the same attitudes."""
     return blocks_of_angles(observations, layout) is not None
 
 

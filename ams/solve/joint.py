@@ -84,7 +84,7 @@ class JointFit:
         return slope
 
     def axis_components(self, axis: str) -> tuple[VarianceComponent, ...]:
-        """(P, P) each."""
+        """Return the components of one axis, (P, P) each."""
         at = self.block(axis)
         return tuple(replace(part, covariance=part.covariance[at, at]) for part in self.components)
 

@@ -267,7 +267,7 @@ def _read_condition(kind: Literal["as-found", "as-left"], document: Document, ac
 
 
 def _coverage_factors(document: Document, points: int) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """One a point; documents of before had one for all."""
+    """Return a factor for every point; documents of before had one for all."""
     stated = document["coverage_factor"]
     values = [number(value) for value in listed(stated)] if isinstance(stated, list) else [number(stated)] * points
     return np.array(values, dtype=float)

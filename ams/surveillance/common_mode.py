@@ -228,7 +228,7 @@ def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: floa
 
 
 def _causes(data: Whitened) -> Iterator[Cause]:
-    """Single causes in the order in which they are judged."""
+    """Yield the single causes in the order in which they are judged."""
     yield Cause("table-rotation", ROLL, (ROLL,))
     yield Cause("table-rotation", PITCH, (PITCH,))
     yield Cause("table-rotation", BASE, (BASE,))

@@ -9,7 +9,7 @@ READ_BY = "CALRIG_READ_BY"
 
 
 def is_read() -> bool:
-    """Whether a person sees standard error, now: where who passed it on is gone, nobody does."""
+    """Return whether a person sees standard error, now: where who passed it on is gone, nobody does."""
     return sys.stderr.isatty() or os.environ.get(READ_BY) == str(os.getppid())
 
 

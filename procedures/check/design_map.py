@@ -80,7 +80,7 @@ def _draw_variance(axes: "Axes", judged: JudgedDesign) -> None:
 
 
 def _to_bytes(figure: "Canvas", form: str) -> bytes:
-    """PNG or PDF without a date, so that the same design is the same file."""
+    """Return PNG or PDF without a date, so that the same design is the same file."""
     buffer = BytesIO()
     dated = {"Software": None} if form == "png" else {"CreationDate": None, "Creator": None}
     figure.savefig(buffer, format=form, dpi=150, metadata=dated)

@@ -24,7 +24,7 @@ FAILED = (SolveError, VectorsDisagree, ArchiveError, WriteFailed)
 
 
 def status_of(error: BaseException) -> ExitStatus:
-    """Exit status of an error, by the table of ``procedures.errors``."""
+    """Return the exit status of an error, by the table of ``procedures.errors``."""
     if isinstance(error, ProcedureError):
         return error.exit_status
     if isinstance(error, KeyboardInterrupt | WaitEnded):

@@ -21,7 +21,7 @@ def stop_at_once(arguments: list[str]) -> int | None:
 
 
 def _options(arguments: list[str], valued: set[str], flags: set[str]) -> dict[str, str] | None:
-    """Options by name and what stands alone under an empty one; None for anything else than these."""
+    """Return the options by name and what stands alone under an empty one; None for anything else than these."""
     found: dict[str, str] = {}
     left = list(arguments)
     while left:

@@ -135,5 +135,5 @@ def _to_do(run: ListedRun, cause: str) -> str:
 
 
 def needs_a_person(page: RunPage) -> bool:
-    """Whether somebody must act before the run goes on."""
+    """Return whether somebody must act before the run goes on."""
     return page.is_unasked_stop or page.status.state is State.PAUSED

@@ -228,7 +228,7 @@ def _written_sets(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[st
 
 
 def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
-    """Every format of every set; those that have no form of a set are told when all others are written.
+    """Export every set in every format; those that have no form of a set are told when all others are written.
 
     Raises: the first refusal.
     """
@@ -280,7 +280,7 @@ def run_document(delivery: Delivery) -> dict[str, Any]:
 
 
 def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
-    """Sensor to the set of its solution; a sensor without one is missing. Raises: ams.errors.SetError."""
+    """Return sensor to the set of its solution; a sensor without one is missing. Raises: ams.errors.SetError."""
     return {
         name: build_set(_with_words(solved.calibration, run.record), provenance_of(solved, run.record))
         for name, solved in run.sensors.items()

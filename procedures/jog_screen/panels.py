@@ -177,7 +177,7 @@ def channels_panel(channels: Sequence[ChannelView], width: int) -> Table:
 
 
 def surroundings_panel(view: BenchView) -> Text:
-    """Chambers, and what the set makes of the readings."""
+    """Return the chambers, and what the set makes of the readings."""
     lines = [_chamber(chamber) for chamber in view.chambers]
     if view.attitude is not None:
         lines.append(_attitude(view.attitude, view.axes))

@@ -120,7 +120,7 @@ class Polling:
         self._axes[name] = replace(view, state=None, silence=str(error))
 
     def position_deg(self, axis: str) -> float:
-        """Asked now. Raises: RequestRefused where the axis has no home."""
+        """Return what the axis says when asked now. Raises: RequestRefused where the axis has no home."""
         return jog.position_deg(self._rig, axis)
 
     def aim(self, axis: str | None, target_deg: float | None) -> None:

@@ -148,7 +148,7 @@ def _listed(event: Event, key: str) -> list[object]:
 
 
 def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
-    """Device name to its latest answer to the question who it is."""
+    """Return device name to its latest answer to the question who it is."""
     return {
         str(name): str(identity)
         for event in events

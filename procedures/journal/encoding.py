@@ -39,7 +39,7 @@ def compact_json(value: object) -> str:
 
 
 def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
-    """(text, samples) of a record; its ``sha256`` is not part of either."""
+    """Return (text, samples) of a record; its ``sha256`` is not part of either."""
     document: dict[str, Any] = {
         "step": record.step,
         "purpose": record.purpose,
@@ -72,7 +72,7 @@ def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
 
 
 def hash_dwell(text: str, samples: bytes) -> str:
-    """SHA-256 of a stored dwell."""
+    """Return SHA-256 of a stored dwell."""
     digest = hashlib.sha256(text.encode("utf-8"))
     digest.update(b"\0")
     digest.update(samples)
@@ -103,7 +103,7 @@ def decode_dwell(
 
 
 def channels_of(text: str) -> list[tuple[str, int]]:
-    """Every channel of a stored dwell with the number of its samples, in the order in which they lie."""
+    """Return every channel of a stored dwell with the number of its samples, in the order in which they lie."""
     return [(channel, count) for channel, count, _, _ in json.loads(text)["readings"]]
 
 
@@ -131,7 +131,7 @@ def with_sha256(record: DwellRecord, sha256: str) -> DwellRecord:
 
 
 def hash_event(previous: str, sequence: int, utc: str, monotonic_s: float, kind: str, detail: str) -> str:
-    """SHA-256 of an event in its chain."""
+    """Return SHA-256 of an event in its chain."""
     line = compact_json([previous, sequence, utc, monotonic_s, kind, detail])
     return hashlib.sha256(line.encode("utf-8")).hexdigest()
 

@@ -189,7 +189,7 @@ class Follower:
         )
 
     def _eta_utc(self, left: int) -> datetime | None:
-        """By the clock as it stands now: whoever reads it looks at that one."""
+        """Return when it ends by the clock as it stands now: whoever reads it looks at that one."""
         known = self._known
         if known.since is None:
             return None

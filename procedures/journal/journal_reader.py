@@ -86,7 +86,7 @@ class JournalReader:
         self._connection.close()
 
     def events(self, kind: str | None = None, after: int = 0) -> Iterator[Event]:
-        """Events in their order, all or those of one kind, ``after`` a sequence number."""
+        """Yield the events in their order, all or those of one kind, ``after`` a sequence number."""
         for row in self._rows(_EVENTS if kind is None else _EVENTS_OF, () if kind is None else (kind,), after):
             yield decode_event(*row)
 
@@ -112,7 +112,7 @@ class JournalReader:
         return self._channel_units
 
     def dwells(self, accepted_only: bool = False, with_samples: bool = True) -> Iterator[DwellRecord]:
-        """Dwells in the order of commitment, rejected ones too unless ``accepted_only``.
+        """Yield the dwells in the order of commitment, rejected ones too unless ``accepted_only``.
 
         A dwell that was taken back counts as rejected, and so does one that is not as it was written (noticed only
         ``with_samples``): each says so in its reasons. :meth:`quarantined` names the damaged ones.
@@ -122,7 +122,7 @@ class JournalReader:
                 yield dwell
 
     def numbered_dwells(self, *, with_samples: bool = True) -> Iterator[tuple[int, DwellRecord]]:
-        """Every dwell as :meth:`dwells` gives it, behind its number: what no other dwell of the journal has."""
+        """Yield every dwell as :meth:`dwells` gives it, behind its number: what no other dwell of the journal has."""
         voided = voided_in(self.events(VOIDED))
         for row in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES):
             dwell = _as_it_stands(row, voided, self._units, with_samples)
@@ -130,7 +130,7 @@ class JournalReader:
                 yield int(row[0]), dwell
 
     def stored_dwells(self, after: int = 0) -> Iterator[tuple[int, str, bytes, str]]:
-        """Dwells ``after`` a number, as they are stored: number, text, samples, SHA-256."""
+        """Yield the dwells ``after`` a number, as they are stored: number, text, samples, SHA-256."""
         for number, *_, text, samples, digest in self._rows(_DWELLS, (), after):
             yield number, text, samples, digest
 

@@ -71,13 +71,13 @@ def require_local(folder: Path, mounts: Path = MOUNTS) -> None:
 
 
 def location_of(run_dir: Path) -> dict[str, object]:
-    """Where the journal of a run lies, as it is kept in it: a copy lies elsewhere and is another file."""
+    """Return where the journal of a run lies, as it is kept in it: a copy lies elsewhere and is another file."""
     found = (run_dir / JOURNAL_FILE).stat()
     return {"path": str(run_dir.resolve()), "inode": found.st_ino, "host": platform.node()}
 
 
 def is_copy(run_dir: Path, before: Mapping[str, object]) -> bool:
-    """Whether this is another file than the one that was written to last, and not the same that was moved.
+    """Return whether this is another file than the one that was written to last, and not the same that was moved.
 
     Where the other place holds no journal any more, the run was brought here whole.
     """

@@ -89,7 +89,7 @@ def derived_state(written: State, *, is_alive: bool) -> State:
 
 
 def end_at_this_pace(since: datetime, last: datetime, done: int, left: int, planned_s: float) -> datetime:
-    """From the wall-clock pace since the check set of this epoch, blended with the plan's."""
+    """Return when it ends by the wall-clock pace since the check set of this epoch, blended with the plan's."""
     each_s = (_PLAN_WEIGHT * planned_s + (last - since).total_seconds()) / (_PLAN_WEIGHT + done)
     return last + timedelta(seconds=left * each_s)
 

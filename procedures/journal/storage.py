@@ -84,7 +84,7 @@ def put_under_name(new_file: Path, path: Path) -> None:
 
 
 def open_for_reading(path: Path) -> apsw.Connection:
-    """Read-only, of a journal that may be written to meanwhile. Raises: JournalError."""
+    """Open a journal read-only that may be written to meanwhile. Raises: JournalError."""
     require_journal_file(path)
     with storage_errors_of(path):
         connection = apsw.Connection(_reading_uri(path), flags=apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI)

@@ -52,7 +52,7 @@ def keys_in(event: Event) -> list[Key]:
 
 
 def mountings(events: Iterable[Event]) -> int:
-    """1 and one more for every time the package was moved."""
+    """Return 1 and one more for every time the package was moved."""
     return 1 + sum(bool(event.detail.get("remounted")) for event in events if event.kind == KIND)
 
 

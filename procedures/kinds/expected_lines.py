@@ -37,7 +37,7 @@ def _turns(plan: Plan) -> dict[str, float]:
 
 
 def _led_by_a_rate(dwell: Dwell) -> Iterable[str]:
-    """Axes whose last command is a rate while the dwell lasts."""
+    """Return the axes whose last command is a rate while the dwell lasts."""
     match dwell.motion:
         case Turn(sweep_deg=None):
             return (dwell.motion.turned_axis,)
@@ -47,7 +47,7 @@ def _led_by_a_rate(dwell: Dwell) -> Iterable[str]:
 
 
 def _unguarded(rig: RigDescription, plan: Plan) -> Iterator[str]:
-    """Axes that turn on and on and that nothing stops when the computer dies; a sweep ends at its target."""
+    """Yield the axes that turn on and on and that nothing stops when the computer dies; a sweep ends at its target."""
     turned = {name for dwell in plan.dwells for name in _led_by_a_rate(dwell)}
     for name in plan.axes:
         if name in turned and getattr(rig.axes[name], "watchdog_s", None) is None:

@@ -55,7 +55,7 @@ def disagreements(description: ProcedureDescription) -> Iterator[tuple[tuple[str
 
 
 def _ignored(description: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Tables of attitudes at rest beside a kind that has a table of its own."""
+    """Yield the tables of attitudes at rest beside a kind that has a table of its own."""
     name = description.procedure.kind
     if "design" in description.model_fields_set:
         yield ("design",), f"has no meaning for a procedure of kind {name!r}, which has its own attitudes; remove it"

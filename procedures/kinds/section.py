@@ -191,7 +191,7 @@ def _tests(calibration: Calibration) -> Iterator[TextTable]:
 
 
 def _rates(rows: Sequence[DwellRecord], plan: Plan) -> Iterator[TextTable]:
-    """Measured rates beside what was asked for."""
+    """Yield the measured rates beside what was asked for."""
     turns = {step.step: step.motion for step in plan.dwells if isinstance(step.motion, Turn)}
     cells = []
     for row in rows:
@@ -209,7 +209,7 @@ def _rates(rows: Sequence[DwellRecord], plan: Plan) -> Iterator[TextTable]:
 
 
 def _timings(rows: Sequence[DwellRecord]) -> Iterator[TextTable]:
-    """Streams over all dwells: samples, what was missing, how the device's clock ran."""
+    """Yield the streams over all dwells: samples, what was missing, how the device's clock ran."""
     found: dict[str, list[tuple[int, int, float, float]]] = {}
     drifts: dict[str, list[float]] = {}
     for row in rows:
@@ -246,7 +246,7 @@ def _ppm(drift_uncertainty: float) -> str:
 
 
 def _residual_plots(name: str, calibration: Calibration, unit_of: UnitOf) -> Iterator[Plot]:
-    """Residuals over what was fitted: a straight cloud about zero says that the model holds."""
+    """Yield the residuals over what was fitted: a straight cloud about zero says that the model holds."""
     units = {unit_of(axis) for axis in calibration.axes}
     unit = printed(units.pop()) if len(units) == 1 else "channel's unit"
     curves = tuple(
@@ -260,7 +260,7 @@ def _residual_plots(name: str, calibration: Calibration, unit_of: UnitOf) -> Ite
 
 
 def _truths(rig: RigDescription, name: str, sensor: Sensor, unit_of: UnitOf) -> dict[str, dict[str, float]]:
-    """Axis to parameter to what the twin really is; empty at the bench and for turned mounts."""
+    """Return axis to parameter to what the twin really is; empty at the bench and for turned mounts."""
     straight = (sensor.mount.x, sensor.mount.y, sensor.mount.z) == ("+x", "+y", "+z")
     if rig.twin is None or not rig.is_simulated or not straight:
         return {}

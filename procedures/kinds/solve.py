@@ -63,7 +63,7 @@ def _unsolved(item: SensorRows, failure: str) -> SolvedSensor:
 
 
 def _dropped(dwells: int) -> str:
-    """Half a calibration would be one of other points than were planned."""
+    """Return why a sensor is not solved: half a calibration would be one of other points than were planned."""
     return (
         f"it was dropped while the run went on without it ({dwells} accepted dwells lack it); nothing was solved; the "
         "report says why; mend it and measure it in a new run"

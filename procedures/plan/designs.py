@@ -58,7 +58,7 @@ class Design:
 
 
 def full_grid(pitch_deg: Sequence[float], roll_deg: Sequence[float]) -> Design:
-    """Design D: every pitch with every roll."""
+    """Return Design D: every pitch with every roll."""
     return _thinned("D", pitch_deg, roll_deg, lambda _row, _column: True)
 
 
@@ -108,12 +108,12 @@ def factorial(pitch_deg: Sequence[float], roll_deg: Sequence[float]) -> Design:
 
 
 def tumble(with_roll: bool) -> Design:
-    """Design T: six points with roll, TP (56), or four without, TP (57)."""
+    """Return Design T: six points with roll, TP (56), or four without, TP (57)."""
     return scattered("T", TUMBLE_WITH_ROLL_DEG if with_roll else TUMBLE_WITHOUT_ROLL_DEG)
 
 
 def up_down() -> Design:
-    """SR's two positions of every axis, up and down: the attitudes of the six-point tumble. Source: SR 4.1.1."""
+    """Return SR's two positions of every axis, up and down: the attitudes of the six-point tumble. Source: SR 4.1.1."""
     return scattered("up-down", TUMBLE_WITH_ROLL_DEG)
 
 
@@ -126,7 +126,7 @@ def with_yaw(design: Design, yaw_deg: Sequence[float]) -> Design:
 
 
 def scattered(kind: str, attitudes_deg: Sequence[tuple[float, ...]]) -> Design:
-    """Any list of (pitch, roll) or (pitch, roll, yaw), labelled in the order given."""
+    """Return a design of any list of (pitch, roll) or (pitch, roll, yaw), labelled in the order given."""
     points = tuple(DesignPoint(index, *attitude) for index, attitude in enumerate(attitudes_deg, start=1))
     pitch, roll = ({point.pitch_deg for point in points}, {point.roll_deg for point in points})
     yaw = {point.yaw_deg for point in points}

@@ -71,7 +71,7 @@ def travel_deg(attitudes_deg: Iterable[Sequence[float]]) -> tuple[float, ...]:
 
 
 def _rows(points: Iterable[DesignPoint]) -> Rows:
-    """Points of equal pitch together, pitch, yaw and roll ascending."""
+    """Return points of equal pitch together; pitch, yaw and roll ascend."""
     ordered = sorted(points, key=lambda point: (point.pitch_deg, point.yaw_deg, point.roll_deg, point.label))
     return [list(row) for _, row in groupby(ordered, key=lambda point: point.pitch_deg)]
 

@@ -27,6 +27,6 @@ def acceleration_dps2(motion: Follow, axis: str) -> float:
 
 
 def range_deg(motion: Follow, axis: str) -> tuple[float, float]:
-    """Lowest and highest angle from the start."""
+    """Return the lowest and highest angle from the start."""
     angles_deg = [profile_deg(motion, axis, motion.seconds * part / 1000.0) for part in range(1001)]
     return min(angles_deg), max(angles_deg)

@@ -281,7 +281,7 @@ def _why_lost(
 
 
 def _lost(columns: FloatArray, names: Sequence[str]) -> list[str]:
-    """Linear parameters that some direction without effect on the outputs has a share in."""
+    """Return the linear parameters that some direction without effect on the outputs has a share in."""
     _, singular, directions = np.linalg.svd(columns, full_matrices=False)
     blind = directions[singular < RANK_TOLERANCE * singular[0]]
     return [name for name, share in zip(names, np.abs(blind).max(axis=0, initial=0.0), strict=True) if share > 1e-6]

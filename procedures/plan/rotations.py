@@ -15,12 +15,12 @@ UP = np.array([0.0, 0.0, -1.0])
 
 
 def to_stage(pitch_rad: float, yaw_rad: float, roll_rad: float) -> FloatArray:
-    """(3, 3) from level axes into the axes of the stage that carries the package."""
+    """Return (3, 3) from level axes into the axes of the stage that carries the package."""
     return from_level_axes(np.float64(pitch_rad), np.float64(yaw_rad), np.float64(roll_rad))  # type: ignore[arg-type]
 
 
 def body_axis(sensor: Sensor, axis: str) -> FloatArray:
-    """(3,) the package's nominal axis in stage axes, by its declared mount."""
+    """Return (3,) the package's nominal axis in stage axes, by its declared mount."""
     named = getattr(sensor.mount, axis)
     direction = np.zeros(3)
     direction["xyz".index(named[1])] = 1.0 if named[0] == "+" else -1.0

@@ -16,7 +16,7 @@ from procedures.plan.designs import Design, DesignPoint
 
 
 def package_specific_force(points: Sequence[DesignPoint], package: str = "model") -> FloatArray:
-    """(K, 3) specific force in package axes, local g; roll does not reach a sting package."""
+    """Return (K, 3) specific force in package axes, local g; roll does not reach a sting package."""
     pitch, yaw, roll = (
         np.deg2rad([getattr(point, f"{name}_deg") for point in points]) for name in ("pitch", "yaw", "roll")
     )
@@ -44,7 +44,7 @@ def columns_of(model: Model, points: Sequence[DesignPoint], nominal_v_per_g: flo
 
 
 def equivalent_rad(points: Sequence[DesignPoint], package: str = "model") -> tuple[FloatArray, FloatArray]:
-    """(K,) pitch and roll without yaw at which the package feels the same: a yaw is a turn of the package."""
+    """Return (K,) pitch and roll without yaw at which the package feels the same: a yaw is a turn of the package."""
     force = package_specific_force(points, package)
     pitch = np.arctan2(force[:, 0], np.hypot(force[:, 1], force[:, 2]))
     return pitch, np.arctan2(-force[:, 1], -force[:, 2])

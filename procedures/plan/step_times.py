@@ -242,7 +242,7 @@ def earliest_settling_s(dwell: DwellSettings, single_window_s: float) -> float:
 
 
 def burst_s(rig: RigDescription, channel: str, samples: int, nplc: float | None = None) -> float:
-    """Seconds for so many readings of ``readout.channel``, or samples of a stream from its start.
+    """Return the seconds for so many readings of ``readout.channel``, or samples of a stream from its start.
 
     ``nplc``: None for the readout's own.
     """

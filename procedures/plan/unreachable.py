@@ -35,7 +35,7 @@ def unreachable(
 
 
 def _targets(dwells: Iterable[Dwell], axis: str) -> dict[str, float]:
-    """Design points by their label, and what else the check set visits."""
+    """Return design points by their label, and what else the check set visits."""
     targets: dict[str, float] = {}
     others: dict[str, float] = {}
     for dwell in dwells:

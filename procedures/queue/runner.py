@@ -64,7 +64,7 @@ class World(Protocol):
         """Return what is seen of it."""
 
     def is_stopped_by_something(self, item: Item) -> bool:
-        """Whether every axis of its rig has a guard or a watchdog."""
+        """Return whether every axis of its rig has a guard or a watchdog."""
 
     def note(self, run: Path, attestation: Attestation) -> None:
         """Write into the run who said what is mounted."""

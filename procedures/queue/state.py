@@ -137,7 +137,7 @@ class Queue:
     events: tuple[Event, ...] = field(default=(), repr=False)
 
     def is_armed(self, boot: str, now_utc: datetime) -> bool:
-        """Whether anything may start: armed since this start of the machine, and not beyond what was said."""
+        """Return whether anything may start: armed since this start of the machine, and not beyond what was said."""
         return self.arming is not None and self.arming.boot == boot and now_utc <= self.arming.until_utc
 
     def why_not_armed(self, boot: str, now_utc: datetime) -> str:
@@ -155,7 +155,7 @@ class Queue:
         return tuple(item for item in self.items if item.state in states)
 
     def is_mounted(self, item: Item) -> bool:
-        """Whether what the item needs is what is said to be mounted."""
+        """Return whether what the item needs is what is said to be mounted."""
         return self.attestation is not None and dict(self.attestation.mounted) == dict(item.needs)
 
 

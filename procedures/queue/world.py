@@ -204,5 +204,5 @@ def _last_words(log: Path) -> str:
 
 
 def is_possible() -> bool:
-    """Whether this system hands an open lock to a process."""
+    """Return whether this system hands an open lock to a process."""
     return os.name == "posix"

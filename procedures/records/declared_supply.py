@@ -13,7 +13,7 @@ from rig.description.signal_chain import Chain
 
 
 def correcting(chains: Mapping[str, Chain]) -> dict[str, Chain]:
-    """Those that change what is read."""
+    """Return the chains that change what is read."""
     return {channel: chain for channel, chain in chains.items() if chain.corrects}
 
 

@@ -190,7 +190,7 @@ class NoiseReference:
                 recent.append((of_dwell_v2, degrees))
 
     def standard_deviation(self, channel: str) -> float | None:
-        """None until enough dwells were accepted."""
+        """Return the standard deviation; None until enough dwells were accepted."""
         known = self._variances_v2.get(channel, [])
         if len(known) < FEWEST_DWELLS:
             return None

@@ -97,14 +97,14 @@ def require_transition(source: State, target: State) -> None:
 
 
 def is_unasked(state: State, by: str) -> bool:
-    """Whether a run stands still though nobody asked for it: an alarm, until somebody knows of it."""
+    """Return whether a run stands still though nobody asked for it: an alarm, until somebody knows of it."""
     return state in (State.HELD, State.TRIPPED, State.FAILED, State.INTERRUPTED) or (
         state in (State.STOPPED, State.ABORTED) and not by
     )
 
 
 def state_sentence(reason: str, by: str) -> str:
-    """Why a run is in a state and who or what asked for it, in one phrase; empty where neither is known."""
+    """Return why a run is in a state and who or what asked for it, in one phrase; empty where neither is known."""
     return f"{reason} (asked for by {by})" if reason and by else f"asked for by {by}" if by else reason
 
 

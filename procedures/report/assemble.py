@@ -161,7 +161,7 @@ def _as_the_run_is(sensor: SensorView, findings: Sequence[Finding]) -> SensorVie
 
 
 def _labels(record: RunRecord, sensors: Sequence[SensorView]) -> dict[str, tuple[str, float]]:
-    """Channel to how it is called and the sensitivity that turns its volts into angles."""
+    """Return channel to how it is called and the sensitivity that turns its volts into angles."""
     labels: dict[str, tuple[str, float]] = {}
     for view in sensors:
         sensor = record.plan.sensors[view.name]

@@ -78,7 +78,7 @@ def canvas(height_in: float) -> "Canvas":
 
 
 def style() -> Any:
-    """Context in which figures are made and saved."""
+    """Return the context in which figures are made and saved."""
     import matplotlib
 
     return matplotlib.rc_context(STYLE)
@@ -119,7 +119,7 @@ def angle_ticks(axes: "Axes", angles_deg: FloatArray, most: float = 12.5) -> Non
 
 
 def _angle_scale(angles_deg: FloatArray, most: float) -> tuple[list[float], tuple[float, float]]:
-    """Ticks at whole steps that a reader of attitudes expects, and limits with a margin."""
+    """Return the ticks at whole steps that a reader of attitudes expects, and limits with a margin."""
     lowest, highest = float(angles_deg.min()), float(angles_deg.max())
     span = highest - lowest
     step = next((step for step in TICK_STEPS_DEG if span / step <= most), 90.0)
@@ -147,7 +147,7 @@ def legend_entry(**properties: Any) -> "Line2D":
 
 
 def series_style(index: int, count: int) -> tuple[Any, str]:
-    """Colour and symbol of one replication among ``count``; beyond eight the colours run from dark to light."""
+    """Return colour and symbol of one replication among ``count``; beyond eight the colours run from dark to light."""
     if count <= len(SERIES):
         return SERIES[index], SYMBOLS[index]
     import matplotlib

@@ -146,7 +146,7 @@ def _remarks(calibration: AxisCalibration, sensitivity: float) -> tuple[str, ...
 def mean_residuals(
     calibration: AxisCalibration, observations: Observations
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Pitch (°), roll (°) and mean residual over the replications (V) of every design point, by label."""
+    """Return the pitch (°), roll (°) and mean residual over the replications (V) of every design point, by label."""
     labels, index = np.unique(observations.point, return_inverse=True)
     visits = np.bincount(index, minlength=labels.size)
     columns = (np.rad2deg(observations.pitch_rad), np.rad2deg(observations.roll_rad), calibration.residuals_v)
@@ -155,7 +155,7 @@ def mean_residuals(
 
 
 def by_replication(replication: Replication, parameter: str) -> dict[int, float]:
-    """Estimates of one parameter from each replication alone, azimuths without a jump at ±180°."""
+    """Return the estimates of one parameter from each replication alone, azimuths without a jump at ±180°."""
     values = {label: row.get(parameter, np.nan) for label, row in sorted(replication.per_replication.items())}
     values = {label: float(value) for label, value in values.items() if np.isfinite(value)}
     if parameter == "azimuth_deg" and values:

@@ -10,7 +10,7 @@ MILLIVOLT = 1e-3
 
 
 def condition_sections(events: Sequence[Event]) -> dict[str, dict[str, str]]:
-    """Heading to rows of text; what a run has not, has no section."""
+    """Return heading to rows of text; what a run has not, has no section."""
     sections = {
         **_meters(event for event in events if event.kind == meter_checks.KIND),
         "watchdogs of the axes": _watchdogs(event for event in events if event.kind == watchdogs.KIND),

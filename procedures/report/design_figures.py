@@ -20,7 +20,7 @@ LEVELS = 8
 
 
 def variance_map(design: DesignView) -> Figure | None:
-    """√(φᵀP⁻¹φ) over the box of attitudes visited; None where the attitudes do not determine four terms.
+    """Draw √(φᵀP⁻¹φ) over the box of attitudes visited; None where the attitudes do not determine four terms.
 
     Call inside ``canvas.style()``.
     """

@@ -22,7 +22,7 @@ IN_SENSOR_DOCUMENT = ("drift", "distribution")
 
 
 def are_left_out(view: RunView) -> bool:
-    """Whether some figures of each sensor are not on this page."""
+    """Return whether some figures of each sensor are not on this page."""
     return len(view.sensors) > MOST_WITH_ALL
 
 

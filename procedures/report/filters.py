@@ -46,7 +46,7 @@ class _HasSensitivity(Protocol):
 
 
 def grouped(text: str) -> Markup:
-    """Decimals in groups of three, set apart by space that is not copied with the number."""
+    """Return the decimals in groups of three, set apart by space that is not copied with the number."""
     whole, point, decimals = text.partition(".")
     groups = [decimals[start : start + 3] for start in range(0, len(decimals), 3)]
     if not decimals.isdigit() or len(decimals) <= 4:
@@ -192,7 +192,7 @@ def data_uri(figure: Figure) -> Markup:
 
 
 def largest_error(errors: AngleErrors) -> str:
-    """Degrees, to the place of its uncertainty."""
+    """Return the largest error, degrees, to the place of its uncertainty."""
     return (
         _minus(with_uncertainty(float(errors.error_deg[errors.worst]), float(errors.expanded_deg[errors.worst]))[0])
         + "°"

@@ -35,7 +35,7 @@ def render_page(view: RunView, figures: Figures) -> str:
 
 
 def report_environment(*folders: Path) -> Environment:
-    """Templates that print their cells as the report does."""
+    """Return the templates that print their cells as the report does."""
     environment = page_environment(*folders)
     environment.filters.update(FILTERS)
     return environment

@@ -149,7 +149,7 @@ def _points(axes: "Axes", abscissa: FloatArray, view: AxisView, observations: Ob
 
 
 def _dodged(angle_deg: FloatArray, replication: IntArray) -> FloatArray:
-    """Abscissas with the replications side by side instead of on top of each other."""
+    """Return the abscissas with the replications side by side instead of on top of each other."""
     labels, index = np.unique(replication, return_inverse=True)
     steps = np.diff(np.unique(np.round(angle_deg, 3)))
     if labels.size < 2 or steps.size == 0:
@@ -181,7 +181,7 @@ def _entry(index: int, labels: IntArray) -> "Line2D":
 
 
 def _by_attitude(sensor: SensorView, observations: Observations) -> Figure:
-    """Mean residual of every design point over the plane of attitudes: what repeats is lack of fit."""
+    """Draw the mean residual of every design point over the plane of attitudes: what repeats is lack of fit."""
     count = len(sensor.axes)
     figure = canvas(2.9)
     panels = figure.subplots(1, count, sharey=True, squeeze=False)[0]
@@ -216,14 +216,14 @@ def _by_attitude(sensor: SensorView, observations: Observations) -> Figure:
 
 
 def _mark_size(pitch: FloatArray, roll: FloatArray, panels: int) -> float:
-    """Area of a mark, points², that fills the plane of attitudes without overlap."""
+    """Return the area of a mark, points², that fills the plane of attitudes without overlap."""
     columns, rows = np.unique(np.round(roll, 3)).size, np.unique(np.round(pitch, 3)).size
     side = min(430.0 / panels / (columns + 1), 130.0 / (rows + 1))
     return float(np.clip(side, 2.0, 12.0) ** 2)
 
 
 def _distribution(sensor: SensorView) -> Figure:
-    """Ordered residuals against normal quantiles: the intervals rest on this being a straight line."""
+    """Draw the ordered residuals against normal quantiles: the intervals rest on this being a straight line."""
     count = len(sensor.axes)
     figure = canvas(2.5 if count > 1 else 3.2)
     panels = figure.subplots(1, count, squeeze=False)[0]

@@ -53,7 +53,7 @@ MOST_LINES = 8
 
 
 def run_figures(view: RunView) -> Iterator[Figure]:
-    """Design map, temperature and reference attitude. Call inside ``canvas.style()``."""
+    """Yield design map, temperature and reference attitude. Call inside ``canvas.style()``."""
     if view.design.points:
         yield _design_map(view.design)
         known = variance_map(view.design)

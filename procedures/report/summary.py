@@ -100,7 +100,7 @@ def text_table(name: str, content: TextTable) -> Table:
 
 
 def sensor_table(view: RunView, sensor: SensorView) -> Table:
-    """Coefficients of one sensor; names of the laboratory are text, never markup."""
+    """Return the coefficients of one sensor; names of the laboratory are text, never markup."""
     table = Table(box=SIMPLE_HEAD, title=Text(sensor.name), title_justify="left", title_style="bold", pad_edge=False)
     table.add_column("axis", no_wrap=True, min_width=4)
     table.add_column("parameter", no_wrap=True)

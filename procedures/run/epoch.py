@@ -265,7 +265,7 @@ class Epoch:
             self._context.hold(Alarm("table", f"{sentence}; {way_out(judged, self._plan)}", "ask"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
-        """Later dwells are judged by accepted ones, in the order in which an uninterrupted run takes them."""
+        """Learn from a dwell: accepted ones judge later ones, in the order in which an uninterrupted run takes them."""
         if record.accepted:
             self._accepted.append(record)
             self._suspects.learn(record)

@@ -22,7 +22,7 @@ _MOST = 8
 
 
 def handover(run_dir: Path, second_folder: Path | None = None) -> str:
-    """Text of at most a page. Raises: JournalError."""
+    """Return the text of at most a page. Raises: JournalError."""
     stands = status(run_dir)
     with JournalReader.open(run_dir) as reader:
         header, stamped = reader.header, list(reader.events())
@@ -118,7 +118,7 @@ def _rows(verdict: Mapping[str, object]) -> list[Mapping[str, object]]:
 
 
 def _is_stop(event: Event) -> bool:
-    """Whoever or whatever asked for it."""
+    """Return whether the event is a stop, whoever or whatever asked for it."""
     ends = event.detail.get("to") in (State.STOPPED, State.ABORTED, State.CLOSED)
     return event.kind == "state" and bool(event.detail.get("cause") or ends)
 

@@ -124,7 +124,7 @@ class ProgressLog:
         self._pace = Pace(planned_s / factor, self._now_s(), spread_s=spread_s / factor)
 
     def _now_s(self) -> float:
-        """Seconds as a person's clock counts them."""
+        """Return the seconds as a person's clock counts them."""
         return self._clock.monotonic_s() / self._clock.factor
 
     def tell(self, event: str, message: str, state: State | None = None, by: str = "") -> None:

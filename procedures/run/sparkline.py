@@ -23,7 +23,7 @@ class Sparkline:
 
 
 def sparkline(name: str, unit: str, minutes: Sequence[float], values: Sequence[float]) -> Sparkline:
-    """Values that are not finite leave no point."""
+    """Return values over minutes as a line; those that are not finite leave no point."""
     pairs = [(minute, value) for minute, value in zip(minutes, values, strict=True) if isfinite(value)]
     if not pairs:
         return Sparkline(name, unit, "", "–", "–", "–")

@@ -106,7 +106,7 @@ class Steering:
             raise WaitEnded("stop at once", self.terminated.by)
 
     def ending(self) -> Ending:
-        """How a wait that ended at once ends the run: aborted, or stopped where the process was told to end."""
+        """Return how a wait that ended at once ends the run: aborted, or stopped where the process was told to end."""
         if self.abort is None and self.terminated is not None:
             return Ending(State.STOPPED, self.terminated.text, self.terminated.by)
         return Ending(State.ABORTED, self.abort.text if self.abort else "", self.abort.by if self.abort else "")

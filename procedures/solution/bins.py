@@ -98,7 +98,7 @@ def _samples(row: DwellRecord, axis: str, what: str) -> FloatArray:
 
 
 def _mean_between(reading: ChannelReading, taken: ChannelReading, edges_s: FloatArray, source: str) -> FloatArray:
-    """Mean of a sampled channel between edges: its straight lines from sample to sample, integrated."""
+    """Return the mean of a sampled channel between edges: its straight lines from sample to sample, integrated."""
     times_s, values = taken.samples, reading.samples
     if edges_s[0] < times_s[0] or edges_s[-1] > times_s[-1]:
         raise JournalError(

@@ -66,13 +66,13 @@ def units_of(rows: Sequence[DwellRecord], channels: Mapping[str, str]) -> dict[s
 
 
 def _mounting(rows: Sequence[DwellRecord]) -> IntArray | None:
-    """(N,) where the package was moved in between; None where it never was."""
+    """Return (N,) where the package was moved in between; None where it never was."""
     labels = np.array([row.mounting for row in rows], dtype=np.int64)
     return labels if np.unique(labels).size > 1 else None
 
 
 def run_times_s(dwells: Sequence[DwellRecord]) -> FloatArray:
-    """(N,) middle of every dwell, seconds since the start of the first.
+    """Return (N,) middle of every dwell, seconds since the start of the first.
 
     Rig seconds inside an epoch; epochs are placed by the wall clock, since a restart begins a new monotonic clock.
     """
@@ -124,7 +124,7 @@ def _rate_dps(row: DwellRecord, axis: str) -> float:
 
 
 def _euler_rate_rad_s(rows: Sequence[DwellRecord]) -> FloatArray | None:
-    """(N, 3) rates of pitch, yaw and roll as measured; None where no dwell turned an axis."""
+    """Return (N, 3) rates of pitch, yaw and roll as measured; None where no dwell turned an axis."""
     if not any(row.motion is not None and row.motion.rates_dps for row in rows):
         return None
     return np.asarray(np.deg2rad([[_rate_dps(row, axis) for axis in AXES] for row in rows]))

@@ -22,7 +22,10 @@ UNCERTAINTIES = ("uncertainty_arcsec", "uncertainty_v", "uncertainty_degc", "unc
 
 
 def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
-    """Everything but the numbers. ``created_utc`` is when the last dwell ended: the same run gives the same set."""
+    """Return everything of a set but the numbers.
+
+    ``created_utc`` is when the last dwell ended: the same run gives the same set.
+    """
     rig, plan, rows = record.rig, record.plan, solved.observations
     sensor = plan.sensors[solved.name]
     temperatures = rows.temperature_degc
@@ -100,7 +103,7 @@ def roll_range_deg(values_deg: FloatArray) -> tuple[float, float]:
 
 
 def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
-    """None where the model has no yaw."""
+    """Return the range of yaw; None where the model has none."""
     yaw_rad = solved.observations.yaw_rad
     if yaw_rad is None or solved.calibration is None or solved.calibration.convention == "TP":
         return None
@@ -118,7 +121,7 @@ def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:
 
 
 def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
-    """Environment name to mean, lowest and highest temperature over the accepted dwells."""
+    """Return environment name to mean, lowest and highest temperature over the accepted dwells."""
     read: dict[str, list[float]] = {}
     for dwell in dwells:
         for name, value in dwell.temperature_degc.items() if dwell.accepted else ():

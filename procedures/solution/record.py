@@ -54,7 +54,7 @@ class RunRecord:
 
 
 def read_record(reader: JournalReader) -> RunRecord:
-    """Everything at once, so that the page tells of one moment of the run.
+    """Read everything at once, so that the page tells of one moment of the run.
 
     The journal is verified first, chain, dwells and all: no number is drawn from one that was changed.
     Raises: JournalError, PlanError or DescriptionError where the journal is damaged or of another version.

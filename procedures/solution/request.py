@@ -164,7 +164,7 @@ def budgets_of(
     trials: int = 0,
     priors_in_words: str = "",
 ) -> dict[str, AxisBudget]:
-    """Axis to its budget under what was asked for; ``trials`` of a Monte Carlo check, 0: none.
+    """Return axis to its budget under what was asked for; ``trials`` of a Monte Carlo check, 0: none.
 
     ``priors_in_words``: what else was declared of the table.
     """

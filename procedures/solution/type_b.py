@@ -145,7 +145,7 @@ def gravity_warnings(rig: RigDescription, sensor: Sensor) -> tuple[str, ...]:
 
 
 def gravity_of(rig: RigDescription) -> Gravity:
-    """Local gravity as the rig file states it."""
+    """Return the local gravity as the rig file states it."""
     return Gravity(rig.rig.gravity_mps2, rig.rig.gravity_uncertainty_mps2, rig.rig.gravity_source)
 
 

@@ -156,7 +156,7 @@ def _other_sizes(device: Answers, twin: Answers) -> Iterator[Difference]:
 
 
 def _swapped(device: Mapping[str, float | str], twin: Mapping[str, float | str]) -> Iterator[Difference]:
-    """Pairs of channels of which each reads what the other's twin reads."""
+    """Yield the pairs of channels of which each reads what the other's twin reads."""
     names = [name for name in device if "." in name and isinstance(device[name], float) and name in twin]
 
     def is_same(first: str, second: str) -> bool:
@@ -202,7 +202,7 @@ def _forms(entries: list[Entry]) -> dict[bytes, list[str]]:
 
 
 def _form(reply: bytes) -> str:
-    """Of text: every whole number an N, decimals and ends as they are. Of bytes: how many."""
+    """Return the form of an answer. Text: every whole number an N, decimals and ends as they are. Bytes: how many."""
     if not reply:
         return "nothing"
     if not all(32 <= byte < 127 or byte in b"\r\n\t" for byte in reply):

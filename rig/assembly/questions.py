@@ -46,7 +46,7 @@ def answers_of(rig: Rig, motion: str | None) -> dict[str, Answers]:
 
 
 def _try(answers: Answers, name: str, ask: Callable[[], str]) -> bool:
-    """Whether it answered; an error is an answer, told by its kind and its first sentence."""
+    """Return whether it answered; an error is an answer, told by its kind and its first sentence."""
     try:
         answers.compared[name] = ask()
     except RigError as error:
@@ -150,7 +150,7 @@ def _move(axis: Axis, clock: Clock, answers: Answers) -> None:
 
 
 def _ends(axis: Axis) -> tuple[float, float]:
-    """Where it is, on its increment, and a place at most 5 degrees away inside its limits.
+    """Return where it is, on its increment, and a place at most 5 degrees away inside its limits.
 
     An axis without a home is refused: a home may be far away.
     """

@@ -276,7 +276,7 @@ def _instrument_twice(file: TomlFile, rig: RigDescription) -> Iterable[str]:
 
 
 def _cables_that_never_wind(file: TomlFile, rig: RigDescription) -> Iterable[str]:
-    """Asked of files only: journals hold rigs from before this was refused."""
+    """Yield cables of axes that never wind them up. Of files only: journals hold rigs from before it was refused."""
     for name, axis in rig.axes.items():
         if axis.wrap_turns is not None and axis.turning != "revolves":
             remedy = "give top_rate_dps, or remove it" if hasattr(axis, "top_rate_dps") else "remove it"

@@ -88,7 +88,7 @@ def _dialects_found(devices: dict[str, Described], folder: Path) -> dict[str, De
 
 
 def _index_tables(file: TomlFile, axes: dict[str, AxisSettings]) -> tuple[dict[str, dict[str, IndexTable]], list[str]]:
-    """Axis to the rows of its file of index errors, and what is wrong with such files."""
+    """Return axis to the rows of its file of index errors, and what is wrong with such files."""
     found: dict[str, dict[str, IndexTable]] = {}
     complaints = []
     for name, axis in axes.items():

@@ -221,7 +221,7 @@ class IndexingTableAxis:
         return (StopStep(self._codec.encode_command(Stop(self._number))),)
 
     def _ask_state(self) -> TableState:
-        """By its own word, or by whether it is still where it was."""
+        """Return its state: by its own word, or by whether it is still where it was."""
         if self._codec.knows(AskState):
             answer = self._ask(AskState(self._number))
             assert isinstance(answer, TableState)

@@ -161,7 +161,7 @@ class ZaberAxis:
         self._ask("stop")
 
     def stop_steps(self) -> Sequence[StopStep]:
-        """Without an id: whoever sends it waits for no reply."""
+        """Return the stop, without an id: whoever sends it waits for no reply."""
         return (StopStep(wire.encode_command(Command(self._settings.axis, self._settings.device_axis, "stop"))),)
 
     def _prepare(self) -> None:

@@ -342,7 +342,7 @@ class Guard:
 
 
 def asleep_s() -> float:
-    """How long the machine was suspended since it was switched on."""
+    """Return how long the machine was suspended since it was switched on."""
     return CLOCK.boottime_s() - CLOCK.monotonic_s()
 
 

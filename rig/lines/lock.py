@@ -96,7 +96,7 @@ def acquire(
 
 
 def owner_of(resource: str, *, folder: Path | None = None) -> LockOwner | None:
-    """Who holds a resource now, or None."""
+    """Return who holds a resource now, or None."""
     path = _file_of(identity_of(resource), folder or lock_folder())
     return _holder(path) if path.exists() else None
 

@@ -51,7 +51,7 @@ class Warden(Protocol):
         """Give a sign of life, and say what is not known to stand."""
 
     def take_trouble(self) -> RigError | None:
-        """Why nothing may move on, once."""
+        """Return why nothing may move on, once."""
 
 
 class Supervisor:
@@ -185,7 +185,7 @@ class SupervisedAxis:
         return self._watched.task.doubt if isinstance(self._watched.task, Standing) else ""
 
     def is_to_be_seen(self, *, only_unknown: bool) -> bool:
-        """Whether it should stand while another one moves, and answers."""
+        """Return whether it should stand while another one moves, and answers."""
         wanted = (Unknown,) if only_unknown else (Unknown, Standing)
         return isinstance(self._watched.task, wanted) and not self.is_silent
 

@@ -224,7 +224,7 @@ class Esp301Twin:
         return 0
 
     def _status(self, now_s: float) -> str:
-        """One character: bit 6 always, bit 4 power on any axis, bits 0 to 2 axes that move."""
+        """Return one character: bit 6 always, bit 4 power on any axis, bits 0 to 2 axes that move."""
         moving = sum(1 << number - 1 for number, axis in self.axes.items() if axis.servo.is_moving(now_s))
         return chr(1 << 6 | (1 << 4 if any(axis.is_on for axis in self.axes.values()) else 0) | moving)
 

@@ -153,15 +153,15 @@ class TableCodec:
         self._error = None if dialect.error is None else Template(dialect.error.reply)
 
     def knows(self, kind: type[Command]) -> bool:
-        """Whether the machine has this command."""
+        """Return whether the machine has this command."""
         return kind in self._commands
 
     def is_answered(self, kind: type[Command]) -> bool:
-        """Whether the machine says anything to it."""
+        """Return whether the machine says anything to it."""
         return kind in self._replies
 
     def names_its_axis(self, kind: type[Command]) -> bool:
-        """Whether the machine says to it which axis took it."""
+        """Return whether the machine says to it which axis took it."""
         return kind in self._replies and "axis" in self._replies[kind].fields
 
     def encode_command(self, command: Command) -> bytes:

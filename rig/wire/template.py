@@ -56,7 +56,7 @@ class Template:
             raise ValueError("counts need counts_per_turn in the dialect")
 
     def _patterns(self) -> Iterator[str]:
-        """Of every piece; a field that stands twice holds the same text twice."""
+        """Yield the pattern of every piece; a field that stands twice holds the same text twice."""
         seen: set[str] = set()
         for literal, name, spec in self._pieces:
             yield f"{re.escape(literal)}(?P={name})" if name in seen else _piece(literal, name, spec)

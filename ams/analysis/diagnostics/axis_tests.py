@@ -244,7 +244,7 @@ def _by_point(evidence: Evidence, output: int, known: FloatArray) -> list[Belief
 
 
 def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
-    """(K, 2) temperature of the points, and its product with what the output senses over its largest.
+    """Return (K, 2) temperature of the points, and its product with what the output senses over its largest.
 
     (K, 0) where none is recorded, where it is modelled or where it is one.
     """

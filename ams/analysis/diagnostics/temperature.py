@@ -162,7 +162,7 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
 
 
 def sensed(evidence: Evidence, output: int) -> FloatArray:
-    """(N,) what the output senses beside its offset, over its largest."""
+    """Return (N,) what the output senses beside its offset, over its largest."""
     centred = evidence.fitted[:, output] - evidence.fitted[:, output].mean()
     largest = float(np.abs(centred).max())
     return np.asarray(centred / largest) if largest > 0.0 else centred

@@ -119,7 +119,7 @@ def sign_off_lines(signed: SignOff) -> Iterator[str]:
 
 
 def _findings_lines(signed: SignOff) -> Iterator[str]:
-    """Every significant finding with who accepted it, and the quarantine with who released it."""
+    """Yield every significant finding with who accepted it, and the quarantine with who released it."""
     words = {acceptance.finding: acceptance for acceptance in signed.acceptances}
     for finding in signed.findings:
         word = words.get(finding.name)
@@ -136,7 +136,7 @@ def _findings_lines(signed: SignOff) -> Iterator[str]:
 
 
 def comparison_lines(found: Comparison) -> Iterator[str]:
-    """Rotation first, then every axis."""
+    """Yield the rotation first, then every axis."""
     yield f"{found.sensor}: {found.old_sha256[:12]} to {found.new_sha256[:12]}, {found.elapsed_days:.1f} days"
     yield from (f"note: {text}" for text in found.notes)
     turns = (f"{axis} {_turn(change)}" for axis, change in found.rotation_deg.items())
@@ -177,7 +177,7 @@ def _arcsec(change: Change) -> str:
 
 
 def history_lines(found: SensorHistory) -> Iterator[str]:
-    """Charts as a table, what was found, advice."""
+    """Yield the charts as a table, what was found, advice."""
     history = found.history
     first, last = history.labels[0], history.labels[-1]
     count = len(history.labels)

@@ -180,7 +180,7 @@ def _screen(
 
 @contextmanager
 def _homes_kept(opened: Rig) -> Iterator[None]:
-    """Homes that the machines prove to have kept since the last jog, and those of this one for the next."""
+    """Take over homes that the machines prove to have kept since the last jog; keep those of this one for the next."""
     memory = HomeMemory(opened.description, opened.clock, replace_file)
     for why in memory.take_over(opened.axes).values():
         note(why)

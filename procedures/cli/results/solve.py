@@ -59,7 +59,7 @@ def solve(
 
 
 def _findings(run: SolvedRun) -> Iterator[str]:
-    """Advice and budget of every axis, under its name."""
+    """Yield the advice and budget of every axis, under its name."""
     for name, document in sensors_document(run).items():
         for axis, section in document["axes"].items():
             if lines := list(findings_lines(section)):

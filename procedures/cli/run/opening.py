@@ -71,7 +71,7 @@ def tell_whom_it_concerns(title: str, word: str, text: str, alerts: Path | None 
 
 
 def _is_left_standing(run: Path | None) -> bool:
-    """Whether a run that was refused waits for somebody: not one that has ended or that another process runs."""
+    """Return whether a run that was refused waits for somebody: not one that has ended or that another process runs."""
     if run is None or not (run / JOURNAL).exists():
         return True
     try:

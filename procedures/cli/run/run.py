@@ -223,7 +223,7 @@ def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> Non
 
 
 def title_rig_and_time(folder: Path) -> tuple[str, str, bool]:
-    """Title of a run, name of its rig, and whether it runs in virtual time. Raises: JournalError."""
+    """Return the title of a run, name of its rig, and whether it runs in virtual time. Raises: JournalError."""
     with JournalReader.open(folder) as reader:
         described = rig_from_json(reader.header.rig_json)
         return reader.header.title, described.rig.name, isinstance(choose_clock(described), VirtualClock)

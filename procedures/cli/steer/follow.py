@@ -88,7 +88,7 @@ def attach_to(folder: Path, by: str, clock: Clock | None = None) -> int:
 
 
 def shown_until_left(folder: Path, observer: RunObserver, is_left: Callable[[], bool], clock: Clock) -> int:
-    """Exit status of the screen: that of the run where it has ended. Ctrl-C leaves it; the run goes on."""
+    """Return the exit status of the screen: that of the run where it has ended. Ctrl-C leaves it; the run goes on."""
     try:
         found = follow(folder, observer, is_left, clock)
     except KeyboardInterrupt:

@@ -62,7 +62,7 @@ def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()
 
 
 def _sources(tree: PageTree, imprint: Imprint, attachments: Sequence[Attachment]) -> dict[str, bytes]:
-    """Everything that typst may read, by name: it sees no other file."""
+    """Return everything that typst may read, by name: it sees no other file."""
     moment = imprint.moment.astimezone(UTC)
     document: dict[str, object] = {
         "title": imprint.title,

@@ -14,7 +14,7 @@ from rig.motion.move import move_and_arrive
 
 
 def reference_attitude(rig: OpenRig, plan: Plan, wait: Wait) -> dict[str, float]:
-    """Axis to the mean angle that the reference tells, degrees; empty where none is declared.
+    """Return axis to the mean angle that the reference tells, degrees; empty where none is declared.
 
     Raises: DeviceFault where it is beyond its range; as the readout or the stream.
     """

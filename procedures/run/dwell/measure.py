@@ -108,7 +108,7 @@ def measure(
 
 
 def look(rig: OpenRig, axes: Mapping[str, object]) -> Look:
-    """Position of every axis and every temperature, now."""
+    """Return the position of every axis and every temperature, now."""
     return Look(
         {name: rig.axes[name].state() for name in axes},
         {name: environment.temperature_degc() for name, environment in rig.environments.items()},

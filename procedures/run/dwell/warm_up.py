@@ -43,7 +43,7 @@ def warm_up(rig: OpenRig, gate: WarmUp, wait: Wait) -> dict[str, object]:
 
 
 def _slope_v_per_h(times_s: list[float], means_v: list[float]) -> float | None:
-    """None until there are looks enough."""
+    """Return the slope of the looks so far; None until there are enough."""
     if len(times_s) < LOOKS:
         return None
     return float(np.polyfit(np.array(times_s) - times_s[0], means_v, 1)[0]) * 3600.0

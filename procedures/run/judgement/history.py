@@ -63,7 +63,7 @@ class History:
         }
 
     def attempts(self, step: int) -> int:
-        """Judged attempts of a step so far, outside the check set."""
+        """Return the judged attempts of a step so far, outside the check set."""
         judged = (dwell.attempt for dwell in self.dwells if dwell.step == step and dwell.purpose != "check")
         return max(judged, default=0)
 

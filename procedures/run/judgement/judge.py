@@ -150,7 +150,7 @@ def at_rest(look: Look, limits: Limits, when: str, expected_deg: Mapping[str, fl
 
 
 def temperature(look: Look, limits: Limits, when: str) -> Iterable[str]:
-    """Finite, and inside its band where the plan has one."""
+    """Yield what is wrong with a temperature: not finite, or outside its band where the plan has one."""
     for name, degc in look.temperature_degc.items():
         band = limits.bands.get(name)
         if not isfinite(degc):

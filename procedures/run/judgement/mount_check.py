@@ -87,7 +87,7 @@ def _along(force_g: FloatArray, axis: str) -> FloatArray:
 
 
 def _table_force_g(dwells: Sequence[DwellRecord], *, rolls: bool) -> FloatArray:
-    """(K, 3) of specific force in the axes of the stage at the read-back attitudes, 1 g local gravity."""
+    """Return (K, 3) of specific force in the axes of the stage at the read-back attitudes, 1 g local gravity."""
     pitch_deg, roll_deg = (
         np.array([dwell.measured_deg.get(axis, 0.0) for dwell in dwells]) for axis in ("pitch", "roll")
     )

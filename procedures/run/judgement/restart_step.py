@@ -84,7 +84,7 @@ def _scatter(
 
 
 def _between_visits(visits: Iterable[DwellRecord]) -> dict[str, Scatter]:
-    """Channel to the pooled variance of dwell means at the same attitude."""
+    """Return channel to the pooled variance of dwell means at the same attitude."""
     means: dict[str, dict[tuple[tuple[str, float], ...], list[float]]] = defaultdict(lambda: defaultdict(list))
     for dwell in visits:
         attitude = tuple(dwell.targets_deg.items())

@@ -64,7 +64,7 @@ class _Line:
         self.count += 1
 
     def predict(self, basis: FloatArray) -> tuple[float, float]:
-        """(value, doubted beyond), g."""
+        """Return (value, doubted beyond), g."""
         solved = np.linalg.solve(self.information, np.stack([self.moments, basis], axis=1))
         value_g = float((self.start + solved[:, 0]) @ basis)
         scatter_g = max(LEAST_G / SIGMAS, self._scatter_g(solved[:, 0]))
@@ -111,7 +111,7 @@ class RunningFit:
         self._kept.append(dwell)
 
     def doubt(self, dwell: DwellRecord) -> Doubt | None:
-        """None where every channel is near its prediction, or nothing can be predicted."""
+        """Return what contradicts a dwell; None where every channel is near its prediction, or nothing is predicted."""
         if not _is_still(dwell):
             return None
         seen = self._seen(dwell)
@@ -134,7 +134,7 @@ class RunningFit:
         return {name: line.predict(basis) for name, line in self._lines.items()}
 
     def _swapped(self, seen: _Seen, doubted: Sequence[str]) -> Doubt | None:
-        """Channels of one readout that carry one another's readings."""
+        """Return the channels of one readout that carry one another's readings."""
         if len({name.partition(".")[0] for name in doubted}) > 1 or not 2 <= len(doubted) <= MOST_PERMUTED:
             return None
         expected = self._expected(seen.attitude_deg)
@@ -228,7 +228,7 @@ def _is_near(value_g: float, expected: tuple[float, float]) -> bool:
 
 
 def _slips(attitude_deg: Mapping[str, float], increments_deg: Mapping[str, float]) -> Iterator[tuple[str, float]]:
-    """Axis and angle that a coupling may be off by, the smallest first."""
+    """Yield axis and angle that a coupling may be off by, the smallest first."""
     for axis in attitude_deg:
         increment_deg = increments_deg.get(axis, 0.0) or inf
         sizes = sorted({*(n * increment_deg for n in TEETH if increment_deg < inf), *WHOLE_DEG})

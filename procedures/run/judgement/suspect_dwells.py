@@ -77,7 +77,7 @@ class Suspects:
 
 
 def _followed(plan: Plan) -> dict[str, Sensor]:
-    """Sensors whose readings follow from the attitude: accelerometers of declared sensitivity, at rest."""
+    """Return the sensors whose readings follow from the attitude: accelerometers of declared sensitivity, at rest."""
     if not plan.is_at_rest:
         return {}
     return {name: sensor for name, sensor in plan.sensors.items() if sensor.is_sensitivity_declared}

@@ -93,6 +93,6 @@ class ClockWatch:
         return ClockChange(self._last[0] - wall_s, self._last[1] - boot_s)
 
     def _offsets(self) -> tuple[float, float]:
-        """(wall − boot, boot − monotonic)."""
+        """Return (wall − boot, boot − monotonic)."""
         boot_s = self._clock.boottime_s()
         return self._clock.now_utc().timestamp() - boot_s, boot_s - self._clock.monotonic_s()
