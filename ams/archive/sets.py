@@ -39,6 +39,8 @@ class ArchivedSet:
     convention: str
     status: str
     """``engineering``, ``approved`` (by the rig file or by signatures since) or ``withdrawn``."""
+    is_signed: bool
+    """Approved by signature, as a certificate needs it; the rig file's ``approved_by`` is of rig and procedure."""
     simulated: bool
     run_id: str | None
     software_version: str
@@ -106,6 +108,7 @@ def list_sets(
             (SETS.c.sha256.in_(approved()), "approved"),
             else_=SETS.c.status,
         ),
+        "is_signed": case((SETS.c.sha256.in_(approved()), True), else_=False),
     }
     names = [field.name for field in fields(ArchivedSet)]
     listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]

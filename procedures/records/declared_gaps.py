@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-NOBODY_APPROVED = "nobody has approved the set"
+NOBODY_APPROVED = "nobody has signed the set as approved"
 OF_A_TWIN = "the readings come from a twin (SIMULATED)"
 
 

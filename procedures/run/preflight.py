@@ -90,8 +90,7 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
     """Yield what :mod:`procedures.certificate.grounds` will miss, whatever is measured."""
     if rig.is_simulated:
         yield OF_A_TWIN
-    if rig.approved_by is None:
-        yield f"{NOBODY_APPROVED} (approved_by of the rig file, or calrig archive sign)"
+    yield f"{NOBODY_APPROVED} (calrig archive sign, when it is archived)"
     yield from declared_gaps(
         Declared(
             laboratory=rig.laboratory.model_dump() if rig.laboratory else {},

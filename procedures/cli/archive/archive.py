@@ -30,6 +30,7 @@ from procedures.cli.archive.text import (
     plain,
     set_lines,
     sign_off_lines,
+    status_in_words,
 )
 from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Json, Operator, SecretFile, require_folder_of
@@ -164,7 +165,7 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     if json:
         print_json(found.document)
         return
-    say(set_text(found.document, found.status))
+    say(set_text(found.document, status_in_words(found.status, is_signed=found.approved_by_signature is not None)))
     adjustment = adjustment_of(url, found.sha256)
     say()
     for line in adjustment_lines(adjustment):

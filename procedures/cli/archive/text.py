@@ -37,10 +37,15 @@ def plain(value: Any) -> Any:
     return value
 
 
+def status_in_words(status: str, *, is_signed: bool) -> str:
+    """Tell whose approval it is: the rig file's is of rig and procedure, a certificate needs that of the set."""
+    return "by an approved rig, not signed" if status == "approved" and not is_signed else status
+
+
 def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
     """Yield a line for each archived set."""
     for row in rows:
-        stamp = f"{row.status}{', simulated' if row.simulated else ''}"
+        stamp = f"{status_in_words(row.status, is_signed=row.is_signed)}{', simulated' if row.simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
         judged = f", {', '.join(verdicts)}" if verdicts else ""
         judged += ", in quarantine" if row.quarantine else ""

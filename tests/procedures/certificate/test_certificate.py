@@ -145,7 +145,7 @@ def test_a_gap_is_refused_by_name(changes: dict[str, object], words: str) -> Non
 
 
 def test_without_an_approval_there_is_no_certificate() -> None:
-    with pytest.raises(RequestError, match="nobody has approved the set"):
+    with pytest.raises(RequestError, match="nobody has signed the set as approved"):
         check_grounds(_grounds(signed=SignOff("", (Signature("prepared", "A. Operator", SIGNED, ""),), ())))
 
 

@@ -130,7 +130,7 @@ def test_issuing_again_is_the_same_file_and_another_content_under_the_number_is_
 
 
 def test_an_unsigned_set_gets_no_certificate_and_no_file(archive: str, tmp_path: Path) -> None:
-    with pytest.raises(RequestError, match="nobody has approved"):
+    with pytest.raises(RequestError, match="nobody has signed the set as approved"):
         issue(archive, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
     assert not list(tmp_path.glob("certificate*"))
     assert certificate_of(archive, "7") is None
