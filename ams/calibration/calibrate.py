@@ -273,14 +273,19 @@ def _axis_remarks(label: str, model: Model) -> tuple[str, ...]:
     )
 
 
+def few_replications(replications: int) -> Iterator[str]:
+    """Yield what is held against two or three replications; nothing for more."""
+    if replications in (2, 3):
+        yield (
+            f"{replications} replications only: intervals rest on {dof_words(replications - 1)} and are wide; four or "
+            "more make them much narrower"
+        )
+
+
 def _layout_warnings(layout: Layout, rows: Observations) -> Iterator[str]:
     if layout.replications == 1:
         yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
-    if layout.replications in (2, 3):
-        yield (
-            f"{layout.replications} replications only: intervals rest on {dof_words(layout.replications - 1)} "
-            "and are wide; four or more make them much narrower"
-        )
+    yield from few_replications(layout.replications)
     for label, points in layout.missing().items():
         some = ", ".join(map(str, points[:_LONGEST_LIST])) + (" …" if len(points) > _LONGEST_LIST else "")
         yield f"replication {label} lacks {len(points)} of {layout.points} points ({some}): used as it is"

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from ams.parameter_words import words_of
+from ams.units import small_unit
 from procedures.description.procedure_file import Order
 from procedures.plan.drift_bias import TIME_CONFOUNDED
 from procedures.plan.learned_times import LearnedTimes
@@ -54,6 +56,12 @@ class Target:
     """Name and 95 % half-width, in its unit, of the worst axis."""
     hours: float | None = None
     """The most that all sensors of the rig may take (p50)."""
+
+
+def half_in_words(parameter: str, half_width: float) -> str:
+    """Tell a half-width of a parameter in the unit that it is readable in."""
+    unit, factor = small_unit(words_of(parameter).unit)
+    return f"{half_width * factor:.3g} {unit}".rstrip()
 
 
 @dataclass(frozen=True)

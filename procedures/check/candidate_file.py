@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 from ams.units import ARCSEC_PER_DEG
-from procedures.check.candidate import Candidate, Comparison, Target
+from procedures.check.candidate import Candidate, Comparison, Target, half_in_words
 from procedures.check.candidates import IN_HAND, REFERENCE_EVERY, model_for
 from procedures.check.procedure_text import Written, procedure_text
 from procedures.check.shares import explained, shares_in_words
@@ -102,7 +102,7 @@ def target_in_words(target: Target) -> str:
         return f"the best that {target.hours:g} h allow"
     if target.parameter is not None:
         name, half = target.parameter
-        return f"the shortest with a 95 % half-width of {name} of {half:g} or less, a tenth in hand"
+        return f"the shortest with a 95 % half-width of {name} of {half_in_words(name, half)} or less, a tenth in hand"
     return f"the shortest with U95 of {target.half_width_deg:g} degrees or less, {round((IN_HAND - 1) * 100)} % in hand"
 
 

@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from ams.errors import AmsError
 from ams.statistics.distributions import f_quantile
 from ams.units import RAD_PER_ARCSEC
-from procedures.check.candidate import STEEPEST_DEG, Candidate, Comparison, PlanRequest
+from procedures.check.candidate import STEEPEST_DEG, Candidate, Comparison, PlanRequest, Target, half_in_words
 from procedures.check.candidate_lattice import tables_on_the_lattice
 from procedures.check.candidate_timing import Ordered, Timed, in_orders, readings_of, readout_nplc
 from procedures.check.procedure_text import Written, procedure_text
@@ -105,13 +105,16 @@ def _chosen(request: PlanRequest, candidates: Sequence[Candidate], front: Sequen
             return index
     nearest = candidates[best]
     what = "an angle" if target.parameter is None else target.parameter[0]
-    unit = "°" if target.parameter is None else ""
     raise PlanError(
-        f"plan: a half-width of {wanted:.3g}{unit} of {what} is out of reach: with 10 % in hand the nearest is "
-        f"{IN_HAND * nearest.value(target):.3g}{unit} in {nearest.hours:.3g} h ({nearest.points} points, "
+        f"plan: a half-width of {_told(target, wanted)} of {what} is out of reach: with 10 % in hand the nearest is "
+        f"{_told(target, IN_HAND * nearest.value(target))} in {nearest.hours:.3g} h ({nearest.points} points, "
         f"{nearest.replications} replications, {nearest.samples} readings), of which the calibration leaves "
         f"{nearest.calibration_deg:.2g}° of an angle; nothing was written; {_HELPS[target.parameter is None]}"
     )
+
+
+def _told(target: Target, half_width: float) -> str:
+    return f"{half_width:.3g}°" if target.parameter is None else half_in_words(target.parameter[0], half_width)
 
 
 def _rounded_up(hours: float) -> str:

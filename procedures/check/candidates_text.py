@@ -1,18 +1,20 @@
 """A comparison of calibrations for a person, as a table and as a document."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence, Sized
 from typing import Any
 
 from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
+from ams.calibration.calibrate import few_replications
 from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.check.candidate import Candidate, Comparison
 from procedures.check.candidate_file import cannot_see, hours_source, left_open, target_in_words, what_holds_it
 from procedures.plan.drift_bias import TIME_CONFOUNDED
 
+AXES = ("pitch", "roll")
 SHOWN = ("offset_v", "sensitivity_v_per_g")
 MOST_ROWS = 14
 
@@ -24,8 +26,9 @@ def render_comparison(comparison: Comparison) -> Group:
     halves = [f"{words_of(name).symbol} ±\n({small_unit(words_of(name).unit)[0]})" for name in names]
     table = Table(
         "",
-        "points ×\nreplications ×\nreadings",
+        "points ×\nrepl. ×\nreadings",
         "NPLC",
+        "design",
         "order",
         "hours",
         "U95\n(″)",
@@ -37,8 +40,9 @@ def render_comparison(comparison: Comparison) -> Group:
         candidate = comparison.candidates[index]
         table.add_row(
             "→" if index == comparison.chosen else "",
-            f"{candidate.points} × {candidate.replications} × {candidate.samples}",
+            f"{candidate.points}×{candidate.replications}{_mark(candidate)}×{candidate.samples}",
             _nplc(candidate),
+            _design(candidate),
             candidate.order,
             f"{candidate.hours:.2f}",
             f"{candidate.half_width_deg * ARCSEC_PER_DEG:.3g}",
@@ -51,8 +55,9 @@ def render_comparison(comparison: Comparison) -> Group:
         table,
         f"{len(comparison.candidates)} calibrations compared; shown are some that no other beats. →: "
         f"{target_in_words(comparison.request.target)}: {chosen.hours:.2f} h{each}",
-        f"hours: half of such runs take longer (p50), by {hours_source(comparison)}; NPLC: own is the readout's; "
-        f"{_halves_in_words(names)}",
+        *_few([comparison.candidates[index] for index in _shown(comparison)]),
+        f"repl.: replications; hours: half of such runs take longer (p50), by {hours_source(comparison)}; NPLC: own is "
+        f"the readout's; {_halves_in_words(names)}",
         f"U95: rms of the 95 % half-width of one future angle over pitch {low:g}° to {high:g}° and every roll, at "
         f"{comparison.request.usage.noise_arcsec:.2g}″ a reading; the worst angle of the worst sensor",
         "",
@@ -92,6 +97,23 @@ def _otherwise(comparison: Comparison, chosen: Candidate) -> Table:
 
 def _but_order(candidate: Candidate) -> object:
     return {**candidate.design, "order": None}, candidate.replications, candidate.samples, candidate.nplc
+
+
+def _mark(candidate: Candidate) -> str:
+    return "*" if any(few_replications(candidate.replications)) else ""
+
+
+def _few(shown: Sequence[Candidate]) -> Iterator[str]:
+    """Yield what `check` will hold against rows with an asterisk."""
+    counts = sorted({candidate.replications for candidate in shown})
+    yield from (f"*: a reservation of check and report: {text}" for count in counts for text in few_replications(count))
+
+
+def _design(candidate: Candidate) -> str:
+    """Tell designs of as many points apart: their kind, and their pitch and roll values."""
+    sizes = (len(angles) if isinstance(angles := candidate.design.get(f"{name}_deg"), Sized) else None for name in AXES)
+    grid = "×".join(str(size) for size in sizes if size is not None)
+    return f"{candidate.design['kind']} {grid}" if grid else str(candidate.design["kind"])
 
 
 def _nplc(candidate: Candidate) -> str:

@@ -93,6 +93,20 @@ def test_a_chamber_that_the_choice_sets_to_nothing_is_told_in_file_and_table(
     assert "a table [environment] with plateaus_degc" in capsys.readouterr().out
 
 
+def test_every_row_says_its_design_and_what_check_will_hold_against_it(
+    best: Comparison, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No two rows are alike to the eye, and two or three replications are marked as check would."""
+    Console(width=200).print(render_comparison(best))
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line for line in lines if re.search(r"\d×\d+\*?×\d", line)]
+    assert len({tuple(row.removeprefix("→").split()[:5]) for row in rows}) == len(rows) > 3
+    few = [row for row in rows if re.search(r"\d×[23]\D", row)]
+    assert all(re.search(r"\d×[23]\*×", row) for row in few)
+    assert sum("*" in row for row in rows) == len(few)
+    assert any("*: a reservation of check and report" in line for line in lines) == bool(few)
+
+
 def test_a_serpentine_is_quick_and_never_chosen_and_forward_reverse_counts_every_visit(best: Comparison) -> None:
     """The report would say that a drift passes for a parameter; twice the points take about twice the time."""
     alike = {
@@ -129,6 +143,10 @@ def test_sensors_on_the_table_at_once_share_the_moves_and_leave_no_more_unknown(
 def test_what_is_out_of_reach_is_a_sentence_with_the_nearest_possible(best: Comparison) -> None:
     with pytest.raises(PlanError, match=r"out of reach: with 10 % in hand the nearest is 0\.000\d+° in .* h"):
         compared(Target(half_width_deg=1e-6))
+    with pytest.raises(
+        PlanError, match=r"half-width of 0\.002 µV of offset_v is out of reach: .* is [\d.]+ µV in .* h"
+    ):
+        compared(Target(parameter=("offset_v", 2e-9)))
     with pytest.raises(PlanError, match=r"the shortest calibration that can be solved takes 0\.\d+ h") as short:
         compared(Target(hours=0.01))
     said = re.search(r"takes (\S+) h", str(short.value))
