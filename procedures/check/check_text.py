@@ -74,7 +74,7 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
     expected = plan.expected
     source = f"{expected.learned_from} past runs of this rig" if expected.learned_from else "the files alone"
     table.add_row(
-        "duration (h:mm:ss)",
+        "duration",
         f"{duration(expected.p50_s)} (p50: half of such runs take longer), {duration(expected.p90_s)} (p90: one in ten "
         f"does), by {source}",
     )
@@ -136,11 +136,12 @@ def _axes(report: CheckReport) -> "Table":
 def _durations(report: CheckReport) -> "Table":
     """Return what takes how long, the longest first; what takes less than a thousandth of it all is left out."""
     expected = report.plan.expected
-    table = Table("what", "times", "p50\n(h:mm:ss)", "p90\n(h:mm:ss)", "each\np50", "each\np90", box=None)
+    table = Table("what", "times", "p50", "p90", "each\np50", "each\np90", box=None)
     for name, part in sorted(expected.parts.items(), key=lambda item: -item[1].p50_s):
         if part.p50_s > 0.001 * expected.p50_s:
             late, late_each = (duration(part.p90_s), _seconds(part.each_p90_s)) if expected.learned_from else ("", "")
-            table.add_row(name, str(part.count), duration(part.p50_s), late, _seconds(part.each_p50_s), late_each)
+            what = f"{name.removesuffix(' deg')}°" if name.endswith(" deg") else name  # the archive keeps it in ASCII
+            table.add_row(what, str(part.count), duration(part.p50_s), late, _seconds(part.each_p50_s), late_each)
     return table
 
 
@@ -212,7 +213,7 @@ def _bare_table() -> "Table":
 
 
 def _seconds(duration_s: float) -> str:
-    return f"{duration_s:.0f} s" if duration_s >= _WHOLE_S else f"{duration_s:.3g} s"
+    return duration(duration_s) if duration_s >= _WHOLE_S else f"{duration_s:.3g} s"
 
 
 def _small(name: str) -> tuple[str, float]:
