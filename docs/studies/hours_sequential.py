@@ -31,15 +31,22 @@ class AtStop:
     """Mean number at the stop."""
 
 
-def coverage_at_stop(campaigns: int, chance: np.random.Generator, least: int = 4, most: int = 12) -> AtStop:
-    """Count over campaigns of 18 attitudes; ``least`` to ``most`` replications, :data:`TYPICAL` among them."""
+def coverage_at_stop(
+    campaigns: int, chance: np.random.Generator, least: int = 4, most: int = 12, lack_of_fit: float = 0.0
+) -> AtStop:
+    """Count over campaigns of 18 attitudes; ``least`` to ``most`` replications, :data:`TYPICAL` among them.
+
+    ``lack_of_fit``: standard deviation, over the noise, of an error of every attitude of its own. Without it intervals
+    are on the safe side at any number of replications: a variance of lack of fit is never estimated below zero.
+    """
     pitch, roll = (np.deg2rad(a).ravel() for a in np.meshgrid([-60.0, 0.0, 60.0], np.arange(-180.0, 180.0, 60.0)))
     model, truth = PitchRoll("x"), np.array([0.01, 2.5, 0.02, -0.01])
     clean = model.predict(truth, _rows(pitch, roll, 1))
     noise = chance.standard_normal((most, pitch.size, campaigns))
+    fixed_v = lack_of_fit * NOISE_V * chance.standard_normal((pitch.size, campaigns))
     stopped, held, fixed, counts = np.zeros(campaigns, dtype=bool), [], [], []
     for n in range(least, most + 1):
-        outputs = (clean[None, :, None] + NOISE_V * noise[:n]).reshape(n * pitch.size, campaigns)
+        outputs = (clean[None, :, None] + fixed_v + NOISE_V * noise[:n]).reshape(n * pitch.size, campaigns)
         solved = solve_columns(_rows(pitch, roll, n), outputs, [model] * campaigns)
         assert solved.replication is not None
         half = solved.parameters.halfwidths_95[:, :2]

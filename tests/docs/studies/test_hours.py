@@ -43,9 +43,11 @@ def test_intervals_keep_their_coverage_where_a_run_stops_by_itself(monkeypatch) 
 
 
 @pytest.mark.soak
+@pytest.mark.parametrize("lack_of_fit", [0.0, 1.0, 3.0])
 @pytest.mark.parametrize(("least", "most"), [(2, 12), (4, 12), (6, 10)])
-def test_intervals_cover_95_percent_at_the_stop(monkeypatch, least: int, most: int) -> None:
+def test_intervals_cover_95_percent_at_the_stop(monkeypatch, least: int, most: int, lack_of_fit: float) -> None:
     monkeypatch.syspath_prepend(STUDIES)
-    found = import_module("hours_sequential").coverage_at_stop(20_000, np.random.default_rng(6), least, most)
+    chance = np.random.default_rng(6)
+    found = import_module("hours_sequential").coverage_at_stop(20_000, chance, least, most, lack_of_fit)
     assert found.stopped == pytest.approx(0.95, abs=0.01)
     assert found.fixed == pytest.approx(0.95, abs=0.01)
