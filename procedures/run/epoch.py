@@ -54,11 +54,7 @@ class Epoch:
     def __init__(self, context: RunContext, history: History, identities: dict[str, str] | None) -> None:
         self._context = context
         self._plan, self._rig, self._progress_log = context.plan, context.rig, context.progress_log
-        self._wait, self._watch, self._live = (
-            context.wait,
-            context.watch,
-            LiveDwells(context.live, context.plan.expected.parts, context.rig.clock.factor),
-        )
+        self._wait, self._watch, self._live = context.wait, context.watch, LiveDwells.of(context)
         self._history = history
         self._identities = identities
         self._noise = history.noise()

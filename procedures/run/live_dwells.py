@@ -6,9 +6,12 @@ from dataclasses import dataclass, field
 from procedures.journal.live import Figure, LiveFile, Target
 from procedures.numbers import finite
 from procedures.plan.learned_times import PartTime
-from procedures.plan.step_times import SETTLE, reading_name
+from procedures.plan.plan import Plan
+from procedures.plan.step_times import MOVE, SETTLE, reading_name, step_parts
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import Measurement
+from procedures.run.context import RunContext
+from rig.description.rig_file import RigDescription
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +23,15 @@ class LiveDwells:
     """How long each part of a step is expected to take, in rig seconds."""
     factor: float = 1.0
     """Rig seconds in a second of the person who looks."""
+    moves_s: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    """Step to how long the way to it usually and seldom takes, in the order of the plan, in rig seconds."""
+
+    @classmethod
+    def of(cls, context: RunContext) -> "LiveDwells":
+        """Return the file of a run with what its plan expects."""
+        plan, rig = context.plan, context.services.described
+        moves_s = {} if rig is None else usual_moves_s(rig, plan)
+        return cls(context.live, plan.expected.parts, context.rig.clock.factor, moves_s)
 
     def phase(self, phase: str, dwell: Dwell | None = None) -> None:
         """Tell a phase of a dwell, and how long it usually and seldom takes."""
@@ -39,7 +51,10 @@ class LiveDwells:
     def moves(self, dwell: Dwell, left: Iterable[Step]) -> None:
         """``left``: what comes after the dwell."""
         following = next((step for step in left if isinstance(step, Dwell)), None)
-        self.live.tell("moving", now=_target(dwell), next=None if following is None else _target(following))
+        taken = dict(zip(("usual_s", "seldom_over_s"), self.moves_s.get(dwell.step, ()), strict=False))
+        expected = {name: seconds / self.factor for name, seconds in taken.items()}
+        target = None if following is None else _target(following)
+        self.live.tell("moving", now=_target(dwell), next=target, **expected)
 
     def rests_at(self, positions_deg: Mapping[str, float]) -> None:
         self.live.tell(positions_deg=dict(positions_deg))
@@ -59,6 +74,17 @@ class LiveDwells:
             self.live.tell(temperature_degc={step.environment: degc}, soak_left_s=left_s / self.factor)
 
         return tell
+
+
+def usual_moves_s(rig: RigDescription, plan: Plan) -> dict[int, tuple[float, float]]:
+    """Return, by step, how long the way to it usually and seldom takes; none for a step whose axes stand there."""
+    found: dict[int, tuple[float, float]] = {}
+    for part in step_parts(rig, plan.steps, plan.dwell, plan.channels):
+        each = plan.expected.parts.get(part.name)
+        if part.step is not None and part.name.startswith(MOVE) and each is not None:
+            usual_s, seldom_s = found.get(part.step, (0.0, 0.0))
+            found[part.step] = usual_s + each.each_p50_s, seldom_s + each.each_p90_s
+    return found
 
 
 def _target(dwell: Dwell) -> Target:

@@ -16,7 +16,7 @@ from procedures.plan.step_times import SETTLE
 from procedures.plan.steps import Soak
 from procedures.records.progress import Progress
 from procedures.records.states import State
-from procedures.run.live_dwells import LiveDwells
+from procedures.run.live_dwells import LiveDwells, usual_moves_s
 from procedures.run.services import RunServices
 from rig.clock import VirtualClock
 
@@ -40,6 +40,25 @@ def test_phases_and_soaks_are_told_in_seconds_of_who_looks(tmp_path: Path, facto
     assert seen()["soak_left_s"] == 1800.0 / factor
     tell(20.1, 600.0)
     assert seen()["soak_left_s"] == 600.0 / factor
+
+
+def test_a_way_is_told_with_how_long_it_usually_takes(tmp_path: Path) -> None:
+    """A quarter of a turn at 180 deg/s takes half a second, beside 1.3 s of the coupling."""
+    small = bench(tmp_path)
+    ways_s = usual_moves_s(small.rig, small.plan)
+    first, second = (dwell for dwell in small.plan.design_dwells if dwell.step in (7, 8))
+    assert first.targets_deg["pitch"] == second.targets_deg["pitch"]
+    assert abs(first.targets_deg["roll"] - second.targets_deg["roll"]) == 90.0
+    assert ways_s[8][0] == pytest.approx(0.5 + 1.3)
+
+    clock = VirtualClock(datetime(2026, 3, 1, tzinfo=UTC))
+    file = LiveFile(tmp_path, clock)
+    LiveDwells(file, {}, 20.0, ways_s).moves(second, [])
+    clock.sleep(2.0)
+    file.look()
+    found = json.loads((tmp_path / LIVE_FILE).read_text(encoding="utf-8"))
+    assert found["usual_s"] == pytest.approx(1.8 / 20.0)
+    assert found["seldom_over_s"] >= found["usual_s"]
 
 
 def test_a_pause_that_is_asked_for_in_a_soak_is_shown_as_waiting(tmp_path: Path) -> None:
