@@ -13,12 +13,10 @@ from ams.parameter_words import words_of
 from ams.surveillance.attitude_errors import AngleErrors
 from ams.surveillance.level_errors import LevelErrors
 from ams.units import printed as printed_unit
-from ams.units import with_unit
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import (
     angle,
     arcsec,
-    as_drawn,
     attitude,
     degrees_of_freedom,
     duration,
@@ -30,11 +28,12 @@ from procedures.numbers import (
     with_uncertainty,
 )
 from procedures.report.canvas import Figure
+from procedures.report.check_rows import check_rows
 from procedures.report.figures import are_left_out
 from procedures.report.findings_in_short import significant_findings, test_name, tests_in_short
 from procedures.report.overview import overview_rows
 from procedures.report.rejected_rows import rejected_rows
-from procedures.report.view import AxisView, CheckComparison, ParameterRow, RunView
+from procedures.report.view import AxisView, ParameterRow, RunView
 
 URI_SAFE = " !$'()*+,-./:;<=>?@_{}~"
 """What a data URI inside an attribute may hold as it is."""
@@ -86,11 +85,6 @@ def factor_text(factor: float | None) -> str:
 
 def as_arcsec(voltage_v: float, owner: _HasSensitivity) -> str:
     return f"{_minus(two_digits(arcsec(voltage_v, owner.sensitivity_v_per_g)))}″"
-
-
-def as_change(value: float, owner: CheckComparison) -> str:
-    factor, unit = as_drawn(owner.sensitivity_v_per_g, owner.unit)
-    return with_unit(_minus(two_digits(value * factor)), unit)
 
 
 def microvolt(voltage_v: float) -> str:
@@ -235,7 +229,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "dof": degrees_of_freedom,
     "factor": factor_text,
     "as_arcsec": as_arcsec,
-    "as_change": as_change,
+    "check_rows": check_rows,
     "microvolt": microvolt,
     "primary_label": primary_label,
     "primary_linear": primary_linear,

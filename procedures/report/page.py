@@ -5,6 +5,7 @@ Jinja's autoescape, and a content security policy forbids the page to load anyth
 """
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment
@@ -34,8 +35,9 @@ def render_page(view: RunView, figures: Figures) -> str:
     )
 
 
+@cache
 def report_environment(*folders: Path) -> Environment:
-    """Return the templates that print their cells as the report does."""
+    """Return the templates that print their cells as the report does; each is compiled once, not once a document."""
     environment = page_environment(*folders)
     environment.filters.update(FILTERS)
     return environment

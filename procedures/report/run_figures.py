@@ -24,7 +24,11 @@ from procedures.report.canvas import (
 )
 from procedures.report.conclusions import by_replication
 from procedures.report.design_figures import variance_map
-from procedures.report.interruption_marks import interruption_caption, mark_interruptions
+from procedures.report.interruption_marks import (
+    interruption_caption,
+    mark_interruptions,
+    mark_interruptions_between,
+)
 from procedures.report.view import AxisView, DesignView, ParameterRow, ReferenceTrace, RunView, SensorView
 
 if TYPE_CHECKING:
@@ -233,7 +237,7 @@ def reference_figures(view: RunView) -> Iterator[Figure]:
 def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str) -> Figure:
     is_angle = unit == "″"
     if len(traces) > MOST_LINES:
-        return _reference_map(traces, unit, name, interruption_caption(view))
+        return _reference_map(view, traces, unit, name)
     figure = canvas(2.5)
     axes = figure.subplots()
     figure.subplots_adjust(left=0.085, right=0.985, top=0.88, bottom=0.18)
@@ -261,9 +265,10 @@ def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], un
     )
 
 
-def _reference_map(traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str, caption: str) -> Figure:
+def _reference_map(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], unit: str, name: str) -> Figure:
     """Draw a row a channel, a column a visit: what many lines hide shows as a stripe or a row."""
-    visits = max(trace.hours.size for trace, _ in traces)
+    hours = max((trace.hours for trace, _ in traces), key=len)  # a sensor that was dropped has fewer
+    visits = hours.size
     values = np.full((len(traces), visits), np.nan)
     for row, (trace, factor) in enumerate(traces):
         values[row, : trace.change.size] = trace.change * factor
@@ -280,7 +285,9 @@ def _reference_map(traces: Sequence[tuple[ReferenceTrace, float]], unit: str, na
         left=min(widest_in(axes.get_yticklabels()) / figure.get_figwidth() + LABEL_MARGIN, WIDEST_LABELS)
     )
     axes.set_xticks([0, visits - 1] if visits > 1 else [0])
-    axes.set_xticklabels([f"{traces[0][0].hours[index]:.1f} h" for index in ((0, visits - 1) if visits > 1 else (0,))])
+    axes.set_xticklabels([f"{hours[index]:.1f} h" for index in ((0, visits - 1) if visits > 1 else (0,))])
+    mark_interruptions_between(axes, view, hours)
+    axes.set_xlim(-0.5, visits - 0.5)
     axes.tick_params(length=0)
     axes.set_xlabel(f"{visits} visits, in their order")
     bar = figure.colorbar(image, cax=figure.add_axes((0.9, 0.5 / height, 0.014, 1 - 0.62 / height)))
@@ -290,6 +297,7 @@ def _reference_map(traces: Sequence[tuple[ReferenceTrace, float]], unit: str, na
         name,
         "Reference attitude over the run",
         "Output at the reference attitude less that of its first visit, a row a channel"
-        f"{', as an angle (change / |S|)' * (unit == '″')}. The same stripe in every row is the table’s.{caption}",
+        f"{', as an angle (change / |S|)' * (unit == '″')}. The same stripe in every row is the table’s."
+        + interruption_caption(view),
         to_svg(figure),
     )

@@ -5,9 +5,10 @@ A section is one file and one entry point ``calrig.sections``; calrig's own stan
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
-from jinja2 import Environment
+from jinja2 import Environment, Template
 from markupsafe import Markup
 
 from procedures.errors import RequestError
@@ -32,7 +33,12 @@ class Section:
 
     def rendered(self, environment: Environment, view: RunView, figures: Figures) -> Markup:
         """Return its HTML."""
-        return Markup(environment.from_string(self.fragment).render(view=view, figures=figures))  # noqa: S704
+        return Markup(_template(environment, self.fragment).render(view=view, figures=figures))  # noqa: S704
+
+
+@lru_cache(maxsize=64)
+def _template(environment: Environment, fragment: str) -> Template:
+    return environment.from_string(fragment)
 
 
 SECTIONS: Registry[Section] = Registry("calrig.sections", Section, RequestError)

@@ -12,6 +12,7 @@ from procedures.cli.run.working import working
 from procedures.cli.steer.choose_run import alive_or_latest
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.errors import ExitStatus
+from procedures.report.summary import MOST_IN_FULL
 from procedures.solution.by_model import checked_by_monte_carlo
 
 
@@ -59,7 +60,10 @@ def solve(
 
 
 def _findings(run: SolvedRun) -> Iterator[str]:
-    """Yield the advice and budget of every axis, under its name."""
+    """Yield advice and budget of every axis, under its name; of many sensors where they stand."""
+    if len(run.sensors) > MOST_IN_FULL:
+        yield f"advice and budgets of {len(run.sensors)} sensors stand in the report and in calrig solve --json"
+        return
     for name, document in sensors_document(run).items():
         for axis, section in document["axes"].items():
             if lines := list(findings_lines(section)):

@@ -47,6 +47,7 @@ def _broken(text: str) -> str:
     return _LONG_WORD.sub(lambda word: _PIECE.sub(rf"\g<0>{_MAY_BREAK}", word[0]), text)
 
 
+@cache
 def _printed(letter: str) -> str:
     if letter in "\n\t ":
         return letter

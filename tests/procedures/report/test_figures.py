@@ -105,6 +105,19 @@ def test_row_labels_of_many_sensors_stand_on_the_page_whole() -> None:
     assert min(map(float, starts)) >= 0.0
 
 
+def test_the_map_of_many_channels_marks_interruptions_and_bears_a_sensor_that_was_dropped() -> None:
+    view = run_view(Scene(axes=("x",), interruptions=2))
+    whole = view.reference[0]
+    dropped = replace(whole, hours=whole.hours[:2], change=whole.change[:2])
+    several = replace(view, reference=(dropped, *(replace(whole, label=f"SN{number}") for number in range(12))))
+    with style():
+        (figure,) = reference_figures(several)
+        (without,) = reference_figures(replace(several, interruptions=()))
+    dashed = figure.svg.count(b"stroke-dasharray")
+    assert dashed > without.svg.count(b"stroke-dasharray") == 0
+    assert (figure.caption.endswith("Dashed lines: interruptions."), "Dashed" in without.caption) == (True, False)
+
+
 def test_what_no_replication_alone_determines_has_no_strip() -> None:
     """Labels of temperature terms were cut at both edges beside strips that were empty."""
     sensor = run_view(Scene(axes=("x",))).sensors[0]
