@@ -105,15 +105,16 @@ def _chosen(request: PlanRequest, candidates: Sequence[Candidate], front: Sequen
             return index
     nearest = candidates[best]
     what = "an angle" if target.parameter is None else target.parameter[0]
+    in_reach = _half_width_in_words(target, IN_HAND * nearest.value(target))
     raise PlanError(
-        f"plan: a half-width of {_told(target, wanted)} of {what} is out of reach: with 10 % in hand the nearest is "
-        f"{_told(target, IN_HAND * nearest.value(target))} in {nearest.hours:.3g} h ({nearest.points} points, "
-        f"{nearest.replications} replications, {nearest.samples} readings), of which the calibration leaves "
+        f"plan: a half-width of {_half_width_in_words(target, wanted)} of {what} is out of reach: with 10 % in hand "
+        f"the nearest is {in_reach} in {nearest.hours:.3g} h ({nearest.points} points, {nearest.replications} "
+        f"replications, {nearest.samples} readings), of which the calibration leaves "
         f"{nearest.calibration_deg:.2g}° of an angle; nothing was written; {_HELPS[target.parameter is None]}"
     )
 
 
-def _told(target: Target, half_width: float) -> str:
+def _half_width_in_words(target: Target, half_width: float) -> str:
     return f"{half_width:.3g}°" if target.parameter is None else half_in_words(target.parameter[0], half_width)
 
 
