@@ -29,7 +29,7 @@ def _axis(item: SensorRows, limits: AdaptiveDwell, axis: str, channel: str) -> s
         return f"{axis} not read"
     counts = [reading.samples.size for reading in readings]
     span = f"{min(counts)}" if min(counts) == max(counts) else f"{min(counts)} to {max(counts)}"
-    cycles = "" if limits.nplc is None else f" of {_nplc(item, limits.nplc, readings[-1]):g} power-line cycles"
+    cycles = "" if limits.nplc is None else f" at {_nplc(item, limits.nplc, readings[-1]):g} NPLC"
     mean_v = sqrt(float(np.mean([reading.standard_deviation**2 / reading.samples.size for reading in readings])))
     mean_arcsec = mean_v / abs(item.sensor.nominal_v_per_g(axis)) / RAD_PER_ARCSEC
     capped = sum(count == limits.most_samples for count in counts)

@@ -69,7 +69,7 @@ def test_the_solution_says_rule_and_choice_of_every_axis(tmp_path: Path) -> None
     (said,) = [remark for remark in solved.calibration.remarks if remark.startswith("adaptive dwells")]
     assert "known to 0.5″" in said
     assert "2 to 40 readings" in said
-    assert "y 2 readings of 1 power-line cycles" in said
+    assert "y 2 readings at 1 NPLC" in said
     assert "every dwell counts alike" in said
 
 
