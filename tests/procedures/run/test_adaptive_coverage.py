@@ -107,3 +107,12 @@ def test_the_mean_is_known_as_well_as_wanted_and_no_scatter_is_kept_for_being_sm
     assert np.sqrt(np.mean(error_v**2)) == pytest.approx(WANTED_V, rel=0.05)
     shown_v2 = np.concatenate([dwells.variance_v2[10:] for dwells in taken])
     assert shown_v2.mean() == pytest.approx((3.0 * NOISE_V) ** 2, rel=0.02)
+
+
+def test_a_noise_that_changes_is_followed_within_a_few_dwells() -> None:
+    """Of 60 campaigns: 4 readings are enough before the fiftieth dwell, 25 from it on."""
+    rng = np.random.default_rng(4)
+    reading_v = np.where(np.arange(80) < 50, 2.0, 5.0) * NOISE_V
+    counts = np.mean([take(reading_v, rng).samples for _ in range(60)], axis=0)
+    assert counts[40:50].mean() == pytest.approx(4.0, rel=0.2)
+    assert counts[60:].mean() == pytest.approx(25.0, rel=0.1)
