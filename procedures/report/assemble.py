@@ -61,6 +61,7 @@ def assemble_view(
         gravity_source=record.rig.rig.gravity_source,
         is_simulated=record.is_simulated,
         approved_by=record.rig.approved_by,
+        began_utc=record.created_utc,
         started_utc=started_utc,
         ended_utc=_ended_utc(record),
         verdict=judge(

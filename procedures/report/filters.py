@@ -170,9 +170,10 @@ def lasted(interruption: Interruption) -> str:
 
 
 def run_duration(view: RunView) -> str:
+    """Return how long the run took from its beginning, with soaks, holds and trips."""
     if view.ended_utc is None:
         return "—"
-    return duration((view.ended_utc - view.started_utc).total_seconds())
+    return duration((view.ended_utc - view.began_utc).total_seconds())
 
 
 def data_uri(figure: Figure) -> Markup:

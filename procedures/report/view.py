@@ -308,7 +308,10 @@ class RunView:
     gravity_source: str
     is_simulated: bool
     approved_by: str | None
+    began_utc: datetime
+    """When the run was begun: homing, soaks and checks come before the first dwell."""
     started_utc: datetime
+    """Of the first dwell: the time that figures count from."""
     ended_utc: datetime | None
     verdict: Verdict
     design: DesignView

@@ -76,6 +76,7 @@ def run_view(scene: Scene) -> RunView:
         title="three-axis, ±90°, replicated", run_id="20260301T180000Z-three-axis", state=scene.state,
         operator="A. Operator", rig="accelerometer laboratory, dual-axis table", gravity_mps2=9.79826,
         gravity_source="survey 2024, u = 2e-6 m/s²", is_simulated=scene.simulated, approved_by=None,
+        began_utc=START - timedelta(hours=1),
         started_utc=START, ended_utc=START + timedelta(seconds=SECONDS_PER_DWELL * rows),
         verdict=judge(scene.state, counts, sensors, interruptions, (), 0.8 if scene.tooth_arcsec < 1.5 else 0.2),
         design=DesignView(

@@ -146,7 +146,7 @@ def search(*words: str, standard: str | None = None, archive: Archive = None, js
     if json:
         print_json({"archive": without_password(url), "runs": [plain(asdict(run)) for run in found]})
         return
-    say(f"{len(found)} {'run' if len(found) == 1 else 'runs'} in {without_password(url)}")
+    say(f"{len(found)} {'run' if len(found) == 1 else 'runs'} in {without_password(url)}, by their first dwells")
     for line in found_lines(found):
         say(line)
 

@@ -2,6 +2,7 @@ import base64
 import hashlib
 import re
 from dataclasses import replace
+from datetime import timedelta
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -73,6 +74,17 @@ def test_the_page_is_well_formed_and_every_link_leads_somewhere(scene: Scene) ->
     links = [attrs["href"] for attrs in page.having("a")]
     assert links
     assert all(link is not None and link.startswith("#") and link[1:] in anchors for link in links)
+
+
+def test_the_duration_has_what_came_before_the_first_dwell() -> None:
+    """Two hours and a half of homing and soak, then half an hour of dwells."""
+    view = run_view(Scene())
+    first = view.started_utc
+    view = replace(view, began_utc=first - timedelta(hours=2.5), ended_utc=first + timedelta(hours=0.5))
+    facts = _page(view).text
+    assert f"First dwell (UTC) {first:%Y-%m-%d %H:%M:%S}" in facts
+    assert f"Began (UTC) {view.began_utc:%Y-%m-%d %H:%M:%S}" in facts
+    assert "Duration 3" in facts
 
 
 def test_names_and_notes_reach_the_page_as_text() -> None:
