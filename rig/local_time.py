@@ -30,3 +30,8 @@ def text_at_both(iso_utc: str) -> str:
 def local_clock(moment_utc: datetime) -> str:
     """``Sun 05:40:07``, for lists that stand below a time that is told in full."""
     return f"{moment_utc.astimezone():%a %H:%M:%S}"
+
+
+def local_hour(moment_utc: datetime) -> str:
+    """``05:40:07``, for what was said a moment ago."""
+    return f"{moment_utc.astimezone():%H:%M:%S}"

@@ -47,9 +47,7 @@ def _heading(rig: Rig, rig_file: Path, log: Path) -> Heading:
     return Heading(
         rig=description.rig.name,
         time=twins + pace,
-        owner=f"{rig_file.name}: held by process {owner.pid} ({owner.purpose}) since {owner.since_utc}"
-        if owner
-        else "",
+        owner=f"{rig_file.name}: held by {owner}" if owner else "",
         log=f"actions: {log}",
         sensors={name: frozenset(sensor.channels.values()) for name, sensor in description.sensors.items()},
     )

@@ -162,6 +162,7 @@ class ShownMessage:
     """One line of what happened."""
 
     clock: str
+    """Local."""
     tone: Tone
     text: str
 

@@ -6,7 +6,7 @@ from datetime import datetime, tzinfo
 from procedures.journal.live import Live, Target
 from procedures.numbers import duration
 from procedures.records.progress import Progress
-from procedures.records.states import ACTIVE, State
+from procedures.records.states import GOING, State
 from rig.local_time import at_both
 from rig.plain_text import one_line
 
@@ -21,7 +21,7 @@ def rows_of(
 
     ``zone``: of the reader; by default that of this machine.
     """
-    goes_on = progress.state in ACTIVE
+    goes_on = progress.state in GOING  # whoever waits for a person or for a cable has no end
     return [
         ("state", f"{str(progress.state).upper()}{f': {one_line(reason)}' if reason else ''}"),
         ("done", _done(progress)),
@@ -33,8 +33,8 @@ def rows_of(
 
 def _pending(live: Live, state: State) -> str:
     """Return what was asked for, and when it will be done."""
-    ahead = "the soak" if live.phase == "soaking" else "the check set" if state is State.CHECKING else "this dwell"
-    return f"{one_line(live.pending_request)}: waits until {ahead} is done"
+    ahead = ["the soak"] * (live.phase == "soaking") + ["the check set"] * (state is State.CHECKING) or ["this dwell"]
+    return f"{one_line(live.pending_request)}: waits for the end of {' and '.join(ahead)}"
 
 
 def _ends(eta_utc: datetime, late_utc: datetime | None, zone: tzinfo | None) -> str:

@@ -43,7 +43,7 @@ class LiveDwells:
             self.live.tell(phase, usual_s=part.each_p50_s / self.factor, seldom_over_s=part.each_p90_s / self.factor)
 
     def homes(self, axis: str) -> None:
-        self.live.tell("homing", waiting_for=f"{axis} to find its home")
+        self.live.tell("homing", now=None, next=None, waiting_for=f"{axis} to find its home")
 
     def warms_up(self, channel: str) -> None:
         self.live.tell("warming up", waiting_for=f"{channel} to come to rest")
@@ -68,7 +68,9 @@ class LiveDwells:
     def soaks(self, step: Soak) -> Callable[[float, float], None]:
         """Return what hears the temperature and the seconds left."""
         setpoint_degc = {step.environment: step.setpoint_degc}
-        self.live.tell("soaking", setpoint_degc=setpoint_degc, soak_left_s=step.soak_s / self.factor)
+        self.live.tell(
+            "soaking", now=None, next=None, setpoint_degc=setpoint_degc, soak_left_s=step.soak_s / self.factor
+        )
 
         def tell(degc: float, left_s: float) -> None:
             self.live.tell(temperature_degc={step.environment: degc}, soak_left_s=left_s / self.factor)

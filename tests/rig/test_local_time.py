@@ -14,7 +14,6 @@ ROOT = Path(__file__).parents[2]
 MOMENT = datetime(2026, 2, 28, 23, 40, 7, tzinfo=UTC)
 EAST = timezone(timedelta(hours=1))
 ITS_OWN = {
-    "procedures/jog_screen/worker.py": "of the screen's own lines, which say that they are UTC",
     "procedures/queue/moments.py": "what is read, not told",
     "procedures/report/": "documents, in UTC alone",
     "procedures/solution/by_model.py": "the zero of a term in time",

@@ -121,9 +121,7 @@
       news.dataset.key = key;
       news.replaceChildren(...[...view.messages].reverse().map(([clock, tone, text]) => {
         const line = document.createElement("li"), time = document.createElement("time");
-        const [hours, minutes, seconds] = clock.split(":").map(Number), when = new Date();
-        when.setUTCHours(hours, minutes, seconds);
-        time.textContent = when.toTimeString().slice(0, 8);
+        time.textContent = clock;
         line.className = tone;
         line.append(time, ` ${text}`);
         return line;
@@ -217,7 +215,10 @@
     fresh.classList.toggle("stale", isLate);
     put(fresh, isLate ? `NOT HEARD for ${age.toFixed(0)} s${isTrying ? ", trying again" : ""}` : "● live");
   };
-  if (take) take.addEventListener("click", () => { say("taking the bench: its devices are opened"); send({ say: "take" }); });
+  if (take) take.addEventListener("click", () => {
+    if (send({ say: "take" })) say("taking the bench: its devices are opened");
+    else say("not connected; nothing was done", true);
+  });
   if (give) give.addEventListener("click", () => send({ say: "give" }));
 
   const listen = () => {

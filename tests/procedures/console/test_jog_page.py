@@ -150,3 +150,17 @@ def test_eight_packages_are_whole_in_every_size(tmp_path: Path, size: tuple[int,
         expect(page.locator("#readings section:visible")).to_have_count(1)
         page.goto(f"{page.url.partition('/jog')[0]}/jog")
         _require_whole(page)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("code", "word"), [(1013, "put aside"), (1008, ""), (1001, "")])
+def test_a_page_that_is_not_heard_does_not_say_that_it_takes_the_bench(tmp_path: Path, code: int, word: str) -> None:
+    with jog_bench(tmp_path) as bench, _browser() as browser:
+        page = _entered(browser, bench)
+        page.route_web_socket("**/jog/**", lambda line: line.close(code=code))
+        page.reload()
+        expect(page.locator("#who")).to_have_text("NOT HEARD")
+        expect(page.locator("#said")).to_contain_text(word)
+        page.get_by_text("Take the bench").dispatch_event("click")
+        expect(page.locator("#said")).to_have_text("not connected; nothing was done")
+        _require_whole(page)

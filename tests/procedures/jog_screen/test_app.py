@@ -9,6 +9,7 @@ from threading import Event
 
 import pytest
 from many_packages import many_packages, serial
+from starved import starved
 from table_bench import rig_file
 from textual.events import CursorPosition, Key
 from textual.pilot import Pilot
@@ -77,9 +78,14 @@ def _bench_of(pilot: Pilot[None]) -> Bench:
     return pilot.app.bench
 
 
-def _answering(app: JogApp) -> None:
-    """A terminal that answers through the screen's own queue, as a real one does."""
-    driver = app._driver
+WORTH_S = 0.25
+"""So long an answer of the terminal is worth: whoever tests may have had no processor for that."""
+LONGEST_S = 30.0
+
+
+def _answering(app: JogApp) -> list[None]:
+    """A terminal that answers through the screen's own queue, as a real one does; its answers, as they come."""
+    driver, answers = app._driver, list[None]()
     assert driver is not None
     write = driver.write
 
@@ -87,8 +93,10 @@ def _answering(app: JogApp) -> None:
         write(text)
         if text == ASK_TERMINAL:
             app.post_message(CursorPosition(0, 0))
+            answers.append(None)
 
     driver.write = answered  # type: ignore[method-assign]
+    return answers
 
 
 def test_a_frozen_screen_ends_a_rate_within_half_a_second(tmp_path: Path) -> None:
@@ -97,19 +105,24 @@ def test_a_frozen_screen_ends_a_rate_within_half_a_second(tmp_path: Path) -> Non
             served(tmp_path, CLOCK, QUICK_METER, STAGE_FOR_ROLL) as (simulated, file),
             open_rig(read_rig(file)) as rig,
             _bench(tmp_path, rig) as bench,
+            starved() as meter,
         ):
             app, body = _app(bench), simulated.world.axes["roll"]
             async with app.run_test(size=SIZE) as pilot:
-                _answering(app)
+                answers = _answering(app)
                 _press(pilot, "down", "h")
                 await _told(pilot, "roll: homed")
                 _press(pilot, "r", "5", "enter")
                 await _told(pilot, "roll: turns at +5 °/s")
-                await pilot.pause(0.8)
-                assert body.rate_dps(CLOCK.monotonic_s()) == 5.0
+                heard = len(answers)
+                while len(answers) < heard + 4:  # longer than one answer is worth
+                    await pilot.pause(0.02)
+                assert body.rate_dps(CLOCK.monotonic_s()) == 5.0 or meter.allowance_s > WORTH_S, "it is answered for"
                 frozen_s = CLOCK.monotonic_s()
-                Event().wait(0.8)  # the loop of the screen stands still
-                assert 0.0 < body.still_from_s - frozen_s < 0.5
+                while body.rate_dps(CLOCK.monotonic_s()) != 0.0:
+                    assert CLOCK.monotonic_s() < frozen_s + LONGEST_S, "it turns on"
+                    Event().wait(0.01)  # the loop of the screen stands still
+                assert body.still_from_s - frozen_s < 0.5 + meter.allowance_s
                 await _told(pilot, "roll: stop: the terminal did not answer")
 
     asyncio.run(act())

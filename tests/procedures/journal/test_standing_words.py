@@ -39,8 +39,10 @@ def test_rows_tell_everything_that_a_person_asks_at_night() -> None:
     }
 
 
-def test_what_has_ended_is_not_said_to_end() -> None:
-    rows = dict(rows_of(replace(MOMENT, state=State.FINISHED), "", None, NOW, BERLIN))
+@pytest.mark.parametrize("state", [State.FINISHED, State.HELD, State.PAUSED, State.TRIPPED])
+def test_what_does_not_go_on_is_not_said_to_end(state: State) -> None:
+    """Whoever waits for a person or for a cable has no end: the one that was told before is over by then."""
+    rows = dict(rows_of(replace(MOMENT, state=state), "", None, NOW, BERLIN))
     assert list(rows) == ["state", "done"]
 
 
@@ -80,10 +82,10 @@ def test_an_end_says_when_it_is_late_in_one_case_of_ten() -> None:
 @pytest.mark.parametrize(
     ("phase", "state", "ahead"),
     [("soaking", State.RUNNING, "the soak"), ("reading", State.RUNNING, "this dwell"),
-     ("moving", State.CHECKING, "the check set")],
+     ("moving", State.CHECKING, "the check set"), ("soaking", State.CHECKING, "the soak and the check set")],
 )  # fmt: skip
 def test_what_was_asked_and_waits_is_told_with_what_it_waits_for(phase: str, state: State, ahead: str) -> None:
     live = Live(phase=phase, pending_request="pause, by anna")
     rows = rows_of(replace(MOMENT, state=state), "", live, NOW, BERLIN)
-    assert ("asked", f"pause, by anna: waits until {ahead} is done") in rows
+    assert ("asked", f"pause, by anna: waits for the end of {ahead}") in rows
     assert "asked" not in dict(rows_of(MOMENT, "", Live(phase=phase), NOW, BERLIN))
