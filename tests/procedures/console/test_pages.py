@@ -44,8 +44,9 @@ def runs(tmp_path: Path) -> Path:
     with_note.close()
     verdict = {"trust": "reserved", "sentence": f"Usable, {NASTY}", "grounds": [], "sensors": []}
     (folder / "finished" / "verdict.json").write_text(json.dumps(verdict))
-    (folder / "broken").mkdir()
-    (folder / "broken" / JOURNAL_FILE).write_bytes(b"no journal")
+    for name in ("broken", NASTY.replace("/", "")):
+        (folder / name).mkdir()
+        (folder / name / JOURNAL_FILE).write_bytes(b"no journal")
     return folder
 
 
@@ -90,13 +91,14 @@ def test_names_of_any_script_are_text_on_every_page(browser: TestClient) -> None
         assert "<script>alert" not in page
         assert "\u202e" not in page
     assert "&lt;script&gt;alert(1)" in browser.get("/").text
+    assert browser.get("/").text.count("is not a journal") == 2, "folders that cannot be read are named, whatever it is"
 
 
 def test_the_night_begins_with_what_waits_for_a_person(browser: TestClient) -> None:
     page = browser.get("/night").text
     order = [page.index(words) for words in ("title of tripped", "title of finished")]
     assert order == sorted(order)
-    assert page.count("To do:") == 2, "the tripped one and the one that cannot be read"
+    assert page.count("To do:") == 3, "the tripped one and the two that cannot be read"
     assert "Usable, &lt;script&gt;" in page
     assert "Nothing is archived yet" in page
 
