@@ -3,10 +3,12 @@ share nothing else.
 """
 
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Literal
 
 from rig.devices.abilities import AxisState
 from rig.devices.rates import MeasuredRate
+from rig.local_time import local_hour
 
 Tone = Literal["done", "refused", "failed", "stopped", "note"]
 
@@ -165,6 +167,11 @@ class ShownMessage:
     """Local."""
     tone: Tone
     text: str
+
+
+def message_at(moment_utc: datetime, tone: Tone, text: str) -> ShownMessage:
+    """Return a line of what happened at that moment."""
+    return ShownMessage(local_hour(moment_utc), tone, text)
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,13 +30,13 @@ from procedures.jog_screen.values import (
     Snapshot,
     Tone,
     Turn,
+    message_at,
 )
 from procedures.jog_screen.watchdogs import TurningWatchdogs
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
 from rig.defects import defect_text
 from rig.errors import DeviceFault, LinkLost, RequestRefused, RigError, WaitEnded
-from rig.local_time import local_hour
 from rig.motion import jog
 from rig.motion.move import stop_all
 
@@ -374,8 +374,7 @@ class Bench:
         self._log.write("reconnected", identities=identities)
 
     def _tell(self, tone: Tone, text: str) -> None:
-        message = ShownMessage(local_hour(self._clock.now_utc()), tone, text)
-        self._messages = (*self._messages, message)[-SHOWN_LINES:]
+        self._messages = (*self._messages, message_at(self._clock.now_utc(), tone, text))[-SHOWN_LINES:]
         self._seen = replace(self._seen, messages=self._messages)
 
     def _publish(self) -> None:
