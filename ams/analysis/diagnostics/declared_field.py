@@ -21,7 +21,7 @@ from ams.frames import AXES
 from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
-TEST: Final = "declared field"
+TEST: Final = "one field for all axes"
 _LEAST_DOF: Final = 3
 _TINY: Final = 1e-24
 """Of a squared reading in the unit of the field: readings that do not scatter leave nothing to divide by."""
