@@ -211,8 +211,8 @@ OLDER = """
 † {older} cells, computed when every axis had the whole level by itself: their intervals are as they would be now, since
 nothing of the estimate has changed for them, but *named* and *rings* are those of a test at three times the level.
 
-‡ {searched} cells, computed since changes in mid-run and transients are looked for; elsewhere *named* and *rings* lack
-that search.
+‡ {searched} cells, computed since changes in mid-run and transients are looked for and the axes of a magnetometer are
+held against each other; elsewhere *named* and *rings* lack that.
 """
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
