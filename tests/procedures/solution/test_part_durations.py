@@ -110,6 +110,7 @@ def test_before_any_run_every_kind_takes_what_the_files_say_within_a_tenth(kind:
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(600)
 def test_motions_that_leave_nothing_to_chance_take_what_was_learned(tmp_path: Path) -> None:
     over = _exceeded(tmp_path, "harmonic", past_runs=3, runs=1)
     assert over.most_off < 1e-3
