@@ -164,8 +164,7 @@ def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
     minutes = [(dwell.ended_utc - dwells[-1].ended_utc).total_seconds() / 60.0 for dwell in dwells]
     channels = list(dwells[-1].readings)
     rows: list[tuple[str, str, list[float]]] = [
-        (f"{name}: scatter", "µV", [1e6 * dwell.readings[name].standard_deviation for dwell in dwells])
-        for name in channels
+        (f"{name}: scatter", "µV", [1e6 * _scatter(dwell, name) for dwell in dwells]) for name in channels
     ]
     rows += [
         (name, "°C", [dwell.temperature_degc.get(name, float("nan")) for dwell in dwells])
@@ -179,6 +178,11 @@ def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:
     ]  # fmt: skip
     rows.append(("settling", "s", [dwell.settle_s for dwell in dwells]))
     return [sparkline(name, unit, minutes, values) for name, unit, values in rows]
+
+
+def _scatter(dwell: DwellRecord, channel: str) -> float:
+    """Return the scatter of a channel; NaN for a dwell without it: not every motion records every axis."""
+    return dwell.readings[channel].standard_deviation if channel in dwell.readings else float("nan")
 
 
 def _in_words(event: Event) -> str:

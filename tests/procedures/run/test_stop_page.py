@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+from shutil import copytree
 from xml.etree import ElementTree
 
 import pytest
@@ -12,6 +13,7 @@ from unattended_run import UnattendedRun, asks, run_unattended
 from procedures.journal.stop_advice import ADVICE
 from procedures.records.states import State
 from procedures.run.sparkline import sparkline
+from procedures.run.stop_page import explain
 from procedures.run.watch.keep_awake import awake
 from rig.devices.abilities import Burst
 from rig.errors import FileContradicted, LinkLost
@@ -111,6 +113,15 @@ def test_a_stop_that_was_asked_for_leaves_no_page(small: Bench, tmp_path: Path) 
     unattended = UnattendedRun(tmp_path / "run", after={5: asks("stop")})
     assert run_unattended(small, unattended).state is State.STOPPED
     assert not (unattended.run_dir / "why.html").exists()
+
+
+def test_dwells_that_record_different_axes_have_a_page(tmp_path: Path) -> None:
+    """The motions of a profile turn one axis after the other, and each records its own."""
+    run_dir = tmp_path / "run"
+    copytree(ROOT / "tests" / "data" / "runs_0_1_0" / "profile_harmonic" / "interrupted", run_dir)
+    assert explain(run_dir, "the table stood still", {}) == run_dir / "why.html"
+    text = (run_dir / "why.txt").read_text(encoding="utf-8")
+    assert "the table stood still" in text
 
 
 def test_names_and_reasons_are_escaped(tmp_path: Path) -> None:
