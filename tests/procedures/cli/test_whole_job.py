@@ -173,7 +173,7 @@ def test_real_ports_give_the_same_numbers_as_memory(
     finished: tuple[Path, dict], tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...]
 ) -> None:
     procedure, rig = job(tmp_path)
-    with simulated(rig, tmp_path / "ports.toml", "--time-factor", "200", *options) as addresses:
+    with simulated(rig, tmp_path / "ports.toml", "--time-factor", "100", *options) as addresses:
         assert set(addresses) == {"axes.pitch", "axes.roll", "readouts.dmm", "environment.air", "twin"}
         ports = tmp_path / "ports.toml"
         outcome = call(capsys, "run", procedure, "--rig", ports, "--out", tmp_path / "runs", "--json")
