@@ -236,7 +236,9 @@ def test_a_move_that_is_made_again_is_told_and_on_record(tmp_path: Path) -> None
 
     asyncio.run(act())
     lines = [json.loads(line) for line in (tmp_path / "actions.jsonl").read_text(encoding="utf-8").splitlines()]
-    assert ["no progress in 2 s" in line["why"] for line in lines if line["kind"] == "again"] == [True]
+    (again,) = [line["why"] for line in lines if line["kind"] == "again"]
+    # Two rig seconds are 40 ms here: a busy machine looks again when the whole time allowed is over.
+    assert "no progress in 2 s" in again or "still moving at" in again
 
 
 def test_devices_that_changed_places_are_named_and_nothing_moves_any_more(tmp_path: Path) -> None:
