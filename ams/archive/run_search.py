@@ -10,7 +10,7 @@ from sqlalchemy import ColumnElement, Connection, String, and_, cast, func, or_,
 from ams.archive.connection import reading
 from ams.archive.runs import RunEntry
 from ams.archive.sets import BUSY_TIMEOUT_S
-from ams.archive.tables import RUNS, SETS, STANDARDS, USES
+from ams.archive.tables import RUNS, SETS, STANDARDS, STANDARDS_USED, USES
 from ams.errors import ArchiveUnknown
 
 RUNS_AT_ONCE = 200
@@ -70,9 +70,8 @@ def _require_standard(connection: Connection, serial: str) -> None:
 
 def _known(connection: Connection, found: Sequence[FoundRun], words: Sequence[str]) -> Iterator[FoundRun]:
     """Yield the runs of which every word stands in a text: the database also finds it in a name or a number."""
-    same = and_(USES.c.serial == STANDARDS.c.serial, USES.c.certificate == STANDARDS.c.certificate)
     of_standards = select(USES.c.journal_sha256, STANDARDS.c.name, STANDARDS.c.serial, STANDARDS.c.certificate)
-    standards = _texts(connection.execute(of_standards.select_from(USES.join(STANDARDS, same))))
+    standards = _texts(connection.execute(of_standards.select_from(STANDARDS_USED)))
     serials = _texts(connection.execute(select(SETS.c.run_id, SETS.c.sensor, SETS.c.serial)))
     texts = {
         item.run.journal_sha256: [
@@ -133,10 +132,9 @@ def _may_know(word: str) -> ColumnElement[bool]:
     of_sets = select(SETS.c.sha256).where(
         SETS.c.run_id == RUNS.c.run_id, or_(_holds(SETS.c.sensor, word), _holds(SETS.c.serial, word), document)
     )
-    same = and_(USES.c.serial == STANDARDS.c.serial, USES.c.certificate == STANDARDS.c.certificate)
     of_standards = (
         select(USES.c.serial)
-        .select_from(USES.join(STANDARDS, same))
+        .select_from(STANDARDS_USED)
         .where(
             USES.c.journal_sha256 == RUNS.c.journal_sha256,
             or_(*(_holds(STANDARDS.c[name], word) for name in ("name", "serial", "certificate"))),

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any
 
-from sqlalchemy import Connection, and_, literal, or_, select
+from sqlalchemy import Connection, literal, or_, select
 
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import quarantine, quarantined
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
-from ams.archive.tables import ADJUSTMENTS, RUNS, SETS, STANDARDS, USES
+from ams.archive.tables import ADJUSTMENTS, RUNS, SETS, STANDARDS, STANDARDS_USED, USES
 from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
 from ams.findings import Finding, significant_texts, turned_the_table
 from ams.observations import Observations
@@ -184,8 +184,7 @@ def standards_used(
     archive_url: str, journal_sha256: str, busy_timeout_s: float = BUSY_TIMEOUT_S
 ) -> tuple[tuple[StandardUse, Override | None], ...]:
     """Return the standards behind a run, an overridden one with who answers for it. Raises: ArchiveError."""
-    same = and_(USES.c.serial == STANDARDS.c.serial, USES.c.certificate == STANDARDS.c.certificate)
-    query = select(STANDARDS, USES.c.overridden_by, USES.c.override_reason).select_from(USES.join(STANDARDS, same))
+    query = select(STANDARDS, USES.c.overridden_by, USES.c.override_reason).select_from(STANDARDS_USED)
     wanted = query.where(USES.c.journal_sha256 == journal_sha256).order_by(STANDARDS.c.name)
     with reading(archive_url, busy_timeout_s) as connection:
         rows = connection.execute(wanted).mappings().all()

@@ -23,6 +23,7 @@ from sqlalchemy import (
     Table,
     Text,
     TypeDecorator,
+    and_,
 )
 
 
@@ -129,6 +130,11 @@ USES = Table(
     Column("override_reason", Text),
 )
 """Which standard stood behind which run; an expired one with who answers for it and why."""
+
+STANDARDS_USED = USES.join(
+    STANDARDS, and_(USES.c.serial == STANDARDS.c.serial, USES.c.certificate == STANDARDS.c.certificate)
+)
+"""Each use with the certificate that held then."""
 
 ADJUSTMENTS = Table(
     "adjustments",

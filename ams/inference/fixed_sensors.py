@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import FloatArray, block_diagonal
 from ams.attitude import flag_codes
 from ams.attitude.few_axes import OneAxis, TwoAxes
 from ams.attitude.force_covariance import LINE_BASIS, OutputErrors, Polynomial
@@ -112,13 +112,13 @@ def output_errors_of(sensors: Sequence[CalibratedSensor], package: CalibratedPac
     basis = LINE_BASIS if all(set(sensor.names) <= {"offset_v", *PER_G} for sensor in sensors) else _BENT
     turns = [_onto(basis, sensor) for sensor in sensors]
     if package is not None:
-        whole = _block_diagonal(turns)
+        whole = block_diagonal(turns)
         parts = [(whole @ part.covariance @ whole.T, part.dof) for part in package.components]
     else:
         parts = []
         for index, (sensor, turn) in enumerate(zip(sensors, turns, strict=True)):
             alone = [turn if other == index else turns[other][:, :0] for other in range(len(turns))]
-            block = _block_diagonal(alone)
+            block = block_diagonal(alone)
             for part in sensor.components or (VarianceComponent("", sensor.covariance, np.inf),):
                 parts.append((block @ part.covariance @ block.T, part.dof))
     reading_v2 = np.array([sensor.reading_sd_v**2 for sensor in sensors])
@@ -156,12 +156,3 @@ def _polynomial(sensor: CalibratedSensor, name: str) -> Polynomial:
         row = sensor.centring[[*Q_NAMES, CUBIC_NAME].index(name)]
         found |= {powers: -value for powers, value in zip(_LINEAR, row, strict=True)}
     return found
-
-
-def _block_diagonal(blocks: Sequence[FloatArray]) -> FloatArray:
-    whole = np.zeros((sum(len(block) for block in blocks), sum(block.shape[1] for block in blocks)))
-    row = column = 0
-    for block in blocks:
-        whole[row : row + block.shape[0], column : column + block.shape[1]] = block
-        row, column = row + block.shape[0], column + block.shape[1]
-    return whole

@@ -3,6 +3,7 @@
 import asyncio
 import json
 from contextlib import suppress
+from typing import Any
 
 from anyio.to_thread import run_sync
 from starlette.applications import Starlette
@@ -114,13 +115,15 @@ class _Pages:
             request,
             "run.html.j2",
             here="run",
-            page=page,
             others=[run for run in others if not run.trouble][:MOST_NAMED],
             unread=[run for run in others if run.trouble][:MOST_NAMED],
-            waits=needs_a_person(page),
-            item=await run_sync(self._item_of, page),
+            **await run_sync(self._banner_of, page),
             key=new_key(),
         )
+
+    def _banner_of(self, page: RunPage) -> dict[str, Any]:
+        """Return what the banner of a run is made from."""
+        return {"page": page, "waits": needs_a_person(page), "item": self._item_of(page)}
 
     def _item_of(self, page: RunPage) -> int | None:
         """Return the number of the queue's item that waits for what becomes of this run; None where none does."""
@@ -215,9 +218,6 @@ class _Pages:
             if live_page is not None:
                 console.live_pages.give_back(live_page)
 
-    def _banner(self, page: RunPage) -> str:
-        return self._templates.html("banner.html.j2", page=page, waits=needs_a_person(page), item=self._item_of(page))
-
     async def _tell(self, socket: WebSocket, name: str, live_page: LivePage) -> None:
         """Send the changing parts of the page whenever they are others, and a sign of life between."""
         version, offered, sent_s = "", "", 0.0
@@ -229,7 +229,7 @@ class _Pages:
             ):
                 page, now_s = await run_sync(self._console.page, name), self._console.clock.monotonic_s()
                 if page.version != version:
-                    banner = await run_sync(self._banner, page)
+                    banner = self._templates.html("banner.html.j2", **await run_sync(self._banner_of, page))
                     html = self._templates.html("standing.html.j2", page=page)
                     news = {"banner": banner, "html": html, "done": page.status.dwells_done}
                     if (now_offered := _offered(page, visitor)) != offered:

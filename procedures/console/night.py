@@ -63,9 +63,7 @@ def evening_before(now_utc: datetime, zone: tzinfo | None = None) -> datetime:
     return (local - timedelta(days=1)).replace(hour=EVENING_HOUR, minute=0, second=0, microsecond=0)
 
 
-def night(
-    listed: Iterable[ListedRun], archive_url: str, now_utc: datetime, undecided: Mapping[Path, int] | None = None
-) -> Night:
+def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime, undecided: Mapping[Path, int]) -> Night:
     """Return what the page tells.
 
     Args:
@@ -73,7 +71,7 @@ def night(
     """
     since_utc = evening_before(now_utc)
     runs = [
-        _night_run(run, (undecided or {}).get(run.path.resolve()))
+        _night_run(run, undecided.get(run.path.resolve()))
         for run in listed
         if run.is_alive or run.modified_utc >= since_utc
     ]

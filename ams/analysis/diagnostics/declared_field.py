@@ -15,11 +15,12 @@ from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import FloatArray, block_diagonal
 from ams.findings import Finding
 from ams.frames import AXES
 from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
+from ams.units import signed
 
 TEST: Final = "one field for all axes"
 _LEAST_DOF: Final = 3
@@ -68,13 +69,13 @@ def judge_field(
     None where too few points are left to judge it by.
     """
     seen = [_seen(to_package, coil, applied, label, axis, layout) for label, axis in axes.items()]
-    given, tested = (_diagonal([each.basis for each in seen]), np.vstack([each.turned for each in seen]))
+    given, tested = (block_diagonal([each.basis for each in seen]), np.vstack([each.turned for each in seen]))
     beside = np.vstack([each.beside for each in seen])
     if is_declared:
         tested = np.hstack([beside, tested])
     else:
         given = np.hstack([given, beside])
-        tested = np.hstack([_diagonal([each.beside @ coil[:, None] for each in seen])[:, :-1], tested])
+        tested = np.hstack([block_diagonal([each.beside @ coil[:, None] for each in seen])[:, :-1], tested])
     root = np.linalg.cholesky(_covariance(seen))
     given, tested, y = (
         np.linalg.solve(root, part) for part in (given, tested, np.concatenate([each.y for each in seen]))
@@ -154,24 +155,15 @@ def _covariance(seen: Sequence[_Seen]) -> FloatArray:
     return covariance
 
 
-def _diagonal(blocks: Sequence[FloatArray]) -> FloatArray:
-    """Return (Σ K, Σ P): each block in rows and columns of its own."""
-    widths = [block.shape[1] for block in blocks]
-    placed = [
-        np.pad(block, ((0, 0), (sum(widths[:index]), sum(widths[index + 1 :])))) for index, block in enumerate(blocks)
-    ]
-    return np.vstack(placed)
-
-
 def field_finding(test: FieldTest, level: float, unit: str) -> Finding:
     """Return the finding of all axes together, in the words of a laboratory."""
     is_significant = test.p_value <= level
     coil = f"the coil lies {np.degrees(test.coil_rad):.2g}° off its declared direction"
     if test.along:
-        each = ", ".join(f"{along:+.3g} by {axis}".replace("-", "−") for axis, along in test.along.items())
+        each = ", ".join(f"{signed(along, 3)} by {axis}" for axis, along in test.along.items())
         what = f"what stands along the coil differs between the axes, {unit} about their mean: {each}; {coil}"
     else:
-        each = ", ".join(f"{component:+.3g}" for component in test.beside).replace("-", "−")
+        each = ", ".join(signed(component, 3) for component in test.beside.tolist())
         what = f"beside the coil stands {each} {unit} more than declared, and {coil}"
     text = (
         f"all axes together contradict the field that each was solved in (p = {test.p_value:.2g}): at best {what}; "
