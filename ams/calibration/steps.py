@@ -177,7 +177,7 @@ class _Search:
 
     def _watched(self, evidence: Evidence, index: int) -> Watched:
         base, rows = linear_base(evidence.models[index]), evidence.rows
-        departures = evidence.departures[:, index]
+        departures, variance = evidence.departures[:, index], float(evidence.precision_variance[index])
         if self.taken:
             columns = evidence.by_point(step_columns(evidence, index, self.taken))
             departures = departures - columns @ np.linalg.lstsq(columns, departures, rcond=_NOTHING)[0]
@@ -189,7 +189,9 @@ class _Search:
         if base is not None:
             along = force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
             k = evidence.primary[index][1:_LINEAR]
-        return Watched(departures, float(departures @ departures) / self.course.dof, k, along)
+        # Drawn in, a coarse meter that reads most dwells alike has no departures left; it keeps its scatter.
+        variance = float(departures @ departures) / self.course.dof or variance
+        return Watched(departures, variance, k, along)
 
     @cached_property
     def on_table(self) -> tuple[int, ...]:

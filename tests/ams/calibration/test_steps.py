@@ -117,6 +117,14 @@ def test_one_dwell_that_is_wrong_makes_no_step_wherever_it_is() -> None:
         assert told(found) == {"wrong-dwell"}
 
 
+def test_a_meter_that_reads_most_dwells_alike_is_solved() -> None:
+    rows = observed(next(iter(solved("clean", 0.0, count=1)))[1])
+    for step_v in (0.5e-3, 1e-3, 2e-3, 5e-3):
+        coarse = {axis: step_v * np.round(reading / step_v) for axis, reading in rows.outputs.items()}
+        found = calibrate(replace(rows, outputs=coarse), CalibrationRequest())
+        assert not told(found) & {"table-rotation", "sensor-change", "meter-gain", "meter-offset"}
+
+
 def test_a_transient_alike_in_every_replication_is_told_with_its_size() -> None:
     for found, *_ in solved("drift-settling", 2.0, replications=6):
         settling = [one for axis in found.axes.values() for one in axis.findings if one.details["test"] == SETTLING]
@@ -148,6 +156,8 @@ def chances(count: int, seed: int) -> NDArray[np.float64]:
             dof = int(point.size - np.count_nonzero(readings))
             outputs.append(Watched(departures, float(departures @ departures) / dof, axis, np.sin(pitch)))
         course = Course(point, order, pitch, roll, dof)
+        if not course.is_judged:
+            continue
         table, own = changes_of_table(course, outputs), changes_of_output(course, outputs[0], 0)
         found.append([2.0 * min(one.p_value for one in group) for group in (table, own)])
     return np.array(found)
