@@ -27,6 +27,8 @@ the tilt of the base about that axis; ``base-tilt``: radians, of the base across
 ``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
+SHIFTS = ("shift until the next calibration, offset", "shift until the next calibration, sensitivity")
+"""Names of what a sensor may do after its calibration: parts of the covariance that no run draws anew."""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,9 @@ from collections.abc import Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
 
+from ams.inputs.shared_errors import SHIFTS
 from ams.sets.canonical import Document, listed, number, table
+from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
@@ -43,6 +45,7 @@ def certificate_page(grounds: Grounds) -> str:
         gaps=list(gaps_of(grounds)) if grounds.is_specimen else [],
         conditions=_conditions(grounds.coefficients.document),
         began=_began(grounds),
+        shift=_shift_in_words(grounds.coefficients),
         specimen=SPECIMEN,
         **page_style(STYLE_SHEET),
     )
@@ -86,6 +89,16 @@ def _range_in_words(low_deg: float, high_deg: float) -> str:
     """Say where a set is valid: its design may stop a step before a whole turn is round."""
     ends = f"{angle(low_deg)} to {angle(high_deg)}"
     return f"all round ({ends})" if high_deg - low_deg >= TURN_DEG else ends
+
+
+def _shift_in_words(coefficients: CoefficientSet) -> str:
+    """Say whether U counts what an item does after its calibration."""
+    axes = [table(section) for section in table(coefficients.document["axes"]).values()]
+    counted = {name for axis in axes for name in table(table(axis["primary"])["components"]) if name in SHIFTS}
+    if counted:
+        of_what = " and ".join(name.rpartition(", ")[2] for name in SHIFTS if name in counted)
+        return f"U counts what {of_what} may shift by until the next calibration, as declared for the item."
+    return "U is that of the calibration: what the item may shift by afterwards is not in it."
 
 
 def _began(grounds: Grounds) -> str:

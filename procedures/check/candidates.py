@@ -283,10 +283,11 @@ def _of_all(
 
 
 def _used(rig: RigDescription, sensor: Sensor) -> Iterator[object]:
-    """Yield what of a sensor decides what its temperature of use does."""
+    """Yield what of a sensor decides what its use does to it."""
     yield temperature_source(rig, sensor) is None
     yield sensor.use_temperature_degc
     yield from (sensor.largest_offset_tc_v_per_degc, sensor.largest_sensitivity_tc_per_degc)
+    yield from (sensor.largest_offset_shift_v, sensor.largest_sensitivity_shift)
 
 
 def _alike(believed: Believed) -> object:

@@ -9,7 +9,8 @@ from procedures.check.candidates import compare
 from procedures.kinds.read import procedure_form
 from procedures.solution.expected import Usage
 from rig.description.read import rig_form
-from rig.description.rig_file import PACKAGES, RigDescription
+from rig.description.rig_file import RigDescription
+from rig.description.sensor import PACKAGES
 
 RIG_SCHEMA, PROCEDURE_SCHEMA = "rig.schema.json", "procedure.schema.json"
 FIRST = SearchRange(grids=((13, 12),), fractions=(), optimal=(), replications=(6,), samples=(10,))

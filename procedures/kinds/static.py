@@ -162,7 +162,7 @@ def _check_parts(request: PlanRequest, parts: Mapping[str, str]) -> None:
 def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float) -> Iterator[float]:
     """Yield standard uncertainties of a mean by what the rig declares of the chain that reads it."""
     axis = next(str(axis) for axis, name in sensor.channels.items() if name == channel)
-    for error in shared_errors(rig, sensor)[axis]:
+    for error in shared_errors(rig, sensor, counts_shift=False)[axis]:
         if error.effect == "reading":
             yield error.standard_uncertainty
         elif error.effect == "gain":

@@ -12,7 +12,7 @@ from typing import Literal
 
 from ams.analysis.calibration_budget import Gravity
 from ams.gravity import disagreement
-from ams.inputs.shared_errors import Effect, SharedError
+from ams.inputs.shared_errors import SHIFTS, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
@@ -156,11 +156,13 @@ def shared_errors(
     calibrated_degc: float | None = None,
     *,
     counts_earth: bool = True,
+    counts_shift: bool = True,
 ) -> dict[str, tuple[SharedError, ...]]:
     """Sensor axis to its errors. ``temperature``: the environment whose reading stands for the sensor's temperature.
 
     ``calibrated_degc``: where the sensor was calibrated without a model of temperature; None where it has one.
     ``counts_earth``: whether what is not known of the Earth's rotation is an error of a gyro.
+    ``counts_shift``: whether it is asked for use until the next calibration.
 
     Without a sensor only the level of the base is known, for x, y and z.
     """
@@ -171,6 +173,7 @@ def shared_errors(
         *level,
         *_thermometer(rig, sensor, temperature),
         *_use(sensor, calibrated_degc),
+        *(_shift(sensor) if counts_shift else ()),
         *(earth_errors(rig, sensor) if counts_earth else ()),
     )
     return {str(axis): (*_chain(rig, channel), *common) for axis, channel in sensor.channels.items()}
@@ -242,6 +245,19 @@ def _use(sensor: Sensor, calibrated_degc: float | None) -> Iterator[SharedError]
     if gain > 0.0:
         stated = f"limit {1e6 * sensor.largest_sensitivity_tc_per_degc:g} ppm/°C, {where}"
         yield SharedError("temperature of use, sensitivity", "gain", gain / sqrt(3.0), "limit", stated)
+
+
+def _shift(sensor: Sensor) -> Iterator[SharedError]:
+    """Yield what an axis shifts by until the next calibration at most, each for itself."""
+    words = "until the next calibration"
+    if sensor.largest_offset_shift_v > 0.0:
+        stated = f"limit {1e6 * sensor.largest_offset_shift_v:g} µV {words}"
+        u_v = sensor.largest_offset_shift_v / sqrt(3.0)
+        yield SharedError(SHIFTS[0], "reading", u_v, "limit", stated, is_of_one_channel=True)
+    if sensor.largest_sensitivity_shift > 0.0:
+        stated = f"limit {1e6 * sensor.largest_sensitivity_shift:g} ppm {words}"
+        u = sensor.largest_sensitivity_shift / sqrt(3.0)
+        yield SharedError(SHIFTS[1], "gain", u, "limit", stated, is_of_one_channel=True)
 
 
 def use_warnings(sensor: Sensor, calibrated_degc: float | None) -> tuple[str, ...]:

@@ -29,6 +29,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _supplies_nobody_has(file, rig)
     yield from _names_twice(file, rig)
     yield from _undeclared_sensitivities(file, rig, voltages)
+    yield from _volts_of_other_units(file, rig, units)
     yield from _unusable_reference(file, rig, units)
     yield from _ranges_too_small(file, rig)
     yield from _unknown_interlocks(file, rig, voltages)
@@ -147,6 +148,17 @@ def _undeclared_sensitivities(file: TomlFile, rig: RigDescription, voltages: set
                 ("sensors", serial, "nominal_sensitivity_v_per_g"),
                 f"nominal_sensitivity_v_per_g must not be 0 (axis {', '.join(undeclared)}); its sign declares the "
                 "polarity",
+            )
+
+
+def _volts_of_other_units(file: TomlFile, rig: RigDescription, units: Mapping[str, str]) -> Iterable[str]:
+    """Yield limits in volts of sensors that are not read in volts."""
+    for serial, sensor in rig.sensors.items():
+        others = [channel for channel in sensor.channels.values() if units.get(channel, "v") != "v"]
+        if sensor.largest_offset_shift_v > 0.0 and others:
+            yield file.complaint(
+                ("sensors", serial, "largest_offset_shift_v"),
+                f"is in volts, and {', '.join(others)} is not read in volts; remove it",
             )
 
 

@@ -1,0 +1,108 @@
+"""``[sensors.SERIAL]``: a package under calibration, and what its data sheet says of its use."""
+
+from typing import Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from rig.description.device_settings import NotNegative
+from rig.description.mount import Mount
+from rig.toml_file import StrictTable, as_tuple
+
+PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
+STAGES = (("pitch", "yaw"), ("pitch", "yaw", "roll"))
+"""Of a gimbal: what its sting carries, and its model."""
+
+
+class SensorTemperature(StrictTable):
+    """The sensor's own temperature channel and its conversion: T = offset + slope × volts."""
+
+    channel: str
+    offset_degc: float
+    slope_degc_per_v: float
+
+
+class Sensor(StrictTable):
+    """``[sensors.SERIAL]``: one package under calibration."""
+
+    model: Literal["single-axis package", "two-axis package", "three-axis package"]
+    measures: Literal["acceleration", "rate", "field"] = "acceleration"
+    channels: dict[Literal["x", "y", "z"], str] = Field(min_length=1)
+    """Axis to ``readout.channel`` or ``stream.channel``."""
+    nominal_sensitivity_v_per_g: float | dict[Literal["x", "y", "z"], float] = 0.0
+    """Of accelerometers behind a readout, one for all axes or one for each; its sign declares the polarity."""
+    mount: Mount = Mount()
+    stage: tuple[Literal["pitch", "yaw", "roll"], ...] | None = None
+    """The axes of a gimbal that carry it, from outside in; None: all. Pitch and yaw carry CR's sting package."""
+    temperature: SensorTemperature | None = None
+    use_temperature_degc: tuple[float, float] | None = None
+    """Where the sensor will be used; None: where it was calibrated."""
+    largest_offset_tc_v_per_degc: NotNegative = 0.0
+    """Limit of its data sheet on what a degree does to the offset where no temperature is modelled."""
+    largest_sensitivity_tc_per_degc: NotNegative = 0.0
+    largest_offset_shift_v: NotNegative = 0.0
+    """Limit on what an axis' offset shifts by until the next calibration: of its data sheet, or of its own history."""
+    largest_sensitivity_shift: NotNegative = 0.0
+    """The same of the sensitivity, as a part of it."""
+    check_sensor: bool = False
+    """A permanent check sensor: calibrated with every run, never released."""
+
+    @field_validator("use_temperature_degc", "stage", mode="before")
+    @classmethod
+    def _range_as_tuple(cls, value: object) -> object:
+        return as_tuple(value)
+
+    @model_validator(mode="after")
+    def _as_many_channels_as_the_model_has(self) -> "Sensor":
+        if len(self.channels) != PACKAGES[self.model]:
+            raise ValueError(f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}")
+        declared = self.nominal_sensitivity_v_per_g
+        if isinstance(declared, dict) and set(declared) != set(self.channels):
+            raise ValueError(
+                f"nominal_sensitivity_v_per_g names {', '.join(declared) or 'no axis'}; needed is one number for all "
+                f"axes, or one for each of {', '.join(self.channels)}"
+            )
+        if self.measures != "acceleration" and self.is_sensitivity_declared:
+            raise ValueError(
+                f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _stage_is_a_rotation(self) -> "Sensor":
+        if self.stage is not None and self.stage not in STAGES:
+            raise ValueError(
+                f"stage names the axes that carry the sensor, from outside in: got {list(self.stage)}, allowed are "
+                '["pitch", "yaw"] (the sting) and ["pitch", "yaw", "roll"] (the model)'
+            )
+        return self
+
+    @property
+    def rolls(self) -> bool:
+        """Whether roll carries it."""
+        return self.stage is None or "roll" in self.stage
+
+    @model_validator(mode="after")
+    def _use_has_a_range(self) -> "Sensor":
+        used = self.use_temperature_degc
+        if used is not None and not used[0] < used[1]:
+            raise ValueError(
+                f"use_temperature_degc needs a lower and a higher temperature, got {used[0]:g} and {used[1]:g}"
+            )
+        if used is None and (self.largest_offset_tc_v_per_degc or self.largest_sensitivity_tc_per_degc):
+            raise ValueError(
+                "largest_offset_tc_v_per_degc and largest_sensitivity_tc_per_degc belong to use_temperature_degc = "
+                "[low, high], which is missing"
+            )
+        return self
+
+    def nominal_v_per_g(self, axis: str) -> float:
+        """Return what is declared for an axis of the package; 0 where nothing is."""
+        declared = self.nominal_sensitivity_v_per_g
+        if not isinstance(declared, dict):
+            return declared
+        return next((value for name, value in declared.items() if name == axis), 0.0)
+
+    @property
+    def is_sensitivity_declared(self) -> bool:
+        """Whether any axis has a nominal sensitivity."""
+        return any(self.nominal_v_per_g(axis) != 0.0 for axis in self.channels)
