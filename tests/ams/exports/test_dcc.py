@@ -16,8 +16,10 @@ from solved_sets import gyro_set
 from ams.calibration_result import Calibration
 from ams.errors import SetError, VectorsDisagree
 from ams.exports.dcc import CHECKSUM_LINE, from_dcc, to_dcc
+from ams.exports.dcc_elements import D_SI
 from ams.exports.dcc_schema import check_against_schemas
 from ams.sets.coefficients import CoefficientSet, build_set
+from ams.units import UNITS
 
 SCHEMAS = os.environ.get("CALRIG_DCC_SCHEMAS")
 needs_schemas = pytest.mark.skipif(not SCHEMAS, reason="CALRIG_DCC_SCHEMAS is not set: no official schemas to ask")
@@ -170,3 +172,8 @@ def test_entities_fetch_nothing_and_broken_xml_is_refused(bomb: bytes) -> None:
     content = CHECKSUM_LINE.append_to(b'<?xml version="1.0" encoding="UTF-8"?>\n' + bomb)
     with pytest.raises(SetError, match=r"file: (is no XML|has no attached set)"):
         from_dcc(content, "file")
+
+
+def test_every_unit_of_a_set_is_written_in_d_si() -> None:
+    """A term of second order in temperature among them: one unit that was forgotten leaves a run without its PDF."""
+    assert set(UNITS.values()) <= set(D_SI)
