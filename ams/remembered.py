@@ -69,9 +69,14 @@ def _hand_out(found: object) -> None:
     for part in found if isinstance(found, tuple) else (found,):
         if is_dataclass(part):
             _hand_out(tuple(getattr(part, entry.name) for entry in fields(part)))
-        elif isinstance(part, np.ndarray):
+        elif isinstance(part, np.ndarray) and not _is_handed_out(part):
             part.flags.writeable = False
             _HANDED_OUT[id(part)] = (ref(part, partial(_forget, id(part))), next(_NUMBERS))
+
+
+def _is_handed_out(array: np.ndarray) -> bool:
+    entry = _HANDED_OUT.get(id(array))
+    return entry is not None and entry[0]() is array and not array.flags.writeable
 
 
 def _forget(key: int, _: object) -> None:

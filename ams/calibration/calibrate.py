@@ -169,7 +169,7 @@ def _axis(
     model, primary = choice.model, solved.primary[row]
     output_v = observations.outputs[label]
     is_exact = solved.problem.convergence is None and not model.fixed and observations.rows == solved.layout.rows
-    fitted_v = solved.problem.form.basis @ primary if is_exact else model.predict(primary, observations)
+    fitted_v = solved.problem.form.fitted(primary) if is_exact else model.predict(primary, observations)
     return AxisCalibration(
         axis=label,
         model=model.name,

@@ -26,7 +26,6 @@ from ams.solve.linearised import Linearised, is_shared, linearise, shared_regres
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
 from ams.solve.recorded_temperature import is_unmodelled, recorded_temperature
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
-from ams.statistics.intervals import combined_dof
 
 NOT_PER_REPLICATION = frozenset({"reference_temperature_degc", REFERENCE_NAME})
 """Beside what is only seen across replications."""
@@ -182,16 +181,15 @@ def _solved_columns(
     pooled = (mixed.ss_ordinary / dof)[:, None, None] * problem.form.unscaled_covariance
     tp_covariance = problem.placed(pooled)
     parameters = derive(problem.models, primary, components, tp_covariance)
-    variances = np.stack([np.diagonal(part.covariance, axis1=-2, axis2=-1) for part in components])
     return SolvedColumns(
         problem=problem,
         layout=layout,
         mixed=mixed,
         primary=primary,
         components=components,
-        primary_covariance=np.asarray(sum(part.covariance for part in components)),
+        primary_covariance=parameters.primary_covariance,
         tp_primary_covariance=tp_covariance,
-        primary_dof=combined_dof(variances, np.stack([part.dof for part in components])),
+        primary_dof=parameters.primary_dof,
         standard_error_v=np.sqrt(mixed.ss_ordinary / dof),
         degrees_of_freedom=dof,
         parameters=parameters,
@@ -240,6 +238,8 @@ def _all_primary(
 
     Fixed ones are included with what their uncertainty does to the free ones.
     """
+    if problem.free.size == len(problem.model.primary_names):
+        return mixed.components
     placed = []
     for part in mixed.components:
         covariance = problem.placed(part.covariance)

@@ -6,6 +6,7 @@ solution without it, so that nothing else is blamed for it. The result itself ke
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import hypot
 
 import numpy as np
 
@@ -189,7 +190,7 @@ def evidence_of(solved: SolvedColumns, rows: Observations) -> Evidence:
     """Return what the tests look at."""
     problem, layout = solved.problem, solved.layout
     form, alone, ordinary = problem.form, problem.alone, solved.mixed.ordinary
-    fitted = form.basis @ ordinary
+    fitted = form.fitted(ordinary)
     basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
     return Evidence(
         rows=rows,
@@ -265,13 +266,13 @@ def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, 
     problem, mixed, free = solved.problem, solved.mixed, solved.problem.free
     left, fitted = evidence.left[:, index], evidence.fitted[:, index]
     drift = even_drift(problem.form.basis, left, fitted, evidence.rows.time_s)
-    if drift is None:
+    if drift is None or not drift.p_value <= level:
         return
     estimator = mixed.estimator if mixed.estimator.ndim == 2 else mixed.estimator[index]
     parameters, answer = solved.parameters, drift.slope * (estimator @ drift.seconds)
     by = parameters.directions[index][:, free] @ answer
     moved = Moved(parameters.names, by, parameters.standard_uncertainties[index])
-    yield from drift_in_parameters(drift, moved, problem.models[index].measured_unit, level)
+    yield from drift_in_parameters(drift, moved, problem.models[index].measured_unit)
 
 
 def _some_drift(tests: AxisTests) -> bool:
@@ -296,10 +297,10 @@ def _scale(solved: SolvedColumns, index: int) -> Scale:
     model = solved.problem.models[index]
     along = [
         value
-        for name, value in zip(model.primary_names, solved.primary[index], strict=True)
+        for name, value in zip(model.primary_names, solved.primary[index].tolist(), strict=True)
         if name.startswith("k_") and name.endswith("_v_per_g")
     ]
-    per_radian = float(np.linalg.norm(along)) if along else 0.0
+    per_radian = hypot(*along)
     return Scale(model.measured_unit, per_radian if per_radian > 0.0 else None)
 
 

@@ -29,7 +29,7 @@ from ams.analysis.diagnostics.step_scan import (
     force_along,
     slip_pattern,
 )
-from ams.analysis.diagnostics.temperature import explained, sensed, varies
+from ams.analysis.diagnostics.temperature import explained, varies
 from ams.analysis.diagnostics.time_order import parts_of_replications, time_order
 from ams.analysis.diagnostics.wording import dwell_words
 from ams.arrays import BoolArray, FloatArray
@@ -184,14 +184,12 @@ class _Search:
         if self.is_clipped:
             scatter = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(departures)))
             departures = evidence.by_point(np.clip(departures, -_CLIPPED * scatter, _CLIPPED * scatter))
-        along = sensed(evidence, index)
-        k = None
-        if base is not None:
-            along = force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
-            k = evidence.primary[index][1:_LINEAR]
         # Drawn in, a coarse meter that reads most dwells alike has no departures left; it keeps its scatter.
         variance = float(departures @ departures) / self.course.dof or variance
-        return Watched(departures, variance, k, along)
+        if base is None:
+            return Watched(departures, variance, None, evidence.sensed[:, index])
+        along = force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
+        return Watched(departures, variance, evidence.primary[index][1:_LINEAR], along)
 
     @cached_property
     def on_table(self) -> tuple[int, ...]:

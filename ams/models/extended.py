@@ -17,6 +17,7 @@ them apart, and it is said wherever the model is reported.
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
@@ -137,11 +138,11 @@ class ExtendedPitchRoll(LinearModel):
     def term_names(self) -> tuple[str, ...]:
         return TERM_NAMES[: len(self.centring)]
 
-    @property
+    @cached_property
     def primary_names(self) -> tuple[str, ...]:
         return (*PitchRoll.primary_names, *self.term_names)
 
-    @property
+    @cached_property
     def parameter_names(self) -> tuple[str, ...]:
         return (*PitchRoll.parameter_names, *self.term_names, TRACELESS_NAME)
 
@@ -163,7 +164,7 @@ class ExtendedPitchRoll(LinearModel):
 
     def parameters(self, primary: FloatArray) -> FloatArray:
         derived = PitchRoll(self.nominal_axis).parameters(primary[..., :4])
-        traceless = primary[..., :1] - primary[..., 4:] @ np.array(self.centring)[:, :1]
+        traceless = primary[..., :1] - primary[..., 4:] @ self._traces[:, None]
         return np.concatenate([derived, primary[..., 4:], traceless], axis=-1)
 
     def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
@@ -171,8 +172,13 @@ class ExtendedPitchRoll(LinearModel):
         rows = np.zeros((size + 1, size))
         rows[:size] = np.eye(size)
         rows[:4, :4] = PitchRoll(self.nominal_axis).parameters_jacobian(primary[:4])
-        rows[size, 0], rows[size, 4:] = 1.0, -np.array(self.centring)[:, 0]
+        rows[size, 0], rows[size, 4:] = 1.0, -self._traces
         return rows
+
+    @cached_property
+    def _traces(self) -> FloatArray:
+        """(t,) what each term adds to the offset of the best linear sensor."""
+        return np.array([constant for constant, *_ in self.centring])
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         return PitchRoll(self.nominal_axis).undetermined(primary[:4], covariance[:4, :4])

@@ -36,6 +36,10 @@ class DerivedParameters:
     """(m) undetermined parameters with the reason."""
     directions: FloatArray
     """(m, L, P) derivatives by the primary parameters."""
+    primary_covariance: FloatArray
+    """(m, P, P)"""
+    primary_dof: FloatArray
+    """(m, P) effective degrees of freedom of the primary parameters."""
 
     def estimates(self, row: int) -> tuple[ParameterEstimate, ...]:
         """Return the parameters of one sensor axis."""
@@ -66,8 +70,10 @@ def derive(
     turned = np.swapaxes(directions, -1, -2)
     covariance = directions @ primary_covariance @ turned
     uncertainty = _root_of_diagonal(covariance)
-    variances = np.stack([_diagonal(directions @ component.covariance @ turned) for component in components])
-    dof = combined_dof(variances, np.stack([component.dof for component in components])[:, :, None])
+    parts = np.stack([component.covariance for component in components])
+    variances = np.concatenate([_diagonal(directions @ parts @ turned), _diagonal(parts)], axis=-1)
+    every_dof = combined_dof(variances, np.stack([component.dof for component in components])[:, :, None])
+    dof = every_dof[:, : len(names)]
     return DerivedParameters(
         names=names,
         values=values,
@@ -78,6 +84,8 @@ def derive(
         covariance=covariance,
         undetermined=undetermined,
         directions=directions,
+        primary_covariance=primary_covariance,
+        primary_dof=every_dof[:, len(names) :],
     )
 
 

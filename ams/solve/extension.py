@@ -134,7 +134,14 @@ def stands_alike(observations: Observations, layout: Layout) -> bool:
 
 def blocks_of_angles(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray] | None:
     """Return the (K,) pitch and roll of the points where :func:`stands_alike` holds; None elsewhere."""
-    pitch, roll = layout.block(observations.pitch_rad), layout.block(observations.roll_rad)
+    return _blocks_of_angles(layout, observations.pitch_rad, observations.roll_rad)
+
+
+@remembered(16)
+def _blocks_of_angles(
+    layout: Layout, pitch_rad: FloatArray, roll_rad: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    pitch, roll = layout.block(pitch_rad), layout.block(roll_rad)
     return None if pitch is None or roll is None else (pitch, roll)
 
 
@@ -229,8 +236,10 @@ class _Generalised:
         """Estimate (9,), covariance (9, 9) and χ² of the residuals."""
         m = _TERMS + 1
         gram = self.gram / variance
-        inner = np.eye(gram.shape[0] - m) + gram[m:, m:]
-        reduced = gram[:m, :m] - gram[:m, m:] @ np.linalg.solve(inner, gram[m:, :m])
+        reduced = gram[:m, :m]
+        if gram.shape[0] > m:
+            inner = np.eye(gram.shape[0] - m) + gram[m:, m:]
+            reduced = reduced - gram[:m, m:] @ np.linalg.solve(inner, gram[m:, :m])
         covariance = np.asarray(np.linalg.inv(reduced[:_TERMS, :_TERMS]), dtype=float)
         change = covariance @ reduced[:_TERMS, _TERMS]
         chi_square = float(reduced[_TERMS, _TERMS] - reduced[_TERMS, :_TERMS] @ change)

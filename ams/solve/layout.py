@@ -86,7 +86,10 @@ class Layout:
 
     def about_points(self, values: FloatArray) -> FloatArray:
         """Return (N, …) values less the mean of their point."""
-        return np.asarray(values - self.mean_by_point(values)[self.point])
+        means = self.mean_by_point(values)
+        if self.is_complete and self.order is None:
+            return np.asarray((values.reshape(self.replications, *means.shape) - means).reshape(values.shape))
+        return np.asarray(values - means[self.point])
 
     def mean_by_point(self, values: FloatArray) -> FloatArray:
         """Return the (K, …) means of (N, …) values."""

@@ -43,6 +43,11 @@ class LinearForm:
         """Return the (N / repeats, P) rows that the basis repeats; all of them where it repeats none."""
         return self.basis if self.repeated_block is None else self.repeated_block
 
+    def fitted(self, estimate: FloatArray) -> FloatArray:
+        """Return the (N, …) outputs of (P, …) parameters."""
+        once = self.block @ estimate
+        return np.asarray(once if self.repeats == 1 else np.concatenate([once] * self.repeats))
+
     def solve(self, outputs: FloatArray) -> FloatArray:
         """Estimate from (N,) or (N, m) outputs; refined once, so that rounding stays at that of the data."""
         first = self.estimator @ outputs

@@ -107,9 +107,10 @@ def linearise(
         assert len(models) == 1
         basis, outputs, convergence = _at_solution(model, free, names, rows, outputs[:, 0], weights)
     else:
-        block = _block(model, stimulus, layout) if weights is None and _repeats(stimulus, layout) else None
-        if block is not None:
-            stimulus, times = _first(stimulus, layout), layout.replications
+        first = _first(stimulus, layout) if weights is None else None
+        block = None if first is None else _block(model, stimulus, first, layout)
+        if first is not None and block is not None:
+            stimulus, times = first, layout.replications
         basis = model.basis(stimulus) if block is None else known(block)
         if model.fixed:
             outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
@@ -132,30 +133,28 @@ def _columns(stimulus: Attitude) -> dict[str, NDArray[Any]]:
     return {name: values for name, values in everything.items() if values is not None}
 
 
-def _repeats(stimulus: Attitude, layout: Layout) -> bool:
-    """Return whether each replication has the same points in order at exactly the same stimulus.
-
-    Time and temperature never repeat; where they matter the basis does not either.
-    """
-    if not layout.is_complete or layout.order is not None:
-        return False
-    given = _columns(stimulus)
-    left_out = () if _RATES in given else _NEVER_ALIKE  # gyros stay on their rows, for their stored numbers
-    columns = (values for name, values in given.items() if name not in left_out)
-    return all(layout.block(values) is not None for values in columns)
-
-
-def _block(model: Model, stimulus: Attitude, layout: Layout) -> FloatArray | None:
+def _block(model: Model, stimulus: Attitude, first: Attitude, layout: Layout) -> FloatArray | None:
     """Return the basis of the points where it is the same in every replication."""
     if stimulus.time_s is None and stimulus.temperature_degc is None:
-        return model.basis(_first(stimulus, layout))
+        return model.basis(first)
     return layout.block(model.basis(stimulus))
 
 
-def _first(stimulus: Attitude, layout: Layout) -> Attitude:
-    """Return the rows of the first replication, of what repeats as it is known."""
-    blocks = ((name, values, layout.block(values)) for name, values in _columns(stimulus).items())
-    first = {name: values[: layout.points] if block is None else block for name, values, block in blocks}
+def _first(stimulus: Attitude, layout: Layout) -> Attitude | None:
+    """Return the rows of the first replication, of what repeats as it is known.
+
+    None where not every replication has the same points in order at exactly the same stimulus. Time and temperature
+    never repeat; where they matter the basis does not either.
+    """
+    if not layout.is_complete or layout.order is not None:
+        return None
+    first, given = {}, _columns(stimulus)
+    left_out = () if _RATES in given else _NEVER_ALIKE  # gyros stay on their rows, for their stored numbers
+    for name, values in given.items():
+        block = layout.block(values)
+        if block is None and name not in left_out:
+            return None
+        first[name] = values[: layout.points] if block is None else block
     return Attitude(**first)
 
 

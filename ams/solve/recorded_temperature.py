@@ -49,15 +49,16 @@ def recorded_temperature(
 
     The temperature is (N,), or (N, m) where the outputs were not measured together.
     """
-    fitted = form.basis @ ordinary
+    fitted = form.fitted(ordinary)
     left, size = outputs - fitted, outputs.shape[1]
     covariance = np.empty((size, ordinary.shape[0], ordinary.shape[0]))
     for index in range(size):
         recorded = temperature_degc if temperature_degc.ndim == 1 else temperature_degc[:, index]
         warm = _warm(form.basis, form.estimator, recorded)
-        swung = warm.column * (fitted[:, index] - _where_warm(warm.column, fitted[:, index]))
-        taken_up = np.stack([warm.taken_up, form.estimator @ swung], axis=1)
-        apart = np.stack([warm.apart, swung - form.basis @ taken_up[:, 1]])
+        swung = warm.column * (fitted[:, index] - float(warm.departing @ fitted[:, index]))
+        swing = form.estimator @ swung
+        taken_up = np.stack([warm.taken_up, swing], axis=1)
+        apart = np.stack([warm.apart, swung - form.fitted(swing)])
         slopes = _slopes(apart, left[:, index], np.array([warm.square, swung @ swung]))
         if estimator is form.estimator:
             answer = taken_up
@@ -81,23 +82,18 @@ class _Warm:
     """(N,) what the model leaves of it."""
     square: float
     """Of the column."""
+    departing: FloatArray
+    """(N,) weights of the mean output at which the temperature departs, so that the column and its product with the
+    output about that mean are at right angles. With the plain mean one reading that stands apart would make two
+    columns of one."""
 
 
 @remembered(16)
 def _warm(basis: FloatArray, estimator: FloatArray, temperature_degc: FloatArray) -> _Warm:
     column = temperature_degc - temperature_degc.mean()
-    taken_up = estimator @ column
-    return _Warm(column, taken_up, column - basis @ taken_up, float(column @ column))
-
-
-def _where_warm(warmth_degc: FloatArray, fitted: FloatArray) -> float:
-    """Return the output at which the temperature departs, so that the two columns are at right angles.
-
-    With the plain mean one reading that stands apart would make two columns of one.
-    """
-    weight = warmth_degc**2
-    total = float(weight.sum())
-    return float(weight @ fitted) / total if total > 0.0 else 0.0
+    taken_up, square = estimator @ column, float(column @ column)
+    departing = column**2 / square if square > 0.0 else np.zeros_like(column)
+    return _Warm(column, taken_up, column - basis @ taken_up, square, departing)
 
 
 def _slopes(apart: FloatArray, left: FloatArray, squares: FloatArray) -> FloatArray:

@@ -149,15 +149,10 @@ def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
 
     The chance of any false alarm among them is to stay at ``level``; of no tests none is.
     """
-    if p_values.shape[-1] == 0:
+    if p_values.size == 0:
         return np.zeros(p_values.shape, dtype=bool)
-    if p_values.ndim == 1:
-        return np.asarray(p_values <= _largest_passed(p_values.tolist(), level))
-    ascending = np.sort(p_values, axis=-1)
-    known = p_values.shape[-1] - np.isnan(p_values).sum(axis=-1, keepdims=True)
-    remaining = np.maximum(known - np.arange(p_values.shape[-1]), 1)
-    passed = np.logical_and.accumulate(ascending <= level / remaining, axis=-1)
-    return np.asarray(p_values <= np.where(passed, ascending, -1.0).max(axis=-1, keepdims=True))
+    passed = [_largest_passed(family, level) for family in p_values.reshape(-1, p_values.shape[-1]).tolist()]
+    return np.asarray(p_values <= np.reshape(passed, (*p_values.shape[:-1], 1)))
 
 
 def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:

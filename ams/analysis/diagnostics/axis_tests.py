@@ -251,7 +251,7 @@ def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
     column, layout = by_temperature.departure_of_points(evidence), evidence.layout
     if column is None or TEMPERATURE_NAMES[0] in evidence.models[0].primary_names:
         return np.zeros((layout.points, 0))
-    return np.column_stack([column, column * layout.mean_by_point(by_temperature.sensed(evidence, output))])
+    return np.column_stack([column, column * layout.mean_by_point(evidence.sensed[:, output])])
 
 
 def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatArray) -> Elimination | None:

@@ -68,6 +68,13 @@ class Evidence:
         return np.where(np.sqrt(variance) > _ROUNDING * largest, variance, np.nan)
 
     @cached_property
+    def sensed(self) -> FloatArray:
+        """(N, m) what the outputs sense beside their offset, over its largest."""
+        centred = self.fitted - self.fitted.mean(axis=0)
+        largest = np.abs(centred).max(axis=0)
+        return np.asarray(centred / np.where(largest > 0.0, largest, 1.0))
+
+    @cached_property
     def point_effects(self) -> FloatArray:
         """(K, m) mean residual of every point, the drift of the replications taken out."""
         return self.layout.mean_by_point(self.left) if self.sums is None else self.sums.point_effects

@@ -83,12 +83,12 @@ class Moved:
     """Standard, as stated."""
 
 
-def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, level: float) -> Iterator[Finding]:
+def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str) -> Iterator[Finding]:
     """Yield a finding where a drift that is plain moved a parameter by more than its standard uncertainty."""
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(moved.uncertainties > 0.0, np.abs(moved.by) / moved.uncertainties, 0.0)
     share = np.nan_to_num(share)
-    if not drift.p_value <= level or not share.max() > 1.0:
+    if not share.max() > 1.0:
         return
     beyond = [int(index) for index in np.argsort(-share)[:_MOST_NAMED] if share[index] > 1.0]
     shown = ", ".join(

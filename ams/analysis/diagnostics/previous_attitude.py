@@ -11,7 +11,6 @@ import numpy as np
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
-from ams.analysis.diagnostics.temperature import sensed
 from ams.analysis.diagnostics.time_order import LEAST_DOF, order_repeats, time_order
 from ams.arrays import FloatArray, IntArray
 from ams.remembered import remembered
@@ -23,7 +22,7 @@ _NOTHING = 1e-9
 
 def turned_from(evidence: Evidence, output: int) -> FloatArray:
     """Return the (N,) change of what the output senses from this dwell back to the one before it, over its largest."""
-    along = sensed(evidence, output)
+    along = evidence.sensed[:, output]
     return np.asarray(along[_dwell_before(time_order(evidence), evidence.layout)] - along)
 
 

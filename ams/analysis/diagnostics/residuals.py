@@ -84,6 +84,8 @@ class GridResiduals:
 
     def of(self, output: int) -> "GridResiduals":
         """Return those of one output alone."""
+        if self.residuals.shape[1] == 1:
+            return self
         return replace(self, residuals=self.residuals[:, output : output + 1])
 
     def projected(self, columns: FloatArray) -> FloatArray:

@@ -29,8 +29,10 @@ class Between:
 
     def with_means(self, of_means: BeliefTest, dof: int) -> BeliefTest:
         """Return a test of the means; that of settling with what it has in common with this one, each by its weight."""
+        if of_means.name != SETTLING:
+            return of_means
         tested = self.test
-        if of_means.name != SETTLING or not np.isfinite(tested.p_value):
+        if not np.isfinite(tested.p_value):
             return of_means
         if not np.isfinite(of_means.p_value):
             return tested

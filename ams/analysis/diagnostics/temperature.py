@@ -111,7 +111,7 @@ def lag(evidence: Evidence, output: int) -> Joint:
 def lag_columns(evidence: Evidence, output: int, time_constant_h: float) -> FloatArray | None:
     """Return (N, 2) what a lag does to the offset and to the sensitivity; None without times."""
     apart = lagged_degc(evidence, time_constant_h)
-    return None if apart is None else np.column_stack([apart, apart * sensed(evidence, output)])
+    return None if apart is None else np.column_stack([apart, apart * evidence.sensed[:, output]])
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
     variance, dof = float(evidence.precision_variance[output]), evidence.grid.dof
     if temperature is None or evidence.sums is None or dof < LEAST_DOF or not variance > 0.0:
         return BetweenReplications(NONE, float("nan"))
-    along = sensed(evidence, output)
+    along = evidence.sensed[:, output]
 
     def pair(column: FloatArray) -> FloatArray:
         return evidence.by_point(np.column_stack([column, column * along]))
@@ -159,13 +159,6 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
     is_more = rest_rank == 0 or float(f_tail(square / max(rest, 1e-300), added, float(rest_rank))) < _SURE
     size = float(np.sqrt(max(bent - linear, 0.0) / layout.rows))
     return BetweenReplications(Joint(p_value if is_more else 1.0, size), unexplained)
-
-
-def sensed(evidence: Evidence, output: int) -> FloatArray:
-    """Return (N,) what the output senses beside its offset, over its largest."""
-    centred = evidence.fitted[:, output] - evidence.fitted[:, output].mean()
-    largest = float(np.abs(centred).max())
-    return np.asarray(centred / largest) if largest > 0.0 else centred
 
 
 def explained(columns: FloatArray, e: FloatArray) -> tuple[float, int]:
