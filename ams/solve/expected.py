@@ -24,7 +24,7 @@ from ams.solve.mixed_model import (
     row_variance,
     weighted_estimator,
 )
-from ams.solve.scatter import FEW_POINTS, Scatter, expected_scatter
+from ams.solve.scatter import Scatter, expected_scatter, few_points_of
 from ams.solve.whole_plots import WholePlots
 from ams.statistics.distributions import normal_density, normal_share
 
@@ -80,14 +80,16 @@ def expected_estimates(
     weights = np.ones(layout.rows) if form.weights is None else form.weights
     ss_ordinary = (layout.rows - form.basis.shape[1]) * (believed.precision + believed.lack_of_fit)
     if plots.dof < 1:
-        scatter = _of_rows(form, believed, joined, weights)
+        few_points = few_points_of(is_weighted=is_weighted, is_replicated=False)
+        scatter = _of_rows(form, believed, joined, weights, few_points)
         row_variances = [variance / weights for variance in scatter.variance]
         estimator = weighted_estimator(form, row_variances, joined if is_weighted else [])
         parts = [_noise("residuals", estimator, scatter.variance, weights, scatter.dof)]
         unknown = np.full(len(beliefs), np.nan)
         parts += from_common(form, estimator, common)
         return MixedEstimates(ordinary.T, tuple(parts), estimator, unknown, unknown, ordinary, ss_ordinary, None)
-    found = _of_points(alone, layout, believed, joined)
+    few_points = few_points_of(is_weighted=is_weighted, is_replicated=True)
+    found = _of_points(alone, layout, believed, joined, few_points)
     row_variances = [row_variance(form, layout, *pair) for pair in zip(believed.precision, found.variance, strict=True)]
     estimator = weighted_estimator(form, row_variances if joined else [], joined if is_weighted else [])
     parts = [_spread(estimator, alone, believed, plots, weights)]
@@ -99,14 +101,18 @@ def expected_estimates(
     )
 
 
-def _of_rows(form: LinearForm, believed: _Variances, joined: Sequence[FloatArray], weights: FloatArray) -> Scatter:
+def _of_rows(
+    form: LinearForm, believed: _Variances, joined: Sequence[FloatArray], weights: FloatArray, few_points: float
+) -> Scatter:
     """Return what the residuals of one replication show: precision, and the points' own beside it."""
     size = believed.precision.size
     common = np.tile(np.stack(joined), (1, form.repeats, 1)) if joined else np.zeros((size, weights.size, 0))
-    return expected_scatter(form.basis, believed.precision + believed.lack_of_fit, common, weights)
+    return expected_scatter(form.basis, believed.precision + believed.lack_of_fit, common, weights, few_points)
 
 
-def _of_points(alone: LinearForm, layout: Layout, believed: _Variances, joined: Sequence[FloatArray]) -> Scatter:
+def _of_points(
+    alone: LinearForm, layout: Layout, believed: _Variances, joined: Sequence[FloatArray], few_points: float
+) -> Scatter:
     """Return the lack of fit that the points will show: what comes out below zero counts as none."""
     size, alone_size = believed.precision.size, alone.basis.shape[1]
     if layout.points <= alone_size:
@@ -116,7 +122,7 @@ def _of_points(alone: LinearForm, layout: Layout, believed: _Variances, joined: 
     of_precision = believed.precision / typical
     common = common_of_points(alone, layout, joined, size)
     scatter = expected_scatter(
-        layout.mean_by_point(alone.basis), of_precision + believed.lack_of_fit, common, readings / typical, FEW_POINTS
+        layout.mean_by_point(alone.basis), of_precision + believed.lack_of_fit, common, readings / typical, few_points
     )
     dof_precision = layout.rows - layout.points - alone_size * (layout.replications - 1)
     spread = np.sqrt(2.0 * scatter.variance**2 / scatter.dof + 2.0 * of_precision**2 / max(dof_precision, 1))

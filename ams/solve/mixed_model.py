@@ -23,7 +23,7 @@ from ams.solve.components import Causes, ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums, replicated_sums
-from ams.solve.scatter import FEW_POINTS, points_scatter
+from ams.solve.scatter import few_points_of, points_scatter
 from ams.solve.whole_plots import WholePlots
 
 CommonErrors = Mapping[str, FloatArray]
@@ -91,7 +91,8 @@ def estimate(
         ordinary = sums.pooled
     else:
         ss_ordinary = _square(form, outputs - form.basis @ ordinary)
-    precision, beyond, beyond_dof = _variances(alone, layout, sums, joined)
+    few_points = few_points_of(is_weighted=is_weighted, is_replicated=True)
+    precision, beyond, beyond_dof = _variances(alone, layout, sums, joined, few_points)
     typical = np.where(np.isnan(precision), ss_ordinary / max(layout.rows - form.basis.shape[1], 1), precision)
     row_variances = [row_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
     estimator, found = _weighted(form, outputs, ordinary, row_variances, joined if is_weighted else [])
@@ -128,7 +129,9 @@ def _unreplicated(
     variance = ss_ordinary / free if free > 0 else np.full(ss_ordinary.size, np.nan)
     dof = np.full(variance.size, free if free > 0 else np.nan)
     if joined:
-        scatter = points_scatter(form.basis, outputs, np.tile(np.stack(joined), (1, form.repeats, 1)), weights)
+        common_rows = np.tile(np.stack(joined), (1, form.repeats, 1))
+        few_points = few_points_of(is_weighted=is_weighted, is_replicated=False)
+        scatter = points_scatter(form.basis, outputs, common_rows, weights, few_points)
         variance, dof = scatter.variance, scatter.dof
     row_variances = [v / weights for v in variance]
     estimator, found = _weighted(form, outputs, ordinary, row_variances, joined if is_weighted else [])
@@ -158,7 +161,7 @@ def _square(form: LinearForm, residuals: FloatArray) -> FloatArray:
 
 
 def _variances(
-    alone: LinearForm, layout: Layout, sums: ReplicatedSums, joined: Sequence[FloatArray]
+    alone: LinearForm, layout: Layout, sums: ReplicatedSums, joined: Sequence[FloatArray], few_points: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return (m,) precision, lack of fit beyond the common errors (volts²), and the latter's degrees of freedom.
 
@@ -177,7 +180,7 @@ def _variances(
     typical, basis = float(readings.mean()), layout.mean_by_point(alone.basis)
     drift = np.sqrt(precision)[:, None, None] * sums.drift_left
     common = np.concatenate([common_of_points(alone, layout, joined, size), drift], axis=2)
-    scatter = points_scatter(basis, sums.point_effects, common, readings / typical, FEW_POINTS)
+    scatter = points_scatter(basis, sums.point_effects, common, readings / typical, few_points)
     return precision, np.maximum(0.0, scatter.variance - precision / typical), scatter.dof
 
 

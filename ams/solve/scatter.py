@@ -6,7 +6,8 @@ directions that G does not touch, which a plain difference of mean squares canno
 
 With a handful of points there may be no such direction (pitch alone: every point has an index of its own). Then the
 likelihood is often largest at t = 0, and intervals that believe it hold the truth in half of the campaigns. There the
-whole scatter counts as the points' own: wider than need be, by as much as G is counted twice.
+whole scatter counts as the points' own: wider than need be, by as much as G is counted twice. What fails there are the
+weights that such a t makes (all on the points that G does not touch); an ordinary estimate has none, and believes t.
 """
 
 from dataclasses import dataclass
@@ -27,6 +28,13 @@ _DISTINGUISHED = 3.0
 """Degrees of freedom from which on the points' own variance can be told from that of the common errors."""
 FEW_POINTS = 20
 """Degrees of freedom of the points up to which that makes a difference where replications tell the precision."""
+
+
+def few_points_of(*, is_weighted: bool, is_replicated: bool) -> float:
+    """Return the degrees of freedom of the points up to which the whole scatter may count as their own."""
+    if not is_weighted:
+        return 0.0
+    return FEW_POINTS if is_replicated else np.inf
 
 
 @dataclass(frozen=True)

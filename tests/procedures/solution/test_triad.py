@@ -185,11 +185,11 @@ def test_offset_and_gain_hold_the_truth_whatever_the_coning(known: bool) -> None
 
 @pytest.mark.soak
 @pytest.mark.parametrize("known", [True, False])
-def test_offset_and_gain_are_covered_as_stated(known: bool) -> None:
-    """Of twelve points the whole scatter counts as their own (``FEW_POINTS``), what is the table's too: it is wide."""
+def test_offset_gain_and_how_each_axis_lies_are_covered_as_stated(known: bool) -> None:
+    """All that is declared is drawn, and nothing else: what the table does to twelve points is counted once."""
     held = coverage(400, known=known, first_seed=10_000)
-    for quantity, most in (("gain", 0.97), ("offset", 0.99)):
-        assert 0.93 < np.mean([each for name, each in held.items() if quantity in name]) < most, held
+    for quantity in ("gain", "offset", "towards"):
+        assert 0.93 < np.mean([each for name, each in held.items() if quantity in name]) < 0.975, held
 
 
 @pytest.mark.parametrize("known", [True, False])
