@@ -17,8 +17,11 @@ Judged in this order:
 2. *Common.* Of the single causes the one that fits best is named where it is significant (Bonferroni over them); where
    none fits alone, rotation, gain and offset are judged in this order, each beside those before it.
 3. *Confounded.* Every other cause that the data do not contradict is said with it. A lone sensor has its own axes'
-   offsets and sensitivities among the causes, for nothing but their pattern over the attitudes tells them from a
-   rotation: it is one only if K⁻¹ΔK is antisymmetric and Δb = 0.
+   offsets and sensitivities among the causes, one by one and all together, as a temperature changes them: nothing but
+   their pattern over the attitudes tells them from a rotation, which is one only if K⁻¹ΔK is antisymmetric and Δb = 0.
+   Sensors of one make may do so alike: an offset and a sensitivity common to all x axes, all y axes, all z axes. At
+   one attitude or two these fit whatever all sensors do alike, and a turn is told from them by its form alone: it is
+   that of one axis, and larger than the recorded change of temperature can have made.
 
 Two scatters are believed: that of every reading, and that of seating the table anew, which turns all sensors alike and
 therefore stands in the covariance between them. What the sensors do by themselves beyond that (a little drift of each)
@@ -38,7 +41,9 @@ from ams.surveillance.common_mode_columns import (
     FIXTURE,
     FIXTURE_Y,
     FIXTURE_Z,
+    OF_ALIKE,
     MODEL_ERROR,
+    OF_LONE,
     PITCH,
     ROLL,
     ROTATIONS,
@@ -59,6 +64,9 @@ Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
 BASE_ASIDE = "tilt of the base to any side"
 LEAST_SENSOR_CHANGE = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
+LIKE_AXES = "of all like axes"
+"""How the name of a cause ends that moves the axes of one name in all sensors alike."""
+_OF_AXES = ("offset", "sensitivity")
 FEWEST_LEFT = 4
 """Degrees of freedom from which on what is left over tells how much the sensors do by themselves."""
 
@@ -71,6 +79,9 @@ class Cause:
     name: str
     parts: tuple[str, ...]
     """Names of its columns."""
+
+
+_ROTATION = Cause("table-rotation", "rotation", ROTATIONS)
 
 
 @dataclass(frozen=True)
@@ -196,31 +207,43 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     fewest, least_left, _ = min(consistent)
     close = least_left + SAME * max(least_left, 1.0)
     index = next(index for used, left, index in consistent if used == fewest and left <= close)
-    others = (causes[other] for *_, other in consistent if other != index)
-    also = tuple(
-        cause for cause in others if not set(causes[index].parts) < set(cause.parts)
-    )  # a wider one says no more
-    return CommonMode(
-        (causes[index],), p_value, also, data.estimates(causes[index].parts, scale.variance), (), tuple(among)
-    )
+    stated = causes[index]
+    chosen = CommonMode((stated,), p_value, (), data.estimates(stated.parts, scale.variance), (), tuple(among))
+    # What fits everything contradicts nothing: it stands beside a turn of several angles, not beside that of one axis,
+    # unless the recorded temperature changed enough for it.
+    is_doubted = fewest > 1 or _rotation_rad(visits, chosen) < visits.warmth_g
+    stands = {index for *_, index in consistent} | {at for at, (_, left, _) in enumerate(fits) if left <= close}
+    others = [causes[at] for at in sorted(stands) if fits[at][2] < data.fits_all or is_doubted]
+    if fewest >= data.fits_all and stated.kind != "table-rotation":
+        others.append(_ROTATION)  # with a change of anything else beside it
+    also = tuple(cause for cause in others if not set(stated.parts) <= set(cause.parts))  # a wider one says no more
+    return replace(chosen, also=also)
 
 
 def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: float, false_alarm: float) -> CommonMode:
-    """Judge rotation, gain and offset in this order, each beside the others, where there are data enough for all."""
+    """Judge rotation, gain and offset in this order, each beside the others, where there are data enough for all.
+
+    A rotation is always judged beside what a temperature may do to all sensors alike, which is told where it is seen.
+    """
     names = _names(data)
     if len(among) == 1 or data.y.size - data.left(names)[1] < FEWEST_LEFT:
         sensor_cause = Cause("sensor-change", " and ".join(among), ())
         return CommonMode((sensor_cause,), p_value, (), {}, (), tuple(among))
-    causes: list[Cause] = []
     meters = [name for name in data.columns if name.startswith(("gain", "offset"))]
-    groups = [Cause("table-rotation", "rotation", ROTATIONS), *(_of_meter(name) for name in meters)]
-    every = tuple(name for group in groups for name in group.parts)
-    for group in groups:
-        others = tuple(name for name in every if name not in group.parts)
-        (without, low), (whole, high) = data.left(others), data.left(every)
-        if scale.p_value(without - whole, high - low) < false_alarm:
-            causes.append(group)
-    causes = causes or groups
+    groups = [_ROTATION, *(_of_meter(name) for name in meters)]
+    warmth = list(_of_temperature(data))[-1]
+
+    def is_seen(group: Cause, others: Sequence[Cause]) -> bool:
+        beside = tuple(name for other in others if other != group for name in other.parts)
+        (without, low), (whole, high) = data.left(beside), data.left((*beside, *group.parts))
+        return scale.p_value(without - whole, high - low) < false_alarm
+
+    all_of_them = [*groups, warmth]
+    beside = all_of_them if is_seen(warmth, groups) else groups
+    causes = [group for group in beside if is_seen(group, all_of_them if group is groups[0] else beside)]
+    if not causes:
+        causes = beside = [warmth]
+    every = tuple(name for group in beside for name in group.parts)
     estimates = data.estimates(every, scale.variance)
     parts = {name for cause in causes for name in cause.parts}
     kept = {name: estimate for name, estimate in estimates.items() if name in parts}
@@ -237,8 +260,28 @@ def _causes(data: Whitened) -> Iterator[Cause]:
     yield from (_of_meter(name) for name in data.columns if name.startswith("gain"))
     yield from (_of_meter(name) for name in data.columns if name.startswith("offset"))
     yield from (
-        Cause("sensor-change", name.removeprefix("own "), (name,)) for name in data.columns if name.startswith("own")
+        Cause("sensor-change", name.removeprefix(f"{OF_LONE} "), (name,))
+        for name in data.columns
+        if name.startswith(OF_LONE)
     )
+    yield from _of_temperature(data)
+
+
+def _of_temperature(data: Whitened) -> Iterator[Cause]:
+    """Yield what a temperature may do: every axis by its own coefficient, and alike in sensors of one make."""
+    by_kind: tuple[tuple[str, tuple[Kind, Kind]], ...] = (
+        (OF_LONE, ("sensor-change", "sensor-change")),
+        (OF_ALIKE, ("meter-offset", "meter-gain")),
+    )
+    for prefix, kinds in by_kind:
+        of = {what: tuple(name for name in data.columns if name.startswith(f"{prefix} {what}")) for what in _OF_AXES}
+        whose = "of its axes" if prefix == OF_LONE else LIKE_AXES
+        for what, kind in zip(_OF_AXES, kinds, strict=True):
+            if of[what] and (prefix == OF_ALIKE or len(of[what]) > 1):
+                yield Cause(kind, f"{what} {whose}", of[what])
+        both = tuple(name for names in of.values() for name in names)
+        if both:
+            yield Cause(kinds[0], f"offset and sensitivity {whose}", both)
 
 
 def _of_meter(name: str) -> Cause:
@@ -247,7 +290,7 @@ def _of_meter(name: str) -> Cause:
 
 def _names(data: Whitened) -> tuple[str, ...]:
     """Return the common columns."""
-    return tuple(name for name in data.columns if not name.startswith("own"))
+    return tuple(name for name in data.columns if not name.startswith((OF_LONE, OF_ALIKE)))
 
 
 def _rotation_rad(visits: Visits, common: CommonMode) -> float:

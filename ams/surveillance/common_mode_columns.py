@@ -18,6 +18,8 @@ MODEL_ERROR = 0.02
 ROLL, PITCH, BASE, FIXTURE = "roll", "pitch", "tilt of the base", "fixture"
 FIXTURE_Y, FIXTURE_Z = "fixture about y", "fixture about z"
 ROTATIONS = (ROLL, PITCH, BASE, FIXTURE_Y, FIXTURE_Z)
+OF_LONE, OF_ALIKE = "own", "like"
+"""Of a lone sensor's axis, and of the axes of one name in all sensors: how the column of what it does begins."""
 SAME = 1e-6
 """Relative: what differs by less is the same to a least-squares fit."""
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
@@ -55,6 +57,8 @@ class Visits:
     """By which the variances are known; the smallest."""
     seating_rad: float = 0.0
     """Standard uncertainty of the *difference* of two seatings, about pitch and about roll."""
+    warmth_g: float = 0.0
+    """The most that the recorded change of temperature between the visits can have done to an axis."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,8 @@ class Whitened:
 
     y: FloatArray
     columns: Mapping[str, FloatArray]
+    fits_all: int
+    """Numbers that fit whatever all sensors do alike: one for every attitude and name of an axis."""
 
     def left(self, names: Sequence[str]) -> tuple[float, int]:
         """Return (sum of squares left, rank) of a fit."""
@@ -122,8 +128,11 @@ def whiten(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> Whitened:
         for name, column in columns.items():
             pieces[name].append(np.linalg.solve(factor, column[index, read]))
     empty = [np.zeros(0)]
+    names = {(at, axes.axis[index]) for at, index in np.argwhere(np.isfinite(visits.change) & kept).tolist()}
     return Whitened(
-        np.concatenate(pieces_y or empty), {name: np.concatenate(found or empty) for name, found in pieces.items()}
+        np.concatenate(pieces_y or empty),
+        {name: np.concatenate(found or empty) for name, found in pieces.items()},
+        len(names),
     )
 
 
@@ -150,11 +159,14 @@ def columns_of(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: b
         shared = np.array([word == meter for word in axes.meter], dtype=float)
         columns[f"gain of {meter}"] = reading * shared
         columns[f"offset of {meter}"] = np.ones_like(reading) * shared
-    if is_lone:
-        for index in np.flatnonzero(kept):
-            alone = np.zeros(kept.size)
-            alone[index] = 1.0
-            label = f"{axes.sensor[index]} {axes.axis[index]}"
-            columns[f"own offset of {label}"] = np.ones_like(reading) * alone
-            columns[f"own sensitivity of {label}"] = (force @ axes.k.T) * alone
+    for label, members in _groups(axes, kept, is_lone=is_lone).items():
+        columns[f"{OF_LONE if is_lone else OF_ALIKE} offset of {label}"] = np.ones_like(reading) * members
+        columns[f"{OF_LONE if is_lone else OF_ALIKE} sensitivity of {label}"] = (force @ axes.k.T) * members
     return columns
+
+
+def _groups(axes: WatchedAxes, kept: BoolArray, *, is_lone: bool) -> dict[str, FloatArray]:
+    """Label to (A,) ones for the axes that one temperature moves alike: those of one name in all sensors."""
+    labels = [f"{sensor} {axis}" if is_lone else axis for sensor, axis in zip(axes.sensor, axes.axis, strict=True)]
+    names = dict.fromkeys(label for label, is_kept in zip(labels, kept, strict=True) if is_kept)
+    return {name: np.array([label == name for label in labels], dtype=float) * kept for name in names}

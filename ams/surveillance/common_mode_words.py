@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from ams.findings import ON_ONE_SIDE, Finding
-from ams.surveillance.common_mode import Cause, CommonMode
+from ams.surveillance.common_mode import LIKE_AXES, Cause, CommonMode
 from ams.surveillance.common_mode_columns import BASE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
 from ams.units import ARCSEC_PER_DEG
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+_TEMPERATURE = "temperature"
 _ABOUT = {ROLL: "about roll", PITCH: "about pitch", FIXTURE_Y: "about its lateral axis", FIXTURE_Z: "about its normal"}
 
 
@@ -72,6 +73,8 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
             return f"tilted by {_angle(sizes[BASE])} about the base's forward axis {between}"
         turns = [f"{_angle(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in sizes]
         return f"turned by {', '.join(turns)} {between}"
+    if cause.name.endswith(LIKE_AXES):
+        return f"changed {between}, all axes of one name alike, as offset or sensitivity and as no rotation alone would"
     size = next(iter(sizes.values()), None)
     if cause.kind == "meter-gain" and size is not None:
         return f"read {1e6 * size.value:+.3g} ppm (u {1e6 * size.standard_uncertainty:.2g} ppm) more {between}"
@@ -85,7 +88,9 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
 
 def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
     """Say whose doing it is, and what else would look the same."""
-    other = {str(other_cause.kind) for other_cause in found.also} - {str(cause.kind)}
+    other = {
+        _TEMPERATURE if other_cause.name.endswith(LIKE_AXES) else str(other_cause.kind) for other_cause in found.also
+    } - {str(cause.kind)}
     is_lone = len(found.agreeing) == 1
     if cause.kind == "table-rotation":
         whose = "the table, its base or the common fixture"
@@ -93,6 +98,8 @@ def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
         other = other | ({"sensor on its mount"} if is_lone else set())
     elif cause.kind == "sensor-change":
         whose = "the sensor"
+    elif cause.name.endswith(LIKE_AXES):
+        whose, other = "what all sensors share (temperature, supply)", other - {_TEMPERATURE}
     else:
         whose = f"the meter ({cause.name}), or what all sensors share (supply, temperature)"
         other = other | ({"sensor-change"} if is_lone else set())
@@ -101,6 +108,7 @@ def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
         "meter-gain": "the meter's gain",
         "meter-offset": "the meter's offset",
         "sensor-change": f"a change of {sensors[0]} itself",
+        _TEMPERATURE: "what a temperature does to sensors of one make",
         "sensor on its mount": f"{sensors[0]} on its mount",
     }
     same = [text for name, text in words.items() if name in other]

@@ -27,6 +27,8 @@ from rig.description.signal_chain import Chain
 
 FALSE_ALARM = 1e-4
 """Of each of the two tests of a visit or a check set; a night has some fifty of them."""
+LARGEST_TC_PER_DEGC = 1e-4
+"""In g, of offset or sensitivity: no servo accelerometer for attitudes has more (70 µg and 200 ppm of a tilted g)."""
 _AXES = frozenset(("pitch", "roll"))
 
 
@@ -159,7 +161,7 @@ class VisitWatch:
         pitch, roll = (np.deg2rad([dwell.measured_deg.get(name, 0.0) for dwell in after]) for name in ("pitch", "roll"))
         visits = Visits(
             pitch, roll, later - earlier, later, np.tile(2.0 * variance, (len(after), 1)), dof,
-            float(np.sqrt(2.0)) * seating_rad,
+            float(np.sqrt(2.0)) * seating_rad, _warmer_degc(before, after) * LARGEST_TC_PER_DEGC,
         )  # fmt: skip
         common = judge_visits(self.known.axes, visits, FALSE_ALARM)
         steps = tuple(doubtful)
@@ -213,6 +215,17 @@ def _stands_on_one_side(judged: Judged, design: Sequence[DwellRecord]) -> bool:
 def _unspoilt(judged: Judged) -> Judged:
     """Return the comparison with its turns of the table named as what no result rests on."""
     return replace(judged, findings=tuple(on_one_side(finding) for finding in judged.findings))
+
+
+def _warmer_degc(before: Sequence[DwellRecord], after: Sequence[DwellRecord]) -> float:
+    """Return how far the recorded temperatures of two visits lie apart, of the environment where that is farthest."""
+    degc = [
+        {name: [dwell.temperature_degc[name] for dwell in dwells if name in dwell.temperature_degc] for name in names}
+        for dwells in (before, after)
+        for names in [dict.fromkeys(name for dwell in dwells for name in dwell.temperature_degc)]
+    ]
+    apart = (abs(float(np.mean(degc[1][name]) - np.mean(degc[0][name]))) for name in degc[0] if name in degc[1])
+    return max(apart, default=0.0)
 
 
 def since_check_set(epoch: int) -> str:

@@ -290,3 +290,95 @@ def test_a_loose_mount_is_told_from_a_bad_sensor(attitudes: tuple[tuple[float, f
 def test_the_turn_of_a_loose_mount_is_told_as_far_as_the_attitudes_show_it() -> None:
     found, _ = judged(8, CHECK, Happened(roll=12.0, change=turned_on_its_mount(40.0)))
     assert found.sensor_changes[0].attribution.turned_rad / ARCSEC == pytest.approx(40.0, abs=1.5)
+
+
+LARGEST_TC_PER_DEGC = 1e-4
+
+
+def warmed(chance: np.random.Generator, sensors: int, degc: float, alike: float) -> Own:
+    """Offsets of 12 µg and sensitivities of 30 ppm a degree (standard); ``alike``: in sensors of a make."""
+
+    def drawn() -> Floats:
+        shared, each = chance.standard_normal(3), chance.standard_normal((sensors, 3))
+        return np.asarray(degc * (np.sqrt(alike) * shared + np.sqrt(1.0 - alike) * each))
+
+    offset_v, relative = 12e-6 * SENSITIVITY_V_PER_G * drawn(), 30e-6 * drawn()
+    return lambda outputs_v: outputs_v * (1.0 + relative) + offset_v
+
+
+def held(
+    chance: np.random.Generator, sensors: int, attitudes: tuple[tuple[float, float], ...], degc: float, alike: float,
+    *, roll: float = 0.0, is_recorded: bool = True,
+) -> tuple[bool, tuple[Finding, ...]]:  # fmt: skip
+    happened = Happened(roll=roll, change=warmed(chance, sensors, degc, alike))
+    axes, visits = seen(chance, sensors, attitudes, happened)
+    visits = replace(visits, warmth_g=LARGEST_TC_PER_DEGC * degc * is_recorded, seating_rad=0.7 * ARCSEC)
+    findings = findings_of(judge_visits(axes, visits, 1e-4), axes.sensors, "between visits 2 and 3")
+    return bool(turned_the_table(findings)), findings
+
+
+DEGREES = (0.3, 1.0, 3.0, 10.0)
+SEVERAL = [
+    (1, ONE, 0.0, False),
+    (1, TWO, 0.0, False),
+    (8, TWO, 1.0, False),
+    (8, ONE, 1.0, True),
+    (3, TWO, 0.7, False),
+    (2, TWO, 1.0, False),
+]
+
+
+@pytest.mark.parametrize(
+    ("campaigns", "scene"),
+    [
+        *[(25, scene) for scene in SEVERAL],
+        *[pytest.param(400, scene, marks=pytest.mark.thorough) for scene in SEVERAL],
+    ],
+)
+def test_a_change_of_temperature_is_no_turn_of_the_table(
+    campaigns: int, scene: tuple[int, tuple[tuple[float, float], ...], float, bool]
+) -> None:
+    """From nothing to obvious, recorded or (a sensor lags its chamber) not: offsets and sensitivities go their ways."""
+    sensors, attitudes, alike, is_recorded = scene
+    chance = np.random.default_rng(21)
+    alarms = [
+        degc
+        for degc in DEGREES
+        for _ in range(campaigns)
+        if held(chance, sensors, attitudes, degc, alike, is_recorded=is_recorded)[0]
+    ]
+    assert len(alarms) <= 1e-3 * campaigns * len(DEGREES), alarms
+
+
+@pytest.mark.parametrize(("sensors", "attitudes"), [(1, TWO), (1, CHECK), (3, TWO), (8, TWO), (8, ONE)])
+def test_a_slip_of_ten_arcsec_is_held_where_no_temperature_changed(
+    sensors: int, attitudes: tuple[tuple[float, float], ...]
+) -> None:
+    chance = np.random.default_rng(22)
+    assert sum(held(chance, sensors, attitudes, 0.0, 0.0, roll=10.0)[0] for _ in range(40)) >= 38
+
+
+def test_what_a_temperature_may_have_done_is_said_in_its_words() -> None:
+    chance = np.random.default_rng(23)
+    is_held, (finding,) = held(chance, 8, ONE, 0.0, 0.0, roll=12.0)
+    assert is_held
+    assert "temperature" not in finding.text
+    axes, visits = seen(chance, 8, ONE, Happened(roll=12.0))
+    warm = judge_visits(axes, replace(visits, warmth_g=1e-4), FALSE_ALARM)
+    (finding,) = findings_of(warm, axes.sensors, "between visits 2 and 3")
+    assert finding.kind == "table-rotation"
+    assert not turned_the_table([finding])
+    assert "what a temperature does to sensors of one make would look the same here" in finding.text
+
+
+def test_sensors_of_one_make_that_warm_together_are_told_as_that() -> None:
+    _, (finding,) = held(np.random.default_rng(24), 8, CHECK, 10.0, 1.0)
+    assert finding.kind in ("meter-offset", "meter-gain")
+    assert "what all sensors share (temperature, supply)" in finding.text
+
+
+def test_a_slip_with_a_change_of_temperature_is_told_as_what_cannot_be_told_apart() -> None:
+    """At two attitudes an offset and a sensitivity of all x, all y and all z axes fit whatever all sensors do alike."""
+    _, findings = held(np.random.default_rng(25), 8, TWO, 10.0, 1.0, roll=72.0)
+    assert "a rotation of the table would look the same here" in findings[0].text
+    assert findings[0].details["confounded_with"] == "table-rotation"
