@@ -5,17 +5,16 @@ Every judge takes campaigns of ``physics_scenes`` and returns shares over them. 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
-from physics_scenes import SCENES, Campaign, FieldReadings, GimbalReadings, UseReadings, campaigns
-from physics_scenes.temperature_scenes import OFFSET_TC_G_PER_DEGC, SENSITIVITY_TC_PER_DEGC
-from solved_campaigns import ARCSEC, Coverage, columns_of, coverage, rows_of, solved, table_of
+from physics_scenes import Campaign, GimbalReadings, UseReadings, campaigns
+from silent_cells import JudgedCell, Shares, holds, named, offset_and_k, significant
+from silent_declared import Declared, separated
+from silent_field import of_field
+from solved_campaigns import Coverage, columns_of, coverage, rows_of, solved
 
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS
-from ams.analysis.diagnostics.beliefs import LEVEL, SQUARENESS, TABLE_LIMIT
-from ams.analysis.diagnostics.declared_field import FieldAxis, field_finding, judge_field
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
@@ -23,34 +22,17 @@ from ams.calibration.columns import SolvedColumns
 from ams.calibration.diagnosis import Circumstances, diagnose, evidence_of
 from ams.calibration.steps import judge_steps
 from ams.calibration.table_limit import judge_table
-from ams.calibration_result import AxisCalibration
-from ams.findings import Finding
-from ams.frames import from_level_axes
 from ams.inference.inference import Package, inference
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.shared_errors import Effect, SharedError
+from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
-from ams.models.field_triad import FieldTriad
-from ams.models.model import Model
-from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance
-from ams.solve.layout import Layout
-from ams.statistics.intervals import t_quantile
 from ams.surveillance.common_mode import judge_visits
 from ams.surveillance.common_mode_columns import Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of
 
-Shares = Mapping[str, float]
-TABLE = "table"
-"""A finding that names the table: a general lack of fit does not count where its curve is beyond the limit."""
-DECLARED = "declared_arcsec"
-"""Of a design: the limits of the level of the base and of setting the axes to zero, as a rig file declares them."""
-USED = "declared_degc"
-"""Of a design: how far from its calibration a sensor is used, with its largest coefficients, as a rig file has them."""
-NOMINAL_V_PER_G = 2.5
-_LEVEL: tuple[Effect, ...] = ("pitch", "base-tilt")
 FALSE_ALARM = 1e-4
 """Of a reference visit, as in a run."""
 _PROVENANCE = Provenance(
@@ -60,27 +42,12 @@ _PROVENANCE = Provenance(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class JudgedCell:
-    """Of one cell."""
-
-    after: Shares
-    """``offset``, ``k`` and ``prediction`` or ``angle``; what a scene does not have is not there."""
-    before: Shares
-    named: float | None
-    """Share of the campaigns in which the true cause is named, or rows in use are flagged."""
-    rings: float | None
-    """Share of the campaigns in which anything is told."""
-    half_width_arcsec: float | None = None
-
-
 def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge campaigns of one schedule: all of an axis are solved at once."""
-    declared_arcsec, errors = design.get(DECLARED, 0.0), _declared_errors(design)
-    design = {name: value for name, value in design.items() if name not in (DECLARED, USED)}
+    design, declared = separated(design)
     chance = np.random.default_rng(seed)
     drawn = campaigns(scene, size, chance, count, **design)
-    table, teeth = _tables(scene, declared_arcsec)
+    (table, teeth), errors = declared.table(scene), declared.errors
     found, plain = solved(drawn, table, errors), solved(drawn, teeth, extended=False)
     kinds: list[set[str]] = [set() for _ in range(count)]
     limits = [
@@ -97,19 +64,10 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
     return JudgedCell(
         {"offset": after.offset, "k": after.sensitivities, "prediction": after.prediction},
         {"offset": before.offset, "k": before.sensitivities, "prediction": before.prediction},
-        _named(scene, size, kinds),
-        float(np.mean([bool(named) for named in kinds])),
+        named(scene, size, kinds, design),
+        float(np.mean([bool(told) for told in kinds])),
         after.prediction_half_width_arcsec,
     )
-
-
-def _declared_errors(design: Mapping[str, float]) -> list[SharedError]:
-    level_rad, away_degc = (design.get(name, 0.0) / 3.0**0.5 for name in (DECLARED, USED))
-    return [
-        *(SharedError(f"level, {effect}", effect, level_rad * ARCSEC) for effect in _LEVEL),
-        SharedError("temperature of use, offset", "reading", away_degc * OFFSET_TC_G_PER_DEGC * NOMINAL_V_PER_G),
-        SharedError("temperature of use, sensitivity", "gain", away_degc * SENSITIVITY_TC_PER_DEGC),
-    ]
 
 
 def _diagnoses(
@@ -133,16 +91,8 @@ def _diagnoses(
         changed = [axis_steps[which] for axis_steps in steps]
         circumstances = Circumstances(seen, outputs, table, errors, of_table, axes, steps=changed)
         for index, diagnosis in enumerate(diagnose(columns, circumstances, evidence[axis])):
-            kinds[index] |= _significant(diagnosis.findings)
+            kinds[index] |= significant(diagnosis.findings)
     return kinds
-
-
-def _tables(scene: str, declared_arcsec: float) -> tuple[TableUncertainty | None, TableUncertainty | None]:
-    """Return what is declared of the table; ``declared_arcsec``: limit of its zeros, 0: none."""
-    if not scene.startswith("table-"):
-        return None, None
-    zero = 0.0 if scene.endswith("zeroed") or declared_arcsec > 0.0 else None
-    return table_of(zero_rad=zero, zero_u_arcsec=declared_arcsec / 3.0**0.5), table_of(shape="independent")
 
 
 def _of_one_temperature(drawn: Campaign) -> list[tuple[int, int | None]]:
@@ -165,26 +115,9 @@ def _seen(drawn: Campaign, index: int, axes: Sequence[str] = ()) -> Observations
     return replace(rows, time_s=time_s, temperature_degc=temperature, outputs=outputs)
 
 
-def _significant(findings: Sequence[Finding]) -> set[str]:
-    """Kinds of findings; one that names the table has its name beside."""
-    significant = [finding for finding in findings if finding.is_significant]
-    of_table = (TABLE_LIMIT, SQUARENESS)
-    return {finding.kind for finding in significant} | {
-        TABLE for finding in significant if finding.details.get("test") in of_table
-    }
-
-
-def _named(scene: str, size: float, kinds: Sequence[set[str]]) -> float | None:
-    entry = SCENES[scene]
-    if entry.true_cause is None or size == 0.0:
-        return None
-    is_table = scene.startswith("table-")
-    right = {TABLE, *entry.also} if is_table else {entry.true_cause, *entry.also}
-    return float(np.mean([bool(named & right) for named in kinds]))
-
-
 def of_temperature(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge campaigns over plateaus, temperature coefficients estimated, one by one."""
+    design, declared = separated(design)
     drawn = campaigns(scene, size, np.random.default_rng(seed), count, **design)
     points = drawn.points_deg
     best = drawn.package.best_linear(points[:, 0], points[:, 1])
@@ -193,25 +126,18 @@ def of_temperature(scene: str, size: float, count: int, seed: int, design: Mappi
     for index in range(count):
         seen, kinds_found = _seen(drawn, index, drawn.setup.axes), set()
         for word, extended in (("after", "yes"), ("before", "no")):
-            request = CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0, extended=extended)  # type: ignore[arg-type]
+            order = declared.order if word == "after" else 1
+            request = CalibrationRequest(
+                temperature="estimate", temperature_order=order, reference_temperature_degc=20.0, extended=extended
+            )  # type: ignore[arg-type]
             for which, axis in enumerate(calibrate(seen, request).axes.values()):
                 truth = np.append(best[0][index, 0, which], best[1][index, 0, which])
-                held[word].append(_holds(axis, truth))
-                kinds_found |= _significant(axis.findings) if word == "after" else set()
+                held[word].append(holds(axis, truth))
+                kinds_found |= significant(axis.findings) if word == "after" else set()
         kinds.append(kinds_found)
-    shares = {word: _offset_and_k(np.array(each)) for word, each in held.items()}
-    rings = float(np.mean([bool(named) for named in kinds]))
-    return JudgedCell(shares["after"], shares["before"], _named(scene, size, kinds), rings)
-
-
-def _holds(axis: AxisCalibration, truth: FloatArray) -> FloatArray:
-    size = truth.size
-    half = t_quantile(0.95, axis.primary_dof[:size]) * np.sqrt(np.diag(axis.primary_covariance)[:size])
-    return np.asarray(np.abs(axis.primary[:size] - truth) <= half)
-
-
-def _offset_and_k(held: FloatArray) -> Shares:
-    return {"offset": float(held[:, 0].mean()), "k": float(held[:, 1:].mean())}
+    shares = {word: offset_and_k(np.array(each)) for word, each in held.items()}
+    rings = float(np.mean([bool(told) for told in kinds]))
+    return JudgedCell(shares["after"], shares["before"], named(scene, size, kinds), rings)
 
 
 def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
@@ -220,12 +146,13 @@ def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, 
     *Before* are the same angles of all rows. A campaign has told where one row in twenty or more is flagged: a good
     package has one in a thousand.
     """
+    design, declared = separated(design)
     drawn: UseReadings = campaigns(scene, size, np.random.default_rng(seed), count, **design)
     axes, noise_v = drawn.use.setup.axes, drawn.use.setup.noise_arcsec * np.pi / 180.0 / 3600.0 * 2.5
     pitch, roll = drawn.use.schedule.pitch_deg, drawn.use.schedule.roll_deg
-    held, unflagged, flags = [], [], []
+    held, unflagged, flags, widths = [], [], [], []
     for index in range(count):
-        found = calibrate(_seen(drawn.calibration, index, axes), CalibrationRequest())
+        found = calibrate(_seen(drawn.calibration, index, axes), CalibrationRequest(shared_errors=declared.by_axis))
         package = Package(build_set(found, _PROVENANCE), {axis: f"{axis}_v" for axis in axes})
         readings = {f"{axis}_v": drawn.use.output_v[index, :, 0, which] for which, axis in enumerate(axes)}
         answer = replace(inference(package, reading_sd_v=noise_v), intervals=True).infer(readings)
@@ -235,23 +162,30 @@ def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, 
             inside = away <= answer[f"{name}_half_95_deg"]
             held.append(inside)
             unflagged.append(inside[~flagged])
+            widths.append(answer[f"{name}_half_95_deg"][~flagged])
         flags.append(float(flagged.mean()))
     good = np.concatenate(unflagged)
     after = {"angle": float(good.mean())} if good.size else {}
     share = float(np.mean(np.array(flags) >= 0.05))
     return JudgedCell(
         {**after, "flagged": float(np.mean(flags))}, {"angle": float(np.mean(held))},
-        None if size == 0.0 else share, share,
+        None if size == 0.0 else share, share, _mean_arcsec(widths),
     )  # fmt: skip
+
+
+def _mean_arcsec(widths_deg: Sequence[FloatArray]) -> float | None:
+    every = np.concatenate(widths_deg)
+    return 3600.0 * float(every.mean()) if every.size else None
 
 
 def of_two_packages(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge CR's two packages on a gimbal, both calibrated, then used with something wrong, as :func:`of_use` does."""
+    design, declared = separated(design)
     drawn: GimbalReadings = campaigns(scene, size, np.random.default_rng(seed), count, **design)
     noise_v = drawn.setup.noise_arcsec * np.pi / 180.0 / 3600.0 * 2.5
-    held, unflagged, flags = [], [], []
+    held, unflagged, flags, widths = [], [], [], []
     for index in range(count):
-        sting, model = (_package_of(drawn, index, which) for which in range(2))
+        sting, model = (_package_of(drawn, index, which, declared) for which in range(2))
         how = replace(inference(sting, model, noise_v), intervals=True)
         columns = [(name, which) for which, package in enumerate((sting, model)) for name in package.columns.values()]
         readings = {name: drawn.use_v[index, :, which, at % 3] for at, (name, which) in enumerate(columns)}
@@ -262,17 +196,18 @@ def of_two_packages(scene: str, size: float, count: int, seed: int, design: Mapp
             inside = away <= answer[f"{name}_half_95_deg"]
             held.append(inside)
             unflagged.append(inside[~flagged])
+            widths.append(answer[f"{name}_half_95_deg"][~flagged])
         flags.append(float(flagged.mean()))
     good = np.concatenate(unflagged)
     after = {"angle": float(good.mean())} if good.size else {}
     share = float(np.mean(np.array(flags) >= 0.05))
     return JudgedCell(
         {**after, "flagged": float(np.mean(flags))}, {"angle": float(np.mean(held))},
-        None if size == 0.0 else share, share,
+        None if size == 0.0 else share, share, _mean_arcsec(widths),
     )  # fmt: skip
 
 
-def _package_of(drawn: GimbalReadings, index: int, which: int) -> Package:
+def _package_of(drawn: GimbalReadings, index: int, which: int, declared: Declared) -> Package:
     pitch, yaw, roll = np.deg2rad(drawn.calibration_euler_deg).T
     n, points = drawn.calibration_v.shape[1:3]
     rows = Observations(
@@ -281,7 +216,7 @@ def _package_of(drawn: GimbalReadings, index: int, which: int) -> Package:
         yaw_rad=np.tile(yaw, n),
     )  # fmt: skip
     name = ("sting", "model")[which]
-    found = calibrate(rows, CalibrationRequest(model=f"pitch-yaw-roll-{name}"))
+    found = calibrate(rows, CalibrationRequest(model=f"pitch-yaw-roll-{name}", shared_errors=declared.by_axis))
     coefficients = build_set(found, replace(_PROVENANCE, yaw_range_deg=(-90.0, 90.0)))
     return Package(coefficients, {axis: f"{name}_{axis}_v" for axis in "xyz"})
 
@@ -289,8 +224,11 @@ def _package_of(drawn: GimbalReadings, index: int, which: int) -> Package:
 def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge reference visits of all sensors one after the other as a run does, and every sensor's fit after it.
 
-    Offset and k are those over the whole run, which is what a result holds that nobody stopped.
+    What changed between any two dwells is looked for by the fit of one package, in all of its axes together; only the
+    visits see all packages. Offset and k are over the whole run, which is what a result holds that nobody stopped.
     """
+    design, declared = separated(design)
+    (table, _), errors = declared.table(scene), declared.errors
     chance = np.random.default_rng(seed)
     drawn = campaigns(scene, size, chance, count, **design)
     kinds: list[set[str]] = [set() for _ in range(count)]
@@ -302,13 +240,14 @@ def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str
     held, family = [], drawn.setup.sensors * len(drawn.setup.axes)
     for sensor in range(drawn.setup.sensors):
         alone = _of_sensor(drawn, sensor)
-        found = solved(alone)
-        for which, diagnoses in enumerate(_diagnoses(alone, found, 0, family=family)):
+        found = solved(alone, table, errors)
+        for which, diagnoses in enumerate(_diagnoses(alone, found, 0, table, errors, family=family)):
             kinds[which] |= diagnoses
         held.append([coverage(alone, columns, chance) for columns in (found, solved(alone, extended=False))])
-    rings = float(np.mean([bool(named) for named in kinds]))
+    rings = float(np.mean([bool(told) for told in kinds]))
     after, before = (_mean_shares([pair[which] for pair in held]) for which in (0, 1))
-    return JudgedCell(after, before, _named(scene, size, kinds), rings)
+    half = float(np.mean([after.prediction_half_width_arcsec for after, _ in held]))
+    return JudgedCell(after, before, named(scene, size, kinds), rings, half)
 
 
 def _mean_shares(each: Sequence[Coverage]) -> Shares:
@@ -340,74 +279,10 @@ def _between_visits(drawn: Campaign, visits: FloatArray, pitch: FloatArray, roll
     for earlier in (visits[:-1], np.repeat(visits[:1], len(visits) - 1, axis=0)):
         for visit, other in zip(earlier, visits[1:], strict=True):
             pair = Visits(pitch, roll, other - visit, other, np.full(other.shape, 2.0 * noise_v**2), 200.0)
-            kinds_found |= _significant(findings_of(judge_visits(watched, pair, FALSE_ALARM), watched.sensors, ""))
+            kinds_found |= significant(findings_of(judge_visits(watched, pair, FALSE_ALARM), watched.sensors, ""))
             if kinds_found:
                 return kinds_found
     return kinds_found
-
-
-def of_field(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
-    """Judge two-level calibrations of a magnetometer; before, every axis was a straight line along its own."""
-    drawn: FieldReadings = campaigns(scene, size, np.random.default_rng(seed), count, **design)
-    replications, levels = drawn.setup.replications, len(drawn.setup.levels)
-    pitch = np.deg2rad(np.repeat([90.0, -90.0, 0.0, 0.0, 0.0, 0.0], levels))
-    roll = np.deg2rad(np.repeat([0.0, 0.0, -90.0, 90.0, 180.0, 0.0], levels))
-    turned = from_level_axes(pitch, np.zeros_like(pitch), roll)
-    assert np.allclose(turned[::levels], drawn.to_package)
-    applied = np.tile(drawn.nominal_coil_ut[:, 2], 6)
-    field = turned @ drawn.nominal_earth_ut + turned[..., 2] * applied[:, None]
-    identity = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    beside = tuple(float(component) for component in drawn.nominal_earth_ut)
-    held: dict[str, list[FloatArray]] = {"after": [], "before": []}
-    kinds = []
-    for index in range(count):
-        kinds_found: set[str] = set()
-        for which, axis in enumerate("xyz"):
-            reading = drawn.counts[index, ..., which].reshape(-1)
-            order = [which, *(other for other in range(3) if other != which)]
-            truth = np.append(drawn.offset_counts[index, which], drawn.matrix_counts_per_ut[index, which, order])
-            triad = FieldTriad(axis, "ut", "counts", identity, (0.0, 0.0, 1.0), beside)  # type: ignore[arg-type]
-            line = StraightLine(axis, "ut", "counts")
-            for word, model, level in (("after", triad, applied), ("before", line, field[:, which])):
-                rows = _field_rows(axis, reading, (pitch, roll, level), replications)
-                found = _of_model(axis, model, rows)
-                held[word].append(_holds(found, truth[: 4 if word == "after" else 2])[:2])
-                kinds_found |= _significant(found.findings) if word == "after" else set()
-        kinds.append(kinds_found | _of_all_axes(drawn, index, turned, applied))
-    shares = {word: _offset_and_k(np.array(each)) for word, each in held.items()}
-    rings = float(np.mean([bool(named) for named in kinds]))
-    return JudgedCell(shares["after"], shares["before"], _named(scene, size, kinds), rings)
-
-
-def _of_all_axes(drawn: FieldReadings, index: int, turned: FloatArray, applied: FloatArray) -> set[str]:
-    """Return what all axes together say of the field, at the share of the level that they have in a run of three."""
-    replications, rows = drawn.setup.replications, applied.size
-    readings = drawn.counts[index].reshape(replications * rows, 3)
-    axes = {axis: FieldAxis(readings[:, which], drawn.nominal_earth_ut, {}) for which, axis in enumerate("xyz")}
-    layout = Layout(
-        np.repeat(np.arange(replications), rows), np.tile(np.arange(rows), replications),
-        tuple(range(replications)), tuple(range(rows)),
-    )  # fmt: skip
-    attitudes, strength = np.tile(turned, (replications, 1, 1)), np.tile(applied, replications)
-    test = judge_field(attitudes, np.array([0.0, 0.0, 1.0]), strength, axes, layout, is_declared=True)
-    return set() if test is None else _significant([field_finding(test, LEVEL / MOST_TESTS, "µT")])
-
-
-def _field_rows(
-    axis: str, reading: FloatArray, stimulus: tuple[FloatArray, FloatArray, FloatArray], replications: int
-) -> Observations:
-    pitch, roll, level = (np.tile(column, replications) for column in stimulus)
-    points = pitch.size // replications
-    return Observations(
-        np.repeat(np.arange(replications), points), np.tile(np.arange(points), replications), pitch, roll,
-        {axis: reading}, units={axis: "counts"}, reference_level=level,
-    )  # fmt: skip
-
-
-def _of_model(axis: str, model: Model, rows: Observations) -> AxisCalibration:
-    return calibrate(rows, CalibrationRequest(nominal_axes={axis: axis}, models={axis: model}, tested_axes=3)).axes[
-        axis
-    ]
 
 
 Judge = Callable[[str, float, int, int, Mapping[str, float]], JudgedCell]

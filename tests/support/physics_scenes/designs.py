@@ -45,6 +45,8 @@ class Setup:
     plateaus_degc: tuple[float, ...] = (20.0,)
     """Chamber temperature of one replication after the other, over again."""
     soak_s: float = 1800.0
+    own_thermometer: bool = False
+    """What is recorded is the temperature of the first sensor itself, and not that of the chamber."""
     use_rows: int = 50
     use_pitch_limit_deg: float = 60.0
 

@@ -171,6 +171,8 @@ def observe(world: World, chance: np.random.Generator) -> Campaign:
     for fault in world.faults_after_noise:
         output = fault(output)
     recorded = world.schedule.chamber_degc[None] if world.recorded_degc is None else world.recorded_degc
+    if world.setup.own_thermometer:
+        recorded = np.broadcast_to(world.sensor_degc, world.shape[:3])[..., 0]
     temperature = np.broadcast_to(recorded, world.shape[:2])
     return Campaign(world.setup, world.schedule, output, temperature, force, world.package, world.event)
 

@@ -1,0 +1,195 @@
+"""The page of the study of silent scenes, made of the lines of its cells."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from physics_scenes import SCENES
+from silent_cells import Line, shares_of, verdict
+from silent_declared import KEYS, in_words, keys_of
+from silent_scenes import BY_ITSELF, CAMPAIGNS, FURTHER, REQUIRED, TABLES, Cell, cells
+
+HEAD = """# What the intervals hold, and what is silent
+
+Made by `PYTHONPATH=tests/support python docs/studies/silent.py run RESULTS.jsonl` and `… page RESULTS.jsonl
+docs/studies/silent.md`: {cells} of the {every} cells that the script has, {campaigns} campaigns each; {fresh}
+of those outside are counted over 4 000 fresh seeds instead. Scenes from physics
+(`tests/support/physics_scenes`), unless said 13 × 12 points to ±90°, six replications, 1.65″ a dwell, three axes.
+
+*After*: what calrig does by default: terms of second and third order in estimate and covariance, index errors of
+unknown shape, what the recorded temperature did, every test of the findings. *Before*: a linear sensor, on a table of
+independent teeth, no temperature, no findings, no flags. In scenes of the table its indices are declared within ±1″
+for both axes (with a zero at index 0 where the scene is zeroed); in all others the table is exact. Nothing else is
+declared, but in rows that say what: there the laboratory has declared that limit as well, by the keys listed below.
+Rows called *alone* have one package and no reference visit, the others of a change in mid-run three on one fixture.
+
+*b*, *k*, *prediction*, *angle*: shares of 95 % intervals that hold the offset and the sensitivities of the best linear
+sensor over the design, the output at attitudes all over the range, the inferred angles of rows that nothing flags.
+*Named*: share of the campaigns in which a significant finding of some axis names the cause or says the same of the
+same data; of the table only a finding that names the table counts; in use, campaigns in which a row in twenty or more
+is flagged. *Rings*: anything significant on any axis; where nothing is wrong in 0.05 of the campaigns, whether they
+have three axes or nine, and in 0.02 under a table's certificate.
+
+*Held*: every share from 0.93 to 0.97. *Wide*: none below, some above. *Told*: below, and the cause named in 95 %.
+**Outside**: below, and not told. Of {cells} cells {held} are held, {wide} wide, {told} told and **{outside} outside**.
+Lag and curvature of temperature are also in [findings](findings.md). Not here: gyros, the joint fit, a partial check
+set, and two faults at once.
+"""
+TWINS = """
+## What has to be declared
+
+Near its threshold a fault hurts before a test at 5 % over all tests of a run can see it, and some faults are in no
+residual at all. The data cannot show them, so a limit is asked for. Every row is a scene of which nothing was declared
+and which is **outside**, with what a limit of one to two times its size makes of it. *Least*: the least of the shares
+that hold. *Half-width*: of a prediction, or of an inferred angle in use, over that of the row without a limit.
+
+| scene | size | nothing declared: least | named | declared | least | named | half-width | verdict |
+|---|---|---|---|---|---|---|---|---|
+{rows}
+What declares it: {keys}.
+"""
+LEFT = """
+## What falls outside
+
+{outside_lines}"""
+OLDER = """
+† {older} cells, computed when every axis had the whole level by itself: their intervals are as they would be now, since
+nothing of the estimate has changed for them, but *named* and *rings* are those of a test at three times the level.
+"""
+UNSEARCHED = """
+‡ {unsearched} cells, computed before changes in mid-run and transients were looked for and the axes of a magnetometer
+were held against each other: their *named* and *rings* lack that.
+"""
+WHY: Mapping[str, str] = {
+    "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
+    "table-wrong-zero": "no curve: held where it is declared; left out, set and certificate carry `level-undeclared`",
+    "table-orthogonality": "near level it looks like K_po, which is told instead",
+    "table-base-tilt": "no curve: held where it is declared; left out, set and certificate carry `level-undeclared`",
+    "table-harmonics": "each of eight waves is well within the limit at twice the limit of all together",
+    "k0-asymmetry": "a step at no acceleration is no term of a set: no covariance of its terms can hold it",
+    "k1-asymmetry": "a kink at no acceleration is no term of a set: no covariance of its terms can hold it",
+    "temperature-in-step": "its slopes are known from what the attitudes leave of it, a share of what it did",
+    "temperature-curvature": "named from twice that size on; a term for it would widen a clean offset 1.7 times",
+    "temperature-gradient": "it turns with the package and has another form than the terms of a set",
+    "quantisation": "steps of 25 times the noise give every replication the same error",
+    "temperature-room": "a constant difference is in no residual: held where the range of use is declared",
+    "temperature-stratified": "nobody recorded it: along x a sensitivity, and terms that ring as the sensor's own",
+    "use-": "a loss of p of the signal moves |f|² by 2pf², the angle by pf: rows near level are not flagged",
+    "use-site-gravity": "two parts in a hundred thousand of |f| are within what a reading of 1.65″ allows",
+    "two-packages": "the y axis of the sting package is a yaw, of which the model package tells nothing",
+    "drift-settling": "below its threshold; it stays in the estimate",
+    "slip-": "below the threshold of the search between all dwells and of two attitudes visited",
+    "meter-": "below the threshold of the search between all dwells and of two attitudes visited",
+    "sensor-": "below the threshold of the search between all dwells and of two attitudes visited",
+    "field-": "below the threshold of the test of all axes together: each bends to the field that it is told of",
+    "drift-in-pitch-order": "time and pitch are the same: the plan is told, not the data",
+}
+SCENE = """
+## {name}
+
+{physics}
+
+| size, {unit} | pitch, ±° | {shares} | before: {shares} | named | rings | verdict |
+|---|---|{rules}|---|---|---|
+"""
+NAMES = {"offset": "b", "k": "k", "prediction": "prediction", "angle": "angle", "flagged": "rows flagged"}
+
+
+def page(lines: Mapping[str, Line]) -> Iterator[str]:
+    """Yield the page, piece by piece."""
+    verdicts = {key: verdict(line) for key, line in lines.items()}
+    count = {
+        word: sum(verdict == word for verdict in verdicts.values()) for word in ("held", "wide", "told", "outside")
+    }
+    fresh = sum(line["count"] > CAMPAIGNS for line in lines.values())
+    yield HEAD.format(
+        every=sum(1 for _ in cells()), cells=len(lines), campaigns=CAMPAIGNS, fresh=fresh or "none", **count
+    )
+    outside = {key: lines[key] for key, word in verdicts.items() if word == "outside"}
+    twins = {key: (outside[left], lines[key]) for key in lines if (left := _without(lines[key])) in outside}
+    if twins:
+        yield TWINS.format(
+            rows="".join(map(_side_by_side, sorted(twins.values(), key=_in_order))),
+            keys="; ".join(dict.fromkeys(keys_of(line["design"]) for _, line in twins.values())),
+        )
+    declared = {_without(line) for _, line in twins.values()}
+    alone = [line for key, line in outside.items() if key not in declared]
+    if alone:
+        by_scene = dict.fromkeys(line["scene"] for line in alone)
+        lists = (_outside(scene, [line for line in alone if line["scene"] == scene]) for scene in by_scene)
+        yield LEFT.format(outside_lines="".join(lists))
+    older = sum(bool(line.get("older")) for line in lines.values())
+    unsearched = sum(not line.get("searched") for line in lines.values())
+    yield OLDER.format(older=older) if older else ""
+    yield UNSEARCHED.format(unsearched=unsearched) if unsearched else ""
+    for scene in dict.fromkeys((*REQUIRED, *TABLES, *FURTHER, *BY_ITSELF)):
+        rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
+        if rows:
+            yield from _of_scene(scene, rows)
+
+
+def _without(line: Line) -> str | None:
+    """Return the cell of the same scene and design in which nothing is declared; None for such a cell itself."""
+    left = {name: value for name, value in line["design"].items() if name not in KEYS}
+    return None if len(left) == len(line["design"]) else Cell(line["scene"], line["size"], left).key
+
+
+def _in_order(twin: tuple[Line, Line]) -> tuple[Any, ...]:
+    scene, design = twin[0]["scene"], twin[0]["design"]
+    return scene, design.get("pitch_limit_deg", 90.0), "sensors" in design, twin[0]["size"]
+
+
+def _side_by_side(twin: tuple[Line, Line]) -> str:
+    left, declared = twin
+    before, after = (line.get("half") for line in twin)
+    wider = f"× {after / before:.2g}" if before and after else "—"
+    scene, design = left["scene"], left["design"]
+    where = f", ±{design['pitch_limit_deg']:g}°" if "pitch_limit_deg" in design else ""
+    where += ", alone" if "sensors" in design else ""
+    size = f"{left['size']:g} {SCENES[scene].unit}"
+    figures = [_figure(min(shares_of(left))), _figure(left["named"]), in_words(declared["design"])]
+    figures += [_figure(min(shares_of(declared))), _figure(declared["named"]), wider, verdict(declared)]
+    return f"| {scene}{where} | {size} | {' | '.join(figures)} |\n"
+
+
+def _outside(scene: str, rows: Sequence[Line]) -> str:
+    sizes = ", ".join(f"{size:g}" for size in sorted({row["size"] for row in rows}))
+    why = next((WHY[start] for start in sorted(WHY, key=len, reverse=True) if scene.startswith(start)), "")
+    return f"- **{scene}** at {sizes} {SCENES[scene].unit}{': ' + why if why else ''}.\n"
+
+
+def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
+    entry, names = SCENES[scene], [name for name in NAMES if any(name in row["after"] for row in rows)]
+    earlier = [name for name in names if any(name in row["before"] for row in rows)]
+    head = SCENE.replace("before: {shares}", "{before}")
+    yield head.format(
+        name=scene,
+        physics=entry.physics.strip().split("\n")[0],
+        unit=entry.unit,
+        shares=" | ".join(NAMES[name] for name in names),
+        before=" | ".join(f"before: {NAMES[name]}" for name in earlier),
+        rules="|".join(["---"] * (len(names) + len(earlier))),
+    )
+    for row in sorted(rows, key=_by_design):
+        shares = [row["after"].get(name) for name in names] + [row["before"].get(name) for name in earlier]
+        figures = [*shares, row["named"], row["rings"]]
+        word = verdict(row)
+        text = (f"**{word}**" if word == "outside" else word) + (" †" if row.get("older") else "")
+        text += "" if row.get("searched") else " ‡"
+        fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
+        limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
+        declared = ", alone" if "sensors" in row["design"] else ""
+        declared += f", {words}" if (words := in_words(row["design"])) else ""
+        yield f"| {row['size']:g}{declared} | {limit:g} | {' | '.join(map(_figure, figures))} | {text}{fresh} |\n"
+
+
+def _by_design(row: Line) -> tuple[Any, ...]:
+    design = row["design"]
+    return design.get("pitch_limit_deg", 90.0), "sensors" in design, row["size"], in_words(design)
+
+
+def _limit_of(scene: str) -> float:
+    return 60.0 if scene.startswith("use-") else 30.0 if scene.startswith("two-packages") else 90.0
+
+
+def _figure(share: float | None) -> str:
+    return "—" if share is None else f"{share:.3f}"
