@@ -21,6 +21,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.solve.components import Causes, ComponentColumns
 from ams.solve.layout import Layout
+from ams.solve.least_spread import no_less_than_noise
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums, replicated_sums
 from ams.solve.scatter import few_points_of, points_scatter
@@ -96,7 +97,8 @@ def estimate(
     typical = np.where(np.isnan(precision), ss_ordinary / max(layout.rows - form.basis.shape[1], 1), precision)
     row_variances = [row_variance(form, layout, *pair) for pair in zip(typical, beyond, strict=True)] if joined else []
     estimator, found = _weighted(form, outputs, ordinary, row_variances, joined if is_weighted else [])
-    components = [_spread(estimator, form, alone, layout, alone_v, sums, plots)]
+    spread = _spread(estimator, form, alone, layout, alone_v, sums, plots)
+    components = [no_less_than_noise(spread, estimator, form, precision, sums.dof_precision)]
     if beyond.any():
         components.append(lack_of_fit(estimator, layout, beyond, beyond_dof, sums.point_effects))
     components += from_common(form, estimator, common)

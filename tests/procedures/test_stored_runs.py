@@ -28,6 +28,7 @@ from stored_runs import (
     name_of,
 )
 
+from ams.solve import mixed_model
 from procedures.delivery.deliver import sensors_document, sets_of, solve_run
 from procedures.journal.header import RunHeader
 from procedures.journal.journal_reader import JournalReader
@@ -68,10 +69,13 @@ def _solved(run: Path) -> dict[str, Any]:
 
 
 def _solve_as_it_was(case: StoredCase, patch: pytest.MonkeyPatch) -> None:
-    """Draw a magnetometer's lines along its nominal axes, as was done before all components of an axis were solved.
+    """Take the spread of two replications as it came out, and draw a magnetometer's lines along its nominal axes.
 
-    What they are now is held against what was stored by ``test_a_stored_magnetometer_stays_what_it_was``.
+    So was done before the noise inside them was its least, and before all components of an axis were solved. What they
+    are now is held against what was stored by ``test_what_noise_tells_of_two_replications_only_widens`` and
+    ``test_a_stored_magnetometer_stays_what_it_was``.
     """
+    patch.setattr(mixed_model, "no_less_than_noise", lambda spread, *_: spread)
     if case.folder.name == "two_level":
         patch.setattr(lines, "triad_of", lambda *_: {})
 
@@ -116,6 +120,14 @@ def test_a_stored_run_gives_its_uncertainties(
     assert _uncertainties_moved(case.numbers, now) == []
 
 
+@EVERY
+def test_what_noise_tells_of_two_replications_only_widens(case: StoredCase, tmp_path: Path) -> None:
+    now = _solved(case.copy("finished", tmp_path / "run"))
+    stated = [] if case.folder.name == "two_level" else _standard_uncertainties(case.numbers)
+    for path in stated:
+        assert _at(now, path) >= _at(case.numbers, path) * (1.0 - 1e-9), path
+
+
 @pytest.mark.parametrize("case", [case for case in CASES if case.folder.name == "two_level"], ids=name_of)
 def test_a_stored_magnetometer_stays_what_it_was(case: StoredCase, tmp_path: Path) -> None:
     """With all components solved it moves by less than it was uncertain, and says how every axis lies."""
@@ -148,7 +160,8 @@ def _standard_uncertainties(document: dict[str, Any]) -> list[tuple[str, ...]]:
         (sensor, "axes", axis, "parameters", name, "standard_uncertainty")
         for sensor, solved in document.items()
         for axis, section in solved["axes"].items()
-        for name in section["parameters"]
+        for name, parameter in section["parameters"].items()
+        if parameter["standard_uncertainty"] is not None
     ]
 
 

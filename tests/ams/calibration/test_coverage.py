@@ -1,8 +1,9 @@
 """Do the intervals hold the truth, do the tests ring as often as they say? Thousands of campaigns, all redrawn.
 
 4 000 campaigns a scene here, held to 95 ± 1.5 % (4.4 standard errors of the count), 30 000 and ± 1 % in the soak. Six
-replications; four do as well. Two or three replications have one or two degrees of freedom: where lack of fit and
-drift are both estimated from so little the intervals are on the safe side, and they are held to that.
+replications; four do as well. Two or three replications have one or two degrees of freedom: their intervals are on the
+safe side, because one that came out narrow by chance is widened to that of the noise inside the replications, and they
+are held to that.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,6 +19,7 @@ from simulated_package import many_lines, simulate_packages
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.calibration.columns import SolvedColumns
 from ams.models.accelerometer import PitchRoll
+from ams.solve import mixed_model
 from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth, t_quantile
 
 READING_V = 0.5 * NOISE_V
@@ -223,7 +225,31 @@ def test_with_two_or_three_replications_intervals_err_on_the_safe_side(replicati
     for name in ("noise", "lack of fit", "drift", "lack of fit and drift", "unbalanced"):
         found = shares(replace(SCENES[name], replications=replications), 2000)
         assert min(found.values()) > 0.93, (name, found)
-        assert max(found.values()) < 0.99, (name, found)
+
+
+@pytest.mark.parametrize("replications", [2, 3])
+def test_the_narrowest_intervals_of_two_or_three_replications_hold_as_often_as_others(replications) -> None:
+    """Their widths vary by chance a hundredfold; without the noise inside them 20 to 45 % of the narrowest hold."""
+    simulated = simulate(Scene(replications=replications), 4000, np.random.default_rng(5))
+    edges, derived = simulated.solved.parameters, PitchRoll("x").parameters(simulated.truth)
+    for i, name in enumerate(edges.names):
+        half = edges.halfwidths_95[:, i]
+        narrowest = half <= np.quantile(half, 0.05)
+        held = abs(edges.values[narrowest, i] - derived[i]) < half[narrowest]
+        assert held.mean() > 0.88, (name, held.mean())
+
+
+@pytest.mark.parametrize(("replications", "allowed"), [(2, 1.06), (3, 1.15), (4, 1.0)])
+def test_what_two_or_three_replications_say_is_not_given_away(replications, allowed, monkeypatch) -> None:
+    scene = replace(SCENES["noise"], replications=replications)
+
+    def mean_halfwidths() -> np.ndarray:
+        solved = simulate(scene, 2000, np.random.default_rng(6)).solved
+        return np.asarray(solved.parameters.halfwidths_95.mean(axis=0))
+
+    now = mean_halfwidths()
+    monkeypatch.setattr(mixed_model, "no_less_than_noise", lambda spread, *_: spread)
+    assert np.all(now <= allowed * mean_halfwidths() * (1.0 + 1e-12))
 
 
 def test_the_pooled_form_of_tp_holds_the_truth_in_half_of_the_campaigns_with_lack_of_fit_and_drift() -> None:
