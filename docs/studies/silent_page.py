@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from physics_scenes import SCENES
+from silent_best import best_power
 from silent_cells import Line, shares_of, verdict
 from silent_declared import KEYS, in_words, keys_of
 from silent_scenes import BY_ITSELF, CAMPAIGNS, FURTHER, REQUIRED, TABLES, Cell, cells
@@ -40,10 +41,13 @@ TWINS = """
 Near its threshold a fault hurts before a test at 5 % over all tests of a run can see it, and some faults are in no
 residual at all. The data cannot show them, so a limit is asked for. Every row is a scene of which nothing was declared
 and which is **outside**, with what a limit of one to two times its size makes of it. *Least*: the least of the shares
-that hold. *Half-width*: of a prediction, or of an inferred angle in use, over that of the row without a limit.
+that hold. *Half-width*: of a prediction, or of an inferred angle in use, over that of the row without a limit. *Best
+test*: how often a test at 5 % of one degree of freedom would see it that knows its form, its moment and its size in
+every axis, beside free offsets and sensitivities; no test of real readings knows as much. What it sees of a layered
+chamber has the form of the sensor's own second order, and calrig tells it as that where no thermometer parts them.
 
-| scene | size | nothing declared: least | named | declared | least | named | half-width | verdict |
-|---|---|---|---|---|---|---|---|---|
+| scene | size | nothing declared: least | named | best test | declared | least | named | half-width | verdict |
+|---|---|---|---|---|---|---|---|---|---|
 {rows}
 What declares it: {keys}.
 """
@@ -69,14 +73,14 @@ WHY: Mapping[str, str] = {
     "k1-asymmetry": "a kink at no acceleration is no term of a set: no covariance of its terms can hold it",
     "temperature-in-step": "its slopes are known from what the attitudes leave of it, a share of what it did",
     "temperature-curvature": "named from twice that size on; a term for it would widen a clean offset 1.7 times",
-    "temperature-gradient": "it turns with the package and has another form than the terms of a set",
+    "temperature-gradient": "of the form of K₂ and K_ip: it is taken for the sensor's own, and told as that once seen",
     "quantisation": "steps of 25 times the noise give every replication the same error",
     "temperature-room": "a constant difference is in no residual: held where the range of use is declared",
     "temperature-stratified": "nobody recorded it: along x a sensitivity, and terms that ring as the sensor's own",
     "use-": "a loss of p of the signal moves |f|² by 2pf², the angle by pf: rows near level are not flagged",
     "use-site-gravity": "two parts in a hundred thousand of |f| are within what a reading of 1.65″ allows",
     "two-packages": "the y axis of the sting package is a yaw, of which the model package tells nothing",
-    "drift-settling": "below its threshold; it stays in the estimate",
+    "drift-settling": "the same in every replication it is in the estimate, and below its threshold in no finding",
     "slip-": "below the threshold of the search between all dwells and of two attitudes visited",
     "meter-": "below the threshold of the search between all dwells and of two attitudes visited",
     "sensor-": "below the threshold of the search between all dwells and of two attitudes visited",
@@ -146,7 +150,8 @@ def _side_by_side(twin: tuple[Line, Line]) -> str:
     where = f", ±{design['pitch_limit_deg']:g}°" if "pitch_limit_deg" in design else ""
     where += ", alone" if "sensors" in design else ""
     size = f"{left['size']:g} {SCENES[scene].unit}"
-    figures = [_figure(min(shares_of(left))), _figure(left["named"]), in_words(declared["design"])]
+    best = _figure(best_power(scene, left["size"], design))
+    figures = [_figure(min(shares_of(left))), _figure(left["named"]), best, in_words(declared["design"])]
     figures += [_figure(min(shares_of(declared))), _figure(declared["named"]), wider, verdict(declared)]
     return f"| {scene}{where} | {size} | {' | '.join(figures)} |\n"
 
@@ -154,7 +159,10 @@ def _side_by_side(twin: tuple[Line, Line]) -> str:
 def _outside(scene: str, rows: Sequence[Line]) -> str:
     sizes = ", ".join(f"{size:g}" for size in sorted({row["size"] for row in rows}))
     why = next((WHY[start] for start in sorted(WHY, key=len, reverse=True) if scene.startswith(start)), "")
-    return f"- **{scene}** at {sizes} {SCENES[scene].unit}{': ' + why if why else ''}.\n"
+    best = {row["size"]: best_power(scene, row["size"], row["design"]) for row in rows}
+    could = ", ".join(_figure(share) for _, share in sorted(best.items()) if share is not None)
+    words = (f": {why}" if why else "") + (f" (best test: {could})" if could else "")
+    return f"- **{scene}** at {sizes} {SCENES[scene].unit}{words}.\n"
 
 
 def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
