@@ -79,6 +79,7 @@ class VisitWatch:
         self._plateau_of = _plateaus_of(plan)
         self._open: dict[int, DwellRecord] = {}
         self._visits: list[_Visit] = []
+        self._superseded: list[_Visit] = []
         self._since: list[int] = []
         """Steps of the design since the last visit."""
 
@@ -99,15 +100,27 @@ class VisitWatch:
         self._open[dwell.step] = dwell
         if len(self._open) < self._attitudes[visit_number]:
             return None
-        visit = _Visit(visit_number, tuple(self._open.values()), taken)
+        visit = _Visit(visit_number, tuple(self._open[step] for step in sorted(self._open)), taken)
         self._open.clear()
         self._visits = [visit for visit in self._visits if visit.number != visit_number]  # one that was taken back
         judged = self._judged(visit)
         if judged is not None and judged.findings:
-            self._visits.clear()  # it is told once: what comes is compared with this visit
+            # It is told once: what comes is compared with this visit, unless it is taken back.
+            self._visits, self._superseded = [], self._visits
         self._visits.append(visit)
         self._since.clear()
         return judged
+
+    def take_back(self, steps: Iterable[int]) -> None:
+        """Forget voided dwells, which are measured again; what is left of a visit of theirs waits for them."""
+        gone = set(steps)
+        broken = [visit for visit in self._visits if not gone.isdisjoint(dwell.step for dwell in visit.dwells)]
+        earlier = self._superseded if broken and broken[0] is self._visits[0] else []
+        self._visits = [*earlier, *(visit for visit in self._visits if visit not in broken)]
+        for visit in broken:
+            self._open = self._open or {dwell.step: dwell for dwell in visit.dwells}
+        self._open = {step: dwell for step, dwell in self._open.items() if step not in gone}
+        self._since = [step for step in self._since if step not in gone]
 
     def compare_check_sets(
         self, before: Mapping[int, DwellRecord], after: Mapping[int, DwellRecord], between: str

@@ -375,6 +375,7 @@ class Epoch:
         self._accepted = [record for record in self._accepted if record.ended_s <= alarm.void_from_s]
         for record in voided:
             self._checks.pop(record.step, None)
+        self._visits.take_back(record.step for record in voided)
         self._progress_log.void_dwells(voided, void_detail(voided, "", alarm.reason, alarm.cause))
         steps = {record.step for record in voided}
         return [step for step in self._plan.steps if step.step in steps]

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 from faulty_rig import FaultyRig
-from small_run import RIG, Bench, bench
+from small_run import RIG, Bench, bench, dwells_of
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
 from ams.archive.sets import list_sets
+from procedures.common_mode.visit_watch import VisitWatch
 from procedures.delivery.deliver import sets_of, solve_run
 from procedures.delivery.publish import publish_solved
 from procedures.journal.corrections import Authorisation, void_from
@@ -17,6 +18,7 @@ from procedures.journal.header import make_header
 from procedures.journal.spool import Request, Spool
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
+from procedures.records.dwells import DwellRecord
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view
@@ -260,6 +262,52 @@ def test_a_lone_sensor_at_one_attitude_is_not_held_for_what_may_be_its_own_drift
     ((kinds, is_held, text),) = told_by(unattended.run_dir)
     assert (kinds, is_held) == (["table-rotation"], False)
     assert "a change of SN1 itself" in text
+
+
+def warms_to(degc: float) -> Callable[[UnattendedRun], None]:
+    def warm(unattended: UnattendedRun) -> None:
+        world = unattended.rig.chance
+        assert isinstance(world, World)
+        world.hold("air", degc, unattended.rig.clock.monotonic_s())
+
+    return warm
+
+
+def test_air_that_warms_in_mid_run_holds_no_lone_package_for_a_turn_of_the_table(tmp_path: Path) -> None:
+    """Two offsets by two coefficients look like a turn about two axes, at the one attitude of a visit."""
+    warm = "offset_tc_v_per_degc = {}, reference_temperature_degc = 20.0, offset_v = {}"
+    truths = tuple((f"offset_v = {at_v},", f"{warm.format(tc, at_v)},") for tc, at_v in ((9e-5, 0.005), (5e-5, -0.003)))
+    small = bench(tmp_path, rig=truths)
+    unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={8: warms_to(24.0)})
+    assert run_unattended(small, unattended).state is State.FINISHED
+    found = told_by(unattended.run_dir)
+    assert found
+    assert not any(is_held for _, is_held, _ in found)
+    assert "a change of SN1 itself" in found[0][2]
+
+
+def test_a_visit_that_is_taken_back_in_part_is_compared_as_it_was_measured_again(three: Bench, tmp_path: Path) -> None:
+    """What was measured while a band was left counts for nothing, in what later visits are compared with either."""
+    assert three.run(tmp_path / "run").state is State.FINISHED
+    dwells = [dwell for dwell in dwells_of(tmp_path / "run") if dwell.accepted]
+    spoilt_step = [dwell.step for dwell in dwells if dwell.purpose == "reference"][3]
+
+    def spoilt(dwell: DwellRecord) -> DwellRecord:
+        readings = {
+            name: replace(reading, samples=reading.samples + 5e-4 * name.endswith("y"))
+            for name, reading in dwell.readings.items()
+        }
+        return replace(dwell, readings=readings)
+
+    watch, found = VisitWatch(three.plan, {}), []
+    for dwell in dwells:
+        if dwell.step == spoilt_step:
+            watch.take(spoilt(dwell))
+            watch.take_back([spoilt_step])
+        found.append(watch.take(dwell))
+    judged = [visit for visit in found if visit is not None]
+    assert len(judged) == 3
+    assert not any(visit.findings for visit in judged)
 
 
 class SlipsOnce:
