@@ -2,12 +2,16 @@
 
 import ast
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "docs"))
+from house import tree_of  # noqa: E402
+
 FOLDERS = ("ams", "rig", "procedures", "tests", "docs", "examples", "bench", ".ci", ".github")
 MADE_UP = {"ams/models/mine.py", "ams/exports/mine.py"}
 """Files of a reader's own, which CONTRIBUTING tells how to write."""
@@ -78,7 +82,7 @@ def test_what_a_sentence_of_a_docstring_explains_is_in_the_code() -> None:
     lost = []
     for package in ("ams", "rig", "procedures"):
         for path in (ROOT / package).rglob("*.py"):
-            tree = ast.parse(path.read_text(encoding="utf-8"))
+            tree = tree_of(path)
             words = _words_of(tree)
             lost += [
                 f"{path.relative_to(ROOT)}: {name}: ``{word}``"

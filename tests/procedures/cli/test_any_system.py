@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from job_files import job
+from made_once import made_once
 
 STEPS = """
 import json, sys
@@ -60,15 +61,19 @@ print(json.dumps(told))
 
 
 @pytest.fixture(scope="module")
-def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def outcomes(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> dict[str, Any]:
     """Name of a step to what it left with: status, standard output, standard error."""
-    folder = tmp_path_factory.mktemp("any system")
+    folder = made_once("any system", _take_every_step, tmp_path_factory, request.config)
+    return dict(json.loads((folder / "told.json").read_text(encoding="utf-8")))
+
+
+def _take_every_step(folder: Path) -> None:
     job(folder, {"step = 60.0": "step = 120.0", "replications = 2": "replications = 1", '["csv", "mat"]': "[]"})
     support = [str(Path(__file__).parents[2] / "support"), str(Path(__file__).parents[3])]
     script = STEPS.replace("SUPPORT", repr(support))
     done = subprocess.run([sys.executable, "-c", script, str(folder)], capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
-    return dict(json.loads(done.stdout.splitlines()[-1]))
+    (folder / "told.json").write_text(done.stdout.splitlines()[-1], encoding="utf-8")
 
 
 @pytest.mark.parametrize("step", ["run", "status", "solve", "data", "devices", "home", "jog", "read"])

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from job_files import job
+from made_once import made_once
 
 from ams.exports.optional_libraries import EXTRA_OF
 from procedures.cli.main import run_command
@@ -34,15 +35,19 @@ print(json.dumps(told))
 
 
 @pytest.fixture(scope="module")
-def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    folder = tmp_path_factory.mktemp("extras")
+def outcomes(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> dict[str, Any]:
+    folder = made_once("extras", _take_every_step, tmp_path_factory, request.config)
+    return dict(json.loads((folder / "told.json").read_text(encoding="utf-8")))
+
+
+def _take_every_step(folder: Path) -> None:
     small = {"step = 60.0": "step = 120.0", "replications = 2": "replications = 1", '["csv", "mat"]': '["csv", "hdf5"]'}
     procedure, rig = job(folder, small)
     script = STEPS.replace("BLOCKED", repr(sorted(EXTRA_OF)))
     command = [sys.executable, "-c", script, procedure, rig, str(folder)]
     done = subprocess.run(command, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
-    return dict(json.loads(done.stdout.splitlines()[-1]))
+    (folder / "told.json").write_text(done.stdout.splitlines()[-1], encoding="utf-8")
 
 
 def test_check_tells_what_will_not_be_delivered(outcomes: dict[str, Any]) -> None:
