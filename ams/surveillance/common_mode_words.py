@@ -102,7 +102,7 @@ def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
         whose, other = "what all sensors share (temperature, supply)", other - {_TEMPERATURE}
     else:
         whose = f"the meter ({cause.name}), or what all sensors share (supply, temperature)"
-        other = other | ({"sensor-change"} if is_lone else set())
+        other = (other - {_TEMPERATURE}) | ({"sensor-change"} if is_lone else set())
     words = {
         "table-rotation": "a rotation of the table",
         "meter-gain": "the meter's gain",
