@@ -229,7 +229,7 @@ def test_with_two_or_three_replications_intervals_err_on_the_safe_side(replicati
 
 @pytest.mark.parametrize("replications", [2, 3])
 def test_the_narrowest_intervals_of_two_or_three_replications_hold_as_often_as_others(replications) -> None:
-    """Their widths vary by chance a hundredfold; by these alone 0.39 (two) and 0.64 (three) of the narrowest hold the offset."""
+    """Widths vary by chance a hundredfold; by these alone 0.39 (two), 0.64 (three) of the narrowest hold an offset."""
     simulated = simulate(Scene(replications=replications), 4000, np.random.default_rng(5))
     edges, derived = simulated.solved.parameters, PitchRoll("x").parameters(simulated.truth)
     for i, name in enumerate(edges.names):
