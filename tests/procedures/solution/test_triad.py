@@ -189,7 +189,7 @@ def test_offset_gain_and_how_each_axis_lies_are_covered_as_stated(known: bool) -
     """All that is declared is drawn, and nothing else: what the table does to twelve points is counted once."""
     held = coverage(400, known=known, first_seed=10_000)
     for quantity in ("gain", "offset", "towards"):
-        assert 0.93 < np.mean([each for name, each in held.items() if quantity in name]) < 0.975, held
+        assert 0.93 < np.mean([each for name, each in held.items() if quantity in name]) < 0.97, held
 
 
 @pytest.mark.parametrize("known", [True, False])
