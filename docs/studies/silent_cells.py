@@ -53,12 +53,12 @@ def named(
     """Return the share of the campaigns in which the true cause is named; None where nothing is to be found."""
     entry = SCENES[scene]
     if THERMOMETER in design and size > 0.0:
-        return float(np.mean([RECORDED in told for told in kinds]))
+        return float(np.mean([RECORDED in of_campaign for of_campaign in kinds]))
     if entry.true_cause is None or size == 0.0:
         return None
     is_table = scene.startswith("table-")
     right = {TABLE, *entry.also} if is_table else {entry.true_cause, *entry.also}
-    return float(np.mean([bool(told & right) for told in kinds]))
+    return float(np.mean([bool(of_campaign & right) for of_campaign in kinds]))
 
 
 def holds(axis: AxisCalibration, truth: FloatArray) -> FloatArray:

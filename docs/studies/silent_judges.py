@@ -65,7 +65,7 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
         {"offset": after.offset, "k": after.sensitivities, "prediction": after.prediction},
         {"offset": before.offset, "k": before.sensitivities, "prediction": before.prediction},
         named(scene, size, kinds, design),
-        float(np.mean([bool(told) for told in kinds])),
+        float(np.mean([bool(of_campaign) for of_campaign in kinds])),
         after.prediction_half_width_arcsec,
     )
 
@@ -136,7 +136,7 @@ def of_temperature(scene: str, size: float, count: int, seed: int, design: Mappi
                 kinds_found |= significant(axis.findings) if word == "after" else set()
         kinds.append(kinds_found)
     shares = {word: offset_and_k(np.array(each)) for word, each in held.items()}
-    rings = float(np.mean([bool(told) for told in kinds]))
+    rings = float(np.mean([bool(of_campaign) for of_campaign in kinds]))
     return JudgedCell(shares["after"], shares["before"], named(scene, size, kinds), rings)
 
 
@@ -244,7 +244,7 @@ def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str
         for which, diagnoses in enumerate(_diagnoses(alone, found, 0, table, errors, family=family)):
             kinds[which] |= diagnoses
         held.append([coverage(alone, columns, chance) for columns in (found, solved(alone, extended=False))])
-    rings = float(np.mean([bool(told) for told in kinds]))
+    rings = float(np.mean([bool(of_campaign) for of_campaign in kinds]))
     after, before = (_mean_shares([pair[which] for pair in held]) for which in (0, 1))
     half = float(np.mean([after.prediction_half_width_arcsec for after, _ in held]))
     return JudgedCell(after, before, named(scene, size, kinds), rings, half)

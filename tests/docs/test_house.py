@@ -92,7 +92,7 @@ RIGHT = {
     "is_of_one_channel", "is_of_one_quantity", "on_one_clock", "on_one_line", "on_one_side", "one_axis",
     "one_axis_codes", "one_axis_factor", "one_line", "one_thread",
     # keys of files, journals and the archive: what is stored keeps its name
-    "own_temperature_degc", "own_temperature_drift_degc_per_h",
+    "own_temperature_degc", "own_temperature_drift_degc_per_h", "own_thermometer",
     # of a decimal
     "decimal_place", "last_place", "to_place",
 }  # fmt: skip
