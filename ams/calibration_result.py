@@ -10,7 +10,7 @@ from typing import Final, Literal
 import numpy as np
 
 from ams.arrays import Centring, FloatArray
-from ams.findings import Finding, turned_the_table
+from ams.findings import Finding, beyond_the_stated, turned_the_table
 
 METHOD_VERSION: Final = 3
 """Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
@@ -186,8 +186,12 @@ class Calibration:
 
     @property
     def verdict(self) -> SensorVerdict:
-        """``sound`` where nobody needs to read anything, ``usable`` where the warnings must be read."""
-        if self.undetermined_axes or self.turns or not self.axes:
+        """``sound`` where nobody needs to read anything, ``usable`` where the warnings must be read.
+
+        ``not usable`` where a finding says that the stated uncertainties do not hold what it found.
+        """
+        beyond = beyond_the_stated(finding for axis in self.axes.values() for finding in axis.findings)
+        if self.undetermined_axes or self.turns or beyond or not self.axes:
             return "not usable"
         is_reserved = self.warnings or any(axis.warnings for axis in self.axes.values())
         return "usable" if is_reserved else "sound"

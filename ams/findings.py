@@ -56,6 +56,8 @@ class Finding:
     """The run's steps in doubt, where single dwells are."""
     details: Mapping[str, float | str | None] = field(default_factory=dict)
     """Further numbers by name, the unit in the name."""
+    is_held: bool = True
+    """False where offset, sensitivities or predictions hold some of it that their stated uncertainties do not."""
 
     def to_document(self) -> dict[str, object]:
         """Return the JSON form of the contract: ``kind``, ``text``, ``significant`` and what else is known."""
@@ -65,6 +67,7 @@ class Finding:
             "significant": self.is_significant,
             "p_value": self.p_value,
             **({"steps": list(self.steps)} if self.steps else {}),
+            **({"stated_uncertainties": "exceeded"} if self.is_significant and not self.is_held else {}),
             **self.details,
         }
 
@@ -72,6 +75,11 @@ class Finding:
 def significant_texts(findings: Iterable[Finding]) -> tuple[str, ...]:
     """Return the sentences that somebody must read before the result is used."""
     return tuple(finding.text for finding in findings if finding.is_significant)
+
+
+def beyond_the_stated(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return the significant findings that the stated uncertainties do not hold: nothing is usable with those."""
+    return tuple(finding for finding in findings if finding.is_significant and not finding.is_held)
 
 
 def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:

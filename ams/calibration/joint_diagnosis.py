@@ -127,7 +127,9 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
             "estimate_arcsec": estimate,
             "prior_arcsec": prior,
         }
-        yield Finding("lack-of-fit" if is_index else "table-rotation", text, True, p_value, details=details)
+        yield Finding(
+            "lack-of-fit" if is_index else "table-rotation", text, True, p_value, details=details, is_held=False
+        )
 
 
 def as_they_stood(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> Iterator[Observations]:

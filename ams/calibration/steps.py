@@ -315,7 +315,13 @@ class _Search:
             is_of_sensor = finding.kind == "sensor-change" and change.output is not None and len(findings) == 1
             details = {**finding.details, "test": SLIP if change.output is None else STEP}
             yield (
-                replace(finding, text=finding.text + doubt, p_value=min(1.0, _TRIED * change.p_value), details=details),
+                replace(
+                    finding,
+                    text=finding.text + doubt,
+                    p_value=min(1.0, _TRIED * change.p_value),
+                    details=details,
+                    is_held=False,
+                ),
                 change.output if is_of_sensor else None,
             )
 

@@ -2,7 +2,8 @@
 
 Three answers only. *Sound*: finished, replicated, and no test speaks against model or stability beyond what the table's
 certificate explains. *Reserved*: usable with the stated uncertainties, but somebody must read the grounds. *Unusable*:
-there is no solution for at least one sensor, or with its new coefficients it does not meet the limits declared.
+there is no solution for at least one sensor, or with its new coefficients it does not meet the limits declared, or a
+finding says that the stated uncertainties do not hold what it found.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.findings import Finding, significant_texts, turned_the_table
+from ams.findings import Finding, beyond_the_stated, significant_texts, turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.report.overview import Statement, stated_once, widest_arcsec
@@ -63,6 +64,10 @@ def judge(
     if beyond:
         sentence = f"At least one sensor does not meet its limits as left. {result}."
         return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
+    if exceeded := [sensor.name for sensor in sensors if beyond_the_stated(_findings(sensor))]:
+        whose = "" if len(sensors) == 1 else f" of {', '.join(exceeded)}"
+        sentence = f"Not to be used with the stated uncertainties{whose}: they do not hold all that was found."
+        return Verdict("unusable", sentence, (*doubts, *facts))
     if doubts:
         sentence = f"Usable with the stated uncertainties, with reservations. {result}."
         return Verdict("reserved", sentence, (*doubts, *facts))

@@ -178,4 +178,4 @@ def field_finding(test: FieldTest, level: float, unit: str) -> Finding:
         "coil_deg": float(np.degrees(test.coil_rad)),
         "beside_ut": float(np.linalg.norm(test.beside)),
     }
-    return Finding("field-contradicted", text, is_significant, test.p_value, details=details)
+    return Finding("field-contradicted", text, is_significant, test.p_value, details=details, is_held=False)

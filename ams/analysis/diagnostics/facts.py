@@ -108,7 +108,7 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str) -> Iterator[F
         "per_hour": an_hour,
         "largest_share_of_u": float(share.max()),
     }
-    yield Finding("time-confounded", text, True, drift.p_value, details=details)
+    yield Finding("time-confounded", text, True, drift.p_value, details=details, is_held=False)
 
 
 def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:

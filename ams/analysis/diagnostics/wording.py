@@ -41,6 +41,8 @@ MOST_LISTED: Final = 5
 """Wrong dwells that a sentence names; all stand in ``steps``."""
 _CONTAINED: Final = "it is contained in the stated uncertainties"
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
+_NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG})
+"""Tests of what is alike in every replication, so that no scatter between replications holds it."""
 _SYMBOLS: Final = {name: (symbol, unit) for name, _, symbol, unit in TERMS}
 
 
@@ -98,7 +100,8 @@ def findings_of(
             )
         else:
             text = f"{name}: {_not_significant(test)}{_beside(test, scale)}"
-        found.append(Finding(test.kind, text, is_significant, test.p_value, details=details))
+        is_held = name not in _NOT_HELD
+        found.append(Finding(test.kind, text, is_significant, test.p_value, details=details, is_held=is_held))
     return tuple(found)
 
 
@@ -231,7 +234,7 @@ def _of_table_limit(test: BeliefTest, limit: TableLimit, *, is_significant: bool
         if is_significant
         else f"{test.name}: index errors within it explain the points"
     )
-    return Finding(test.kind, text, is_significant, test.p_value, details=details)
+    return Finding(test.kind, text, is_significant, test.p_value, details=details, is_held=False)
 
 
 def _turned_text(test: BeliefTest, scale: Scale, where: str) -> str:

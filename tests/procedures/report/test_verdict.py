@@ -3,6 +3,7 @@ from pathlib import Path
 
 from report_scene import Scene, run_view
 
+from ams.findings import Finding
 from procedures.report.verdict import judge
 from procedures.report.view import RunView
 from procedures.solution.type_b import level_remarks
@@ -57,6 +58,19 @@ def test_a_band_without_the_level_says_so_in_the_verdict() -> None:
         .endswith("or better (95 %), without the level of the base, which is not declared.")
     )
     assert "without the level" not in _judged(view)[1]
+
+
+def test_what_the_stated_uncertainties_do_not_hold_is_not_called_usable_with_them() -> None:
+    view = run_view(Scene(sensors=("SN1", "SN2")))
+    sensor = view.sensors[1]
+    for is_held, trust in ((True, "reserved"), (False, "unusable")):
+        finding = Finding("drift", "the output settles", True, is_held=is_held)
+        calibration = replace(sensor.axes[0].calibration, findings=(finding,), warnings=(finding.text,))
+        axis = replace(sensor.axes[0], calibration=calibration)
+        found = _judged(replace(view, sensors=(view.sensors[0], replace(sensor, axes=(axis, *sensor.axes[1:])))))
+        assert found[0] == trust
+        assert ("with the stated uncertainties of SN2: they do not hold" in found[1]) == (not is_held)
+        assert ("is known to" in found[1]) == is_held
 
 
 def test_drift_one_replication_and_an_unfinished_run_are_reservations() -> None:

@@ -217,7 +217,7 @@ def test_a_field_that_was_declared_wrongly_is_told_on_every_axis() -> None:
         assert finding.is_significant
         assert finding.text in axis.warnings
     assert finding.text in told.warnings
-    assert told.verdict == "usable"
+    assert told.verdict == "not usable"
 
 
 def _of_field(axis: AxisCalibration) -> list[Finding]:
