@@ -78,6 +78,8 @@ class Levels(StrictTable):
     surroundings_ut: tuple[float, float, float] | None = None
     """What stands without the coil where that is known, level axes: north, east, down; by a reference magnetometer, or
     nulled. None: it is estimated from both senses of every axis."""
+    surroundings_uncertainty_ut: NotNegative = 0.0
+    """Standard uncertainty of each of its components, for as long as the run takes."""
     method: Literal["known", "magnet-difference"] = "known"
     """``magnet-difference``: SR 4.1.3, where nothing tells the magnet's field but the sensor itself."""
     rest_s: Positive = 30.0
@@ -92,6 +94,11 @@ class Levels(StrictTable):
     def _sound(self) -> Self:
         if 0.0 in self.applied_ut:
             raise ValueError("applied_ut holds 0: without a field is measured anyway; remove it")
+        if self.surroundings_uncertainty_ut > 0.0 and self.surroundings_ut is None:
+            raise ValueError(
+                "surroundings_uncertainty_ut belongs to surroundings_ut = [north, east, down], which is missing; "
+                "surroundings that are estimated have their uncertainty from the readings"
+            )
         if self.method == "magnet-difference" and len(self.applied_ut) != 1:
             raise ValueError('method = "magnet-difference" takes one field')
         return self

@@ -3,7 +3,9 @@
 Specific force follows from the attitude, angular velocity from the rates that were measured, a field from the coil. An
 attitude that is wrong by θ changes the level by its slope times θ and, where the axis lies along gravity or field and
 there is no slope, by θ²/2 of the level: always to the same side, so it is common to all dwells. A coil whose field is
-wrong by u_B at its largest field B is wrong in scale: every level by u_B/B of it. Source: SR 4.1; GUM 5.1.2, F.2.4.4.
+wrong by u_B at its largest field B is wrong in scale: every level by u_B/B of it. One that points beside its direction,
+and surroundings that are not quite as declared, add a field across or along that turns with the attitude.
+Source: SR 4.1; GUM 5.1.2, F.2.4.4.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -191,6 +193,7 @@ def _errors(
                 columns * error.standard_uncertainty,
             )
     yield from _of_coils(item, observations, along)
+    yield from _of_surroundings(item, observations, along)
 
 
 def _changes(level_of: LevelOf, level: FloatArray) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
@@ -232,6 +235,29 @@ def _of_coils(item: SensorRows, observations: Observations, along: FloatArray) -
             stated = f"field.{coil}: standard {u_ut:g} µT of {largest_ut:g} µT, an error of its scale"
             column = np.array(share)[:, None] * u_ut / largest_ut
             yield LevelError(SharedError(f"scale of field {coil}", "level", 1.0, "standard", stated), column)
+        u_deg = item.rig.field[coil].direction_uncertainty_deg
+        if u_deg > 0.0 and largest_ut > 0.0:
+            sides = _across(_unit(item.rig, coil)) * np.deg2rad(u_deg)
+            columns = [[turned(row, {}, side) * field_ut for side in sides] for row, field_ut in enumerate(fields_ut)]
+            stated = f"field.{coil}: standard {u_deg:g}° to either side"
+            yield LevelError(
+                SharedError(f"direction of field {coil}", "level", 1.0, "standard", stated), np.array(columns)
+            )
+
+
+def _across(unit: FloatArray) -> FloatArray:
+    """Return (2, 3) unit vectors at right angles to one and to each other."""
+    return np.asarray(np.linalg.svd(unit[None, :])[2][1:])
+
+
+def _of_surroundings(item: SensorRows, observations: Observations, along: FloatArray) -> Iterator[LevelError]:
+    levels = item.plan.levels
+    if item.sensor.measures != "field" or levels is None or levels.surroundings_uncertainty_ut == 0.0:
+        return
+    u_ut, turned = levels.surroundings_uncertainty_ut, _turned(observations, along)
+    columns = [[turned(row, {}, component) for component in u_ut * np.eye(3)] for row in range(observations.rows)]
+    stated = f"levels: standard {u_ut:g} µT of each component"
+    yield LevelError(SharedError("surroundings", "level", 1.0, "standard", stated), np.array(columns))
 
 
 def _magnet_levels(rows: Sequence[DwellRecord], reading: FloatArray) -> LevelRows:

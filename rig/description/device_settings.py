@@ -215,6 +215,8 @@ class FieldSettings(StrictTable):
     """Of a positive field in level axes: north, east, down; its length does not matter."""
     uncertainty_ut: NotNegative = 0.0
     """Standard uncertainty of a level."""
+    direction_uncertainty_deg: Annotated[float, Field(ge=0.0, le=10.0)] = 0.0
+    """Standard uncertainty of ``direction``, to either of two sides at right angles."""
 
     @field_validator("limits_ut", "direction", mode="before")
     @classmethod

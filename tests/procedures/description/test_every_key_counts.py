@@ -119,6 +119,9 @@ TRIALS = {
     "profile.update_s": Trial(0.054),
     "levels.coil": Trial("nothing"),
     "levels.surroundings_ut": Trial([22.0, -3.0, 40.0]),
+    "levels.surroundings_uncertainty_ut": Trial(
+        0.5, job="levels", procedure={"levels": {"surroundings_ut": [22.0, -3.0, 40.0]}}
+    ),
     "static.shortest_s": Trial(5.0),
     "static.parts": Trial({"ITG3200": "MG-L106C"}),
 }

@@ -46,6 +46,15 @@ class Campaign:
     """(3, 3) row i: how far axis i leans towards each."""
 
 
+@dataclass(frozen=True)
+class Wrong:
+    """Standard deviations of what is wrong with the field, and whether the laboratory says so."""
+
+    surroundings_ut: float
+    direction_deg: float
+    is_declared: bool
+
+
 @cache
 def _record() -> RunRecord:
     with TemporaryDirectory() as folder:
@@ -55,7 +64,13 @@ def _record() -> RunRecord:
 
 
 def _campaign(
-    seed: int, *, known: bool, coning_deg: float | None = None, times: float = 1.0, points: int = 12
+    seed: int,
+    *,
+    known: bool,
+    coning_deg: float | None = None,
+    times: float = 1.0,
+    points: int = 12,
+    wrong: Wrong | None = None,
 ) -> Campaign:
     """Draw what the rig declares: attitudes by index, the coil's scale, noise; coning 0.1° to 5° to any side.
 
@@ -74,6 +89,7 @@ def _campaign(
     levels = record.plan.levels.model_copy(update={"surroundings_ut": tuple(EARTH_UT.tolist()) if known else None})
     plan = replace(record.plan, levels=levels)
     item = SensorRows("MicroMag3", plan.sensors["MicroMag3"], dwells, record.rig, plan, "drawn")
+    item = item if wrong is None or not wrong.is_declared else _declaring(item, wrong, known=known)
     stood = np.deg2rad(10.0 ** rng.uniform(*np.log10(SERVO_DEG))) * rng.standard_normal((3, len(dwells)))
     angles = {
         name: _angles(dwells, name) + beside for name, beside in zip(("pitch", "yaw", "roll"), stood, strict=True)
@@ -82,7 +98,11 @@ def _campaign(
     turned = from_level_axes(*(angles[name] + times * off[name] for name in ("pitch", "yaw", "roll")))
     scale = 1.0 + times * COIL_UT / APPLIED_UT * rng.standard_normal()
     applied = _applied(dwells)
-    field = EARTH_UT + scale * applied[:, None] * np.array([0.0, 0.0, 1.0])
+    earth, coil = EARTH_UT, np.array([0.0, 0.0, 1.0])
+    if wrong is not None:
+        earth = earth + wrong.surroundings_ut * rng.standard_normal(3)
+        coil = coil + np.append(np.deg2rad(wrong.direction_deg) * rng.standard_normal(2), 0.0)
+    field = earth + scale * applied[:, None] * coil
     readings = np.einsum("ij,njk,nk->in", matrix, turned, field) - OFFSET_UT / GAIN
     readings += times * NOISE_UT * rng.standard_normal(readings.shape)
     observations = Observations(
@@ -95,6 +115,17 @@ def _campaign(
         units=dict.fromkeys("xyz", "ut"),
     )
     return Campaign(item, observations, coning, np.rad2deg(np.arctan(matrix / np.diag(matrix)[:, None])))
+
+
+def _declaring(item: SensorRows, wrong: Wrong, *, known: bool) -> SensorRows:
+    assert item.plan.levels is not None
+    coil = item.rig.field["coil"].model_copy(update={"direction_uncertainty_deg": wrong.direction_deg})
+    levels = item.plan.levels.model_copy(
+        update={"surroundings_uncertainty_ut": wrong.surroundings_ut if known else 0.0}
+    )
+    return replace(
+        item, rig=item.rig.model_copy(update={"field": {"coil": coil}}), plan=replace(item.plan, levels=levels)
+    )
 
 
 def _applied(dwells: tuple[DwellRecord, ...]) -> FloatArray:
@@ -142,11 +173,13 @@ def _truths(campaign: Campaign, label: str, *, known: bool) -> dict[str, float]:
     return {**truths, **towards, **({} if known else {"surroundings_ut": float(EARTH_UT[2])})}
 
 
-def coverage(campaigns: int, *, known: bool, first_seed: int = 0) -> dict[str, float]:
+def coverage(
+    campaigns: int, *, known: bool, first_seed: int = 0, coning_deg: float | None = None, wrong: Wrong | None = None
+) -> dict[str, float]:
     """Return by parameter in how many of all axes its 95 % interval holds the truth."""
     held: dict[str, list[bool]] = {}
     for seed in range(first_seed, first_seed + campaigns):
-        campaign = _campaign(seed, known=known)
+        campaign = _campaign(seed, known=known, coning_deg=coning_deg, wrong=wrong)
         for label, found in _axes(campaign).items():
             for name, truth in _truths(campaign, label, known=known).items():
                 interval = found[name].interval_95
@@ -190,6 +223,39 @@ def test_offset_gain_and_how_each_axis_lies_are_covered_as_stated(known: bool) -
     held = coverage(400, known=known, first_seed=10_000)
     for quantity in ("gain", "offset", "towards"):
         assert 0.93 < np.mean([each for name, each in held.items() if quantity in name]) < 0.97, held
+
+
+def _held(campaigns: int, first_seed: int, wrong: Wrong) -> Mapping[str, float]:
+    held = coverage(campaigns, known=True, first_seed=first_seed, coning_deg=1.0, wrong=wrong)
+    return {
+        quantity: float(np.mean([each for name, each in held.items() if quantity in name]))
+        for quantity in ("gain", "offset", "towards")
+    }
+
+
+@pytest.mark.parametrize(
+    ("surroundings_ut", "direction_deg", "harmed"),
+    [
+        (2.0, 4.0, "gain"),
+        pytest.param(2.0, 0.0, "gain", marks=pytest.mark.thorough),
+        pytest.param(0.0, 4.0, "towards", marks=pytest.mark.thorough),
+    ],
+)
+def test_a_field_that_is_known_no_better_is_held_where_that_is_declared(
+    surroundings_ut: float, direction_deg: float, harmed: str
+) -> None:
+    declared, silent = (
+        _held(6, 50, Wrong(surroundings_ut, direction_deg, is_declared=is_declared)) for is_declared in (True, False)
+    )
+    assert min(declared.values()) > 0.85
+    assert silent[harmed] < 0.7
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("surroundings_ut", "direction_deg"), [(2.0, 0.0), (0.0, 4.0), (2.0, 4.0)])
+def test_a_declared_field_is_covered_as_stated(surroundings_ut: float, direction_deg: float) -> None:
+    held = _held(400, 20_000, Wrong(surroundings_ut, direction_deg, is_declared=True))
+    assert min(held.values()) > 0.93, held
 
 
 @pytest.mark.parametrize("known", [True, False])
