@@ -35,6 +35,7 @@ SOURCES: Mapping[str, tuple[str, Literal["A", "B"]]] = MappingProxyType(
         "lack-of-fit": ("lack of fit", "A"),
         "residuals": ("residuals of one replication", "A"),
         "field across": ("field across the coil, by the scatter of all axes", "A"),
+        "resolution": ("steps of the meter, which all replications share", "B"),
         "recorded temperature": ("temperature, recorded and not modelled", "A"),
         "table": ("indices of the table", "B"),
         "temperature": ("known temperature coefficients", "B"),

@@ -25,6 +25,7 @@ from ams.solve.layout import Layout, layout_of
 from ams.solve.linearised import Linearised, is_shared, linearise, shared_regressors
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
 from ams.solve.recorded_temperature import is_unmodelled, recorded_temperature
+from ams.solve.resolution import resolution
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
 
 NOT_PER_REPLICATION = frozenset({"reference_temperature_degc", REFERENCE_NAME})
@@ -121,6 +122,9 @@ def solve_linearised(
     if temperature_degc is not None and is_unmodelled(problem.model, temperature_degc):
         part = recorded_temperature(problem.form, mixed.estimator, problem.outputs, mixed.ordinary, temperature_degc)
         mixed = replace(mixed, components=(*mixed.components, part))
+    steps = None if is_line else resolution(mixed.estimator, layout, problem.outputs)
+    if steps is not None:
+        mixed = replace(mixed, components=(*mixed.components, steps))
     return _solved_columns(problem, layout, mixed, common, within)
 
 

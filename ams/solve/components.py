@@ -8,6 +8,9 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.calibration_result import VarianceComponent
 
+NOT_OF_EVERY_AXIS = ("lack-of-fit", "resolution")
+"""Parts that one axis may have and another not."""
+
 
 @dataclass(frozen=True)
 class Causes:
@@ -45,9 +48,9 @@ class ComponentColumns:
 
 
 def components_of(columns: Sequence[ComponentColumns], index: int) -> tuple[VarianceComponent, ...]:
-    """Return the components of one estimate; a part that is not there (no lack of fit) is left out."""
+    """Return the components of one estimate; a part that is not there (no lack of fit, no steps) is left out."""
     return tuple(
         VarianceComponent(part.name, part.covariance[index], float(part.dof[index]))
         for part in columns
-        if part.name != "lack-of-fit" or part.covariance[index].any()
+        if part.name not in NOT_OF_EVERY_AXIS or part.covariance[index].any()
     )

@@ -1,0 +1,54 @@
+"""Steps of a meter that are large beside the noise: their size is told, and intervals hold."""
+
+import numpy as np
+import pytest
+from physics_scenes import campaigns
+from solved_campaigns import coverage, solved
+
+from ams.solve.resolution import NAME, shared_variance, step_of
+
+
+@pytest.mark.parametrize("step", [5e-4, 1e-4 / 3.0, 20.0 / 2**21])
+def test_the_step_is_told_whatever_its_size(step: float) -> None:
+    """A 24-bit converter's least digit, or a meter's last: from an offset, printed to seven places of a volt."""
+    chance = np.random.default_rng(4)
+    true = np.tile(chance.uniform(-2.5, 2.5, 150), 6) + 0.1 * step * chance.standard_normal(900)
+    read = np.round(step * np.rint(true / step) + 0.0123456, 9)
+    assert step_of(read) == pytest.approx(step, rel=1e-6)
+
+
+def test_no_step_is_told_of_noise_or_of_readings_without_any() -> None:
+    chance = np.random.default_rng(5)
+    true = np.tile(chance.uniform(-2.5, 2.5, 150), 6)
+    assert step_of(true + 2e-5 * chance.standard_normal(900)) is None
+    assert step_of(true) is None
+    assert step_of(np.full(900, 0.3)) is None
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.05, 0.1, 0.2, 0.3, 0.5])
+def test_what_replications_share_is_what_rounding_leaves_of_a_true_value(sigma: float) -> None:
+    """Drawn: true values anywhere in a step, their mean error over ever so much noise; by the scatter that it shows."""
+    chance = np.random.default_rng(6)
+    true = chance.uniform(0.0, 1.0, 4000)
+    read = np.rint(true[:, None] + sigma * chance.standard_normal((4000, 400)))
+    error, scatter = (read - true[:, None]).mean(axis=1), read.var(axis=1, ddof=1).mean()
+    drawn = error.var() - scatter / 400
+    assert shared_variance(1.0, scatter) == pytest.approx(drawn, rel=0.06, abs=3e-4)
+
+
+@pytest.mark.parametrize(
+    ("size", "count"),
+    [(500.0, 40), *(pytest.param(size, 400, marks=pytest.mark.thorough) for size in (50.0, 100.0, 200.0, 500.0))],
+)
+def test_intervals_hold_on_a_staircase(size: float, count: int) -> None:
+    drawn = campaigns("quantisation", size, np.random.default_rng(7), count)
+    held = coverage(drawn, solved(drawn), np.random.default_rng(1))
+    assert min(held.offset, held.sensitivities, held.prediction) > (0.93 if count > 100 else 0.9)
+
+
+@pytest.mark.parametrize("size", [0.0, 20.0])
+def test_nothing_changes_where_the_noise_is_larger_than_half_a_step(size: float) -> None:
+    drawn = campaigns("quantisation", size, np.random.default_rng(8), 5)
+    for columns in solved(drawn).values():
+        parts = {part.name: part.covariance for part in columns.components}
+        assert np.all(parts.get(NAME, 0.0) < 1e-4 * columns.primary_covariance.max())
