@@ -10,7 +10,7 @@ from typing import Final, Literal
 import numpy as np
 
 from ams.arrays import Centring, FloatArray
-from ams.findings import Finding, beyond_the_stated, turned_the_table
+from ams.findings import UNUSABLE_AXIS, Finding, beyond_the_stated, turned_the_table
 
 METHOD_VERSION: Final = 3
 """Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
@@ -169,13 +169,16 @@ class Calibration:
     """None where there is one axis only."""
 
     @property
-    def undetermined_axes(self) -> Mapping[str, str]:
-        """The axes whose sensitivity is not told from zero, each with its sentence: nothing may be made of them."""
+    def unusable_axes(self) -> Mapping[str, str]:
+        """The axes of which nothing may be made, each with its sentence.
+
+        Their sensitivity is not told from zero, or they sense along another direction than the declared one.
+        """
         return {
             label: finding.text
             for label, axis in self.axes.items()
             for finding in axis.findings
-            if finding.kind == "axis-undetermined" and finding.is_significant
+            if finding.kind in UNUSABLE_AXIS and finding.is_significant
         }
 
     @property
@@ -191,7 +194,7 @@ class Calibration:
         ``not usable`` where a finding says that the stated uncertainties do not hold what it found.
         """
         beyond = beyond_the_stated(finding for axis in self.axes.values() for finding in axis.findings)
-        if self.undetermined_axes or self.turns or beyond or not self.axes:
+        if self.unusable_axes or self.turns or beyond or not self.axes:
             return "not usable"
         is_reserved = self.warnings or any(axis.warnings for axis in self.axes.values())
         return "usable" if is_reserved else "sound"

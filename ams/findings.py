@@ -28,11 +28,15 @@ FindingKind = Literal[
     "level-undeclared",
     "time-confounded",
     "axis-undetermined",
+    "axis-contradicted",
     "field-contradicted",
 ]
 """``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited;
+``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity;
 ``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in."""
 
+UNUSABLE_AXIS: Final[frozenset[FindingKind]] = frozenset({"axis-undetermined", "axis-contradicted"})
+"""Of an axis with such a finding, where it is significant, there is no result to use and no set."""
 HOLDING_ARCSEC: Final = 3.0
 """A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""
 ON_ONE_SIDE: Final = "all_dwells_on_one_side"

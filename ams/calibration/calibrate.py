@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ams.analysis.diagnostics.declared_axis import handedness
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
@@ -28,6 +29,7 @@ from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.errors import ObservationsError
 from ams.findings import significant_texts
 from ams.frames import AXES
+from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import corrected
@@ -90,7 +92,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     steps = _steps(judged, groups, family)
     for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
         limits, changed = [limit] * len(group), [steps.get(label, NO_STEPS) for label in group]
-        circumstances = Circumstances(rows, outputs, request.table, shared[group[0]], limits, family, steps=changed)
+        of_group, said = shared[group[0]], [_declared(label, choices, request) for label in group]
+        circumstances = Circumstances(rows, outputs, request.table, of_group, limits, family, (), changed, said)
         found = diagnose(solved, circumstances, evidence)
         for row, label in enumerate(group):
             curved = request.residual_curvature
@@ -99,7 +102,13 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
             parts[label] = SolvedAxis(label, names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
-    return Calibration({label: axes[label] for label in labels}, base.name, base.convention, warnings, package=package)
+    solved_axes = {label: axes[label] for label in labels}
+    remarks = tuple(handedness(solved_axes, request.declared)) if base.convention == "TP" else ()
+    return Calibration(solved_axes, base.name, base.convention, warnings, remarks, package)
+
+
+def _declared(label: str, choices: Mapping[str, ModelChoice], request: CalibrationRequest) -> DeclaredDirection:
+    return request.declared_of(label, choices[label].model.nominal_axis)
 
 
 def _known(rows: Observations) -> Observations:

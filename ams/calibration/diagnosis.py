@@ -21,13 +21,13 @@ from ams.analysis.diagnostics.beliefs import (
     AxisTests,
     BeliefTest,
 )
+from ams.analysis.diagnostics.declared_axis import direction_findings
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import (
     Moved,
     drift_in_parameters,
     temperature_confounded,
     time_confounded,
-    undetermined_axis,
 )
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, settling
@@ -39,6 +39,7 @@ from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.steps import NO_STEPS, StepsOfOutput, step_columns, with_steps
 from ams.findings import Finding
 from ams.frames import wrap_deg
+from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.request import select_rows
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
@@ -85,6 +86,9 @@ class Circumstances:
     steps: Sequence[StepsOfOutput] = ()
     """Of each output, what changed in mid-run; empty: not asked."""
 
+    declared: Sequence[DeclaredDirection] = ()
+    """Of each output, the direction that is declared of it; empty: its nominal axis, of either polarity."""
+
     def limit_of(self, index: int) -> TableLimit | None:
         return self.limits[index] if self.limits else None
 
@@ -96,7 +100,9 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
     """Return the findings of every axis of one group; ``evidence``: where it is made already."""
     axes = range(len(solved.problem.models))
     if solved.problem.form.weights is not None:
-        return [Diagnosis(tuple(_undetermined(solved, axis)), solved, axis, AxisTests({})) for axis in axes]
+        return [
+            Diagnosis(tuple(_of_direction(solved, axis, circumstances)), solved, axis, AxisTests({})) for axis in axes
+        ]
     evidence = evidence_of(solved, circumstances.rows) if evidence is None else evidence
     shared, order = shared_tests(evidence), (*time_confounded(evidence), *temperature_confounded(evidence))
     found, nothing = [], np.zeros((circumstances.rows.rows, 0))
@@ -104,7 +110,9 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
     for axis in axes:
         whole = Believed(evidence, shared, solved, axis, circumstances.outputs, circumstances.rows, nothing)
         diagnosis = _axis(whole, axis, in_order)
-        found.append(replace(diagnosis, findings=(*diagnosis.findings, *order, *_undetermined(solved, axis))))
+        found.append(
+            replace(diagnosis, findings=(*diagnosis.findings, *order, *_of_direction(solved, axis, circumstances)))
+        )
     return found
 
 
@@ -178,11 +186,13 @@ def settles(tests: AxisTests) -> bool:
     )
 
 
-def _undetermined(solved: SolvedColumns, index: int) -> Iterator[Finding]:
-    return undetermined_axis(
-        solved.problem.models[index],
+def _of_direction(solved: SolvedColumns, index: int, circumstances: Circumstances) -> Iterator[Finding]:
+    model, declared = solved.problem.models[index], circumstances.declared
+    return direction_findings(
+        model,
         solved.primary[index],
         solved.primary_covariance[index],
+        declared[index] if declared else DeclaredDirection(model.nominal_axis),
     )
 
 

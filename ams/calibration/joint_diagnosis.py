@@ -19,6 +19,7 @@ from ams.calibration_result import Replication
 from ams.errors import DesignError
 from ams.findings import Finding
 from ams.frames import specific_force
+from ams.inputs.declared_direction import NOTHING_DECLARED, DeclaredDirection
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, corrected
 from ams.observations import Observations
@@ -49,7 +50,11 @@ class JointDiagnosis:
 
 
 def diagnose_joint(
-    mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors, tested_axes: int | None = None
+    mountings: Sequence[Mounting],
+    fit: JointFit,
+    priors: TablePriors,
+    tested_axes: int | None = None,
+    declared: Mapping[str, DeclaredDirection] = NOTHING_DECLARED,
 ) -> JointDiagnosis:
     """Test every mounting of a joint fit, axis by axis; ``tested_axes`` of the run, None: those of the fit."""
     found: dict[str, list[Finding]] = {axis: [] for axis in fit.axes}
@@ -58,6 +63,7 @@ def diagnose_joint(
     request = CalibrationRequest(
         "pitch-roll",
         {axis: axis for axis in fit.axes},
+        declared,
         extended="yes" if fit.has_terms else "no",
         tested_axes=family,
     )

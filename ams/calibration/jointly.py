@@ -39,7 +39,7 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
     rows = replace(observations, mounting=None)
     mountings, stated = [Mounting(rows)], _with_level(priors, request)
     fit = joint_fit(mountings, tuple(request.axes_of(rows)), stated, has_terms=request.extended == "yes")
-    diagnosis = diagnose_joint(mountings, fit, stated, request.tested_axes)
+    diagnosis = diagnose_joint(mountings, fit, stated, request.tested_axes, request.declared)
     solved = joint_calibration(_with_channels(fit, request.shared_errors), diagnosis)
     stood = next(iter(as_they_stood(mountings, fit, stated)))
     to_read = tuple(joint_warnings(fit))

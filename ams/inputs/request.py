@@ -8,6 +8,7 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
 from ams.errors import DesignError, ObservationsError
+from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
@@ -27,6 +28,9 @@ class CalibrationRequest:
     nominal_axes: Mapping[str, str] = field(default_factory=dict)
     """Sensor axis label to the package axis it nominally lies along. Empty: every output is its own (``x``,
     ``y``, ``z``)."""
+    declared: Mapping[str, DeclaredDirection] = field(default_factory=dict)
+    """Sensor axis label to where it is declared to lie and with which polarity, in the axes of the model. An axis that
+    is not named is declared along its nominal one, of either polarity."""
     temperature: Literal["none", "apply", "estimate"] = "none"
     temperature_order: Order = 1
     """Of the terms that ``estimate`` solves for; what is known has the order that it has."""
@@ -59,6 +63,10 @@ class CalibrationRequest:
     def axes_of(self, observations: Observations) -> Mapping[str, str]:
         """Return the nominal axis of every sensor axis to solve, by label."""
         return self.nominal_axes or {label: label for label in observations.outputs}
+
+    def declared_of(self, label: str, nominal_axis: str) -> DeclaredDirection:
+        """Return what is declared of the direction of a sensor axis."""
+        return self.declared.get(label, DeclaredDirection(nominal_axis))
 
 
 def refuse_unusable(observations: Observations, request: CalibrationRequest) -> None:

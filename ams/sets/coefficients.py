@@ -131,10 +131,11 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     """Return the sealed set of one sensor package.
 
     Raises: SetError where the calibration cannot be a set (unknown equation, an undetermined primary parameter,
-    temperature terms without a temperature range, a nominal axis whose sensitivity is not told from zero);
+    temperature terms without a temperature range, an axis whose sensitivity is not told from zero or lies
+    along another direction than declared);
     VectorsDisagree where its parameter forms contradict each other.
     """
-    for label, text in calibration.undetermined_axes.items():
+    for label, text in calibration.unusable_axes.items():
         raise SetError(f"{provenance.sensor}: axis {label}: {text}")
     axes = {name: axis_section(axis, provenance.sensor) for name, axis in calibration.axes.items()}
     numbers = {name: axis_numbers(name, section) for name, section in axes.items()}

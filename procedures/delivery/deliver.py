@@ -286,7 +286,7 @@ def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
         for name, solved in run.sensors.items()
         if solved.calibration is not None
         and solved.calibration.model in FIELDS
-        and not solved.calibration.undetermined_axes
+        and not solved.calibration.unusable_axes
     }
 
 

@@ -17,6 +17,7 @@ from ams.models.registry import MODELS
 from ams.models.thermal import TemperatureCoefficients
 from procedures.data.solved import Solved
 from procedures.errors import RequestError
+from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fitted import fitted, sensor_of
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import shared_errors, table_uncertainty
@@ -60,6 +61,7 @@ def fit(
         reference_temperature_degc=reference_temperature_degc,
         extended=extended,
         time_term=time_term == "linear",
+        declared={} if described is None else declared_directions(sensor_of(described, sensor)),
         table=None if described is None else table_uncertainty(described),
         shared_errors={} if described is None else shared_errors(described, sensor_of(described, sensor)),
     )

@@ -29,6 +29,7 @@ from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.solve.layout import layout_of
+from procedures.solution.declared_directions import declared_in_package
 from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import with_run_findings
@@ -105,6 +106,7 @@ def line_request(item: SensorRows, label: str, line: Line) -> CalibrationRequest
     return CalibrationRequest(
         nominal_axes={label: label},
         models={label: line.model},
+        declared={label: declared_in_package(item.sensor, label)},
         shared_errors={label: line.errors},
         tested_axes=item.tested_axes,
     )

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from ams.analysis.calibration_budget import AxisBudget, axis_budget
 from ams.calibration_result import Calibration
+from ams.inputs.declared_direction import NOTHING_DECLARED, DeclaredDirection
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
@@ -19,6 +20,7 @@ from procedures.plan.channels import temperature_source
 from procedures.plan.plan import Plan
 from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import DwellRecord
+from procedures.solution.declared_directions import declared_directions
 from procedures.solution.type_b import (
     gravity_of,
     shared_errors,
@@ -43,10 +45,10 @@ class SolvedSensor:
 
     @property
     def why_not_usable(self) -> str | None:
-        """Why there is no result to use: it was not solved, or an axis is not determined; None where there is one."""
+        """Why there is no result to use: it was not solved, or an axis is unusable; None where there is one."""
         if self.failure is not None or self.calibration is None:
             return self.failure
-        found = [f"axis {label}: {text}" for label, text in self.calibration.undetermined_axes.items()]
+        found = [f"axis {label}: {text}" for label, text in self.calibration.unusable_axes.items()]
         return "; ".join(found) or None
 
 
@@ -115,6 +117,7 @@ def request_for(
     shared: Mapping[str, tuple[SharedError, ...]] = MappingProxyType({}),
     *,
     rolls: bool = True,
+    declared: Mapping[str, DeclaredDirection] = NOTHING_DECLARED,
 ) -> CalibrationRequest:
     """Return what a procedure's ``[solve]`` asks of one sensor, under the certificates of its rig."""
     axes = tuple(channels)
@@ -127,6 +130,7 @@ def request_for(
     return CalibrationRequest(
         model=solve.model_of(sensor_name, rolls=rolls),
         nominal_axes={axis: axis for axis in axes},
+        declared=declared,
         temperature=solve.temperature,
         temperature_order=solve.temperature_order if solve.temperature == "estimate" else 1,
         known_temperature={
@@ -186,7 +190,10 @@ def request_of(
     errors = shared_errors(
         rig, sensor, chamber, calibrated_degc(solve, observations), counts_earth=observations.from_level is not None
     )
-    return request_for(name, sensor.channels, solve, table_uncertainty(rig), errors, rolls=sensor.rolls)
+    declared = declared_directions(sensor)
+    return request_for(
+        name, sensor.channels, solve, table_uncertainty(rig), errors, rolls=sensor.rolls, declared=declared
+    )
 
 
 def calibrated_degc(solve: Solve, observations: Observations) -> float | None:

@@ -29,6 +29,7 @@ from procedures.cli.output import note, print_json, say
 from procedures.cli.results.coefficients_text import axes_lines
 from procedures.cli.results.findings_text import check_trials
 from procedures.errors import RequestError
+from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fitted import fitted, rate_error, sensor_of
 from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.description.read import read_rig
@@ -151,6 +152,7 @@ def fit(
         extended=extended,
         time_term=time_term == "linear",
         residual_curvature=hessian,
+        declared={} if description is None else declared_directions(sensor_of(description, sensor)),
         table=None if description is None else table_uncertainty(description),
         shared_errors=_of_rates(rate_uncertainty_ppm, model)
         if description is None
@@ -163,9 +165,7 @@ def fit(
     with _refusals_name(file):
         if joint:
             stated = check_joint(request, description)
-            has_terms = request.extended == "yes"
-            known = parse_priors(prior)
-            document = fit_jointly(file, form, columns, stated, known, mount, wish, has_terms=has_terms)
+            document = fit_jointly(file, form, columns, stated, parse_priors(prior), mount, wish, request=request)
         elif takes_levels(model):
             _refuse_curvature(hessian)
             document = _linear(file, form, columns, request, wish)

@@ -34,9 +34,9 @@ def joint(
     rig: RigDescription,
     priors: Mapping[str, float],
     mount: str | None,
-    wish: WishedSet | None = None,
+    wish: WishedSet | None,
     *,
-    has_terms: bool = True,
+    request: CalibrationRequest,
 ) -> dict[str, Any]:
     """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
     mountings = read_mountings(file, columns, mount, form)
@@ -44,8 +44,8 @@ def joint(
         table=table_uncertainty(rig),
         **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
     )
-    found = joint_fit(mountings, tuple(columns), stated, has_terms=has_terms)
-    diagnosis = diagnose_joint(mountings, found, stated)
+    found = joint_fit(mountings, tuple(columns), stated, has_terms=request.extended == "yes")
+    diagnosis = diagnose_joint(mountings, found, stated, declared=request.declared)
     if wish is not None:
         write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis))
     return {**joint_document(found, diagnosis), "model": "pitch-roll", "convention": "TP"}

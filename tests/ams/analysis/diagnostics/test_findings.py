@@ -1,6 +1,7 @@
 """Beliefs against campaigns drawn from physics: what is wrong is named, what is right is left alone."""
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from ams.calibration.steps import judge_steps
 from ams.calibration_result import AxisCalibration
 from ams.findings import Finding
 from ams.frames import specific_force
+from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.extended import ExtendedPitchRoll, centring_of
@@ -211,9 +213,36 @@ def test_a_sensitivity_that_is_not_told_from_zero_has_no_set_and_is_not_usable()
     noise_v = 1e-5 * np.random.default_rng(2).standard_normal(rows.rows)
     dead = calibrate(replace(rows, outputs={**rows.outputs, "y": 0.01 + noise_v}), CalibrationRequest())
     assert dead.verdict == "not usable"
-    assert list(dead.undetermined_axes) == ["y"]
-    assert "is not told from zero" in dead.undetermined_axes["y"]
+    assert list(dead.unusable_axes) == ["y"]
+    assert "is not told from zero" in dead.unusable_axes["y"]
     assert calibrate(rows, CalibrationRequest()).verdict in ("sound", "usable")
+
+
+def test_interchanged_and_reversed_channels_are_not_usable_and_what_is_declared_is_sound() -> None:
+    """x and y change places, or x changes its sign: which of them a direction is, is arithmetic."""
+    rows = _rows(campaigns("clean", 0.0, np.random.default_rng(1), 1, **SMALL))
+    swapped = replace(rows, outputs={**rows.outputs, "x": rows.outputs["y"], "y": rows.outputs["x"]})
+    found = calibrate(swapped, CalibrationRequest())
+    assert found.verdict == "not usable"
+    assert sorted(found.unusable_axes) == ["x", "y"]
+    assert "declared along x, but it reads as y (" in found.unusable_axes["x"]
+
+    turned = {"x": DeclaredDirection("y"), "y": DeclaredDirection("x")}
+    assert not calibrate(swapped, CalibrationRequest(declared=turned)).unusable_axes
+    reversed_x = replace(rows, outputs={**rows.outputs, "x": -rows.outputs["x"]})
+    plain = calibrate(rows, CalibrationRequest()).axes
+    signs: dict[str, Literal[1, -1]] = {
+        axis: 1 if plain[axis].sensitive_axis_v_per_g["xyz".index(axis)] > 0.0 else -1 for axis in "xyz"
+    }
+    polar = CalibrationRequest(declared={axis: DeclaredDirection(axis, 1, sign) for axis, sign in signs.items()})
+    assert not calibrate(rows, polar).unusable_axes
+    assert list(calibrate(reversed_x, polar).unusable_axes) == ["x"]
+    assert "polarity reversed" in calibrate(reversed_x, polar).unusable_axes["x"]
+    against = CalibrationRequest(declared={"x": DeclaredDirection("x", -1, signs["x"])})
+    assert list(calibrate(rows, against).unusable_axes) == ["x"]
+    assert any("left-handed" in text for text in calibrate(reversed_x, CalibrationRequest()).remarks) == (
+        float(np.prod(list(signs.values()))) > 0.0
+    )
 
 
 @pytest.mark.parametrize("order", ["random", "alternating"], ids=["differs", "always the same"])

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from command import call
 from cr_outputs import write_rows
-from package_outputs import TRUTH, pitch_matrix, roll_matrix
+from package_outputs import TRUTH as OF_EITHER_POLARITY
+from package_outputs import pitch_matrix, roll_matrix
 
 import ams
 from ams.exports.formats import FORMATS, export_set
@@ -17,6 +18,8 @@ from ams.exports.formats import FORMATS, export_set
 ARCSEC = np.pi / 180 / 3600
 AXES = ("--axis", "x=x_v", "--axis", "y=y_v", "--axis", "z=z_v")
 RIG = Path(__file__).parents[4] / "examples" / "rig.toml"
+TRUTH = {axis: (offset, abs(s), *angles) for axis, (offset, s, *angles) in OF_EITHER_POLARITY.items()}
+"""Of the polarity that the rig file declares."""
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 

@@ -1,0 +1,109 @@
+"""Whether an axis senses along the direction that is declared of it: the words are those of the check of the mount.
+
+The direction of an axis is that of the largest component of its sensitivities. Where that is another than the declared
+one, by more than chance would have it, channels are interchanged or the package sits otherwise than declared; where the
+polarity is declared and the vector points the other way, it is reversed. Every number of such an axis is true of
+something else than its name says.
+"""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.facts import undetermined_axis
+from ams.arrays import FloatArray
+from ams.calibration_result import AxisCalibration
+from ams.findings import UNUSABLE_AXIS, Finding
+from ams.frames import AXES
+from ams.inputs.declared_direction import DeclaredDirection
+from ams.models.model import Model
+
+KIND: Final = "axis-contradicted"
+_FAR: Final = 5.0
+"""Standard uncertainties: with two replications Student's factor at two would call a dead channel interchanged."""
+_PER_GRAVITY: Final = "CR"
+"""This convention counts sensitivities per g of gravity, which points against the force, in axes turned half about:
+their sign is not that of the declared sensitivity."""
+_COMPONENT = re.compile(r"k_([xyz])_[a-z0-9]+_per_[a-z0-9]+")
+_WHAT_TO_DO: Final = (
+    "offset and sensitivity belong to something else than the name of this axis says; the result is not usable and "
+    "there is no coefficient set; correct the wiring and measure again, or correct what is declared (channels and "
+    "mount of the rig file, nominal_sensitivity_v_per_g, --axis) and solve again"
+)
+
+
+def direction_findings(
+    model: Model, primary: FloatArray, covariance: FloatArray, declared: DeclaredDirection
+) -> Iterator[Finding]:
+    """Yield what makes an axis unusable: it senses along another direction than declared, or along none."""
+    found = contradicted_axis(model, primary, covariance, declared)
+    yield from undetermined_axis(model, primary, covariance) if found is None else (found,)
+
+
+def contradicted_axis(
+    model: Model, primary: FloatArray, covariance: FloatArray, declared: DeclaredDirection
+) -> Finding | None:
+    """Return a finding where the sensitivities point along another axis than declared, or the other way."""
+    at = _component_indices(model.primary_names)
+    if declared.axis not in at:
+        return None
+    k = _components(model.primary_names, primary)
+    nearest = sorted(k, key=lambda axis: abs(k[axis]))[-1]
+    weights = np.zeros(primary.size)
+    weights[at[nearest]] = 1.0 if k[nearest] > 0.0 else -1.0
+    if nearest != declared.axis:
+        weights[at[declared.axis]] = -1.0 if k[declared.axis] > 0.0 else 1.0
+    ahead, u = float(weights @ primary), float(np.sqrt(max(float(weights @ covariance @ weights), 0.0)))
+    is_polar = declared.polarity is not None and model.convention != _PER_GRAVITY
+    polarity = declared.polarity if is_polar and declared.polarity is not None else 1
+    sense = (1 if k[nearest] > 0.0 else -1) * polarity
+    is_another = nearest != declared.axis
+    is_reversed = not is_another and is_polar and sense != declared.sense
+    if not (is_another or is_reversed) or not ahead > _FAR * u:
+        return None
+    length = float(np.linalg.norm(np.array(list(k.values()))))
+    along = polarity * declared.sense * k[declared.axis] / length
+    away_deg = float(np.rad2deg(np.arccos(np.clip(along if is_polar else abs(along), -1.0, 1.0))))
+    reads_as = f"{'+' if sense > 0 else '-'}{nearest}" if is_polar else nearest
+    stated = declared.signed_axis if is_polar else declared.axis
+    what = (
+        "another axis: channels are interchanged, or the package sits otherwise than declared"
+        if is_another
+        else ("polarity reversed")
+    )
+    text = f"declared along {stated}, but it reads as {reads_as} ({away_deg:.1f}° away): {what}; {_WHAT_TO_DO}"
+    details: dict[str, float | str | None] = {"declared": stated, "reads_as": reads_as, "away_deg": away_deg}
+    return Finding(KIND, text, True, None, details=details)
+
+
+def handedness(axes: Mapping[str, AxisCalibration], declared: Mapping[str, DeclaredDirection]) -> Iterator[str]:
+    """Yield a remark where x, y, z are left-handed and a polarity is not declared, so that nothing contradicts it."""
+    are_signs_declared = all(axis in declared and declared[axis].polarity is not None for axis in AXES)
+    if set(axes) != set(AXES) or are_signs_declared or any(map(_is_unusable, axes.values())):
+        return
+    vectors = [_components(axes[axis].primary_names, axes[axis].primary) for axis in AXES]
+    if any(set(vector) != set(AXES) for vector in vectors):
+        return
+    matrix = np.array([[vector[axis] for axis in AXES] for vector in vectors])
+    declared_signs = [entry.polarity or 1 for entry in declared.values()]
+    if not float(np.prod(declared_signs) * np.linalg.det(matrix)) < 0.0:
+        return
+    yield (
+        "the axes x, y, z are left-handed as they read: one of them has the opposite polarity, or all three have; no "
+        "rig file declares their polarity (nominal_sensitivity_v_per_g), so nothing says whether it is meant"
+    )
+
+
+def _is_unusable(axis: AxisCalibration) -> bool:
+    return any(finding.kind in UNUSABLE_AXIS and finding.is_significant for finding in axis.findings)
+
+
+def _components(names: Sequence[str], primary: FloatArray) -> dict[str, float]:
+    return {name: float(primary[index]) for name, index in _component_indices(names).items()}
+
+
+def _component_indices(names: Sequence[str]) -> dict[str, int]:
+    """Return axis to the place of its sensitivity among the primary parameters."""
+    return {match[1]: index for index, name in enumerate(names) if (match := _COMPONENT.fullmatch(name))}

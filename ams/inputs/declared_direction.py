@@ -1,0 +1,34 @@
+"""Where a sensor axis is declared to lie, and with which sign it is declared to read."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final, Literal
+
+from ams.frames import AXES
+
+
+@dataclass(frozen=True)
+class DeclaredDirection:
+    """One axis of those in which the sensitivities of a model are counted."""
+
+    axis: str
+    """``x``, ``y`` or ``z``."""
+    sense: Literal[1, -1] = 1
+    """Along that axis, or against it."""
+    polarity: Literal[1, -1] | None = None
+    """Sign of the declared sensitivity; None where nobody declared one: then either sense agrees."""
+
+    @property
+    def index(self) -> int:
+        """Place of the axis among x, y, z."""
+        return AXES.index(self.axis)
+
+    @property
+    def signed_axis(self) -> str:
+        """The axis as a rig file's ``mount`` writes it, such as ``+x``."""
+        return f"{'+' if self.sense > 0 else '-'}{self.axis}"
+
+
+NOTHING_DECLARED: Final[Mapping[str, DeclaredDirection]] = MappingProxyType({})
+"""Every axis lies along the one that it is named by, of either polarity."""
