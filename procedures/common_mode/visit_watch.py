@@ -2,8 +2,9 @@
 
 The engine takes every accepted dwell in as it comes; the report takes them in again from the journal, in the same
 order, and so says the same. A visit is the dwells that stand together at the reference attitudes; each is compared with
-the one before it, and where that shows nothing with the first, so that what creeps is seen as well. A check set is
-compared attitude by attitude with what earlier ones measured of it, whole or not.
+the one before it, and where that shows nothing with the first, so that what creeps is seen as well; the first of all
+with the check set before it, at the attitudes that both have. A check set is compared attitude by attitude with what
+earlier ones measured of it, whole or not.
 """
 
 from collections import Counter
@@ -18,6 +19,7 @@ from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
 from ams.surveillance.common_mode_words import findings_of, on_one_side
 from procedures.common_mode.check_sets import check_set_pairs
+from procedures.common_mode.opening_checks import OpeningChecks
 from procedures.common_mode.sensed_axes import KnownAxes, attitude_of, sensed_axes
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak
@@ -77,6 +79,7 @@ class VisitWatch:
         self._visit_of = _visits_of(plan)
         self._attitudes = Counter(self._visit_of.values())
         self._plateau_of = _plateaus_of(plan)
+        self._opening = OpeningChecks(self._plateau_of)
         self._open: dict[int, DwellRecord] = {}
         self._visits: list[_Visit] = []
         self._superseded: list[_Visit] = []
@@ -84,11 +87,18 @@ class VisitWatch:
         """Steps of the design since the last visit."""
 
     def take(self, dwell: DwellRecord) -> Judged | None:
-        """Take an accepted dwell in; what a visit shows that it completes, where it can be compared."""
+        """Take a dwell in; what a visit shows that it completes, where it can be compared.
+
+        Nothing is learned from a dwell that does not count, but where the run stood then.
+        """
         if not self._is_watching:
             return None
-        dwell = at_declared(dwell, self._chains)
         taken = self.known.taken
+        if not dwell.accepted:
+            self._opening.saw(dwell, taken)
+            return None
+        dwell = at_declared(dwell, self._chains)
+        self._opening.saw(dwell, taken)
         self.known.learn(dwell, self._plateau_of.get(dwell.step, 0))
         if dwell.purpose == "design":
             self._since.append(dwell.step)
@@ -114,6 +124,7 @@ class VisitWatch:
     def take_back(self, steps: Iterable[int]) -> None:
         """Forget voided dwells, which are measured again; what is left of a visit of theirs waits for them."""
         gone = set(steps)
+        self._opening.take_back(gone)
         broken = [visit for visit in self._visits if not gone.isdisjoint(dwell.step for dwell in visit.dwells)]
         earlier = self._superseded if broken and broken[0] is self._visits[0] else []
         self._visits = [*earlier, *(visit for visit in self._visits if visit not in broken)]
@@ -139,7 +150,7 @@ class VisitWatch:
     def _judged(self, visit: _Visit) -> Judged | None:
         alike = [earlier for earlier in self._visits if self._is_alike(earlier, visit)]
         if not alike:
-            return None
+            return self._judged_by_checks(visit)
         last, first = alike[-1], alike[0]
         between = f"between visits {last.number} and {visit.number}"
         found = self._compared(last.dwells, visit.dwells, between, last.taken, self._since)
@@ -148,6 +159,14 @@ class VisitWatch:
         slowly = f"between visits {first.number} and {visit.number}, little by little"
         crept = self._compared(first.dwells, visit.dwells, slowly, last.taken, ())
         return None if crept is None else replace(crept, is_slow=True)
+
+    def _judged_by_checks(self, visit: _Visit) -> Judged | None:
+        """Compare the first visit of a mounting and a plateau with the check set before it."""
+        pair = self._opening.paired(visit.dwells)
+        if pair is None:
+            return None
+        found = self._compared(pair.before, pair.after, f"{pair.between} {visit.number}", pair.taken, pair.since)
+        return None if found is None else replace(found, step=visit.dwells[-1].step)
 
     def _is_alike(self, visit: _Visit, other: _Visit) -> bool:
         """Return whether the same mounting stood at the same temperature and at the same attitudes."""
@@ -201,11 +220,10 @@ def judge_run(
     watch = VisitWatch(plan, chains)
     found: list[Judged | None] = []
     for dwell in dwells:
-        if not dwell.accepted:
-            continue
         found.append(watch.take(dwell))
         pair = pairs.get(dwell.epoch)
-        if pair is not None and dwell.step == list(pair.after)[-1] and dwell.purpose == "check":
+        is_check = dwell.accepted and dwell.purpose == "check"
+        if pair is not None and is_check and dwell.step == list(pair.after)[-1]:
             found.append(watch.compare_check_sets(pair.before, pair.after, since_check_set(pair.since)))
     design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
     return tuple(

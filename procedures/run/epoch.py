@@ -70,8 +70,7 @@ class Epoch:
         self._plateaus = Plateaus(context, self._live, self._suspects, history.epoch)
         self._visits = VisitWatch(self._plan, self._chains)
         for known in history.dwells:
-            if known.accepted:
-                self._visits.take(known)
+            self._visits.take(known)
         self._meters = MeterWatch(self._rig, self._progress_log.event, self._wait)
 
     def run(self) -> None:

@@ -306,8 +306,84 @@ def test_a_visit_that_is_taken_back_in_part_is_compared_as_it_was_measured_again
             watch.take_back([spoilt_step])
         found.append(watch.take(dwell))
     judged = [visit for visit in found if visit is not None]
-    assert len(judged) == 3
+    assert [visit.between for visit in judged[:2]] == ["between the check set and visit 1", "between visits 1 and 2"]
+    assert len(judged) == 4
     assert not any(visit.findings for visit in judged)
+
+
+FIRST = 9 * 7
+"""Readings of nine channels: six check dwells and one of the design."""
+
+
+@pytest.mark.parametrize(("axis", "by_deg"), [("roll", -0.02), ("pitch", 0.02)])
+def test_fault_88_a_slip_before_the_first_visit_is_held_there_by_the_check_set(
+    eight: Bench, tmp_path: Path, axis: str, by_deg: float
+) -> None:
+    """All later visits stand on one side of it; one attitude of theirs is among those of the check set."""
+    unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={1: slips(axis, by_deg)})
+    assert run_unattended(eight, unattended).state is State.STOPPED
+    held = next(event for event in events(unattended.run_dir, "state") if event.detail["to"] == "held")
+    reason = str(held.detail["reason"])
+    whose = "the table, its base or the common fixture, not the sensors"
+    assert f"about {axis} between the check set and visit 1: {whose}" in reason
+    assert reason.startswith("all eight sensors turned by " + ("-7" if by_deg < 0 else "+7"))
+    assert "in doubt are the 3 dwells of steps 6 to 8" in reason
+    assert "calrig void --from 6" in reason
+    solved = solve_run(unattended.run_dir)
+    assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"
+
+
+def test_a_run_stopped_before_its_second_visit_is_not_usable_with_a_slip_before_its_first(
+    three: Bench, tmp_path: Path
+) -> None:
+    unattended = UnattendedRun(
+        tmp_path / "run", at={5: asks("continue")}, after={1: slips("roll", -0.02), 5: asks("stop")}
+    )
+    assert run_unattended(three, unattended).state is State.STOPPED
+    ((kinds, _, text),) = told_by(unattended.run_dir)
+    assert kinds == ["table-rotation"]
+    assert [finding.text for finding in run_findings(solve_run(unattended.run_dir).record)] == [text]
+
+
+def test_the_first_visit_measured_again_after_void_is_compared_with_the_check_set_of_its_epoch(
+    three: Bench, tmp_path: Path
+) -> None:
+    """The table was put right: nothing is told. It slips again after that check set: it is held again, by it."""
+    unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={1: slips("roll", -0.02)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+    void_from(unattended.run_dir, 6, Authorisation("bert", "the coupling is tight again"))
+    again = UnattendedRun(unattended.run_dir, at={5: asks("stop")}, after={1: slips("roll", -0.02)})
+    with open_rig(three.rig) as rig:
+        again.rig = rig
+        assert resume_on(unattended.run_dir, rig, "bert", observer=again, idle_clock=again).state is State.STOPPED
+    assert "between the check set of epoch 2 and visit 1" in told_by(unattended.run_dir)[1][2]
+    void_from(unattended.run_dir, 6, Authorisation("bert", "the coupling is a new one"))
+    with open_rig(three.rig) as rig:
+        assert resume_on(unattended.run_dir, rig, "bert").state is State.FINISHED
+    assert len(told_by(unattended.run_dir)) == 2
+    assert run_findings(solve_run(unattended.run_dir).record) == ()
+
+
+FIRST = 9 * 7
+"""Readings of nine channels: six check dwells and one of the design."""
+
+
+@pytest.mark.parametrize(
+    ("spoil", "kind", "words"),
+    [
+        (changed("dmm.SN3y", more_v(5e-4), FIRST), "sensor-change", "SN3 changed by itself"),
+        (changed("dmm", more_v(2e-4), FIRST), "meter-offset", "the meter (offset of dmm)"),
+    ],
+)
+def test_before_the_first_visit_too_a_drift_is_blamed_on_what_drifted(
+    three: Bench, tmp_path: Path, spoil: Callable[[int, Burst], Burst], kind: str, words: str
+) -> None:
+    unattended = UnattendedRun(tmp_path / "run")
+    assert run_unattended(three, unattended, rig_of=around(spoil)).state is State.FINISHED
+    ((kinds, is_held, text),) = told_by(unattended.run_dir)
+    assert (kinds, is_held) == ([kind], False)
+    assert words in text
+    assert "between the check set and visit 1" in text
 
 
 class SlipsOnce:
