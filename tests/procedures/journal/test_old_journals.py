@@ -29,7 +29,10 @@ OLD = pytest.mark.parametrize("old", [RUN_V1, REPEATED], ids=lambda old: old.nam
 
 @OLD
 def test_the_first_versions_journal_gives_the_same_coefficients(old: Path, tmp_path: Path) -> None:
-    """Coefficients to 1e-12 of the scale. Uncertainties may follow better models; they are positive and no wilder."""
+    """Coefficients to 1e-12 of the scale. Uncertainties may follow better models; they are positive and no wilder.
+
+    Those of two replications that agreed by chance are now at least those of the noise inside them.
+    """
     run = Path(shutil.copytree(old, tmp_path / "run"))
     then = json.loads((old / "SN1.json").read_text(encoding="utf-8"))
     now = sets_of(solve_run(run))["SN1"].document
@@ -38,7 +41,7 @@ def test_the_first_versions_journal_gives_the_same_coefficients(old: Path, tmp_p
     for change in changed:
         assert change.old is not None
         assert change.new is not None
-        assert 0.3 < change.new / change.old < 3.0, change
+        assert 0.3 < change.new / change.old < 10.0, change
 
 
 @OLD
