@@ -74,7 +74,6 @@ WHY: Mapping[str, str] = {
     "temperature-in-step": "its slopes are known from what the attitudes leave of it, a share of what it did",
     "temperature-curvature": "named from twice that size on; a term for it would widen a clean offset 1.7 times",
     "temperature-gradient": "of the form of K₂ and K_ip: it is taken for the sensor's own, and told as that once seen",
-    "quantisation": "steps of 25 times the noise give every replication the same error",
     "temperature-room": "a constant difference is in no residual: held where the range of use is declared",
     "temperature-stratified": "nobody recorded it: along x a sensitivity, and terms that ring as the sensor's own",
     "use-": "a loss of p of the signal moves |f|² by 2pf², the angle by pf: rows near level are not flagged",

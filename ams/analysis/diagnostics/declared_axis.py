@@ -24,8 +24,8 @@ KIND: Final = "axis-contradicted"
 _FAR: Final = 5.0
 """Standard uncertainties: with two replications Student's factor at two would call a dead channel interchanged."""
 _PER_GRAVITY: Final = "CR"
-"""This convention counts sensitivities per g of gravity, which points against the force, in axes turned half about:
-their sign is not that of the declared sensitivity."""
+"""This convention counts sensitivities per g of gravity and azimuths from another axis than a rig file's polarity is
+declared in: signs are not held against each other."""
 _COMPONENT = re.compile(r"k_([xyz])_[a-z0-9]+_per_[a-z0-9]+")
 _WHAT_TO_DO: Final = (
     "offset and sensitivity belong to something else than the name of this axis says; the result is not usable and "
@@ -49,29 +49,29 @@ def contradicted_axis(
     at = _component_indices(model.primary_names)
     if declared.axis not in at:
         return None
-    k = _components(model.primary_names, primary)
-    nearest = sorted(k, key=lambda axis: abs(k[axis]))[-1]
+    k = {axis: float(primary[index]) for axis, index in at.items()}
+    nearest = max(k, key=lambda axis: abs(k[axis]))
     weights = np.zeros(primary.size)
     weights[at[nearest]] = 1.0 if k[nearest] > 0.0 else -1.0
     if nearest != declared.axis:
         weights[at[declared.axis]] = -1.0 if k[declared.axis] > 0.0 else 1.0
     ahead, u = float(weights @ primary), float(np.sqrt(max(float(weights @ covariance @ weights), 0.0)))
-    is_polar = declared.polarity is not None and model.convention != _PER_GRAVITY
-    polarity = declared.polarity if is_polar and declared.polarity is not None else 1
-    sense = (1 if k[nearest] > 0.0 else -1) * polarity
+    polarity = None if model.convention == _PER_GRAVITY else declared.polarity
+    sign = polarity or 1
+    sense = (1 if k[nearest] > 0.0 else -1) * sign
     is_another = nearest != declared.axis
-    is_reversed = not is_another and is_polar and sense != declared.sense
+    is_reversed = not is_another and polarity is not None and sense != declared.sense
     if not (is_another or is_reversed) or not ahead > _FAR * u:
         return None
     length = float(np.linalg.norm(np.array(list(k.values()))))
-    along = polarity * declared.sense * k[declared.axis] / length
-    away_deg = float(np.rad2deg(np.arccos(np.clip(along if is_polar else abs(along), -1.0, 1.0))))
-    reads_as = f"{'+' if sense > 0 else '-'}{nearest}" if is_polar else nearest
-    stated = declared.signed_axis if is_polar else declared.axis
+    along = sign * declared.sense * k[declared.axis] / length
+    away_deg = float(np.rad2deg(np.arccos(np.clip(along if polarity else abs(along), -1.0, 1.0))))
+    reads_as = f"{'+' if sense > 0 else '-'}{nearest}" if polarity else nearest
+    stated = declared.signed_axis if polarity else declared.axis
     what = (
         "another axis: channels are interchanged, or the package sits otherwise than declared"
         if is_another
-        else ("polarity reversed")
+        else "polarity reversed"
     )
     text = f"declared along {stated}, but it reads as {reads_as} ({away_deg:.1f}° away): {what}; {_WHAT_TO_DO}"
     details: dict[str, float | str | None] = {"declared": stated, "reads_as": reads_as, "away_deg": away_deg}
