@@ -4,7 +4,8 @@ The file's angles are the table's. A column of mounts says ``upright`` or ``reve
 every row; replications are numbered on from one mount to the next, so that every (replication, point) stands once.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -59,12 +60,12 @@ def read_mountings(
     return [Mounting(select_rows(observations, named == word), MOUNTS[word]) for word in dict.fromkeys(words)]
 
 
-def joint_document(fit: JointFit, diagnosis: JointDiagnosis) -> Document:
+def joint_document(fit: JointFit, diagnosis: JointDiagnosis, doubts: Sequence[str] = ()) -> Document:
     """Return ``{"axes": …, "nuisances": …, "confounded": […]}``, axes and verdict in the shape of any fit.
 
     Angles of the table are in arc seconds.
     """
-    solved = joint_calibration(fit, diagnosis)
+    solved = joint_calibration(fit, diagnosis, doubts)
     return {
         "axes": {label: _axis(axis) for label, axis in solved.axes.items()},
         "verdict": solved.verdict,
@@ -89,12 +90,14 @@ def _order(fit: JointFit) -> tuple[tuple[str, str], ...]:
     return tuple((axis, name) for axis in fit.axes for name in fit.sensors[axis].model.primary_names)
 
 
-def joint_calibration(fit: JointFit, diagnosis: JointDiagnosis) -> Calibration:
+def joint_calibration(fit: JointFit, diagnosis: JointDiagnosis, doubts: Sequence[str] = ()) -> Calibration:
     """Return the package of a joint fit as a coefficient set takes it, the table's errors in its covariance.
 
-    Raises: DesignError where a sensitivity is not determined.
+    ``doubts``: what the caller warns of beside, for every axis. Raises: DesignError where a sensitivity is not
+    determined.
     """
-    axes = {axis: joint_axis(fit, axis, diagnosis.findings[axis]) for axis in fit.axes}
+    solved = {axis: joint_axis(fit, axis, diagnosis.findings[axis]) for axis in fit.axes}
+    axes = {axis: replace(found, warnings=(*found.warnings, *doubts)) for axis, found in solved.items()}
     warnings = dict.fromkeys(sentence for axis in axes.values() for sentence in axis.warnings)
     package = PackageCovariance(_order(fit), fit.components) if len(fit.axes) > 1 else None
     remarks = (*diagnosis.untested, *contained(fit))

@@ -17,11 +17,11 @@ from ams.models.registry import MODELS
 from ams.models.thermal import TemperatureCoefficients
 from procedures.data.solved import Solved
 from procedures.errors import RequestError
+from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fitted import fitted, sensor_of
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import shared_errors, table_uncertainty
-from rig.description.read import read_rig
 
 
 def fit(
@@ -51,7 +51,7 @@ def fit(
         raise RequestError(f"fit: model: got {model!r}, allowed are {', '.join(MODELS)}; nothing was solved")
     if MODELS[model].takes_levels and rig is not None:
         raise RequestError(f"fit: rig: carries the indices of a table at rest: not allowed with model {model!r}")
-    described = None if rig is None else read_rig(Path(rig))
+    described = None if rig is None else read_rig_of_site(Path(rig))
     request = CalibrationRequest(
         model=model,
         nominal_axes={label: label for label in axes},

@@ -24,6 +24,7 @@ from procedures.data.steps_table import steps_table
 from procedures.errors import RequestError
 from procedures.kinds.read import procedure_of
 from procedures.numbers import duration
+from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.run.preflight import Preflight, preflight
 from rig.description.read import read_rig
 from rig.toml_file import TomlFile, read_toml
@@ -133,7 +134,7 @@ def plan(procedure: str | Path | Tables, rig: str | Path, *, points: Attitudes |
 
     Raises: rig.errors.DescriptionError and PlanError for what cannot be done, in the sentences of the command.
     """
-    described = read_rig(Path(rig))
+    described = read_rig_of_site(Path(rig))
     if isinstance(procedure, str | Path):
         if points is not None:
             raise RequestError("plan: points belong to a procedure that is composed; a file names its own ([design])")

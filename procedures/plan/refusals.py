@@ -12,7 +12,6 @@ from pydantic import ValidationError
 
 from ams.arrays import FloatArray
 from ams.errors import DesignError
-from ams.gravity import disagreement
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.parameter_words import words_of
@@ -21,6 +20,7 @@ from procedures.description.procedure_file import EnvironmentPlan, ProcedureDesc
 from procedures.errors import PlanError
 from procedures.plan.channels import channels_of, temperature_source
 from procedures.plan.designs import Design
+from procedures.plan.gravity_of_site import KEY, gravity_of_another_site
 from procedures.plan.specific_force import columns_of
 from rig.description.rig_file import RigDescription, Sensor
 from rig.errors import RequestRefused
@@ -50,13 +50,10 @@ def shared_refusals(
 
 
 def _gravity_of_another_site(rig: RigDescription) -> Iterator[PlanError]:
-    """Say that gravity and latitude of the rig file cannot be of one place; smaller doubts stand with the result."""
-    location = rig.rig
-    if location.latitude_deg is None:
-        return
-    found = disagreement(location.gravity_mps2, location.latitude_deg, location.height_m)
-    if found is not None and found.kind == "refused":
-        yield PlanError(f"rig file: rig.gravity_mps2: {found.text}")
+    """Say it of a rig that was not read by ``read_rig_of_site``, which knows the line: one that a run has stored."""
+    complaint = gravity_of_another_site(rig)
+    if complaint is not None:
+        yield PlanError(f"rig file: {'.'.join(KEY)}: {complaint}")
 
 
 def _nothing_to_fit_jointly(rig: RigDescription, procedure: ProcedureDescription) -> Iterator[PlanError]:

@@ -8,10 +8,11 @@ from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.models.registry import MODELS
 from ams.observations import Observations
+from ams.sets.sensed_quantity import FIELDS
 from procedures.solution.by_model import solve_observations
 from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.request import SolvedSensor, budgets_of
-from procedures.solution.type_b import level_remarks
+from procedures.solution.type_b import gravity_warnings, level_remarks
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -30,10 +31,16 @@ def fitted(
     ``columns``: sensor axis to the column that it was read from. Raises: ams.errors.AmsError.
     """
     solved = solve_observations(observations, request)
-    warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings)
+    warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *_of_gravity(request, rig))
     remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)))
     calibration = replace(solved, warnings=warnings, remarks=remarks)
     return SolvedSensor(name, observations, calibration, None, budgets_of(calibration, request, rig, trials))
+
+
+def _of_gravity(request: CalibrationRequest, rig: RigDescription | None) -> tuple[str, ...]:
+    """Say it where gravity is what the model senses."""
+    is_sensed = request.model in FIELDS and FIELDS[request.model].unit == "g"
+    return gravity_warnings(rig, None) if rig is not None and is_sensed else ()
 
 
 def rate_error(uncertainty_ppm: float) -> SharedError:

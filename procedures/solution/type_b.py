@@ -133,10 +133,13 @@ def level_remarks(rig: RigDescription) -> tuple[str, ...]:
     )
 
 
-def gravity_warnings(rig: RigDescription, sensor: Sensor) -> tuple[str, ...]:
-    """Say that the stated gravity is not that of the place; what a sensor gives per local g stands all the same."""
+def gravity_warnings(rig: RigDescription, sensor: Sensor | None) -> tuple[str, ...]:
+    """Say that the stated gravity is not that of the place; what a sensor gives per local g stands all the same.
+
+    Without a sensor the caller knows that acceleration is measured.
+    """
     location = rig.rig
-    if sensor.measures != "acceleration" or location.latitude_deg is None:
+    if (sensor is not None and sensor.measures != "acceleration") or location.latitude_deg is None:
         return ()
     found = disagreement(location.gravity_mps2, location.latitude_deg, location.height_m)
     return (

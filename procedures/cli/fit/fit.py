@@ -29,10 +29,10 @@ from procedures.cli.output import note, print_json, say
 from procedures.cli.results.coefficients_text import axes_lines
 from procedures.cli.results.findings_text import check_trials
 from procedures.errors import RequestError
+from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fitted import fitted, rate_error, sensor_of
 from procedures.solution.type_b import shared_errors, table_uncertainty
-from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
@@ -138,7 +138,7 @@ def fit(
     columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
     _refuse_shared(columns)
     name = _model_name(model, package)
-    description = None if rig is None else read_rig(rig)
+    description = None if rig is None else read_rig_of_site(rig)
     check_trials(monte_carlo, is_possible=not takes_levels(model) and not joint)
     if description is not None and (senses_rates(model) or takes_levels(model)):
         raise RequestError(f"--rig: carries the indices of a table at rest: not allowed with --model {model}")

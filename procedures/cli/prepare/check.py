@@ -16,9 +16,9 @@ from procedures.cli.prepare.pilot import pilot_named
 from procedures.delivery.lessons import learned
 from procedures.errors import ExitStatus
 from procedures.kinds.read import read_procedure
+from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.plan.plan import Plan
 from procedures.run.preflight import Preflight, preflight
-from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
 
@@ -43,7 +43,7 @@ def check(
     procedure
         The procedure file; without it only the rig file is checked.
     """
-    described = read_rig(rig)
+    described = read_rig_of_site(rig)
     if procedure is None:
         before = _preflight(rig, described, None, out, archive)
         _tell_rig(rig, described, before, json)

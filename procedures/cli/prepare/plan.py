@@ -20,8 +20,8 @@ from procedures.cli.prepare.pilot import pilot_named
 from procedures.delivery.lessons import learned
 from procedures.errors import RequestError
 from procedures.kinds.read import procedure_of
+from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.solution.expected import Usage
-from rig.description.read import read_rig
 from rig.toml_file import TomlFile
 
 DEFAULT_USAGE = "-60:60"
@@ -69,7 +69,7 @@ def plan(
     require_folder_of(plot, "--plot")
     if out is not None and out.exists():
         raise RequestError(f"plan: --out {out}: is there already; nothing was written; give another name")
-    described = read_rig(rig)
+    described = read_rig_of_site(rig)
     target = _target(half_width_deg, hours, parameter)
     usage = Usage(_range(usage_pitch), usage_noise_arcsec)
     times = learned(archive_of(runs, archive, is_simulated=described.is_simulated), described).times

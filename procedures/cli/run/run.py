@@ -51,6 +51,7 @@ from procedures.journal.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.lease.keeper import leased
+from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.plan.plan import Plan
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
 from procedures.report.summary import print_summary, print_verdict, worst_uncertainty
@@ -60,7 +61,7 @@ from procedures.run.resume import resume as resume_run
 from rig.assembly.open_rig import choose_clock, open_rig
 from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import SystemClock, VirtualClock
-from rig.description.read import read_rig, rig_from_json
+from rig.description.read import rig_from_json
 from rig.description.rig_file import RigDescription
 
 MOST_FILES = 3
@@ -94,7 +95,7 @@ def run(
         Do all of it on twins of that very rig, in virtual time; no port is opened.
     """
     with opening(procedure.stem, alerts, is_virtual=rehearse) as begins:
-        described = read_rig(rig)
+        described = read_rig_of_site(rig)
         begins.rig = described.rig.name
         procedure_description = read_procedure(procedure)
         performed = described.all_on_twins() if rehearse else described

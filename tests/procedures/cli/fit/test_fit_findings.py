@@ -1,14 +1,20 @@
 """What ``calrig fit`` and ``calrig solve`` tell beyond the numbers, as a user asks for it, also wrongly."""
 
 import csv
+import json
 from pathlib import Path
 
+import calrig
 import numpy as np
 import pytest
 from command import call
-from package_outputs import write_observations
+from example_files import EXAMPLE_RIG
+from package_outputs import TRUTH, write_observations
 from planning_files import rig_file
 
+from rig.errors import DescriptionError
+
+AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
 DRIFT_V_PER_H = 30e-6
 SOFT_V = 40e-6
 METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"')
@@ -95,6 +101,62 @@ def test_a_rig_brings_its_meter_into_result_and_budget(
     assert axis["parameters"]["offset_v"]["standard_uncertainty"] > 2e-5 / 3**0.5
     text = call(capsys, "fit", drifting, "--axis", "y=sy_v", "--rig", tmp_path / "rig.toml").out
     assert "type B: multimeter zero (standards.meter: limit 20 µV)" in text
+
+
+def rows_and_rig_at(folder: Path, latitude_deg: float) -> tuple[Path, Path]:
+    """Sound rows of the polarity that the example's rig declares, and that rig moved to another latitude at 50 m.
+
+    Its gravity is 9.79826 m/s².
+    """
+    truth = {axis: (offset, abs(sensitivity), *angles) for axis, (offset, sensitivity, *angles) in TRUTH.items()}
+    where = (folder / "rows.csv", range(-60, 61, 30), range(-180, 180, 60), 4)
+    rows = write_observations(*where, noise_v=6e-6, truth=truth)
+    text = EXAMPLE_RIG.read_text(encoding="utf-8")
+    assert "\nlatitude_deg = 37.09" in text
+    rig = folder / "moved.toml"
+    moved = text.replace("\nlatitude_deg = 37.09", f"\nlatitude_deg = {latitude_deg}\nheight_m = 50.0")
+    rig.write_text(moved, encoding="utf-8")
+    return rows, rig
+
+
+@pytest.mark.parametrize("joint", [(), ("--joint",)])
+def test_a_gravity_of_another_latitude_is_refused_by_file_and_line_and_no_set_is_written(
+    joint: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The International Gravity Formula of 1980 gives 9.81232 m/s² at 52° and 50 m: 0.0141 more than is stated."""
+    rows, rig = rows_and_rig_at(tmp_path, 52.0)
+    line = 1 + rig.read_text(encoding="utf-8").splitlines().index("gravity_mps2 = 9.79826")
+    stored = tmp_path / "set.json"
+    done = call(capsys, "fit", rows, *AXES, "--rig", rig, "--set", stored, "--sensor", "SN1047", *joint)
+    assert (done.status, done.out) == (2, "")
+    assert f"{rig}:{line}: rig.gravity_mps2: gravity is stated as 9.79826 m/s²" in done.err
+    assert "0.0141 m/s² less, allowed 0.005 m/s²" in done.err
+    assert not stored.exists()
+    checked = call(capsys, "check", "--rig", rig, "--out", tmp_path)
+    assert (checked.status, checked.err) == (2, done.err)
+    with pytest.raises(DescriptionError, match=r"moved\.toml:\d+: rig\.gravity_mps2: .*0\.0141 m/s² less"):
+        calrig.fit(rows, {"x": "sx_v"}, rig=rig)
+
+
+@pytest.mark.parametrize("joint", [(), ("--joint",)])
+def test_a_doubtful_gravity_is_a_reservation_of_the_result_and_of_its_set(
+    joint: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """At 39° and 50 m it is 9.80065 m/s², 0.0024 more; at the true latitude, 37.09°, nothing is said."""
+    rows, rig = rows_and_rig_at(tmp_path, 39.0)
+    stored = tmp_path / "set.json"
+    line = ("fit", rows, *AXES, "--rig", rig, "--set", stored, "--sensor", "SN1047", *joint)
+    document = call(capsys, *line, "--json").document
+    assert document["verdict"] == "usable"
+    for axis in document["axes"].values():
+        (warning,) = [text for text in axis["warnings"] if "gravity is stated as 9.79826 m/s²" in text]
+        assert "less, allowed 0.0015 m/s²" in warning
+    assert warning in json.loads(stored.read_text(encoding="utf-8"))["warnings"]
+    assert f"warning: {warning}" in call(capsys, *line).out
+    if not joint:
+        assert calrig.fit(rows, {"x": "sx_v"}, rig=rig).document["axes"]["x"]["warnings"] == [warning]
+    near = call(capsys, "fit", rows, *AXES, "--rig", EXAMPLE_RIG, *joint, "--json").document
+    assert "gravity" not in json.dumps(near["axes"]["x"]["warnings"])
 
 
 def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
