@@ -9,6 +9,10 @@ from ams.sets.coefficients import CoefficientSet
 
 LACKING = "missing for a calibration when the run began: "
 """What such a warning of a set begins with: no signature supplies what stands behind it."""
+TABLE_NOT_COUNTED = "the table's own index errors are not in these uncertainties"
+RATES_NOT_COUNTED = "the rate table's own errors are not in these uncertainties"
+NO_CERTIFICATE_WITH = (LACKING, TABLE_NOT_COUNTED, RATES_NOT_COUNTED)
+"""Beginnings of warnings of a set that are gaps of a certificate."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from datetime import date
 from ams.archive.signatures import SignOff
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.stated_findings import LACKING
+from ams.sets.stated_findings import NO_CERTIFICATE_WITH
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import NOBODY_APPROVED, OF_A_TWIN, Declared, declared_gaps
@@ -84,9 +84,8 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
             senses_gravity=any(numbers.form.unit == "g" for numbers in grounds.coefficients.axes.values()),
         )
     )
-    yield from (
-        word for word in map(str, listed(grounds.coefficients.document["warnings"])) if word.startswith(LACKING)
-    )
+    stated = map(str, listed(grounds.coefficients.document["warnings"]))
+    yield from (word for word in stated if word.startswith(NO_CERTIFICATE_WITH))
     for finding in grounds.signed.unaccepted:
         yield f"axis {finding.axis}: {finding.text} ({finding.name}, which nobody has accepted)"
     yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Final
 
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.request import CalibrationRequest
@@ -9,11 +10,14 @@ from ams.inputs.shared_errors import SharedError
 from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.sets.sensed_quantity import FIELDS
+from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.solution.by_model import solve_observations
 from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.type_b import gravity_warnings, level_remarks
 from rig.description.rig_file import RigDescription, Sensor
+
+BY_A_RIG_FILE: Final = f"{TABLE_NOT_COUNTED}; a rig file (--rig of calrig fit, rig of calrig.fit) brings them in"
 
 
 def fitted(
@@ -31,7 +35,8 @@ def fitted(
     ``columns``: sensor axis to the column that it was read from. Raises: ams.errors.AmsError.
     """
     solved = solve_observations(observations, request)
-    warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *_of_gravity(request, rig))
+    of_rig = (*_of_gravity(request, rig), *not_counted(request))
+    warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)
     remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)))
     calibration = replace(solved, warnings=warnings, remarks=remarks)
     return SolvedSensor(name, observations, calibration, None, budgets_of(calibration, request, rig, trials))
@@ -48,21 +53,27 @@ def rate_error(uncertainty_ppm: float) -> SharedError:
     return SharedError("rate of the table", "rate", 1e-6 * uncertainty_ppm, stated=f"u {uncertainty_ppm:g} ppm")
 
 
+def not_counted(request: CalibrationRequest) -> tuple[str, ...]:
+    """Say that nobody stated how far the table may be wrong, so that the uncertainties are too small by it."""
+    if MODELS[request.model].needs_rates:
+        is_known = any(error.effect == "rate" for errors in request.shared_errors.values() for error in errors)
+        of_rates = (
+            f"{RATES_NOT_COUNTED}: a rate that is wrong by a part is a sensitivity that is wrong by it; "
+            "--rate-uncertainty-ppm of calrig fit brings them in"
+        )
+        return () if is_known else (of_rates,)
+    return (BY_A_RIG_FILE,) if request.table is None else ()
+
+
 def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:
-    """Say what of the rates is not in the uncertainties of gyros that are solved from a file."""
+    """Say what of the rates is not in the values of gyros that are solved from a file."""
     if not MODELS[request.model].needs_rates:
         return ()
-    is_known = any(error.effect == "rate" for errors in request.shared_errors.values() for error in errors)
-    of_table = (
-        "the rate table's own errors are not in these uncertainties: a rate that is wrong by a part is a sensitivity "
-        "that is wrong by it; --rate-uncertainty-ppm brings them in"
-    )
-    of_earth = (
+    return (
         f"rates are taken as those of the file: the Earth's rotation ({EARTH_DPS:.2g} °/s) is in the uncertainties "
         "nowhere; where it matters put it into the rates, or calibrate by a run, which takes latitude_deg and "
-        "heading_deg of the rig file; gyros that feel gravity show that as lack of fit"
+        "heading_deg of the rig file; gyros that feel gravity show that as lack of fit",
     )
-    return (*(() if is_known else (of_table,)), of_earth)
 
 
 def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:

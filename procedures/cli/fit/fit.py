@@ -19,7 +19,6 @@ from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.models.registry import MODELS, names_by_option, names_of_rates, senses_rates, takes_levels
 from ams.models.thermal import TemperatureCoefficients
-from ams.sets.sensed_quantity import FIELDS
 from procedures.cli.attitude.source import package_of
 from procedures.cli.fit.coefficient_set import WishedSet, wished_set, write_set
 from procedures.cli.fit.joint import check_joint, joint_lines, parse_priors
@@ -172,8 +171,6 @@ def fit(
         else:
             document = _solved(file, form, columns, request, wish, reference, description, monte_carlo)
     _show(document, as_json=json, is_joint=joint)
-    if description is None and name in FIELDS and FIELDS[name].convention == "TP":
-        note("the table's own index errors are not in these uncertainties; --rig RIG brings them in")
     if wish is not None:
         note(f"coefficient set: {wish.path}")
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from datetime import date
 from pathlib import Path
 
 import calrig
@@ -12,6 +13,10 @@ from example_files import EXAMPLE_RIG
 from package_outputs import TRUTH, write_observations
 from planning_files import rig_file
 
+from ams.archive.signatures import SignOff
+from ams.exports.formats import load_set
+from ams.sets.stated_findings import TABLE_NOT_COUNTED
+from procedures.certificate.grounds import Grounds, gaps_of
 from rig.errors import DescriptionError
 
 AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
@@ -157,6 +162,26 @@ def test_a_doubtful_gravity_is_a_reservation_of_the_result_and_of_its_set(
         assert calrig.fit(rows, {"x": "sx_v"}, rig=rig).document["axes"]["x"]["warnings"] == [warning]
     near = call(capsys, "fit", rows, *AXES, "--rig", EXAMPLE_RIG, *joint, "--json").document
     assert "gravity" not in json.dumps(near["axes"]["x"]["warnings"])
+
+
+def test_a_fit_without_a_table_says_so_wherever_its_numbers_go(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every place that has the uncertainties has the sentence, and with a rig file none has it."""
+    rows, rig = rows_and_rig_at(tmp_path, 37.09)
+    stored = tmp_path / "set.json"
+    line = ("fit", rows, *AXES, "--set", stored, "--sensor", "SN1047")
+    document = call(capsys, *line, "--gravity-mps2", "9.79826", "--json").document
+    assert document["verdict"] == "usable"
+    assert all(TABLE_NOT_COUNTED in " ".join(axis["warnings"]) for axis in document["axes"].values())
+    entry = load_set(stored)
+    grounds = Grounds("1", date(2026, 3, 2), entry, None, SignOff(entry.sha256, (), ()))
+    assert any(gap.startswith(TABLE_NOT_COUNTED) for gap in gaps_of(grounds))
+    done = call(capsys, *line, "--gravity-mps2", "9.79826")
+    assert done.out.count(f"warning: {TABLE_NOT_COUNTED}") == 3
+    assert TABLE_NOT_COUNTED in calrig.fit(rows, {"x": "sx_v"}).document["axes"]["x"]["warnings"][0]
+    assert TABLE_NOT_COUNTED not in json.dumps(call(capsys, *line, "--rig", rig, "--json").document)
+    assert TABLE_NOT_COUNTED not in stored.read_text(encoding="utf-8")
 
 
 def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
