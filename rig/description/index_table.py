@@ -17,6 +17,8 @@ COLUMNS = ("angle_deg", "error_arcsec", "uncertainty_arcsec")
 FULL_TURN_DEG = 360.0
 _SAME_INDEX_DEG = 1e-5
 _LARGEST_STEP = 1.5
+_FEWEST_OF_A_TURN = 3
+"""Two indices, and the first again."""
 
 
 class IndexTable(StrictTable):
@@ -46,7 +48,8 @@ def read_index_table(path: Path, limits_deg: tuple[float, float]) -> IndexTable:
     complaint = next(iter(_complaints([number for number, _ in filled], values, limits_deg)), None)
     if complaint is not None:
         raise DescriptionError(f"{path}:{complaint}")
-    angle_deg, error_arcsec, uncertainty_arcsec = zip(*values, strict=True)
+    kept = values[:-1] if _is_whole_turn(values) else values
+    angle_deg, error_arcsec, uncertainty_arcsec = zip(*kept, strict=True)
     return IndexTable(
         file=path.name, angle_deg=angle_deg, error_arcsec=error_arcsec, uncertainty_arcsec=uncertainty_arcsec
     )
@@ -79,15 +82,39 @@ def _complaints(
         if angle - before < _SAME_INDEX_DEG:
             yield f"{line}: angle_deg: got {angle:g} after {before:g}, allowed rising angles; sort the rows by angle"
     span_deg = angles[-1] - angles[0]
-    if span_deg > FULL_TURN_DEG - _SAME_INDEX_DEG:
+    if span_deg > FULL_TURN_DEG + _SAME_INDEX_DEG:
         yield (
-            f"{lines[-1]}: angle_deg: got {angles[0]:g} to {angles[-1]:g}, allowed less than a whole turn: its ends "
-            "are one index; remove one of them"
+            f"{lines[-1]}: angle_deg: got {angles[0]:g} to {angles[-1]:g}, allowed at most one turn: the axis has one "
+            "error at each index, however often it goes round; list each index once"
         )
+    elif _is_whole_turn(values):
+        yield from _of_the_seam(lines[-1], values)
+        return
     step_deg = max(after - before for before, after in pairwise(angles))
     goes_round = FULL_TURN_DEG - span_deg <= _LARGEST_STEP * step_deg
     if not goes_round and not (angles[0] <= limits_deg[0] and limits_deg[1] <= angles[-1]):
+        is_within_a_turn = limits_deg[1] - limits_deg[0] < FULL_TURN_DEG
+        or_limits = f" or the axis' limits {limits_deg[0]:g} to {limits_deg[1]:g}" if is_within_a_turn else ""
+        or_narrower = ", or narrow limits_deg" if is_within_a_turn else ""
         yield (
-            f"{lines[-1]}: angle_deg: got {angles[0]:g} to {angles[-1]:g}, needed are the whole turn or the axis' "
-            f"limits {limits_deg[0]:g} to {limits_deg[1]:g}; add the angles that are missing, or narrow limits_deg"
+            f"{lines[-1]}: angle_deg: got {angles[0]:g} to {angles[-1]:g}, needed are the whole turn (such as -180 to "
+            f"180, both ends written or one){or_limits}; add the angles that are missing{or_narrower}"
         )
+
+
+def _is_whole_turn(values: list[tuple[float, float, float]]) -> bool:
+    """Tell whether the last row is the index of the first, a turn on."""
+    return abs(values[-1][0] - values[0][0] - FULL_TURN_DEG) <= _SAME_INDEX_DEG
+
+
+def _of_the_seam(line: int, values: list[tuple[float, float, float]]) -> Iterable[str]:
+    """Yield what two rows say of one index where they disagree."""
+    first, last = values[0], values[-1]
+    if len(values) < _FEWEST_OF_A_TURN:
+        yield f"{line}: angle_deg: got one index, at {first[0]:g} and {last[0]:g}, allowed 2 or more; list those between"
+    for column, of_first, of_last in zip(COLUMNS[1:], first[1:], last[1:], strict=True):
+        if of_first != of_last:
+            yield (
+                f"{line}: {column}: got {of_last:g} at {last[0]:g} and {of_first:g} at {first[0]:g}, allowed the same: "
+                "the two are one index; correct one, or remove the row"
+            )

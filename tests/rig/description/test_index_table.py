@@ -21,7 +21,10 @@ FAULTS = [
     (HEADER + "-90,1,0.1\n", r"index.csv:1: got 1 angles, allowed 2 or more"),
     (HEADER + "-90,1,0.1\n60,1,0.1\n30,1,0.1\n", r"index.csv:4: angle_deg: got 30 after 60, .*sort the rows"),
     (HEADER + "-60,1,0.1\n0,1,0.1\n60,1,0.1\n", r"index.csv:4: angle_deg: got -60 to 60, needed are .* -90 to 90; add"),
-    (HEADER + "-180,1,0.1\n0,1,0.1\n180,1,0.1\n", r"index.csv:4: .*less than a whole turn.*remove one"),
+    (HEADER + "-180,1,0.1\n0,1,0.1\n180,2,0.1\n", r"index.csv:4: error_arcsec: got 2 at 180 and 1 at -180, .* same"),
+    (HEADER + "-180,1,0.1\n0,1,0.1\n180,1,0.2\n", r"index.csv:4: uncertainty_arcsec: got 0.2 at 180 and 0.1 at -180"),
+    (HEADER + "-180,1,0.1\n0,1,0.1\n185,1,0.1\n", r"index.csv:4: .*-180 to 185, allowed at most one turn.*each index"),
+    (HEADER + "-180,1,0.1\n180,1,0.1\n", r"index.csv:3: .*got one index, at -180 and 180, .*list those between"),
 ]
 
 
@@ -36,6 +39,28 @@ def test_a_mistake_is_named_by_line_and_column(tmp_path: Path, text: str, senten
 def test_the_limits_or_the_whole_turn_are_enough(tmp_path: Path, angles_deg: list[float]) -> None:
     (tmp_path / "index.csv").write_text(HEADER + "".join(f"{angle},1.0,0.1\n" for angle in angles_deg))
     assert list(read_index_table(tmp_path / "index.csv", LIMITS_DEG).angle_deg) == angles_deg
+
+
+def test_both_ends_of_a_turn_are_one_index(tmp_path: Path) -> None:
+    """So a certificate prints it, and so the message about missing angles asks for it; the last step may be wider."""
+    ends = "-180,0.5,0.1\n-60,-0.3,0.1\n60,0.2,0.1\n"
+    (tmp_path / "open.csv").write_text(HEADER + ends)
+    (tmp_path / "closed.csv").write_text(HEADER + ends + "180,0.5,0.1\n")
+    limits_deg = (-180.0, 180.0)
+    closed, opened = (read_index_table(tmp_path / name, limits_deg) for name in ("closed.csv", "open.csv"))
+    assert closed.model_copy(update={"file": ""}) == opened.model_copy(update={"file": ""})
+    (tmp_path / "wide.csv").write_text(HEADER + "-180,1,0.1\n-170,1,0.1\n-160,1,0.1\n180,1,0.1\n")
+    assert read_index_table(tmp_path / "wide.csv", limits_deg).angle_deg == (-180.0, -170.0, -160.0)
+
+
+def test_what_is_asked_for_where_limits_exceed_a_turn_is_a_turn(tmp_path: Path) -> None:
+    (tmp_path / "index.csv").write_text(HEADER + "-90,1,0.1\n0,1,0.1\n90,1,0.1\n")
+    with pytest.raises(DescriptionError, match=r"-90 to 90, needed are the whole turn .*; add the angles that are missi"):
+        read_index_table(tmp_path / "index.csv", (-90.0, 180.0))
+    with pytest.raises(DescriptionError) as refused:
+        read_index_table(tmp_path / "index.csv", (-185.0, 185.0))
+    assert "185" not in str(refused.value)
+    assert "limits_deg" not in str(refused.value)
 
 
 def with_table(folder: Path, value: str, text: str = HEADER + "-180,0.5,0.1\n-60,-0.3,0.1\n60,0.2,0.1\n") -> Path:
