@@ -26,6 +26,7 @@ from ams.solve.linearised import Linearised, is_shared, linearise, shared_regres
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
 from ams.solve.recorded_temperature import is_unmodelled, recorded_temperature
 from ams.solve.resolution import resolution
+from ams.solve.shifts_within import shifts_within
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
 
 NOT_PER_REPLICATION = frozenset({"reference_temperature_degc", REFERENCE_NAME})
@@ -125,6 +126,8 @@ def solve_linearised(
     steps = None if is_line else resolution(mixed.estimator, layout, problem.outputs)
     if steps is not None:
         mixed = replace(mixed, components=(*mixed.components, steps))
+    within_run = shifts_within(problem, layout, mixed, shared, is_measured=True)
+    mixed = replace(mixed, components=(*mixed.components, *within_run)) if within_run else mixed
     return _solved_columns(problem, layout, mixed, common, within)
 
 
@@ -154,6 +157,8 @@ def expect_linearised(
         plots,
         is_weighted=not is_line,
     )
+    within_run = shifts_within(problem, layout, mixed, shared, is_measured=False)
+    mixed = replace(mixed, components=(*mixed.components, *within_run))
     return _solved_columns(problem, layout, mixed, common, within)
 
 

@@ -11,15 +11,20 @@ from dataclasses import replace
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.calibration.columns import plots_of
 from ams.calibration.joint_diagnosis import as_they_stood, diagnose_joint
 from ams.calibration.joint_document import joint_calibration, joint_warnings
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest, refuse_unusable
-from ams.inputs.shared_errors import Effect, SharedError
+from ams.inputs.shared_errors import COURSES, Effect, SharedError
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.solve.joint import JointFit, joint_fit
+from ams.solve.layout import layout_of
+from ams.solve.linearised import linearise
+from ams.solve.mixed_model import estimate
+from ams.solve.shifts_within import shifts_within
 from ams.solve.table_errors import WHOLE_TABLE, Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 
@@ -40,7 +45,8 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
     mountings, stated = [Mounting(rows)], _with_level(priors, request)
     fit = joint_fit(mountings, tuple(request.axes_of(rows)), stated, has_terms=request.extended == "yes")
     diagnosis = diagnose_joint(mountings, fit, stated, request.tested_axes, request.declared)
-    solved = joint_calibration(_with_channels(fit, request.shared_errors), diagnosis)
+    fit = _with_courses(_with_channels(fit, request.shared_errors), rows, request.shared_errors)
+    solved = joint_calibration(fit, diagnosis)
     stood = next(iter(as_they_stood(mountings, fit, stated)))
     to_read = tuple(joint_warnings(fit))
     axes = {
@@ -94,6 +100,28 @@ def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -
         before = parts.get(error.name)
         added = covariance if before is None else before.covariance + covariance
         parts[error.name] = VarianceComponent(error.name, added, float("inf"))
+    components = (*fit.components, *parts.values())
+    return replace(fit, components=components, covariance=np.asarray(sum(part.covariance for part in components)))
+
+
+def _with_courses(fit: JointFit, rows: Observations, shared: Mapping[str, Sequence[SharedError]]) -> JointFit:
+    """Return the fit with what the sensors may have done meanwhile, as each axis fitted by itself has it."""
+    layout, parts = layout_of(rows), dict[str, VarianceComponent]()
+    for axis in fit.axes:
+        errors = [error for error in shared.get(axis, ()) if error.effect in COURSES]
+        if not errors:
+            continue
+        model = fit.sensors[axis].model
+        problem = linearise([model], rows, layout, rows.outputs[axis][:, None], None)
+        alone = estimate(
+            problem.form, problem.alone, layout, problem.outputs, [], plots_of(model, rows, layout), is_weighted=False
+        )
+        for part in shifts_within(problem, layout, alone, errors, is_measured=True):
+            covariance = np.zeros_like(fit.covariance)
+            covariance[fit.block(axis), fit.block(axis)] = part.covariance[0]
+            before = parts.get(part.name)
+            added = covariance if before is None else before.covariance + covariance
+            parts[part.name] = VarianceComponent(part.name, added, float("inf"))
     components = (*fit.components, *parts.values())
     return replace(fit, components=components, covariance=np.asarray(sum(part.covariance for part in components)))
 

@@ -18,17 +18,25 @@ from ams.models.registry import MODELS
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.statistics.budget import Kind
 
-Effect = Literal["reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation"]
+Effect = Literal[
+    "reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation",
+    "reading-course", "gain-course",
+]  # fmt: skip
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
 the table; ``pitch``: radians, the zero of pitch with
 the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C;
 ``level``: of the known levels of a straight line, in the columns that the observations state;
 ``field``: the same of a field that is known as a vector, where rows across an axis scatter by it;
-``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood."""
+``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood;
+``reading-course``, ``gain-course``: a reading or a gain that changes by it while the rows are taken, in their order of
+time (:mod:`ams.solve.shifts_within`)."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
+COURSES: tuple[Effect, ...] = ("reading-course", "gain-course")
 SHIFTS = ("shift until the next calibration, offset", "shift until the next calibration, sensitivity")
 """Names of what a sensor may do after its calibration: parts of the covariance that no run draws anew."""
+SHIFTS_WITHIN = ("shift within the calibration, offset", "shift within the calibration, sensitivity")
+"""Names of what it may do while it is calibrated."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +85,9 @@ def reaches(error: SharedError, model: Model) -> bool:
         return any(name.endswith("_v_per_dps") for name in model.primary_names)
     if error.effect == "temperature":
         return TEMPERATURE_NAMES[0] in model.primary_names
-    return error.effect in ("reading", "gain") or any(name.endswith("_v_per_g") for name in model.primary_names)
+    return error.effect in ("reading", "gain", *COURSES) or any(
+        name.endswith("_v_per_g") for name in model.primary_names
+    )
 
 
 def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
@@ -86,6 +96,8 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         if rows.level_errors is None or slope is None:
             return None
         return np.asarray(primary[slope] * rows.level_errors[:, list(error.columns)])
+    if error.effect in COURSES:
+        return None
     if error.effect == "rotation":
         return _rotated(error.columns, model, primary, rows)
     effect = _effect(error.effect, model, primary, rows)

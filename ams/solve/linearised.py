@@ -56,6 +56,8 @@ class Linearised:
     convergence: Convergence | None
     block: Attitude
     """What the rows were exposed to; the first rows only where the basis repeats."""
+    time_s: FloatArray | None = None
+    """(N,) when the rows were taken, or None."""
 
     @property
     def model(self) -> Model:
@@ -121,7 +123,7 @@ def linearise(
         if unshared == free.size
         else repeated(factor(basis[:, :unshared], names[:unshared], stimulus, weights), times)
     )
-    return Linearised(tuple(models), form, alone, outputs, convergence, stimulus)
+    return Linearised(tuple(models), form, alone, outputs, convergence, stimulus, rows.time_s)
 
 
 def _stimulus(rows: Observations) -> Attitude:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from physics_scenes.temperature_scenes import OFFSET_TC_G_PER_DEGC, SENSITIVITY_TC_PER_DEGC
 from solved_campaigns import ARCSEC, table_of
 
-from ams.inputs.shared_errors import SHIFTS, Effect, SharedError
+from ams.inputs.shared_errors import SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.models.thermal import Order
 
@@ -28,8 +28,8 @@ KEYS: Mapping[str, tuple[str, str]] = {
     ORDER: ("coefficients of order {:g}", "`[solve] temperature_order`"),
     THERMOMETER: ("thermometer on the sensor", "`[sensors.SERIAL] temperature`"),
     METER: ("meter ±{:g} ppm", "`[standards.NAME] uncertainty_v` of the meter"),
-    SHIFTED: ("offset within ±{:g}″ until next time", "`[sensors.SERIAL] largest_offset_shift_v`"),
-    LOST: ("sensitivity within ±{:g} until next time", "`[sensors.SERIAL] largest_sensitivity_shift`"),
+    SHIFTED: ("offset within ±{:g}″ now and until next time", "`[sensors.SERIAL] largest_offset_shift_v`"),
+    LOST: ("sensitivity within ±{:g} now and until next time", "`[sensors.SERIAL] largest_sensitivity_shift`"),
     BESIDE: ("surroundings u {:g} µT", "`[levels] surroundings_uncertainty_ut`"),
     COIL: ("direction of the coil u {:g}°", "`[field.NAME] direction_uncertainty_deg`"),
 }
@@ -78,7 +78,9 @@ class Declared:
         )
         shifts: Sequence[tuple[str, Effect, float]] = (
             (SHIFTS[0], "reading", self[SHIFTED] * ARCSEC * NOMINAL_V_PER_G),
+            (SHIFTS_WITHIN[0], "reading-course", self[SHIFTED] * ARCSEC * NOMINAL_V_PER_G),
             (SHIFTS[1], "gain", self[LOST]),
+            (SHIFTS_WITHIN[1], "gain-course", self[LOST]),
         )
         return (
             *(SharedError(*limit[:2], limit[2] / 3.0**0.5) for limit in limits if limit[2] > 0.0),

@@ -77,6 +77,8 @@ DECLARED: Sequence[tuple[Sequence[str], Sequence[float], Mapping[str, float]]] =
     *((("meter-gain",), (size,), {METER: size}) for size in (2.0, 10.0)),
     *((("use-shifted-offset",), (size,), {SHIFTED: size}) for size in (1.0, 2.0, 5.0, 10.0)),
     (("use-dead-axis",), (3e-5,), {LOST: 3e-5}),
+    (("drift-settling",), (0.5,), {SHIFTED: 0.83}),
+    *((("sensor-offset",), (0.5,), {**alone, SHIFTED: 0.5}) for alone in (ALONE, {})),
     *((("field-undeclared",), (size,), {BESIDE: u_ut}) for size, u_ut in ((0.05, 0.015), (0.1, 0.03))),
     (("field-coil-direction",), (0.02,), {COIL: 0.02}),
     *((("two-packages-dead-axis",), (size,), {LOST: size}) for size in (3e-5, 1e-4, 1e-3, 0.01)),

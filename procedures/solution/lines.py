@@ -22,7 +22,7 @@ from ams.calibration_result import AxisCalibration, Calibration
 from ams.errors import DesignError
 from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.shared_errors import SharedError
+from ams.inputs.shared_errors import COURSES, SharedError
 from ams.models.field_line import FieldLine
 from ams.models.field_triad import FieldTriad, to_package
 from ams.models.model import Model
@@ -183,7 +183,7 @@ def _errors(item: SensorRows, label: str, errors: Sequence[LevelError]) -> tuple
     of_reading = [
         shared_error
         for shared_error in shared_errors(item.rig, item.sensor)[label]
-        if shared_error.effect in ("reading", "gain")
+        if shared_error.effect in ("reading", "gain", *COURSES)
     ]
     ends = np.cumsum([error.columns.shape[1] for error in errors]).tolist()
     starts = [0, *ends]

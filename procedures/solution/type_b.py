@@ -12,7 +12,7 @@ from typing import Literal
 
 from ams.analysis.calibration_budget import Gravity
 from ams.gravity import disagreement
-from ams.inputs.shared_errors import SHIFTS, Effect, SharedError
+from ams.inputs.shared_errors import SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
@@ -251,16 +251,18 @@ def _use(sensor: Sensor, calibrated_degc: float | None) -> Iterator[SharedError]
 
 
 def _shift(sensor: Sensor) -> Iterator[SharedError]:
-    """Yield what an axis shifts by until the next calibration at most, each for itself."""
-    words = "until the next calibration"
+    """Yield what an axis shifts by at most, while it is calibrated and until the next time, each for itself."""
+    words, within = "until the next calibration", "within the calibration, as far as its readings leave it open"
     if sensor.largest_offset_shift_v > 0.0:
-        stated = f"limit {1e6 * sensor.largest_offset_shift_v:g} µV {words}"
-        u_v = sensor.largest_offset_shift_v / sqrt(3.0)
-        yield SharedError(SHIFTS[0], "reading", u_v, "limit", stated, is_of_one_channel=True)
+        limit, u_v = f"limit {1e6 * sensor.largest_offset_shift_v:g} µV", sensor.largest_offset_shift_v / sqrt(3.0)
+        yield SharedError(SHIFTS[0], "reading", u_v, "limit", f"{limit} {words}", is_of_one_channel=True)
+        stated = f"{limit} {within}"
+        yield SharedError(SHIFTS_WITHIN[0], "reading-course", u_v, stated=stated, is_of_one_channel=True)
     if sensor.largest_sensitivity_shift > 0.0:
-        stated = f"limit {1e6 * sensor.largest_sensitivity_shift:g} ppm {words}"
-        u = sensor.largest_sensitivity_shift / sqrt(3.0)
-        yield SharedError(SHIFTS[1], "gain", u, "limit", stated, is_of_one_channel=True)
+        limit, u = f"limit {1e6 * sensor.largest_sensitivity_shift:g} ppm", sensor.largest_sensitivity_shift / sqrt(3.0)
+        yield SharedError(SHIFTS[1], "gain", u, "limit", f"{limit} {words}", is_of_one_channel=True)
+        stated = f"{limit} {within}"
+        yield SharedError(SHIFTS_WITHIN[1], "gain-course", u, stated=stated, is_of_one_channel=True)
 
 
 def use_warnings(sensor: Sensor, calibrated_degc: float | None) -> tuple[str, ...]:

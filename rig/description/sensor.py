@@ -40,7 +40,8 @@ class Sensor(StrictTable):
     """Limit of its data sheet on what a degree does to the offset where no temperature is modelled."""
     largest_sensitivity_tc_per_degc: NotNegative = 0.0
     largest_offset_shift_v: NotNegative = 0.0
-    """Limit on what an axis' offset shifts by until the next calibration: of its data sheet, or of its own history."""
+    """Limit on what an axis' offset shifts by, of its data sheet or of its own history: while it is calibrated, as far
+    as the readings leave that open, and until the next time."""
     largest_sensitivity_shift: NotNegative = 0.0
     """The same of the sensitivity, as a part of it."""
     check_sensor: bool = False

@@ -56,6 +56,7 @@ def rows_of(campaign: Campaign) -> Observations:
         point=np.tile(np.arange(len(points)), n),
         pitch_rad=np.tile(points[:, 0], n),
         roll_rad=np.tile(points[:, 1], n),
+        time_s=campaign.schedule.time_s[campaign.schedule.grid_rows()].ravel(),
         outputs={},
     )
 

@@ -14,14 +14,12 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
+from ams.solve.dwell_order import rows_in_time, settling_of_rows, turns_in_replication
 from ams.solve.extension import stands_alike
 from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 12
-SETTLES_IN = 1.0 / 12.0
-"""Of a replication's dwells: the time constant of a transient. It has 0.87 and more in common with those from a third
-of it to three times it."""
 LARGEST_CORRELATION = 0.8
 """Of time with what the linear sensor takes from the attitude; the same as of time with temperature."""
 
@@ -51,12 +49,7 @@ class Slope:
 
 def time_order(evidence: Evidence) -> IntArray:
     """Return the rows in the order of time; without times the order of the rows stands for it."""
-    return _time_order(evidence.rows.time_s, evidence.layout.rows)
-
-
-@remembered(16)
-def _time_order(time_s: FloatArray | None, rows: int) -> IntArray:
-    return np.arange(rows) if time_s is None else np.argsort(time_s, kind="stable")
+    return rows_in_time(evidence.rows.time_s, evidence.layout.rows)
 
 
 def order_repeats(evidence: Evidence) -> bool:
@@ -83,30 +76,15 @@ def _parts(order: IntArray, replication: IntArray, replications: int, parts: int
     return np.asarray(replication * parts + turn * parts // sizes[replication])
 
 
-def turns_in_replication(order: IntArray, replication: IntArray, replications: int) -> tuple[IntArray, IntArray]:
-    """Return (N,) the place of each row in its replication, as time has it, and (n,) the rows of each replication."""
-    sizes = np.bincount(replication, minlength=replications)
-    together = order[np.argsort(replication[order], kind="stable")]
-    turn = np.empty(order.size, dtype=np.int64)
-    turn[together] = np.arange(order.size) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    return turn, sizes
-
-
 def settling(evidence: Evidence) -> FloatArray:
     """Return the (N,) column of a transient at the start of every replication: one at its first dwell, fading."""
     # Tested and never a term of the estimate: that would widen every clean offset by a tenth.
-    return _settling(time_order(evidence), evidence.layout)
+    return settling_of_rows(time_order(evidence), evidence.layout)
 
 
 def settling_of_points(evidence: Evidence) -> FloatArray:
     """Return the (K,) mean of that column at every point."""
     return _mean_by_point(evidence.layout, settling(evidence))
-
-
-@remembered(16)
-def _settling(order: IntArray, layout: Layout) -> FloatArray:
-    turn, sizes = turns_in_replication(order, layout.replication, layout.replications)
-    return np.asarray(np.exp(-turn / (SETTLES_IN * sizes[layout.replication])))
 
 
 @remembered(16)

@@ -13,7 +13,7 @@ from small_run import bench
 from ams.calibration.calibrate import calibrate
 from ams.inference.inference import Package, inference
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.shared_errors import SHIFTS, SharedError
+from ams.inputs.shared_errors import SHIFTS, SHIFTS_WITHIN, SharedError
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance
@@ -44,10 +44,12 @@ def test_a_limit_of_each_axis_is_an_error_of_its_own(tmp_path) -> None:
     offset, gain = (found[name] for name in SHIFTS)
     assert (offset.effect, offset.standard_uncertainty) == ("reading", pytest.approx(1.2e-4 / sqrt(3.0)))
     assert (gain.effect, gain.standard_uncertainty) == ("gain", pytest.approx(2e-4 / sqrt(3.0)))
-    assert offset.is_of_one_channel
-    assert gain.is_of_one_channel
+    course, gain_course = (found[name] for name in SHIFTS_WITHIN)
+    assert (course.effect, course.standard_uncertainty) == ("reading-course", offset.standard_uncertainty)
+    assert (gain_course.effect, gain_course.standard_uncertainty) == ("gain-course", gain.standard_uncertainty)
+    assert all(error.is_of_one_channel for error in (offset, gain, course, gain_course))
     at_rest = {error.name for error in shared_errors(rig, sensor, counts_shift=False)["x"]}
-    assert at_rest == found.keys() - set(SHIFTS)
+    assert at_rest == found.keys() - {*SHIFTS, *SHIFTS_WITHIN}
 
 
 def test_volts_of_a_sensor_that_is_read_in_counts_are_refused(tmp_path) -> None:
