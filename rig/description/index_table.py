@@ -48,7 +48,7 @@ def read_index_table(path: Path, limits_deg: tuple[float, float]) -> IndexTable:
     complaint = next(iter(_complaints([number for number, _ in filled], values, limits_deg)), None)
     if complaint is not None:
         raise DescriptionError(f"{path}:{complaint}")
-    kept = values[:-1] if _is_whole_turn(values) else values
+    kept = values[:-1] if _spans_turn(values) else values
     angle_deg, error_arcsec, uncertainty_arcsec = zip(*kept, strict=True)
     return IndexTable(
         file=path.name, angle_deg=angle_deg, error_arcsec=error_arcsec, uncertainty_arcsec=uncertainty_arcsec
@@ -87,8 +87,8 @@ def _complaints(
             f"{lines[-1]}: angle_deg: got {angles[0]:g} to {angles[-1]:g}, allowed at most one turn: the axis has one "
             "error at each index, however often it goes round; list each index once"
         )
-    elif _is_whole_turn(values):
-        yield from _of_the_seam(lines[-1], values)
+    elif _spans_turn(values):
+        yield from _disagreeing_ends(lines[-1], values)
         return
     step_deg = max(after - before for before, after in pairwise(angles))
     goes_round = FULL_TURN_DEG - span_deg <= _LARGEST_STEP * step_deg
@@ -102,19 +102,19 @@ def _complaints(
         )
 
 
-def _is_whole_turn(values: list[tuple[float, float, float]]) -> bool:
+def _spans_turn(values: list[tuple[float, float, float]]) -> bool:
     """Tell whether the last row is the index of the first, a turn on."""
     return abs(values[-1][0] - values[0][0] - FULL_TURN_DEG) <= _SAME_INDEX_DEG
 
 
-def _of_the_seam(line: int, values: list[tuple[float, float, float]]) -> Iterable[str]:
+def _disagreeing_ends(line: int, values: list[tuple[float, float, float]]) -> Iterable[str]:
     """Yield what two rows say of one index where they disagree."""
-    first, last = values[0], values[-1]
+    start, end = values[0], values[-1]
     if len(values) < _FEWEST_OF_A_TURN:
-        yield f"{line}: angle_deg: got one index, at {first[0]:g} and {last[0]:g}, allowed 2 or more; list those between"
-    for column, of_first, of_last in zip(COLUMNS[1:], first[1:], last[1:], strict=True):
-        if of_first != of_last:
+        yield f"{line}: angle_deg: got one index, {start[0]:g} and {end[0]:g}, allowed 2 or more; list those between"
+    for column, at_start, at_end in zip(COLUMNS[1:], start[1:], end[1:], strict=True):
+        if at_start != at_end:
             yield (
-                f"{line}: {column}: got {of_last:g} at {last[0]:g} and {of_first:g} at {first[0]:g}, allowed the same: "
+                f"{line}: {column}: got {at_end:g} at {end[0]:g} and {at_start:g} at {start[0]:g}, allowed the same: "
                 "the two are one index; correct one, or remove the row"
             )

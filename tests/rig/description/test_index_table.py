@@ -24,7 +24,7 @@ FAULTS = [
     (HEADER + "-180,1,0.1\n0,1,0.1\n180,2,0.1\n", r"index.csv:4: error_arcsec: got 2 at 180 and 1 at -180, .* same"),
     (HEADER + "-180,1,0.1\n0,1,0.1\n180,1,0.2\n", r"index.csv:4: uncertainty_arcsec: got 0.2 at 180 and 0.1 at -180"),
     (HEADER + "-180,1,0.1\n0,1,0.1\n185,1,0.1\n", r"index.csv:4: .*-180 to 185, allowed at most one turn.*each index"),
-    (HEADER + "-180,1,0.1\n180,1,0.1\n", r"index.csv:3: .*got one index, at -180 and 180, .*list those between"),
+    (HEADER + "-180,1,0.1\n180,1,0.1\n", r"index.csv:3: .*got one index, -180 and 180, .*list those between"),
 ]
 
 
@@ -55,7 +55,7 @@ def test_both_ends_of_a_turn_are_one_index(tmp_path: Path) -> None:
 
 def test_what_is_asked_for_where_limits_exceed_a_turn_is_a_turn(tmp_path: Path) -> None:
     (tmp_path / "index.csv").write_text(HEADER + "-90,1,0.1\n0,1,0.1\n90,1,0.1\n")
-    with pytest.raises(DescriptionError, match=r"-90 to 90, needed are the whole turn .*; add the angles that are missi"):
+    with pytest.raises(DescriptionError, match=r"-90 to 90, needed are the whole turn .*; add the angles"):
         read_index_table(tmp_path / "index.csv", (-90.0, 180.0))
     with pytest.raises(DescriptionError) as refused:
         read_index_table(tmp_path / "index.csv", (-185.0, 185.0))
