@@ -2,8 +2,8 @@
 
 One row of one package of three axes tells that an axis is wrong and never which: with any one left out nothing is left
 to test. An axis can be named by a reading that stands at its offset or at a rail, by the others alone having no
-attitude that could give their outputs, or by many rows of different attitude, through which only the axis that is at
-fault can be followed with one gain and one offset of its own. Packages of more readings are tested by what is left of
+attitude that could give their outputs, or by many rows of different attitude (:mod:`ams.inference.faulty_axis`).
+Packages of more readings are tested by what is left of
 their residuals: degrees of freedom are the valid readings less the rank of the attitude's Jacobian; a reading is
 suspect where the rest agree without it. Arrays are channel-first.
 """
@@ -16,13 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.arrays import BoolArray, FloatArray, IntArray
-from ams.attitude.few_axes import pierce
 from ams.attitude.flag_codes import REDUNDANCY, SUSPECTS, Codes
-from ams.statistics.distributions import chi_square_upper_quantile, f_tail
+from ams.statistics.distributions import f_tail
 
 LEVEL: Final = 0.999
-_ROUNDS: Final = 20
-_CLEAR_OF_EDGE_SD: Final = 3.0
 _SMALLEST_SINGULAR: Final = 1e-6
 _OTHERS: Final = ((1, 2), (0, 2), (0, 1))
 
@@ -66,101 +63,6 @@ def name_suspects(codes: Codes, at_limit: BoolArray, possible: BoolArray) -> Cod
             named[alone & evidence[axis]] |= np.uint32(bit)
         disagree &= ~alone
     return named
-
-
-@dataclass(frozen=True)
-class FaultyAxis:
-    """Every axis of three in turn taken as the wrong one, with a gain and an offset of its own."""
-
-    named: int | None
-    """The axis at fault; None where the rows do not tell, or nothing is wrong."""
-    chi_square: FloatArray
-    """(3,) of what is left."""
-    dof: IntArray
-    """(3,)"""
-    relative_gain: FloatArray
-    """(3,) of that axis against its calibration: 1 right, 0 dead."""
-    offset_v: FloatArray
-    """(3,) beyond its calibration's."""
-
-
-def faulty_axis(
-    k_v_per_g: FloatArray, deviation_v: FloatArray, variance_v2: FloatArray, level: float = LEVEL
-) -> FaultyAxis:
-    """Return the axis that is wrong in (3, N) outputs less offsets, taken at different attitudes.
-
-    ``variance_v2`` is (3,) of an output, calibration and reading together. An axis is named where it alone explains all
-    rows at the level; an offset and a gain are taken to have stayed the same over the rows.
-    """
-    fits = [_followed(k_v_per_g, deviation_v, variance_v2, axis) for axis in range(3)]
-    chi_square = np.array([fit[0] for fit in fits])
-    dof = np.array([fit[1] for fit in fits])
-    explains = (dof > 0) & (chi_square <= chi_square_upper_quantile(1.0 - level, np.maximum(dof, 1)))
-    right = _all_agree(k_v_per_g, deviation_v, variance_v2, level)
-    named = int(np.argmax(explains)) if explains.sum() == 1 and bool(np.all(dof > 0)) and not right else None
-    return FaultyAxis(named, chi_square, dof, np.array([fit[2] for fit in fits]), np.array([fit[3] for fit in fits]))
-
-
-def _all_agree(k_v_per_g: FloatArray, deviation_v: FloatArray, variance_v2: FloatArray, level: float) -> bool:
-    inverse = np.linalg.inv(k_v_per_g)
-    sensed = inverse @ deviation_v
-    slopes = 2.0 * sensed.T @ inverse
-    excess = np.einsum("in,in->n", sensed, sensed) - 1.0
-    return bool(np.sum(excess**2 / (slopes**2 @ variance_v2)) <= chi_square_upper_quantile(1.0 - level, excess.size))
-
-
-def _followed(
-    k_v_per_g: FloatArray, deviation_v: FloatArray, variance_v2: FloatArray, axis: int
-) -> tuple[float, int, float, float]:
-    """Return chi-square, its degrees of freedom, gain and offset of one axis against what the two others say."""
-    others = list(_OTHERS[axis])
-    tested_k, pair, squares = k_v_per_g[axis], k_v_per_g[others], variance_v2[others]
-    pierced = pierce(pair, deviation_v[others], True, True)
-    normal = np.cross(pair[0], pair[1])
-    pseudo = np.linalg.pinv(pair)
-    nearest = pseudo @ deviation_v[others]
-    rest = 1.0 - np.einsum("in,in->n", nearest, nearest)
-    rest_sd = np.sqrt((2.0 * nearest.T @ pseudo) ** 2 @ squares)
-    impossible = np.minimum(rest + _CLEAR_OF_EDGE_SD * rest_sd, 0.0) / rest_sd
-    # Near the edge of the sphere the root of what rests has no slope, and its error no normal spread.
-    used = rest > 2.0 * _CLEAR_OF_EDGE_SD * rest_sd
-    if used.sum() < 3:
-        return float(impossible @ impossible), 0, np.nan, np.nan
-    step = (tested_k @ normal) / np.linalg.norm(normal) * np.sqrt(rest[used])
-    middle = tested_k @ nearest[:, used]
-    roots = np.stack([middle + step, middle - step])
-    variance = variance_v2[axis] + _prediction_variance(tested_k, pair, pierced.force[:, used], squares)
-    read = deviation_v[axis, used]
-    # From a right axis and from a dead one: which of two roots a reading is nearer to depends on where one starts.
-    best = min((_line(roots, read, variance, gain) for gain in (1.0, 0.0)), key=lambda fit: fit[0])
-    dof = int(used.sum()) - 2 + int(np.count_nonzero(impossible))
-    return best[0] + float(impossible @ impossible), dof, best[1], best[2]
-
-
-def _prediction_variance(tested_k: FloatArray, pair: FloatArray, force: FloatArray, squares: FloatArray) -> FloatArray:
-    """Return the (n,) variance of what two outputs predict of a third."""
-    determinant = np.cross(pair[0], pair[1]) @ force
-    by_first, by_second = (
-        tested_k @ np.cross(pair[1], force, axisb=0, axisc=0),
-        tested_k @ np.cross(force, pair[0], axisa=0, axisc=0),
-    )
-    return np.asarray((by_first**2 * squares[0] + by_second**2 * squares[1]) / determinant**2)
-
-
-def _line(roots: FloatArray, read: FloatArray, variance: FloatArray, gain: float) -> tuple[float, float, float]:
-    """Fit a weighted straight line to readings on the nearer of two predictions: chi-square, gain and offset."""
-    offset, weights = 0.0, 1.0 / variance
-    for _ in range(_ROUNDS):
-        nearer = np.argmin(np.abs(read - gain * roots - offset), axis=0)
-        predicted = np.take_along_axis(roots, nearer[None], axis=0)[0]
-        mean_p, mean_r = weights @ predicted / weights.sum(), weights @ read / weights.sum()
-        moment = weights @ (predicted - mean_p) ** 2
-        before = gain, offset
-        gain = float(weights @ ((predicted - mean_p) * (read - mean_r)) / moment) if moment > 0.0 else gain
-        offset = float(mean_r - gain * mean_p)
-        if (gain, offset) == before:
-            break
-    return float(weights @ (read - gain * predicted - offset) ** 2), gain, offset
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,8 @@ _QUADRATIC: Final[Mapping[str, Mapping[tuple[int, int, int], float]]] = dict(
     )
 )
 _AT_OFFSET_SD: Final = 5.0
+LARGEST_COMMON_GAIN: Final = 0.1
+"""By which supply, meter or gravity may scale all outputs: a row that is no more than that from one g names no axis."""
 _LINEAR: Final = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
@@ -95,9 +97,13 @@ def name_suspects_in(
     """Do the same for sensors by their numbers; ``sd_v`` is (3,) of an output."""
     rows = np.flatnonzero(codes & flag_codes.REDUNDANCY)
     if rows.size:
-        outputs = outputs_v[:, rows]
-        at_limit = at_offset_or_rail(outputs, offset_v, _AT_OFFSET_SD * sd_v)
-        possible = may_be_wrong(k_v_per_g, outputs - offset_v[:, None], sd_v)
+        deviation_v = outputs_v[:, rows] - offset_v[:, None]
+        length = np.linalg.norm(np.linalg.solve(k_v_per_g, deviation_v), axis=0)
+        is_beyond = np.abs(length - 1.0) > LARGEST_COMMON_GAIN
+        rows, deviation_v = rows[is_beyond], deviation_v[:, is_beyond]
+    if rows.size:
+        at_limit = at_offset_or_rail(deviation_v, np.zeros(3), _AT_OFFSET_SD * sd_v)
+        possible = may_be_wrong(k_v_per_g, deviation_v, sd_v)
         codes[rows] = name_suspects(codes[rows], at_limit, possible)
 
 

@@ -19,6 +19,7 @@ from ams.inference.alignment import load_alignment
 from ams.inference.angle_stream import AngleStream
 from ams.inference.inference import Package, inference
 from ams.inference.rates import GyroAngles
+from ams.inference.watched_axes import doubts_of, watched_axes
 from ams.inputs.hdf5_blocks import blocks_of
 from ams.whole_file import whole_file
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
@@ -175,7 +176,7 @@ def attitude(
         note(angles.consistency())
     for remark in remarks_on_rest(angles) if isinstance(angles, GyroAngles) else ():
         note(remark)
-    for doubt in watched.doubts() if isinstance(watched, WatchedOutputs) else ():
+    for doubt in watched.doubts() if isinstance(watched, WatchedOutputs) else doubts_of(angles):
         note(doubt)
 
 
@@ -252,7 +253,7 @@ def _angles_of(
     _refuse_idle_geometry(package, geometry)
     if not package.senses_rates:
         alone = inference(package, second, reading_sd_v, **geometry)
-        found = monitored(alone, package.model, settings, before.rate_hz, wiring)
+        found = monitored(watched_axes(alone), package.model, settings, before.rate_hz, wiring)
         if settings.gyro_set is None:
             before.refuse_idle_rate()
         return found

@@ -185,7 +185,9 @@ def package_of(
         columns[name] = column
     if wiring is not None:
         wiring.check(columns, unit, option)
-    return Package(coefficients, columns, gravity_mps2)
+    # Flags name axes in the set's order, in whatever order the options did.
+    ordered = {axis: columns[axis] for axis in coefficients.axes if axis in columns}
+    return Package(coefficients, ordered, gravity_mps2)
 
 
 def _earth_rate(settings: OfGyros) -> EarthRate | None:

@@ -8,7 +8,6 @@ from ams.attitude.redundancy import (
     at_offset_or_rail,
     disagreement,
     explaining,
-    faulty_axis,
     may_be_wrong,
     name_suspects,
 )
@@ -19,47 +18,6 @@ DEG = np.pi / 180
 K = np.array([[2.5, 0.01, -0.02], [0.02, -2.4, 0.03], [0.01, -0.02, 2.6]])
 OFFSET_V = np.array([0.01, -0.02, 0.03])
 SD_V = np.full(3, 1e-4)
-
-
-def rows(rng, count):
-    pitch, roll = rng.uniform(-50, 50, count) * DEG, rng.uniform(15, 75, count) * rng.choice([-1, 1], count) * DEG
-    return K @ specific_force(pitch, roll).T + rng.normal(0, 1e-4, (3, count))
-
-
-FAULTS = {
-    "dead": lambda own: 0.0 * own,
-    "clipped gain": lambda own: 0.985 * own,
-    "offset": lambda own: own + 0.02,
-    "inverted": lambda own: -own + 0.01,
-}
-
-
-@pytest.mark.parametrize("axis", [0, 1, 2])
-@pytest.mark.parametrize("fault", FAULTS)
-def test_rows_of_different_attitude_name_the_axis(axis: int, fault: str) -> None:
-    deviation = rows(np.random.default_rng(1), 60)
-    deviation[axis] = FAULTS[fault](deviation[axis])
-    found = faulty_axis(K, deviation, SD_V**2)
-    # That an axis is inverted about its offset no attitude of a square package can tell from a mirrored attitude.
-    if fault != "inverted":
-        assert found.named == axis
-        expected = FAULTS[fault](np.array([0.0, 1.0]))
-        assert found.relative_gain[axis] == pytest.approx(expected[1] - expected[0], abs=2e-3)
-        assert found.offset_v[axis] == pytest.approx(expected[0], abs=2e-3)
-    else:
-        assert found.named in (axis, None)
-
-
-def test_axes_that_are_right_are_not_named() -> None:
-    named = [faulty_axis(K, rows(np.random.default_rng(seed), 40), SD_V**2).named for seed in range(300)]
-    assert sum(name is not None for name in named) <= 1
-
-
-def test_one_attitude_names_no_axis() -> None:
-    rng = np.random.default_rng(2)
-    deviation = K @ np.repeat(specific_force(np.array([0.3]), np.array([0.5])).T, 40, axis=1)
-    deviation[1] *= 0.9
-    assert faulty_axis(K, deviation + rng.normal(0, 1e-4, deviation.shape), SD_V**2).named is None
 
 
 def test_a_line_unplugged_in_a_row_is_named_by_its_offset() -> None:

@@ -10,9 +10,11 @@ from ams.attitude import flag_codes
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
+from ams.inference.faulty_axis import Cause
 from ams.inference.inference import Inference, Package, inference
 from ams.inference.lines import SensorLine
 from ams.inference.packages import angles_from_sting
+from ams.inference.watched_axes import WatchedAxes, doubts_of
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -127,6 +129,25 @@ def test_two_packages_that_disagree_are_flagged_with_what_may_be_wrong_and_good_
         text = "x" if axis == "x" else "y or z"
         assert all(flag.startswith("redundancy: ") for flag in flags), name
         assert np.mean([flag == f"redundancy: suspect {text} of the {package} package" for flag in flags]) > 0.95, name
+
+
+@pytest.mark.parametrize(("name", "package", "axis"), [("sting_x_v", 0, 0), ("model_y_v", 1, 1), ("model_z_v", 1, 2)])
+def test_rows_of_many_attitudes_part_what_one_row_of_two_packages_does_not(name: str, package: int, axis: int) -> None:
+    chance = np.random.default_rng(8)
+    eulers = [tuple(chance.uniform((-30.0, -20.0, -90.0), (30.0, 20.0, 90.0)).tolist()) for _ in range(80)]
+    readings = {n: v + 1e-4 * chance.normal(size=v.size) for n, v in cr_readings(eulers).items()}
+    readings[name] = readings[name] + 3e-3
+    watched = WatchedAxes(pair(1e-4))
+    flags = [flag for flag in watched.answer(readings).flags if "redundancy" in flag]
+    watched.finish()
+    causes = [judgement.cause for *_, judgement in watched.judgements()]
+    assert watched.judgements()[package][2].axis == axis
+    assert causes[1 - package] is Cause.NOTHING
+    said = f"redundancy: suspect {'xyz'[axis]} of the {('sting', 'model')[package]} package"
+    assert len(flags) > 40
+    assert all(said in flag for flag in flags)
+    (text,) = doubts_of(watched)
+    assert f"{('sting', 'model')[package]} package: 80 rows" in text
 
 
 def test_a_sting_package_that_disagrees_is_flagged_and_no_axis_named() -> None:

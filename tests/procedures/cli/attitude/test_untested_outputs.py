@@ -125,3 +125,31 @@ def _told_of_gyros(tmp_path: Path, capsys: pytest.CaptureFixture[str], swing_dps
     data.write_text("x_v,y_v,z_v\n" + "\n".join(rows) + "\n")
     given = ("--rate-hz", "100", "--reading-sd-v", "1e-6", *options)
     return call(capsys, "attitude", stored, data, *given, "--out", tmp_path / "a.csv").err
+
+
+@pytest.mark.parametrize("order", ["xyz", "zxy"])
+def test_the_axis_at_fault_is_named_after_the_last_row_and_in_every_flag(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], order: str
+) -> None:
+    said = _told(tmp_path, capsys, order, lambda axis, value: 0.0 if axis == "x" else value, "--reading-sd-v", "1e-5")
+    assert "x is the faulty axis: it stands at 0 V while the others move" in said
+    flags = {line.rpartition(",")[2] for line in (tmp_path / "a.csv").read_text().splitlines()[1:]}
+    assert {flag.rpartition("redundancy: ")[2] for flag in flags if flag} == {"suspect x"}
+
+
+def test_outputs_that_are_all_high_accuse_no_axis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = _told(tmp_path, capsys, "xyz", lambda _, value: 1.02 * value, "--reading-sd-v", "1e-5")
+    assert "all outputs are wrong alike" in said
+    assert "1.02 ± " in said
+    assert "suspect" not in said + (tmp_path / "a.csv").read_text()
+
+
+def test_rows_that_agree_say_nothing_of_axes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "faulty" not in _told(tmp_path, capsys, "xyz", lambda _, value: value, "--reading-sd-v", "1e-5")
+
+
+def test_two_axes_at_fault_are_told_as_what_cannot_be_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    said = _told(
+        tmp_path, capsys, "xyz", lambda axis, value: 0.1 if axis == "x" else 1.1 * value, "--reading-sd-v", "1e-5"
+    )
+    assert "cannot be named" in said
