@@ -158,8 +158,8 @@ class Believed:
 def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis:
     """Return the diagnosis of one output; ``index`` is its own among those of the group."""
     limit, family, steps = circumstances.limit_of(index), circumstances.family, circumstances.steps_of(index)
-    if steps.since:
-        seen = seen.without(step_columns(seen.evidence, seen.index, steps.since), circumstances)
+    if steps.during:
+        seen = seen.without(step_columns(seen.evidence, seen.index, steps.during), circumstances)
     made = {test.name: test for test in steps.tests}
     tests = seen.tested(made, limit, family)
     wrong, convicted = _convicted(seen.evidence, seen.index, tests), None

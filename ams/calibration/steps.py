@@ -1,9 +1,10 @@
-"""Whether something changed in the middle of a run and stayed, and whose doing it is.
+"""Whether something changed in the middle of a run, for good or for a while, and whose doing it is.
 
 All outputs of a package that were seen at the same rows are looked at together: the likeliest slip of the table over
-all of them, and the likeliest step of each by itself. What is plain enough to be convicted is named by the diagnosis
-that the engine makes of two visits (:mod:`ams.surveillance.common_mode`), every attitude that was measured before and
-after the change being visited twice; it is then taken out, and the search goes on.
+all of them, and the likeliest step of each by itself; each as one that stayed, and as one that came back. What is plain
+enough to be convicted is named by the diagnosis that the engine makes of two visits
+(:mod:`ams.surveillance.common_mode`), every attitude that was measured in it and outside being visited twice; it is
+then taken out, and the search goes on.
 
 A drift has a likeliest step, too. A change is told as one only where nothing else that the same pattern does, from
 one part of a replication to the next, is of any size beside it, and where neither the recorded temperature nor, of two
@@ -23,16 +24,19 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.step_scan import (
     Change,
     Course,
+    Scan,
     Watched,
-    changes_of_output,
-    changes_of_table,
+    changes_of,
     force_along,
+    located,
+    scans_of_output,
+    scans_of_table,
     slip_pattern,
 )
 from ams.analysis.diagnostics.temperature import explained, varies
-from ams.analysis.diagnostics.time_order import parts_of_replications, time_order
-from ams.analysis.diagnostics.wording import dwell_words
+from ams.analysis.diagnostics.time_order import courses_of_drift, parts_of_replications, time_order
 from ams.arrays import BoolArray, FloatArray
+from ams.calibration import step_words
 from ams.findings import Finding, FindingKind
 from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
@@ -45,22 +49,23 @@ _MOST: Final = 4
 """Changes looked for."""
 _PARTS: Final = 4
 """Of a replication, each with a level of its own in what a change is held against."""
-_FREE_OF_STEP: Final = 2
-"""Numbers: when, and how far."""
 _PER_NUMBER: Final = 4.0
 """Of what a course explains, in variances of a dwell, for every number that it has to choose: the rest says which is
 likelier. By Akaike (1974) 2, by Schwarz (1978) 7 for a thousand dwells."""
-_FADING: Final = (0.03, 0.1, 0.25)
-"""Of the run: time constants of a sensor that settles after it was switched on."""
 _FEW_REPLICATIONS: Final = 3
+_FEW_OF_RETURN: Final = 5
+"""Of so many, whose offsets are each what they are by chance, one stands by itself often enough."""
 _CONTRADICTED: Final = 0.01
 _LARGEST_REST: Final = 0.1
 """Of what a change explains: where the same pattern does more than this elsewhere, it is a drift."""
 _KEPT: Final = 0.5
 """Of what a change explains: beside the recorded temperature, or a level of each of few replications."""
 _LINEAR: Final = 4
-_TRIED: Final = 2.0
-"""Patterns for the table, and for each output."""
+_TRIED: Final = 4.0
+"""Changes for the table, and for each output: of two patterns, one that stayed and one that came back."""
+_RETURNED: Final = 16.0
+"""In variances of a dwell: what a return has to explain beyond a change that stayed; the likeliest of all places does
+less by chance."""
 _CLIPPED: Final = 5.0
 _STRUCK: Final = 36.0
 """In squares of a standard deviation."""
@@ -78,15 +83,17 @@ class StepsOfOutput:
     """Names of the tests that are told; a change that is plain and no single step is not."""
     findings: tuple[Finding, ...] = ()
     """Significant, of what is told."""
-    since: tuple[BoolArray, ...] = ()
-    """(N,) rows after each change that is told of any output of the package."""
+    during: tuple[BoolArray, ...] = ()
+    """(N,) rows in each change that is told of any output of the package."""
 
 
 NO_STEPS: Final = StepsOfOutput()
 
 
 def judge_steps(seen: Sequence[tuple[Evidence, int]], family: int) -> list[StepsOfOutput]:
-    """Return what changed for good between two dwells, by the outputs of a package seen at the same rows.
+    """Return what changed between two dwells, for good or for a while, by the outputs of a package.
+
+    They were seen at the same rows.
 
     ``family``: axes of the run.
     """
@@ -140,8 +147,8 @@ def _tests(index: int, changes: Sequence[Change], sharing: int) -> Iterator[Beli
             yield BeliefTest(name, kind, min(1.0, *chances), axes=axes)
 
 
-def step_columns(evidence: Evidence, output: int, since: Sequence[BoolArray]) -> FloatArray:
-    """Return (N, c) what changes do to the rows after each: of offset and sensitivities, a turn of the package included
+def step_columns(evidence: Evidence, output: int, during: Sequence[BoolArray]) -> FloatArray:
+    """Return (N, c) what changes do to the rows in each: of offset and sensitivities, a turn of the package included
     in these, and of the table's pitch axis and base, which turn the package by its roll.
     """
     linear, base = evidence.basis[evidence.layout.point, :_LINEAR], linear_base(evidence.models[output])
@@ -149,14 +156,14 @@ def step_columns(evidence: Evidence, output: int, since: Sequence[BoolArray]) ->
         _, by_pitch, by_base, *_ = force_changes(evidence.rows.pitch_rad, evidence.rows.roll_rad)
         k = evidence.primary[output][1:_LINEAR]
         linear = np.column_stack([linear, by_pitch @ k, by_base @ k])
-    return np.hstack([np.where(after[:, None], linear, 0.0) for after in since])
+    return np.hstack([np.where(changed[:, None], linear, 0.0) for changed in during])
 
 
 @dataclass(frozen=True)
 class _Search:
     seen: tuple[tuple[Evidence, int], ...]
     taken: tuple[BoolArray, ...] = ()
-    """Rows after the changes that are told already."""
+    """Rows in the changes that are told already."""
     is_clipped: bool = False
     """Whether single dwells that stand out are drawn in, so that no change is made of one that is wrong."""
 
@@ -197,9 +204,13 @@ class _Search:
         return tuple(index for index, watched in enumerate(self.watched) if watched.k is not None)
 
     @cached_property
+    def scans(self) -> list[Scan]:
+        by_output = [scans_of_output(self.course, watched, index) for index, watched in enumerate(self.watched)]
+        return [*scans_of_table(self.course, self.watched), *(scan for each in by_output for scan in each)]
+
+    @cached_property
     def changes(self) -> list[Change]:
-        by_output = [changes_of_output(self.course, watched, index) for index, watched in enumerate(self.watched)]
-        return [*changes_of_table(self.course, self.watched), *(change for each in by_output for change in each)]
+        return changes_of(self.scans)
 
     def share(self, change: Change) -> int:
         return len(self.on_table) if change.output is None else 1
@@ -211,12 +222,28 @@ class _Search:
         """
         plain = [change for change in self.changes if _TRIED * change.p_value <= level * self.share(change)]
         if self.is_clipped or not (plain or self.is_struck):
-            return (max(plain, key=lambda change: change.square), self) if plain else None
+            return (self._likeliest(plain), self) if plain else None
         clipped = replace(self, is_clipped=True).plainest(level)
         if clipped is None or not plain:
             return clipped
         same = [change for change in plain if change.output == clipped[0].output]
-        return max(same or plain, key=lambda change: change.square), self
+        return self._likeliest(same or plain), self
+
+    def _likeliest(self, plain: Sequence[Change]) -> Change:
+        """Return the change that explains most; one that came back has to explain plainly more than one that stayed."""
+        stayed, returned = (
+            max((change for change in plain if (change.end is None) is is_for_good), key=_square, default=None)
+            for is_for_good in (True, False)
+        )
+        if returned is None or stayed is None:
+            best = returned or stayed
+            assert best is not None
+        else:
+            dof = self.course.dof * self.share(returned)
+            variance = max(1.0 - returned.square / dof, _NOTHING)
+            best = returned if returned.square - stayed.square > _RETURNED * variance else stayed
+        scan = next(scan for scan in self.scans if (scan.what, scan.output) == (best.what, best.output))
+        return located(scan, best)
 
     @property
     def is_struck(self) -> bool:
@@ -226,23 +253,24 @@ class _Search:
         )
 
     def without(self, change: Change) -> "_Search":
-        return replace(self, taken=(*self.taken, self.course.since(change.index)))
+        return replace(self, taken=(*self.taken, self.course.during(change)))
 
     def is_step(self, change: Change) -> bool:
         """Return whether a change is one, and not the likeliest step of a drift or of the temperature."""
+        is_of_output = change.output is not None
         outputs = self.on_table if change.output is None else (change.output,)
         pattern = np.concatenate([self._pattern(change, index) for index in outputs])
         y = np.concatenate([self.watched[index].departures / self._sd(index) for index in outputs])
         evidence, layout = self.evidence, self.evidence.layout
-        step = self._left(pattern, self.course.since(change.index)[:, None])
+        step = self._left(pattern, self.course.during(change)[:, None])
         parts = parts_of_replications(evidence, _PARTS)
         levels = self._left(pattern, parts[:, None] == np.arange(parts.max() + 1))
         together, rank = explained(np.hstack([step, levels]), y)
         dof, by_parts = len(outputs) * self.course.dof - rank, rank - 1
         variance = max(float(y @ y) - together, _NOTHING * float(y @ y)) / dof
         by_step = explained(step, y)[0]
-        likelier = by_step - _PER_NUMBER * _FREE_OF_STEP * variance
-        drifts = ((self._left(pattern, columns), free) for columns, free in self._drifts())
+        likelier = by_step - _PER_NUMBER * change.numbers * variance
+        drifts = ((self._left(pattern, columns), free) for columns, free in self._drifts(change))
         if any(explained(columns, y)[0] - _PER_NUMBER * free * variance > likelier for columns, free in drifts):
             return False
         rest = (together - by_step) / variance
@@ -250,7 +278,7 @@ class _Search:
         if is_large and float(f_tail(rest / by_parts, float(by_parts), float(dof))) < _CONTRADICTED:
             return False
         others = []
-        if layout.replications <= _FEW_REPLICATIONS:
+        if layout.replications <= (_FEW_OF_RETURN if is_of_output and change.end else _FEW_REPLICATIONS):
             others.append(self._left(pattern, self._by_replication))
         if varies(evidence) and evidence.rows.temperature_degc is not None:
             warmth = evidence.rows.temperature_degc - evidence.rows.temperature_degc.mean()
@@ -262,15 +290,12 @@ class _Search:
         kept = explained(np.hstack([step, beside]), y)[0] - explained(beside, y)[0]
         return kept >= _KEPT * by_step
 
-    def _drifts(self) -> Iterator[tuple[FloatArray | BoolArray, int]]:
-        """Yield (N, c) courses of a drift, and how many numbers each has to choose: what a step is held against."""
-        order = self.course.time_order
-        passed = np.empty(order.size)
-        passed[order] = np.linspace(0.0, 1.0, order.size)
-        yield np.stack([passed], axis=1), 1
-        yield np.stack([passed, passed**2], axis=1), 2
-        yield from ((np.exp(-passed / part)[:, None], _FREE_OF_STEP) for part in _FADING)
-        yield self._by_replication, self.evidence.layout.replications - 1
+    def _drifts(self, change: Change) -> Iterator[tuple[FloatArray | BoolArray, int]]:
+        """Yield (N, c) courses of a drift, and how many numbers each has to choose: what a change is held against."""
+        yield from courses_of_drift(self.course.time_order)
+        if change.end is None or change.output is not None:
+            # A table that stands differently in every replication is off by itself as well.
+            yield self._by_replication, self.evidence.layout.replications - 1
 
     @property
     def _by_replication(self) -> BoolArray:
@@ -297,18 +322,10 @@ class _Search:
         return np.concatenate([self.evidence.by_point(column[:, None] * columns) for column in by_output])
 
     def finding(self, change: Change) -> Iterator[tuple[Finding, int | None]]:
-        """Yield what the diagnosis of two visits makes of the rows before and after a change."""
-        evidence, where = self.evidence, self.course.time_order[change.index - 1 : change.index + 1]
-        after = self.course.since(change.index)
-        before, first = (dwell_words(evidence.rows, int(row)) for row in where)
-        between = f"between {before} and {first}"
-        step = evidence.rows.step
-        steps = () if step is None else tuple(sorted(int(step_number) for step_number in step[after]))
-        again = f"measure them again (calrig void --from {min(steps)})" if steps else "measure them again"
-        doubt = (
-            f"; {int(after.sum())} of {after.size} dwells were measured since, and the result is a mixture of both: "
-            f"{again}, or solve those of one side"
-        )
+        """Yield what the diagnosis of two visits makes of the rows in a change and outside."""
+        course, rows = self.course, self.evidence.rows
+        between, steps = step_words.when(change, course, rows), step_words.doubted_steps(change, course, rows)
+        doubt = step_words.doubt(change, course, rows)
         findings = self._diagnosed(change, between, steps) if change.output in (None, *self.on_table) else ()
         findings = findings or (self._undiagnosed(change, between, steps),)
         for finding in findings:
@@ -327,7 +344,7 @@ class _Search:
 
     def _diagnosed(self, change: Change, between: str, steps: tuple[int, ...]) -> tuple[Finding, ...]:
         evidence, layout = self.evidence, self.evidence.layout
-        after = self.course.since(change.index)
+        inside = self.course.during(change)
         variances = [self.without(change).watched[index].variance for index in self.on_table]
         pitch, roll = angles_of_points(evidence.rows, layout)
         axes = [self.seen[index][0].models[self.seen[index][1]].nominal_axis for index in self.on_table]
@@ -340,11 +357,11 @@ class _Search:
         reading = np.stack(
             [evidence.fitted[:, at] for evidence, at in (self.seen[index] for index in self.on_table)], axis=1
         )
-        later, earlier = (layout.sum_by_point(np.where(kept, 1.0, 0.0)) for kept in (after, ~after))
+        later, earlier = (layout.sum_by_point(np.where(kept, 1.0, 0.0)) for kept in (inside, ~inside))
         with np.errstate(invalid="ignore", divide="ignore"):
             changed = (
-                layout.sum_by_point(np.where(after[:, None], left, 0.0)) / later[:, None]
-                - layout.sum_by_point(np.where(after[:, None], 0.0, left)) / earlier[:, None]
+                layout.sum_by_point(np.where(inside[:, None], left, 0.0)) / later[:, None]
+                - layout.sum_by_point(np.where(inside[:, None], 0.0, left)) / earlier[:, None]
             )
             variance = np.outer(1.0 / later + 1.0 / earlier, variances)
         visits = Visits(pitch, roll, changed, layout.mean_by_point(reading), variance, float(self.course.dof))
@@ -368,3 +385,7 @@ def with_steps(tests: AxisTests, steps: StepsOfOutput) -> AxisTests:
         if name in (SLIP, STEP) and name not in steps.named
     }
     return replace(tests, tests={**tests.tests, **explained}, is_significant=flags)
+
+
+def _square(change: Change) -> float:
+    return change.square

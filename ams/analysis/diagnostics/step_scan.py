@@ -1,4 +1,4 @@
-"""Whether something changed once, between two dwells, and stayed: a slip of the table, or a step of one output.
+"""Whether something changed between two dwells, and stayed or came back: the table, or one output.
 
 Every place in the order of time is tried. Of a change before place c an output shows p·1(at c or later), p being what
 it takes of the change at each row: its slopes by the table's axes where these slip, one where its offset steps, the
@@ -8,14 +8,27 @@ that column is what differs from replication to replication.
 A slip of the table is the same angle for all outputs of a package, and is tried over all of them together. The p-value
 of the largest of all places is bounded by what the unit vectors of the columns travel on their sphere (Hotelling 1939,
 Knowles and Siegmund 1989): P(max|t| > u) ≤ P(|t| > u) + L/π·(1 − w²)^(ν/2 − 1), w² = u²/(u² + ν − 1).
+
+What came back is looked for between the places of a coarse grid, of which every replication has as many, so that a
+replication by itself is one of them; that of the largest of all pairs is at most their number times P(|t| > u).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Literal
 
 import numpy as np
 
+from ams.analysis.diagnostics.step_paths import (
+    NOTHING,
+    Intervals,
+    Paths,
+    intervals_of,
+    least_aside,
+    paths_of,
+    travelled,
+)
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.remembered import remembered
@@ -24,27 +37,12 @@ from ams.statistics.distributions import f_tail
 What = Literal["roll", "pitch", "offset", "sensitivity"]
 LEAST_DOF: Final = 40
 """Of what differs from replication to replication: with fewer every place is its own explanation."""
-_LEAST_ASIDE: Final = 8
-_LEAST_SHARE: Final = 0.03
-"""Of the dwells on either side of a change: fewer are single dwells that are wrong."""
-_NOTHING: Final = 1e-9
+_SEEN: Final = 12.0
+"""In variances of a dwell: of two or three hundred intervals the likeliest explains as much by chance."""
+_ROUNDS: Final = 2
 _LARGEST: Final = 1.0 - 1e-12
 _WORTH_IT: Final = 0.2
 """Of a p-value: where it is larger, the weights of the outputs make no matter of how far the columns travel."""
-
-
-@dataclass(frozen=True)
-class Paths:
-    """What is left of products of patterns when a change comes before each place, for q pairs of patterns."""
-
-    squares: FloatArray
-    """(C, q) inner products of both patterns from the place on, of the places with dwells enough on either side."""
-    overlaps: FloatArray
-    """(C − 1, q) the same of a place and the one after it."""
-    first: int
-    """Of the places."""
-    travelled: float
-    """By the unit vectors of each pattern with itself, all of the same weight."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +72,13 @@ class Change:
     """Over all places."""
     square: float
     """Of the departures in units of their variance, explained."""
+    end: int | None = None
+    """In the order of time: the first dwell after it came back; None where it stayed."""
+
+    @property
+    def numbers(self) -> int:
+        """Return how many it has to choose: when, until when, and how far."""
+        return 2 if self.end is None else 3
 
 
 @dataclass(frozen=True)
@@ -91,24 +96,78 @@ class Course:
 
     @property
     def is_judged(self) -> bool:
-        return self.dof >= LEAST_DOF and self.point.size > 2 * _LEAST_ASIDE
+        return self.dof >= LEAST_DOF and self.point.size > 2 * least_aside(self.point.size)
 
     def in_time(self, values: FloatArray) -> FloatArray:
         """Return (N,) values of the rows in the order of time."""
         return values if _is_in_order(self.time_order) else values[self.time_order]
 
-    def since(self, index: int) -> BoolArray:
-        """Return (N,) the rows at a place or later."""
+    def during(self, change: Change) -> BoolArray:
+        """Return (N,) the rows that a change is in."""
         found = np.zeros(self.point.size, dtype=bool)
-        found[self.time_order[index:]] = True
+        found[self.time_order[change.index : change.end]] = True
         return found
 
 
-def changes_of_table(course: Course, outputs: Sequence[Watched]) -> list[Change]:
-    """Return the likeliest slip about roll and about pitch that all outputs of a package show together."""
+@dataclass(frozen=True)
+class Scan:
+    """What all places of one pattern are looked at with."""
+
+    what: What
+    output: int | None
+    course: Course
+    pattern: FloatArray
+    """(N,) or (N, 3)"""
+    pairs: tuple[tuple[int, int], ...]
+    """Of the columns of the pattern, that are weighed."""
+    weights: FloatArray | None
+    """(q,) of the pairs; None where there is one."""
+    along: FloatArray
+    """(N,) what each dwell adds, in the order of time."""
+    squares: float
+    """Of the departures."""
+    dof: int
+    variance: float = 1.0
+    """That squares are told in."""
+
+    @cached_property
+    def since(self) -> FloatArray:
+        """(N + 1,) sums from every place on."""
+        # A change lasts to the end: each place has one dwell more than the one after it, so all places cost one sum.
+        return np.append(np.cumsum(self.along[::-1])[::-1], 0.0)
+
+    @property
+    def paths(self) -> Paths:
+        """Return the products for every place."""
+        return paths_of(self.course.point, self.course.time_order, self.pattern, self.pairs)
+
+    @property
+    def intervals(self) -> Intervals:
+        """Return the products for every pair of places of a coarse grid."""
+        return intervals_of(self.course.point, self.course.time_order, self.pattern, self.pairs)
+
+    def weighed(self, products: FloatArray) -> FloatArray:
+        """Return (…,) inner products of pairs of patterns (…, q), all together."""
+        return products[:, 0] if self.weights is None else products @ self.weights
+
+    def share(self, explained: float) -> float:
+        """Return the share of the squares that is explained."""
+        return min(explained / self.squares, _LARGEST) if self.squares > 0.0 else 0.0
+
+    def beyond(self, share: float) -> float:
+        """Return the chance that one place explains more."""
+        return float(f_tail(share * (self.dof - 1) / (1.0 - share), 1.0, float(self.dof - 1)))
+
+    def change(self, index: int, p_value: float, explained: float, end: int | None = None) -> Change:
+        """Return what was found."""
+        return Change(self.what, self.output, index, min(1.0, p_value), explained / self.variance, end)
+
+
+def scans_of_table(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]:
+    """Yield the scans for a slip about roll and about pitch that all outputs of a package show together."""
     seen = [output for output in outputs if output.k is not None]
     if not course.is_judged or not seen:
-        return []
+        return
     k, variance = (
         np.stack([output.k for output in seen if output.k is not None]),
         np.array([output.variance for output in seen]),
@@ -116,72 +175,101 @@ def changes_of_table(course: Course, outputs: Sequence[Watched]) -> list[Change]
     field = np.stack([output.departures for output in seen], axis=1) @ (k / variance[:, None])
     weights = k.T @ (k / variance[:, None])
     squares = sum(float(output.departures @ output.departures) / output.variance for output in seen)
-    found = []
     slips: tuple[What, ...] = ("roll", "pitch")
     for what in slips:
-        pattern = slip_pattern(what, course.pitch_rad, course.roll_rad)
-        paths = _paths(course.point, course.time_order, pattern, _SLIPS[what])
-        along = np.einsum("nj,nj->n", pattern, field)
-        twice = np.array([weights[a, b] * (1.0 if a == b else 2.0) for a, b in _SLIPS[what]])
-        found.append(_largest(what, None, course.in_time(along), paths, twice, squares, len(seen) * course.dof))
-    return found
+        pattern, pairs = slip_pattern(what, course.pitch_rad, course.roll_rad), _SLIPS[what]
+        along = course.in_time(np.einsum("nj,nj->n", pattern, field))
+        twice = np.array([weights[a, b] * (1.0 if a == b else 2.0) for a, b in pairs])
+        yield Scan(what, None, course, pattern, pairs, twice, along, squares, len(seen) * course.dof)
 
 
-def changes_of_output(course: Course, watched: Watched, output: int) -> list[Change]:
-    """Return the likeliest step of one output's offset, and of its sensitivity."""
+def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[Scan]:
+    """Yield the scans for a step of one output's offset, and of its sensitivity."""
     if not course.is_judged:
-        return []
+        return
     squares, departures = float(watched.departures @ watched.departures), course.in_time(watched.departures)
-    found = []
     patterns: tuple[tuple[What, FloatArray], ...] = (
         ("offset", _ones(course.point.size)),
         ("sensitivity", watched.sensed),
     )
     for what, pattern in patterns:
-        paths = _paths(course.point, course.time_order, pattern, _ALONE)
-        if paths.squares.max(initial=0.0) > _NOTHING * pattern.size:
-            along = departures if what == "offset" else departures * course.in_time(pattern)
-            change = _largest(what, output, along, paths, None, squares, course.dof)
-            found.append(replace(change, square=change.square / watched.variance))
-    return found
+        along = departures if what == "offset" else departures * course.in_time(pattern)
+        scan = Scan(what, output, course, pattern, _ALONE, None, along, squares, course.dof, watched.variance)
+        if scan.paths.squares.max(initial=0.0) > NOTHING * pattern.size:
+            yield scan
 
 
-def _largest(
-    what: What,
-    output: int | None,
-    along: FloatArray,
-    paths: Paths,
-    weights: FloatArray | None,
-    squares: float,
-    dof: int,
-) -> Change:
-    """Return the place at which a change explains most of ``squares``, with the chance of that over all places.
+def changes_of(scans: Iterable[Scan]) -> list[Change]:
+    """Return the likeliest changes of each pattern: one that stayed, and one that came back if there is one to see."""
+    return [change for scan in scans for change in (_largest(scan), _came_back(scan)) if change is not None]
 
-    ``along``: what each dwell adds, in the order of time.
-    """
-    # A change lasts to the end: each place has one dwell more than the one after it, so all places cost one sum.
-    after = np.cumsum(along[: paths.first - 1 : -1])[::-1][: paths.squares.shape[0]]
-    size = paths.squares[:, 0] if weights is None else paths.squares @ weights
-    least = _NOTHING * float(size.max())
-    explained = np.where(size > least, after * after / np.maximum(size, least), 0.0)
+
+def _largest(scan: Scan) -> Change:
+    """Return the place at which a change explains most, with the chance of that over all places."""
+    paths = scan.paths
+    size = scan.weighed(paths.squares)
+    explained = _explained(scan.since[paths.first : paths.first + size.size], size)
     index = int(np.argmax(explained))
-    share = min(float(explained[index]) / squares, _LARGEST) if squares > 0.0 else 0.0
-    p_value = 1.0
+    share, p_value = scan.share(float(explained[index])), 1.0
     if share > 0.0:
-        beyond = float(f_tail(share * (dof - 1) / (1.0 - share), 1.0, float(dof - 1)))
-        crossing = (1.0 - share) ** (0.5 * dof - 1.0) / np.pi
+        beyond = scan.beyond(share)
+        crossing = (1.0 - share) ** (0.5 * scan.dof - 1.0) / np.pi
         p_value = beyond + paths.travelled * crossing
         # The way of one pattern with itself is kept with the design; that under the outputs' weights is not.
-        if weights is not None and p_value < _WORTH_IT:
-            p_value = beyond + _travelled(size, paths.overlaps @ weights) * crossing
-    return Change(what, output, index + paths.first, min(1.0, p_value), float(explained[index]))
+        if scan.weights is not None and p_value < _WORTH_IT:
+            p_value = beyond + travelled(size, paths.overlaps @ scan.weights) * crossing
+    return scan.change(index + paths.first, p_value, float(explained[index]))
 
 
-def _travelled(squares: FloatArray, overlaps: FloatArray) -> float:
-    """Return the angle that the unit vectors of the columns travel from place to place."""
-    length = np.sqrt((squares[1:] * squares[:-1]).clip(min=0.0))
-    is_there = length > _NOTHING * squares.max(initial=0.0)
-    return float(np.arccos(np.clip(overlaps[is_there] / length[is_there], -1.0, 1.0)).sum())
+def _came_back(scan: Scan) -> Change | None:
+    """Return the pair of places between which a change explains most; None where that is what chance does."""
+    intervals = scan.intervals
+    if intervals.begin.size == 0:
+        return None
+    explained = _explained(scan.since[intervals.begin] - scan.since[intervals.end], scan.weighed(intervals.squares))
+    index = int(np.argmax(explained))
+    share = scan.share(float(explained[index]))
+    if share * scan.dof < _SEEN:
+        return None
+    p_value = intervals.begin.size * scan.beyond(share)
+    return scan.change(int(intervals.begin[index]), p_value, float(explained[index]), int(intervals.end[index]))
+
+
+def located(scan: Scan, change: Change) -> Change:
+    """Return a change that came back between the likeliest of all dwells: the coarse grid is where it is looked for."""
+    begin, end = change.index, change.end
+    if end is None:
+        return change
+    paths, rows = scan.paths, scan.along.size
+    size, aside, explained = scan.weighed(paths.squares), least_aside(rows), change.square * scan.variance
+    for _ in range(_ROUNDS):
+        for is_begin in (True, False):
+            fixed = end if is_begin else begin
+            dwells = np.arange(paths.first, fixed - aside + 1 if is_begin else paths.first + size.size)
+            dwells = dwells if is_begin else dwells[dwells >= fixed + aside]
+            lengths = size[dwells - paths.first] + size[fixed - paths.first] - 2.0 * _overlap(scan, fixed)[dwells]
+            found = _explained(scan.since[dwells] - scan.since[fixed], lengths)
+            best = int(np.argmax(found))
+            begin, end = (int(dwells[best]), fixed) if is_begin else (fixed, int(dwells[best]))
+            explained = float(found[best])
+    return scan.change(begin, change.p_value, explained, end)
+
+
+def _overlap(scan: Scan, index: int) -> FloatArray:
+    """Return (N,) the inner product of a change before one place and one before each, of all dwells."""
+    order, rows = scan.course.time_order, scan.along.size
+    patterns, point = scan.pattern.reshape(rows, -1)[order], scan.course.point[order]
+    changed = np.where(np.arange(rows)[:, None] >= index, patterns, 0.0)
+    readings = np.bincount(point).clip(min=1)
+    left = changed - np.stack([(np.bincount(point, column) / readings)[point] for column in changed.T], axis=1)
+    first, second = (np.array([pair[side] for pair in scan.pairs]) for side in (0, 1))
+    crossed = 0.5 * (patterns[:, first] * left[:, second] + patterns[:, second] * left[:, first])
+    return np.cumsum(scan.weighed(crossed)[::-1])[::-1]
+
+
+def _explained(sums: FloatArray, size: FloatArray) -> FloatArray:
+    least = NOTHING * float(size.max())
+    return np.where(size > least, sums * sums / np.maximum(size, least), 0.0)
 
 
 @remembered(16)
@@ -212,37 +300,3 @@ def slip_pattern(what: str, pitch_rad: FloatArray, roll_rad: FloatArray) -> Floa
 def force_along(pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str) -> FloatArray:
     """Return the (N,) specific force along one nominal axis, g."""
     return np.array(specific_force(pitch_rad, roll_rad)[:, "xyz".index(nominal_axis)])
-
-
-@remembered(32)
-def _paths(point: IntArray, order: IntArray, patterns: FloatArray, pairs: tuple[tuple[int, int], ...]) -> Paths:
-    """Return the inner products for every place, each column less its mean over the rows of a point.
-
-    One place further back in time adds one row r, of point k with n rows: with A and B the sums of both patterns over
-    the rows of k that were there before, the product grows by ab − (aB + Ab + ab)/n, and what the row has in common
-    with those before it is −(aB + Ab)/2n.
-    """
-    readings = np.bincount(point)[point[order]]
-    pattern_of = patterns.reshape(order.size, -1)[order]
-    before = _sums_of_same_point_after(point[order], pattern_of)
-    first, second = (np.array([pair[side] for pair in pairs]) for side in (0, 1))
-    a, b = pattern_of[:, first], pattern_of[:, second]
-    crossed = (a * before[:, second] + before[:, first] * b) / readings[:, None]
-    gained = a * b * (1.0 - 1.0 / readings)[:, None] - crossed
-    squares = np.cumsum(gained[::-1], axis=0)[::-1]
-    overlaps = squares[1:] - 0.5 * crossed[:-1]
-    aside = max(_LEAST_ASIDE, int(_LEAST_SHARE * order.size))
-    judged, stepped = slice(aside, order.size - aside + 1), slice(aside, order.size - aside)
-    alike = np.array([1.0 if first == other else 0.0 for first, other in pairs])
-    kept, met = squares[judged].copy(), overlaps[stepped].copy()
-    return Paths(kept, met, aside, _travelled(kept @ alike, met @ alike))
-
-
-def _sums_of_same_point_after(point: IntArray, pattern_of: FloatArray) -> FloatArray:
-    """Return for each of the rows in time the (N, p) sums over the later rows of the same point."""
-    by_point = np.lexsort((-np.arange(point.size), point))  # of a point the last comes first
-    sums = np.cumsum(pattern_of[by_point], axis=0) - pattern_of[by_point]
-    is_first = np.diff(point[by_point], prepend=-1) != 0
-    found = np.empty(sums.shape)
-    found[by_point] = sums - sums[is_first][np.cumsum(is_first) - 1]
-    return found

@@ -5,7 +5,9 @@ residual maker M, so that r has the moments of a ratio of quadratic forms (Durbi
 E r = tr(MS)/ν, E r² = (2 tr(MSMS) + (tr MS)²)/(ν(ν + 2)).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -22,6 +24,12 @@ from ams.statistics.distributions import f_tail
 LEAST_DOF = 12
 LARGEST_CORRELATION = 0.8
 """Of time with what the linear sensor takes from the attitude; the same as of time with temperature."""
+_FADING: Final = (0.03, 0.1, 0.25)
+"""Of the run: time constants of a sensor that settles after it was switched on."""
+_FREE_OF_FADING: Final = 2
+"""Numbers: how fast, and how far."""
+_WAVES: Final = (4, 6)
+"""Half waves over the run that a walk is made of, more or less of it."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +71,16 @@ def _order_repeats(order: IntArray, layout: Layout) -> bool:
     by_point = np.empty((layout.replications, layout.points), dtype=np.int64)
     by_point[layout.replication, layout.point] = turn
     return bool(np.all(by_point == by_point[0]))
+
+
+def courses_of_drift(order: IntArray) -> Iterator[tuple[FloatArray, int]]:
+    """Yield (N, c) courses that a drift has over the whole run, and how many numbers each has to choose."""
+    passed = np.empty(order.size)
+    passed[order] = np.linspace(0.0, 1.0, order.size)
+    yield np.stack([passed], axis=1), 1
+    yield np.stack([passed, passed**2], axis=1), 2
+    yield from ((np.exp(-passed / part)[:, None], _FREE_OF_FADING) for part in _FADING)
+    yield from ((np.cos(np.pi * np.outer(passed, np.arange(1, most + 1))), most) for most in _WAVES)
 
 
 def parts_of_replications(evidence: Evidence, parts: int) -> IntArray:

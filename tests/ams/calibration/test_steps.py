@@ -15,7 +15,7 @@ from physics_scenes import Campaign, campaigns
 from scipy.stats import binom  # type: ignore[import-untyped]
 
 from ams.analysis.diagnostics.beliefs import SETTLING
-from ams.analysis.diagnostics.step_scan import Course, Watched, changes_of_output, changes_of_table
+from ams.analysis.diagnostics.step_scan import Course, Watched, changes_of, scans_of_output, scans_of_table
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding, turned_the_table
@@ -140,6 +140,97 @@ def test_orders_drawn_anew_tell_a_transient_from_the_attitude() -> None:
     assert all("drift" in one for one in kinds)
 
 
+GRID = np.deg2rad([(p, r) for p in range(-90, 91, 15) for r in range(-180, 180, 30)])
+
+
+def force_g(pitch_rad: NDArray[np.float64], roll_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (N, 3) as a package on the table feels it, drawn here and not by the library."""
+    across = np.cos(pitch_rad)
+    return np.stack([np.sin(pitch_rad), -across * np.sin(roll_rad), -across * np.cos(roll_rad)], axis=1)
+
+
+def there_and_back(
+    axis: str, size_arcsec: float, part: tuple[int, int], seed: int, offset_of_x_v: float = 0.0
+) -> Observations:
+    """Return six replications there and back of three axes at 2.5 V/g, in which the table or x is off for a while.
+
+    ``part``: of the dwells in time, the first that is off and the first that is right again.
+    """
+    order = np.arange(len(GRID))
+    location = np.concatenate([order, order[::-1]] * 3)
+    replication, chance = np.repeat(np.arange(1, 7), len(GRID)), np.random.default_rng(seed)
+    pitch, roll = GRID[location].T
+    is_off = (np.arange(location.size) >= part[0]) & (np.arange(location.size) < part[1])
+    slip = np.deg2rad(size_arcsec / 3600.0) * is_off
+    stood = force_g(pitch + slip * (axis == "pitch"), roll + slip * (axis == "roll"))
+    outputs = {
+        name: 0.002 + 2.5 * stood[:, which] + 2e-5 * chance.standard_normal(location.size)
+        for which, name in enumerate("xyz")
+    }
+    outputs["x"] += offset_of_x_v * is_off
+    steps, time_s = np.arange(1, location.size + 1), 90.0 * np.arange(location.size)
+    return Observations(replication, location + 1, pitch, roll, outputs, time_s=time_s, step=steps)
+
+
+@pytest.mark.parametrize("axis", ["roll", "pitch"])
+@pytest.mark.parametrize("part", [(281, 655), (312, 468), (500, 560)], ids=["30 to 70 %", "the third", "a few"])
+@pytest.mark.parametrize("size_arcsec", [5.0, 20.0, 72.0])
+def test_a_table_that_slips_and_slips_back_is_named_with_its_dwells(
+    axis: str, part: tuple[int, int], size_arcsec: float
+) -> None:
+    found = calibrate(there_and_back(axis, size_arcsec, part, seed=8), CalibrationRequest())
+    slips = of_kind(found, "table-rotation")
+    assert len(slips) == 3
+    assert "the table, its base or the common fixture" in slips[0].text
+    assert "and back" in slips[0].text
+    assert abs(slips[0].steps[0] - (part[0] + 1)) <= 26  # at the ends of pitch two rows of dwells see no roll
+    assert abs(slips[0].steps[-1] - part[1]) <= 26
+    assert float(slips[0].details["turned_arcsec"] or 0.0) == pytest.approx(size_arcsec, abs=0.2 * size_arcsec)
+    assert told(found) == {"table-rotation"}  # no K₂, K_io, K_ip, wrong dwell, settling or drift
+    assert found.verdict == "not usable"
+
+
+@pytest.mark.parametrize("part", [(281, 655), (312, 468)])
+def test_one_arc_second_there_and_back_is_seen_in_most_runs(part: tuple[int, int]) -> None:
+    runs = [calibrate(there_and_back("pitch", 1.5, part, seed), CalibrationRequest()) for seed in range(10)]
+    assert sum("table-rotation" in told(found) for found in runs) >= 8
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_an_axis_by_itself_sees_the_table_slip_and_slip_back_where_it_senses_it(axis: str) -> None:
+    about = "pitch" if axis == "x" else "roll"
+    rows = there_and_back(about, 20.0, (281, 655), seed=9)
+    found = calibrate(replace(rows, outputs={axis: rows.outputs[axis]}), CalibrationRequest())
+    assert told(found) & {"table-rotation", "sensor-change"}
+    assert "and back" in " ".join(found.axes[axis].warnings)
+    assert found.verdict == "not usable"
+
+
+@pytest.mark.parametrize("size_v", [6e-5, 2e-4, 1e-3])
+def test_one_axis_of_three_that_is_off_for_a_while_is_the_sensors(size_v: float) -> None:
+    found = calibrate(there_and_back("roll", 0.0, (281, 655), 10, offset_of_x_v=size_v), CalibrationRequest())
+    assert told(found) == {"sensor-change"}
+    assert [name for name, axis in found.axes.items() if any(f.is_significant for f in axis.findings)] == ["x"]
+    (change,) = of_kind(found, "sensor-change")
+    assert "and back" in change.text
+    assert abs(change.steps[0] - 282) <= 6
+    assert abs(change.steps[-1] - 655) <= 6
+    assert found.verdict == "not usable"
+
+
+def test_a_change_that_stays_is_not_told_as_one_that_came_back() -> None:
+    texts = [
+        finding.text
+        for scene, size in (("slip-roll", 20.0), ("slip-pitch", 5.0), ("sensor-offset", 5.0))
+        for found, *_ in solved(scene, size, count=6, replications=6)
+        for axis in found.axes.values()
+        for finding in axis.findings
+        if finding.kind in ("table-rotation", "sensor-change") and finding.is_significant
+    ]
+    assert texts
+    assert not any("and back" in text for text in texts)
+
+
 def chances(count: int, seed: int) -> NDArray[np.float64]:
     """p-values over white noise, of the table and of an output alone: few dwells, missing at random, in any order."""
     chance = np.random.default_rng(seed)
@@ -158,8 +249,8 @@ def chances(count: int, seed: int) -> NDArray[np.float64]:
         course = Course(point, order, pitch, roll, dof)
         if not course.is_judged:
             continue
-        table, own = changes_of_table(course, outputs), changes_of_output(course, outputs[0], 0)
-        found.append([2.0 * min(one.p_value for one in group) for group in (table, own)])
+        scans = scans_of_table(course, outputs), scans_of_output(course, outputs[0], 0)
+        found.append([min(1.0, 4.0 * min(one.p_value for one in changes_of(group))) for group in scans])
     return np.array(found)
 
 
