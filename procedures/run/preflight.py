@@ -17,7 +17,7 @@ from procedures.journal.location import require_local
 from procedures.lease.keeper import look
 from procedures.plan.plan import Plan
 from procedures.records.declared_gaps import NOBODY_APPROVED, OF_A_TWIN, Declared, declared_gaps
-from procedures.run.readiness import Readiness, readiness
+from procedures.run.readiness import Readiness, days_to_come, readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
 from rig.assembly.open_rig import real_ports
 from rig.assembly.unguarded import unstoppable_axes
@@ -90,6 +90,7 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
     """Yield what :mod:`procedures.certificate.grounds` will miss, whatever is measured."""
     if rig.is_simulated:
         yield OF_A_TWIN
+        yield from days_to_come(rig, local_day(now))
     yield f"{NOBODY_APPROVED} (calrig archive sign, when it is archived)"
     yield from declared_gaps(
         Declared(

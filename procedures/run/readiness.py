@@ -54,9 +54,15 @@ def _contradictions(rig: RigDescription, today: date) -> Iterator[str]:
     for name, standard in rig.standards.items():
         if standard.due < today:
             yield f"standards.{name}.due: {standard.due} is past (today is {today}), certificate {standard.certificate}"
-    taken = None if rig.level.before is None else _day(rig.level.before)
-    if taken is not None and taken > today:
-        yield f"level.before.taken: {taken} is still to come (today is {today})"
+    yield from days_to_come(rig, today)
+
+
+def days_to_come(rig: RigDescription, today: date) -> Iterator[str]:
+    """Yield readings of the level that nobody can have taken yet."""
+    for which, reading in (("before", rig.level.before), ("after", rig.level.after)):
+        taken = None if reading is None else _day(reading)
+        if taken is not None and taken > today:
+            yield f"level.{which}.taken: {taken} is still to come (today is {today})"
 
 
 def _day(reading: LevelReading) -> date | None:

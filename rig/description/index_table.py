@@ -20,6 +20,14 @@ _LARGEST_STEP = 1.5
 _FEWEST_OF_A_TURN = 3
 """Two indices, and the first again."""
 
+_FAR = 4.0
+"""Standard uncertainties: of normal errors one in 16 000 lies farther out."""
+_OF_ALL_ERRORS = {
+    "limit": "a limit: no index error is larger",
+    "standard": "a standard uncertainty; 4 of them are allowed",
+    "expanded": "an expanded uncertainty; 4 standard ones are allowed",
+}
+
 
 class IndexTable(StrictTable):
     """The rows of such a file."""
@@ -52,6 +60,25 @@ def read_index_table(path: Path, limits_deg: tuple[float, float]) -> IndexTable:
     angle_deg, error_arcsec, uncertainty_arcsec = zip(*kept, strict=True)
     return IndexTable(
         file=path.name, angle_deg=angle_deg, error_arcsec=error_arcsec, uncertainty_arcsec=uncertainty_arcsec
+    )
+
+
+def beyond_declared(rows: IndexTable, uncertainty_arcsec: float, kind: str, k: float) -> str | None:
+    """Return where a list contradicts what the axis declares of all its index errors; None where it does not.
+
+    What lies between the listed angles is known by that declaration alone: one that is too small would make every
+    attitude between them better known than it is. ``kind`` and ``k``: of the standard that stands behind it.
+    """
+    allowed_arcsec = uncertainty_arcsec * {"limit": 1.0, "standard": _FAR, "expanded": _FAR / k}[kind]
+    listed = zip(rows.angle_deg, rows.error_arcsec, rows.uncertainty_arcsec, strict=True)
+    excesses = [(abs(error) - own - allowed_arcsec, angle, error) for angle, error, own in listed]
+    excess_arcsec, angle_deg, error_arcsec = max(excesses)
+    if excess_arcsec <= 0.0:
+        return None
+    return (
+        f"{rows.file} lists an error of {error_arcsec:g}″ at {angle_deg:g}°, which uncertainty_arcsec = "
+        f"{uncertainty_arcsec:g} ({_OF_ALL_ERRORS[kind]}) does not allow; nothing else says how large the errors are "
+        "between the listed angles: give the uncertainty of all index errors, or correct the list"
     )
 
 

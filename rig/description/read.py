@@ -10,10 +10,9 @@ from typing import Annotated, Any, TypeVar
 from pydantic import Field, ValidationError, create_model
 
 from rig.description.cross_checks import complaints_about_references
-from rig.description.device_settings import AxisSettings
 from rig.description.drivers import TABLES, classes_for
 from rig.description.earlier_versions import as_stored_now
-from rig.description.index_table import IndexTable, read_index_table
+from rig.description.index_table import IndexTable, beyond_declared, read_index_table
 from rig.description.rig_file import Name, RigDescription
 from rig.description.twin_truth import AxisTruth as AxisTruth
 from rig.description.twin_truth import AxisTwin as AxisTwin
@@ -38,7 +37,7 @@ def rig_of(file: TomlFile) -> RigDescription:
     file.require_seen()
     file.require_kind("rig", "rig", "procedure", "procedure")
     description = file.validate(rig_form(file.values))
-    tables, complaints = _index_tables(file, description.axes)
+    tables, complaints = _index_tables(file, description)
     complaints += complaints_about_references(file, description)
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
@@ -87,20 +86,25 @@ def _dialects_found(devices: dict[str, Described], folder: Path) -> dict[str, De
     }
 
 
-def _index_tables(file: TomlFile, axes: dict[str, AxisSettings]) -> tuple[dict[str, dict[str, IndexTable]], list[str]]:
+def _index_tables(file: TomlFile, rig: RigDescription) -> tuple[dict[str, dict[str, IndexTable]], list[str]]:
     """Return axis to the rows of its file of index errors, and what is wrong with such files."""
     found: dict[str, dict[str, IndexTable]] = {}
     complaints = []
-    for name, axis in axes.items():
+    for name, axis in rig.axes.items():
         key = ("axes", name, "index_table")
         if isinstance(axis.index_table, IndexTable):
             complaints.append(file.complaint(key, "got a table, allowed the path of a CSV file; write it in quotes"))
         elif axis.index_table is not None:
             try:
                 rows = read_index_table(file.path.parent / axis.index_table, axis.limits_deg)
-                found[name] = {"index_table": rows}
             except DescriptionError as error:
                 complaints.append(file.complaint(key, str(error)))
+                continue
+            found[name] = {"index_table": rows}
+            standard = rig.standards.get(axis.standard or "")
+            kind, k = ("limit", 1.0) if standard is None else (standard.kind, standard.k)
+            if (contradiction := beyond_declared(rows, axis.uncertainty_arcsec, kind, k)) is not None:
+                complaints.append(file.complaint(key, contradiction))
     return found, complaints
 
 

@@ -130,6 +130,20 @@ class Level(StrictTable):
     before: LevelReading | None = None
     after: LevelReading | None = None
 
+    @model_validator(mode="after")
+    def _before_is_earlier(self, info: ValidationInfo) -> "Level":
+        """Refuse the two readings interchanged; a run that was stored with such days stays one."""
+        if info.mode == "json" or self.before is None or self.after is None:
+            return self
+        if not (self.before.taken and self.after.taken):
+            return self
+        before, after = (datetime.fromisoformat(reading.taken).date() for reading in (self.before, self.after))
+        if after < before:
+            raise ValueError(
+                f"after was taken on {after}, earlier than before ({before}); correct a day, or exchange the readings"
+            )
+        return self
+
 
 class Motion(StrictTable):
     """``[motion]``: how the axes may move."""

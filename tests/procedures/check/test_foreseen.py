@@ -20,9 +20,10 @@ from procedures.errors import PlanError
 from procedures.kinds.read import read_procedure
 from procedures.records.states import State
 from procedures.run.preflight import preflight
+from procedures.run.readiness import readiness
 from procedures.solution.foreseen import FACTS
 from rig.description.read import read_rig
-from rig.description.rig_file import RigDescription
+from rig.description.rig_file import Level, LevelReading, RigDescription
 from rig.local_time import local_day
 
 SERPENTINE_ONE_SIDED = """
@@ -115,6 +116,21 @@ def test_a_standard_that_is_due_before_the_run_ends_is_told(finished_job: Finish
     for before, is_told in ((1, True), (2, False), (30, False)):
         gaps = preflight(Path("rig.toml"), rig, two_days, tmp_path, noon_of_due - timedelta(days=before)).certificate
         assert any("standards.table.due" in gap for gap in gaps) == is_told
+
+
+@pytest.mark.parametrize("which", ["before", "after"])
+def test_a_level_that_nobody_can_have_read_yet_is_told_of_a_twin_and_refused_of_a_rig(
+    finished_job: FinishedJob, tmp_path: Path, which: str
+) -> None:
+    rig = read_rig(finished_job.folder / "rig.toml")
+    plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
+    reading = LevelReading(about_pitch_arcsec=0.0, about_roll_arcsec=0.0, taken="2036-03-01")
+    of_2036 = rig.model_copy(update={"level": Level(**{which: reading})})
+    now = datetime(2026, 11, 1, 12, tzinfo=UTC)
+    sentence = f"level.{which}.taken: 2036-03-01 is still to come (today is {local_day(now)})"
+    assert sentence in preflight(Path("rig.toml"), of_2036, plan, tmp_path, now).certificate
+    assert sentence in readiness(of_2036, local_day(now)).contradictions
+    assert not any("still to come" in gap for gap in preflight(Path("rig.toml"), rig, plan, tmp_path, now).certificate)
 
 
 @pytest.mark.parametrize(

@@ -89,3 +89,26 @@ def test_a_rig_keeps_the_rows_and_so_does_its_journal(tmp_path: Path) -> None:
 def test_a_rig_names_what_is_wrong_with_its_index_errors(tmp_path: Path, value: str, sentence: str) -> None:
     with pytest.raises(DescriptionError, match=sentence):
         read_rig(with_table(tmp_path, value))
+
+
+BY_STANDARD = [("limit", 1.0), ("standard", 4.0), ("expanded", 2.0)]
+
+
+@pytest.mark.parametrize(("kind", "allowed_arcsec"), BY_STANDARD)
+def test_a_list_beyond_what_is_declared_of_the_errors_is_refused(
+    tmp_path: Path, kind: str, allowed_arcsec: float
+) -> None:
+    """1″ as a limit, as a standard uncertainty (4 of them), and expanded with k = 2 (4 of its halves)."""
+
+    def rig_with(error_arcsec: float) -> Path:
+        rows = f"{HEADER}-180,0.5,0.1\n-60,{-error_arcsec},0.1\n60,0.2,0.1\n"
+        path = with_table(tmp_path, 'index_table = "index.csv"', rows)
+        text = path.read_text().replace('kind = "limit"', f'kind = "{kind}"')
+        path.write_text(text)
+        return path
+
+    assert read_rig(rig_with(allowed_arcsec + 0.09)).axes["pitch"].index_table is not None
+    place = r"rig.toml:\d+: axes.pitch.index_table: index.csv lists an error"
+    sentence = rf"{place} of -{allowed_arcsec + 0.2:g}″ at -60°, .*uncertainty_arcsec = 1 .*correct the list"
+    with pytest.raises(DescriptionError, match=sentence):
+        read_rig(rig_with(allowed_arcsec + 0.2))

@@ -205,6 +205,18 @@ def test_what_is_no_day_is_refused(tmp_path: Path, taken: str) -> None:
         read_rig(path)
 
 
+def test_readings_of_the_level_that_are_interchanged_are_refused(tmp_path: Path) -> None:
+    level = "before = { about_pitch_arcsec = 0.4, about_roll_arcsec = 0.0, taken = 2026-03-02T08:00:00Z }\n"
+    level += 'after = { about_pitch_arcsec = 0.5, about_roll_arcsec = 0.0, taken = "20260301" }\n\n'
+    path = changed(EXAMPLE_RIG, "[standards.table]", f"[level]\n{level}[standards.table]", tmp_path / "rig.toml")
+    with pytest.raises(DescriptionError, match=r"toml:\d+: level: .*on 2026-03-01, earlier than before \(2026-03-02"):
+        read_rig(path)
+    path.write_text(path.read_text(encoding="utf-8").replace('"20260301"', '"2026-03-02"'), encoding="utf-8")
+    stored = read_rig(path).model_dump_json()
+    earlier = stored.replace("2026-03-02T08", "2026-03-03T08")
+    assert rig_from_json(earlier).level.after is not None
+
+
 def test_a_run_that_was_stored_with_any_words_for_that_day_is_still_read(tmp_path: Path) -> None:
     path = _with_level(tmp_path, "2026-03-01")
     stored = read_rig(path).model_dump_json().replace('"2026-03-01"', '"this morning"')
