@@ -71,7 +71,7 @@ def beyond_declared(rows: IndexTable, uncertainty_arcsec: float, kind: str, k: f
     """
     allowed_arcsec = uncertainty_arcsec * {"limit": 1.0, "standard": _FAR, "expanded": _FAR / k}[kind]
     listed = zip(rows.angle_deg, rows.error_arcsec, rows.uncertainty_arcsec, strict=True)
-    excesses = [(abs(error) - own - allowed_arcsec, angle, error) for angle, error, own in listed]
+    excesses = [(abs(error) - of_list - allowed_arcsec, angle, error) for angle, error, of_list in listed]
     excess_arcsec, angle_deg, error_arcsec = max(excesses)
     if excess_arcsec <= 0.0:
         return None
