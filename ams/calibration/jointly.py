@@ -17,7 +17,7 @@ from ams.calibration.joint_document import joint_calibration, joint_warnings
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest, refuse_unusable
-from ams.inputs.shared_errors import COURSES, Effect, SharedError
+from ams.inputs.shared_errors import COURSES, HALF, Effect, SharedError, carriers
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.solve.joint import JointFit, joint_fit
@@ -28,7 +28,7 @@ from ams.solve.shifts_within import shifts_within
 from ams.solve.table_errors import WHOLE_TABLE, Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 
-_OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain")
+_OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain", "departure")
 
 
 def calibrate_jointly(observations: Observations, request: CalibrationRequest, priors: TablePriors) -> Calibration:
@@ -91,12 +91,15 @@ def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -
     )
     parts: dict[str, VarianceComponent] = {}
     for error in errors:
-        columns = np.zeros((len(fit.covariance), len(fit.axes)))
-        for index, axis in enumerate(fit.axes):
+        covariance, common = np.zeros_like(fit.covariance), np.zeros((len(fit.covariance), 1))
+        for axis in fit.axes:
             if error in shared.get(axis, ()):
-                column = index if error.is_of_one_channel else 0
-                columns[fit.block(axis), column] = error.standard_uncertainty * _effect(error, fit, axis)
-        covariance = columns @ columns.T
+                effects, block = error.standard_uncertainty * _effects(error, fit, axis), fit.block(axis)
+                if error.is_of_one_channel:
+                    covariance[block, block] = effects @ effects.T
+                else:
+                    common[block] = effects
+        covariance += common @ common.T
         before = parts.get(error.name)
         added = covariance if before is None else before.covariance + covariance
         parts[error.name] = VarianceComponent(error.name, added, float("inf"))
@@ -126,10 +129,12 @@ def _with_courses(fit: JointFit, rows: Observations, shared: Mapping[str, Sequen
     return replace(fit, components=components, covariance=np.asarray(sum(part.covariance for part in components)))
 
 
-def _effect(error: SharedError, fit: JointFit, axis: str) -> FloatArray:
-    """Return what one unit of an error does to the primary parameters."""
+def _effects(error: SharedError, fit: JointFit, axis: str) -> FloatArray:
+    """Return (P, q) what one unit of an error does to the primary parameters."""
     primary = fit.primary[axis]
-    return primary if error.effect == "gain" else np.eye(primary.size)[0]
+    if error.effect == "departure":
+        return np.asarray(HALF * np.eye(primary.size)[:, carriers(fit.sensors[axis].model)])
+    return primary[:, None] if error.effect == "gain" else np.eye(primary.size)[:, :1]
 
 
 def _with_residuals(axis: AxisCalibration, model: Model, stood: Observations) -> AxisCalibration:

@@ -20,7 +20,7 @@ from ams.statistics.budget import Kind
 
 Effect = Literal[
     "reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation",
-    "reading-course", "gain-course",
+    "reading-course", "gain-course", "departure",
 ]  # fmt: skip
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
 the table; ``pitch``: radians, the zero of pitch with
@@ -29,7 +29,8 @@ the tilt of the base about that axis; ``base-tilt``: radians, of the base across
 ``field``: the same of a field that is known as a vector, where rows across an axis scatter by it;
 ``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood;
 ``reading-course``, ``gain-course``: a reading or a gain that changes by it while the rows are taken, in their order of
-time (:mod:`ams.solve.shifts_within`)."""
+time (:mod:`ams.solve.shifts_within`);
+``departure``: volts by which an output leaves its model at any attitude, unlike at attitudes that lie apart."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
 COURSES: tuple[Effect, ...] = ("reading-course", "gain-course")
@@ -37,6 +38,10 @@ SHIFTS = ("shift until the next calibration, offset", "shift until the next cali
 """Names of what a sensor may do after its calibration: parts of the covariance that no run draws anew."""
 SHIFTS_WITHIN = ("shift within the calibration, offset", "shift within the calibration, sensitivity")
 """Names of what it may do while it is calibrated."""
+NONLINEARITY = "nonlinearity beyond the equation"
+"""Name of what of an output follows the attitude and is no term of a set: the next run repeats it."""
+HALF = float(np.sqrt(0.5))
+"""Of a departure: the standard deviation that offset and sensitivities carry, each half of the variance."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,7 @@ def reaches(error: SharedError, model: Model) -> bool:
         return any(name.endswith("_v_per_dps") for name in model.primary_names)
     if error.effect == "temperature":
         return TEMPERATURE_NAMES[0] in model.primary_names
-    return error.effect in ("reading", "gain", *COURSES) or any(
+    return error.effect in ("reading", "gain", "departure", *COURSES) or any(
         name.endswith("_v_per_g") for name in model.primary_names
     )
 
@@ -98,10 +103,32 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         return np.asarray(primary[slope] * rows.level_errors[:, list(error.columns)])
     if error.effect in COURSES:
         return None
+    if error.effect == "departure":
+        return _departing(model, rows)
     if error.effect == "rotation":
         return _rotated(error.columns, model, primary, rows)
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
+
+
+def carriers(model: Model) -> list[int]:
+    """Return the places of the primary parameters that carry a departure; none where what is sensed has no bound."""
+    sensed = [name for name in model.primary_names if name.startswith("k_") and name.endswith("_v_per_g")]
+    is_bounded = bool(sensed) and "offset_v" in model.primary_names
+    return [model.primary_names.index(name) for name in ("offset_v", *sensed)] if is_bounded else []
+
+
+def _departing(model: Model, rows: Stimulus) -> FloatArray:
+    """Return (N, q) what a departure of one volt does to an output: of the same variance at every attitude.
+
+    It is no term of a set. Offset and sensitivities carry it: with gravity's unit vectors a and a′ the departures at
+    two attitudes correlate by ½ (1 + a·a′), whole at the same, not at all at opposite ones. Where no attitude is known,
+    or what is sensed has no bound, it is one of all readings.
+    """
+    carried = carriers(model)
+    if not carried or rows.reference_level is not None:
+        return np.ones((rows.pitch_rad.size, 1))
+    return np.asarray(HALF * model.jacobian(np.zeros(len(model.primary_names)), rows)[:, carried])
 
 
 def _rotated(columns: Sequence[int], model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:

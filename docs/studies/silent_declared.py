@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from physics_scenes.temperature_scenes import OFFSET_TC_G_PER_DEGC, SENSITIVITY_TC_PER_DEGC
 from solved_campaigns import ARCSEC, table_of
 
-from ams.inputs.shared_errors import SHIFTS, SHIFTS_WITHIN, Effect, SharedError
+from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.models.thermal import Order
 
@@ -18,6 +18,7 @@ LEVEL, TABLE = "declared_arcsec", "declared_table_arcsec"
 USED, ORDER = "declared_degc", "declared_order"
 METER = "declared_ppm"
 SHIFTED, LOST = "declared_shift_arcsec", "declared_shift_share"
+BENT = "declared_departure_ug"
 BESIDE, COIL = "declared_beside_ut", "declared_coil_deg"
 THERMOMETER = "own_thermometer"
 """The sensor's own temperature is what is recorded."""
@@ -30,6 +31,7 @@ KEYS: Mapping[str, tuple[str, str]] = {
     METER: ("meter ±{:g} ppm", "`[standards.NAME] uncertainty_v` of the meter"),
     SHIFTED: ("offset within ±{:g}″ now and until next time", "`[sensors.SERIAL] largest_offset_shift_v`"),
     LOST: ("sensitivity within ±{:g} now and until next time", "`[sensors.SERIAL] largest_sensitivity_shift`"),
+    BENT: ("departures within ±{:g} µg", "`[sensors.SERIAL] largest_nonlinearity_v`"),
     BESIDE: ("surroundings u {:g} µT", "`[levels] surroundings_uncertainty_ut`"),
     COIL: ("direction of the coil u {:g}°", "`[field.NAME] direction_uncertainty_deg`"),
 }
@@ -77,6 +79,7 @@ class Declared:
             ("multimeter gain", "gain", self[METER] * 1e-6),
         )
         shifts: Sequence[tuple[str, Effect, float]] = (
+            (NONLINEARITY, "departure", self[BENT] * 1e-6 * NOMINAL_V_PER_G),
             (SHIFTS[0], "reading", self[SHIFTED] * ARCSEC * NOMINAL_V_PER_G),
             (SHIFTS_WITHIN[0], "reading-course", self[SHIFTED] * ARCSEC * NOMINAL_V_PER_G),
             (SHIFTS[1], "gain", self[LOST]),

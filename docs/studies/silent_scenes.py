@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from physics_scenes import SCENES
-from silent_declared import BESIDE, COIL, LEVEL, LOST, METER, ORDER, SHIFTED, TABLE, THERMOMETER, USED
+from silent_declared import BENT, BESIDE, COIL, LEVEL, LOST, METER, ORDER, SHIFTED, TABLE, THERMOMETER, USED
 
 CAMPAIGNS = 400
 
@@ -78,6 +78,9 @@ DECLARED: Sequence[tuple[Sequence[str], Sequence[float], Mapping[str, float]]] =
     *((("use-shifted-offset",), (size,), {SHIFTED: size}) for size in (1.0, 2.0, 5.0, 10.0)),
     (("use-dead-axis",), (3e-5,), {LOST: 3e-5}),
     (("drift-settling",), (0.5,), {SHIFTED: 0.83}),
+    *((("k0-asymmetry",), (size,), {BENT: 0.5 * size}) for size in (2.0, 5.0)),
+    (("k0-asymmetry",), (5.0,), {"pitch_limit_deg": 30.0, BENT: 2.5}),
+    (("temperature-gradient",), (2.0,), {BENT: 2.0}),
     *((("sensor-offset",), (0.5,), {**alone, SHIFTED: 0.5}) for alone in (ALONE, {})),
     *((("field-undeclared",), (size,), {BESIDE: u_ut}) for size, u_ut in ((0.05, 0.015), (0.1, 0.03))),
     (("field-coil-direction",), (0.02,), {COIL: 0.02}),

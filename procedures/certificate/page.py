@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
 
-from ams.inputs.shared_errors import SHIFTS, SHIFTS_WITHIN
+from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import LEVEL
@@ -92,14 +92,17 @@ def _range_in_words(low_deg: float, high_deg: float) -> str:
 
 
 def _shift_in_words(coefficients: CoefficientSet) -> str:
-    """Say whether U counts what an item does after its calibration."""
+    """Say whether U counts what an item does after its calibration, and beside its equation."""
     axes = [table(section) for section in table(coefficients.document["axes"]).values()]
     names = {name for axis in axes for name in table(table(axis["primary"])["components"])}
     counted, within = names & {*SHIFTS}, "during the calibration and " if names & {*SHIFTS_WITHIN} else ""
+    bent = " It counts how far a reading may be from the equation, as declared." if NONLINEARITY in names else ""
     if counted:
         of_what = " and ".join(name.rpartition(", ")[2] for name in SHIFTS if name in counted)
-        return f"U counts what {of_what} may shift by {within}until the next calibration, as declared for the item."
-    return "U is that of the calibration: what the item may shift by afterwards is not in it."
+        return (
+            f"U counts what {of_what} may shift by {within}until the next calibration, as declared for the item.{bent}"
+        )
+    return f"U is that of the calibration: what the item may shift by afterwards is not in it.{bent}"
 
 
 def _began(grounds: Grounds) -> str:

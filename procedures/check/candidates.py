@@ -288,6 +288,7 @@ def _used(rig: RigDescription, sensor: Sensor) -> Iterator[object]:
     yield sensor.use_temperature_degc
     yield from (sensor.largest_offset_tc_v_per_degc, sensor.largest_sensitivity_tc_per_degc)
     yield from (sensor.largest_offset_shift_v, sensor.largest_sensitivity_shift)
+    yield sensor.largest_nonlinearity_v
 
 
 def _alike(believed: Believed) -> object:

@@ -183,7 +183,7 @@ def _errors(item: SensorRows, label: str, errors: Sequence[LevelError]) -> tuple
     of_reading = [
         shared_error
         for shared_error in shared_errors(item.rig, item.sensor)[label]
-        if shared_error.effect in ("reading", "gain", *COURSES)
+        if shared_error.effect in ("reading", "gain", "departure", *COURSES)
     ]
     ends = np.cumsum([error.columns.shape[1] for error in errors]).tolist()
     starts = [0, *ends]

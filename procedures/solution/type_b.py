@@ -12,7 +12,7 @@ from typing import Literal
 
 from ams.analysis.calibration_budget import Gravity
 from ams.gravity import disagreement
-from ams.inputs.shared_errors import SHIFTS, SHIFTS_WITHIN, Effect, SharedError
+from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
@@ -176,6 +176,7 @@ def shared_errors(
         *level,
         *_thermometer(rig, sensor, temperature),
         *_use(sensor, calibrated_degc),
+        *_nonlinearity(sensor),
         *(_shift(sensor) if counts_shift else ()),
         *(earth_errors(rig, sensor) if counts_earth else ()),
     )
@@ -248,6 +249,14 @@ def _use(sensor: Sensor, calibrated_degc: float | None) -> Iterator[SharedError]
     if gain > 0.0:
         stated = f"limit {1e6 * sensor.largest_sensitivity_tc_per_degc:g} ppm/°C, {where}"
         yield SharedError("temperature of use, sensitivity", "gain", gain / sqrt(3.0), "limit", stated)
+
+
+def _nonlinearity(sensor: Sensor) -> Iterator[SharedError]:
+    """Yield by what an output leaves its equation at most, each axis for itself."""
+    if sensor.largest_nonlinearity_v > 0.0:
+        u_v = sensor.largest_nonlinearity_v / sqrt(3.0)
+        stated = f"limit {1e6 * sensor.largest_nonlinearity_v:g} µV at every attitude"
+        yield SharedError(NONLINEARITY, "departure", u_v, stated=stated, is_of_one_channel=True)
 
 
 def _shift(sensor: Sensor) -> Iterator[SharedError]:

@@ -155,11 +155,11 @@ def _volts_of_other_units(file: TomlFile, rig: RigDescription, units: Mapping[st
     """Yield limits in volts of sensors that are not read in volts."""
     for serial, sensor in rig.sensors.items():
         others = [channel for channel in sensor.channels.values() if units.get(channel, "v") != "v"]
-        if sensor.largest_offset_shift_v > 0.0 and others:
-            yield file.complaint(
-                ("sensors", serial, "largest_offset_shift_v"),
-                f"is in volts, and {', '.join(others)} is not read in volts; remove it",
-            )
+        for key in ("largest_offset_shift_v", "largest_nonlinearity_v"):
+            if getattr(sensor, key) > 0.0 and others:
+                yield file.complaint(
+                    ("sensors", serial, key), f"is in volts, and {', '.join(others)} is not read in volts; remove it"
+                )
 
 
 def _unusable_reference(file: TomlFile, rig: RigDescription, units: Mapping[str, str]) -> Iterable[str]:

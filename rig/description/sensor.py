@@ -44,6 +44,9 @@ class Sensor(StrictTable):
     as the readings leave that open, and until the next time."""
     largest_sensitivity_shift: NotNegative = 0.0
     """The same of the sensitivity, as a part of it."""
+    largest_nonlinearity_v: NotNegative = 0.0
+    """Limit of its data sheet on how far an output is from its equation at any attitude: linearity beyond the terms of
+    a set, threshold, dead band, hysteresis."""
     check_sensor: bool = False
     """A permanent check sensor: calibrated with every run, never released."""
 

@@ -14,7 +14,7 @@ from solved_sets import gyro_set
 
 from ams.archive.signatures import AcceptedFinding, Release, Signature, SignOff
 from ams.calibration_result import VarianceComponent
-from ams.inputs.shared_errors import SHIFTS, SHIFTS_WITHIN
+from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -116,9 +116,11 @@ def test_it_says_whether_its_uncertainties_count_what_comes_after_the_calibratio
     assert "what the item may shift by afterwards is not in it" in _text(_grounds())
     solved = solved_package()
     shifts = [
-        VarianceComponent(name, np.diag([1e-12, 0.0, 0.0, 0.0]), np.inf) for name in (SHIFTS[0], SHIFTS_WITHIN[0])
+        VarianceComponent(name, np.diag([1e-12, 0.0, 0.0, 0.0]), np.inf)
+        for name in (SHIFTS[0], SHIFTS_WITHIN[0], NONLINEARITY)
     ]
-    for count, words in ((1, "until the next"), (2, "during the calibration and until the next")):
+    both = "during the calibration and until the next"
+    for count, words in ((1, "until the next"), (2, both), (3, both)):
         axes = {
             name: replace(axis, variance_components=(*axis.variance_components, *shifts[:count]))
             for name, axis in solved.axes.items()
@@ -126,6 +128,7 @@ def test_it_says_whether_its_uncertainties_count_what_comes_after_the_calibratio
         entry = build_set(replace(solved, axes=axes), provenance(**RELEASED))
         text = _text(_grounds(coefficients=entry, is_specimen=True))
         assert f"U counts what offset may shift by {words} calibration" in text
+        assert ("It counts how far a reading may be from the equation" in text) == (count == 3)
 
 
 def test_a_gyro_has_a_certificate_on_which_an_angle_by_gravity_sets_no_bound() -> None:

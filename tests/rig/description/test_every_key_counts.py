@@ -98,6 +98,7 @@ TRIALS = {
     "sensors.*.largest_sensitivity_tc_per_degc": Trial(1e-5, job="table", rig=USED_WARM, procedure=NOT_MODELLED),
     "sensors.*.largest_offset_shift_v": Trial(1e-4),
     "sensors.*.largest_sensitivity_shift": Trial(1e-4),
+    "sensors.*.largest_nonlinearity_v": Trial(1e-4),
     "rig.gravity_mps2": Trial(9.81),
     "rig.latitude_deg": Trial(45.5, job="rates"),
     "rig.heading_deg": Trial(20.0, job="rates", rig=NEAR_TURIN),
