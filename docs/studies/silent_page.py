@@ -40,7 +40,8 @@ TWINS = """
 
 Near its threshold a fault hurts before a test at 5 % over all tests of a run can see it, and some faults are in no
 residual at all. The data cannot show them, so a limit is asked for. Every row is a scene of which nothing was declared
-and which is **outside**, with what a limit of one to two times its size makes of it. *Least*: the least of the shares
+and which is **outside**, with what a limit of one to two times its size makes of it (a step K₀′ departs by half of
+its size, either way). *Least*: the least of the shares
 that hold. *Half-width*: of a prediction, or of an inferred angle in use, over that of the row without a limit. *Best
 test*: how often a test at 5 % of one degree of freedom would see it that knows its form, its moment and its size in
 every axis, beside free offsets and sensitivities; no test of real readings knows as much. What it sees of a layered
@@ -69,8 +70,8 @@ WHY: Mapping[str, str] = {
     "table-orthogonality": "near level it looks like K_po, which is told instead",
     "table-base-tilt": "no curve: held where it is declared; left out, set and certificate carry `level-undeclared`",
     "table-harmonics": "each of eight waves is well within the limit at twice the limit of all together",
-    "k0-asymmetry": "a step at no acceleration is no term of a set: no covariance of its terms can hold it",
-    "k1-asymmetry": "a kink at no acceleration is no term of a set: no covariance of its terms can hold it",
+    "k0-asymmetry": "a step at no acceleration is no term of a set: held where a nonlinearity is declared",
+    "k1-asymmetry": "a kink at no acceleration is no term of a set: held where a nonlinearity is declared",
     "temperature-in-step": "its slopes are known from what the attitudes leave of it, a share of what it did",
     "temperature-curvature": "named from twice that size on; a term for it would widen a clean offset 1.7 times",
     "temperature-gradient": "of the form of K₂ and K_ip: it is taken for the sensor's own, and told as that once seen",
