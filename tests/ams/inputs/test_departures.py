@@ -50,7 +50,7 @@ def test_estimates_stay_and_each_axis_has_its_own() -> None:
     assert declared.package is not None
     added = declared.package.covariance - plain.package.covariance
     np.testing.assert_allclose(added[:4, 4:], 0.0, atol=1e-4 * added[0, 0])
-    assert added[0, 0] == pytest.approx(1e-10 / 6.0, rel=1e-3)
+    assert added[0, 0] == pytest.approx(1e-10 / 6.0, rel=1e-3, abs=0.0)
 
 
 def test_a_joint_fit_has_the_same() -> None:
