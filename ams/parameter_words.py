@@ -54,6 +54,16 @@ def not_determined(names: Sequence[str]) -> str:
     return f"{' and '.join(words_of(name).label for name in names)} {'is' if len(names) == 1 else 'are'} not determined"
 
 
+def words_of_characteristic(name: str) -> str:
+    """Return how a characteristic of a history is told: ``sensitivity_v_per_g.x`` is ``sensitivity x``.
+
+    ``angle_deg.yz`` is ``angle between axes yz``.
+    """
+    kind, _, axis = name.partition(".")
+    label = "angle between axes" if kind == "angle_deg" else words_of(kind).label
+    return f"{label} {axis}" if axis else label
+
+
 def words_of(name: str) -> ParameterWords:
     """Return how the parameter of that name is told; any name will do."""
     label, unit = label_and_unit(name)

@@ -16,7 +16,7 @@ from sqlalchemy import Connection, select, true
 from sqlalchemy.sql.functions import count
 
 from ams.archive.connection import reading
-from ams.archive.quarantines import quarantined
+from ams.archive.quarantines import Quarantined, quarantined, quarantined_of
 from ams.archive.sets import BUSY_TIMEOUT_S, stored_provenance
 from ams.archive.tables import POINTS, SETS
 from ams.errors import ArchiveError, ArchiveUnknown
@@ -41,6 +41,8 @@ class SensorHistory:
     """Largest error allowed, from its latest set."""
     advice: IntervalAdvice | None
     """None without a limit, or with one calibration."""
+    in_quarantine: tuple[Quarantined, ...] = ()
+    """Its calibrations that are no points of the charts, the earliest first."""
 
 
 def history(
@@ -64,6 +66,7 @@ def history(
         found, check = _of(population, sensor)
         found = with_rig_causes(population, found)
     with reading(archive_url, busy_timeout_s) as connection:
+        held = quarantined_of(connection, sensor, until_utc)
         declared = stored_provenance(connection, found.labels[-1].sha256)["acceptance"]
     limits = acceptance_of(None if declared is None else table(declared)).limits_deg
     limit = min(limits.values(), default=None)
@@ -72,6 +75,7 @@ def history(
         check,
         limit,
         None if limit is None else advise_interval(found, limit),
+        held,
     )
 
 

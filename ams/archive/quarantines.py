@@ -7,12 +7,13 @@ row of the quarantine stays beside it.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime
 
 from sqlalchemy import Connection, Select, select
 
 from ams.archive.ledger import Written, write
-from ams.archive.tables import QUARANTINES, SIGNATURES
+from ams.archive.tables import QUARANTINES, SETS, SIGNATURES
 
 
 def quarantine(connection: Connection, sets: Sequence[str], reason: str, utc: datetime) -> None:
@@ -26,6 +27,27 @@ def quarantine(connection: Connection, sets: Sequence[str], reason: str, utc: da
 def quarantined() -> Select[tuple[str]]:
     """Return the query of the checksums of those that nobody released."""
     return select(QUARANTINES.c.sha256).where(QUARANTINES.c.sha256.not_in(released()))
+
+
+@dataclass(frozen=True)
+class Quarantined:
+    """A set that a history leaves out."""
+
+    sha256: str
+    created_utc: datetime
+    reason: str
+
+
+def quarantined_of(connection: Connection, sensor: str, until_utc: datetime | None) -> tuple[Quarantined, ...]:
+    """Return the sets of a sensor that are in quarantine, made up to a moment, the earliest first."""
+    query = (
+        select(SETS.c.sha256, SETS.c.created_utc, QUARANTINES.c.reason)
+        .select_from(SETS.join(QUARANTINES, SETS.c.sha256 == QUARANTINES.c.sha256))
+        .where(SETS.c.sensor == sensor, SETS.c.sha256.in_(quarantined()))
+        .order_by(SETS.c.created_utc, SETS.c.sha256)
+    )
+    found = [Quarantined(*row) for row in connection.execute(query)]
+    return tuple(held for held in found if until_utc is None or held.created_utc <= until_utc)
 
 
 def released() -> Select[tuple[str]]:

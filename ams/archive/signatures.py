@@ -1,9 +1,10 @@
 """Who stands behind a set: prepared, reviewed, approved, by name and in this order; certificates only after approval.
 
-Four eyes: whoever prepared a set neither reviews nor approves it. A signature is a row of its own and is never taken
-back; a set that must not be used any more is *withdrawn*, by name and with a reason, and stays withdrawn. Names are
-compared without regard to case and spaces. What showed that it is that person (``identified_by``) is the caller's: the
-command asks for a secret, and the record tells that it did.
+Four eyes: whoever prepared a set neither reviews nor approves it; who reviewed it may approve it, since ISO/IEC 17025
+(7.8.1.1) asks for a review and an authorisation, and not for a third person. Where one did both, that is told. A
+signature is a row of its own and is never taken back; a set that must not be used any more is *withdrawn*, by name and
+with a reason, and stays withdrawn. Names are compared without regard to case and spaces. What showed that it is that
+person (``identified_by``) is the caller's: the command asks for a secret, and the record tells that it did.
 
 A significant finding of a set is *accepted*, and a quarantine *released*, by name and with a reason, after the set was
 prepared and by somebody else than who prepared it. Nothing is approved that holds a finding which nobody accepted, or
@@ -106,6 +107,12 @@ class SignOff:
     def state(self) -> str:
         """``unsigned``, ``prepared``, ``reviewed``, ``approved`` or ``withdrawn``."""
         return self.signatures[-1].role if self.signatures else "unsigned"
+
+    @property
+    def approver_reviewed(self) -> bool:
+        """Whether one person reviewed and approved."""
+        reviewed, approved = self.by("reviewed"), self.by("approved")
+        return reviewed is not None and approved is not None and _same(reviewed.name, approved.name)
 
     @property
     def is_approved(self) -> bool:

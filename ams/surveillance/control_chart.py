@@ -19,6 +19,7 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
 from ams.errors import ArchiveUnknown
+from ams.parameter_words import words_of_characteristic
 from ams.statistics.distributions import chi_square_tail
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.between_runs import Scatter, pooled_scatter
@@ -233,7 +234,7 @@ def _step(population: Population, at: PointLabel, change: FloatArray, alarms: Bo
     names = _strongest(population, np.where(alarms, np.abs(change), 0.0), int(alarms.sum()))
     size = float(np.degrees(np.abs(change[alarms]).max()))
     sentence = (
-        f"{at.sensor}: at {at.created_utc:%Y-%m-%d} {', '.join(names)} left the prediction interval of the last "
+        f"{at.sensor}: at {at.created_utc:%Y-%m-%d} {_in_words(names)} left the prediction interval of the last "
         f"calibration, by {size:.4f}° as an angle: the sensor made a step (drop, overload, repair?)"
     )
     return Finding("step", at, names, size, None, sentence)
@@ -253,7 +254,7 @@ def _drift(population: Population, watch: _Watch, at: PointLabel, drifting: Bool
     names = _strongest(population, np.where(drifting, np.abs(slope), 0.0), int(drifting.sum()))
     rate = float(np.degrees(np.abs(slope[drifting]).max()))
     sentence = (
-        f"{at.sensor}: {', '.join(names)} drift, by {rate:.4f}° a year as an angle, since "
+        f"{at.sensor}: {_in_words(names)} drift, by {rate:.4f}° a year as an angle, since "
         f"{len(watch.regime)} calibrations (seen at {at.created_utc:%Y-%m-%d})"
     )
     return Finding("drift", at, names, rate, None, sentence)
@@ -261,6 +262,10 @@ def _drift(population: Population, watch: _Watch, at: PointLabel, drifting: Bool
 
 def _strongest(population: Population, strength: FloatArray, count: int) -> tuple[str, ...]:
     return tuple(population.characteristics.names[index] for index in np.argsort(-strength)[:count])
+
+
+def _in_words(names: Sequence[str]) -> str:
+    return ", ".join(map(words_of_characteristic, names))
 
 
 def _settled(population: Population, findings: Sequence[Finding], watch: _Watch) -> tuple[Finding, ...]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ams.parameter_words import words_of_characteristic
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.control_chart import History
 from ams.surveillance.series import SECONDS_PER_YEAR
@@ -51,7 +52,7 @@ def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None
         room = limit_deg - factor * np.sqrt(2.0) * chart.scatter * chart.deg_per_unit
         allowed = max(room, 0.0) / rate * 12.0 if rate > 0.0 else np.inf
         if allowed < months:
-            worst, months = chart.name, allowed
+            worst, months = words_of_characteristic(chart.name), allowed
     return _advice(months, current, f"{worst} reaches {limit_deg:g}° after {months:.0f} months at the 95 % bound")
 
 

@@ -117,6 +117,8 @@ def sign_off_lines(signed: SignOff) -> Iterator[str]:
     for signature in signed.signatures:
         comment = f": {signature.comment}" if signature.comment else ""
         yield f"  {signature.role:<10} {signature.name}, {at_both(signature.signed_utc)}{comment}"
+    if signed.approver_reviewed:
+        yield "  who approved it reviewed it too: nobody else looked at it beside who prepared it"
     yield from _findings_lines(signed)
     for certificate in signed.certificates:
         amends = f", amends {certificate.amends} ({certificate.reason})" if certificate.amends else ""
@@ -197,6 +199,11 @@ def history_lines(found: SensorHistory) -> Iterator[str]:
         yield f"{finding.kind}: {finding.sentence}"
         if finding.rig_cause is not None:
             yield f"  but see the check sensor: {finding.rig_cause}"
+    for held in found.in_quarantine:
+        yield (
+            f"left out: the calibration of {held.created_utc:%Y-%m-%d} (set {held.sha256[:12]}) is in quarantine: "
+            f"{held.reason}; calrig archive release lets it count"
+        )
     if found.check is not None:
         yield from _check_lines(found.check)
     if found.advice is not None:

@@ -209,6 +209,8 @@ def test_of_a_set_in_quarantine_no_history_is_missed(archive: Any) -> None:
 
 
 def test_a_set_whose_table_turned_is_kept_in_quarantine_and_is_nobodys_previous(archive: Any) -> None:
+    from procedures.cli.archive.text import history_lines
+
     publish_run(archive.url, a_run(0), [a_sensor(0)], NOW)
     publish_run(archive.url, a_run(10), [turned(a_sensor(10, gain=1.01))], NOW)
     published = publish_run(archive.url, a_run(20), [a_sensor(20)], NOW)
@@ -218,7 +220,12 @@ def test_a_set_whose_table_turned_is_kept_in_quarantine_and_is_nobodys_previous(
     assert found is not None
     assert (found.set_sha256, found.verdict) == (first.sha256, "pass")
     assert show(archive.url, second.sha256).sensor == "SN1"
-    assert [label.sha256 for label in history(archive.url, "SN1").history.labels] == [first.sha256, third.sha256]
+    past = history(archive.url, "SN1")
+    assert [label.sha256 for label in past.history.labels] == [first.sha256, third.sha256]
+    assert [(held.sha256, held.reason) for held in past.in_quarantine] == [(second.sha256, second.quarantine)]
+    (said,) = [line for line in history_lines(past) if line.startswith("left out: the calibration of")]
+    assert f"is in quarantine: {second.quarantine}" in said
+    assert history(archive.url, "SN1", until_utc=first.created_utc).in_quarantine == ()
     assert verify_archive(archive.url).faults == ()
 
 

@@ -23,6 +23,8 @@ def guilty_are_found(archive: SyntheticArchive, found: dict[str, History]) -> No
     for name in archive.drifting:
         said = {finding.characteristics[0] for finding in found[name].findings if finding.kind in ("drift", "step")}
         assert "sensitivity_v_per_g.x" in said, (name, found[name].findings)
+        assert any("sensitivity x" in finding.sentence for finding in found[name].findings), "as reports name it"
+    assert not any("_" in finding.sentence for history in found.values() for finding in history.findings)
     for name in archive.dropped:
         steps = [finding for finding in found[name].findings if finding.kind == "step"]
         assert {"offset_v.y", "angle_deg.yz"} <= {

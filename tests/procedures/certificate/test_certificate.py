@@ -23,6 +23,7 @@ from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
 from procedures.certificate.results import coefficients_of
+from procedures.cli.archive.text import sign_off_lines
 from procedures.errors import RequestError
 from procedures.report.paper.page_tree import page_tree_of
 
@@ -233,6 +234,16 @@ def test_a_significant_finding_is_a_gap_until_somebody_accepts_it_and_then_it_is
     accepted = _grounds(coefficients=entry, signed=replace(unaccepted, acceptances=words))
     check_grounds(accepted)
     assert "Axis y: said of cubic. Accepted by C. Reader, 2026-03-02 09:00:00 UTC: why y.cubic" in _text(accepted)
+
+
+def test_one_person_who_reviewed_and_approved_is_told_and_two_are_not() -> None:
+    """Four eyes are kept, since somebody else prepared; whoever wants six must see that they were not there."""
+    signed = _grounds().signed
+    for reviewer, is_told in (("b.  chief", True), ("C. Reader", False)):
+        review = Signature("reviewed", reviewer, SIGNED, "")
+        both = replace(signed, signatures=(signed.signatures[0], review, signed.signatures[1]))
+        assert ("Reviewed and approved by one person." in _text(_grounds(signed=both))) == is_told
+        assert any("who approved it reviewed it too" in line for line in sign_off_lines(both)) == is_told
 
 
 def test_a_quarantine_is_a_gap_until_somebody_releases_it_and_then_it_is_printed() -> None:
