@@ -21,7 +21,8 @@ from ams.analysis.diagnostics.declared_axis import handedness
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
-from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication, diagnose, evidence_of
+from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication, evidence_of
+from ams.calibration.memory import diagnose_together
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration.steps import NO_STEPS, StepsOfOutput, judge_steps
 from ams.calibration.table_limit import judge_table
@@ -90,11 +91,13 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     family = request.tested_axes or len(labels)
     judged = [None if weights is not None else evidence_of(solved, rows) for _, solved, _ in groups]
     steps = _steps(judged, groups, family)
+    every = []
     for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
         limits, changed = [limit] * len(group), [steps.get(label, NO_STEPS) for label in group]
         of_group, said = shared[group[0]], [_declared(label, choices, request) for label in group]
-        circumstances = Circumstances(rows, outputs, request.table, of_group, limits, family, (), changed, said)
-        found = diagnose(solved, circumstances, evidence)
+        under = Circumstances(rows, outputs, request.table, of_group, limits, family, (), changed, said)
+        every.append((solved, under, evidence))
+    for (group, solved, _), found in zip(groups, diagnose_together(every), strict=True):
         for row, label in enumerate(group):
             curved = request.residual_curvature
             axes[label] = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)

@@ -10,12 +10,14 @@ from math import hypot
 
 import numpy as np
 
+from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.axis_tests import SharedTests, axis_tests, shared_tests
 from ams.analysis.diagnostics.beliefs import (
     COLUMNS,
     DRIFT_OF,
     LACK_OF_FIT,
     LAG,
+    MEMORIES,
     SETTLING,
     WRONG_DWELL,
     AxisTests,
@@ -29,6 +31,7 @@ from ams.analysis.diagnostics.facts import (
     temperature_confounded,
     time_confounded,
 )
+from ams.analysis.diagnostics.memories import beside_the_dwell_before, plainest_memory
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, settling
 from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
@@ -89,6 +92,12 @@ class Circumstances:
     declared: Sequence[DeclaredDirection] = ()
     """Of each output, the direction that is declared of it; empty: its nominal axis, of either polarity."""
 
+    memories: Sequence[BeliefTest | None] = ()
+    """Of each output, the memory of the attitudes before that its package shows; empty: not asked."""
+
+    def memory_of(self, index: int) -> BeliefTest | None:
+        return self.memories[index] if self.memories else None
+
     def limit_of(self, index: int) -> TableLimit | None:
         return self.limits[index] if self.limits else None
 
@@ -139,6 +148,10 @@ class Believed:
         without = replace(self, taken=np.hstack([self.taken, columns]))
         return without.of(np.ones(self.rows.rows, dtype=bool), columns @ size, circumstances)
 
+    @property
+    def nominal_axis(self) -> str:
+        return self.solved.problem.models[self.index].nominal_axis
+
     def of(self, kept: BoolArray, less: FloatArray | float, circumstances: Circumstances) -> "Believed":
         """Return one output at some rows, and less something, solved as the whole was."""
         rows, output = select_rows(self.rows, kept), (self.outputs[:, self.index] - less)[kept]
@@ -173,7 +186,13 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         every = np.ones(seen.rows.rows, dtype=bool)
         seen = seen.of(every, made[SETTLING].size * settling(seen.evidence), circumstances)
         tests = seen.tested(made, limit, family)
-    diagnosis = _diagnosis(seen, with_steps(tests, steps), convicted, circumstances, limit)
+    memory = plainest_memory(tests, circumstances.memory_of(index))
+    if memory is not None:
+        made[memory.name] = memory
+        column = previous_attitude.memories(seen.evidence, seen.nominal_axis)[:, MEMORIES.index(memory.name)]
+        seen = seen.of(np.ones(seen.rows.rows, dtype=bool), memory.size * column, circumstances)
+        tests = seen.tested(made, limit, family)
+    diagnosis = _diagnosis(seen, beside_the_dwell_before(with_steps(tests, steps)), convicted, circumstances, limit)
     return replace(diagnosis, findings=(*steps.findings, *diagnosis.findings))
 
 
@@ -301,6 +320,11 @@ def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
     repeats = columns.lack_of_fit.p_value <= found.tests.conviction_level
     lack_of_fit = columns.lack_of_fit.judged(np.where(flags.get(LACK_OF_FIT, False), True, repeats))
     return ReplicationColumns(lack_of_fit, drift, columns.tp)
+
+
+def sensitivity_of(found: Diagnosis) -> float | None:
+    """Return the sensitivity of an axis, V/g; None where it has none."""
+    return _scale(found.solved, found.row).volts_per_radian
 
 
 def _scale(solved: SolvedColumns, index: int) -> Scale:

@@ -19,7 +19,8 @@ from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration.columns import SolvedColumns
-from ams.calibration.diagnosis import Circumstances, diagnose, evidence_of
+from ams.calibration.diagnosis import Circumstances, evidence_of
+from ams.calibration.memory import diagnose_packages
 from ams.calibration.steps import judge_steps
 from ams.calibration.table_limit import judge_table
 from ams.inference.inference import Package, inference
@@ -85,12 +86,15 @@ def _diagnoses(
     count = next(iter(found.values())).primary.shape[0]
     steps = [judge_steps([(evidence[axis], index) for axis in found], axes) for index in range(count)]
     kinds: list[set[str]] = [set() for _ in range(count)]
+    of_axes = []
     for which, (axis, columns) in enumerate(found.items()):
         outputs = columns_of(drawn, axis)[:, first : first + count]
         of_table = limits[first : first + count]
         changed = [axis_steps[which] for axis_steps in steps]
-        circumstances = Circumstances(seen, outputs, table, errors, of_table, axes, steps=changed)
-        for index, diagnosis in enumerate(diagnose(columns, circumstances, evidence[axis])):
+        under = Circumstances(seen, outputs, table, errors, of_table, axes, steps=changed)
+        of_axes.append((columns, under, evidence[axis]))
+    for diagnoses in diagnose_packages(of_axes):
+        for index, diagnosis in enumerate(diagnoses):
             kinds[index] |= significant(diagnosis.findings)
     return kinds
 

@@ -81,6 +81,7 @@ WHY: Mapping[str, str] = {
     "use-site-gravity": "two parts in a hundred thousand of |f| are within what a reading of 1.65″ allows",
     "two-packages": "the y axis of the sting package is a yaw, of which the model package tells nothing",
     "drift-settling": "the same in every replication it is in the estimate, and below its threshold in no finding",
+    "after-effect": "below its threshold it passes for sensitivities, and no residual shows it",
     "slip-": "below the threshold of the search between all dwells and of two attitudes visited",
     "meter-": "below the threshold of the search between all dwells and of two attitudes visited",
     "sensor-": "below the threshold of the search between all dwells and of two attitudes visited",

@@ -8,6 +8,7 @@ temperature's.
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Final
 
 import numpy as np
@@ -25,8 +26,10 @@ from ams.analysis.diagnostics.beliefs import (
     LACK_OF_FIT,
     LAG,
     LEVEL,
+    MEMORIES,
     OVER_TIME,
     ROBUST,
+    SETTLING,
     SQUARENESS,
     TABLE_LIMIT,
     TURNED_FROM,
@@ -40,7 +43,7 @@ from ams.analysis.diagnostics.low_order import squareness_of_points, term_column
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
-from ams.analysis.diagnostics.settling import Between, slope_test
+from ams.analysis.diagnostics.settling import Between, Estimate, slope_test
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import (
     Autocorrelation,
@@ -67,7 +70,7 @@ from ams.statistics.intervals import holm
 
 _LINEAR: Final = 4
 _NEEDED: Final = 0.05
-MOST_TESTS: Final = 28
+MOST_TESTS: Final = 34
 """Of one axis."""
 _PLAINER: Final = {"K1'": "K2", "K0'": "K3", SQUARENESS: "Kpo"}
 
@@ -145,15 +148,16 @@ def axis_tests(
     found += _of_temperature(evidence, shared, output, known)
     found += [] if lag is None else [lag]
     terms = low_order(evidence, output, known, before)
-    between = Between(shared.settling, output, evidence.grid.dof)
+    between = _between(evidence, shared, output, grid)
     if terms is None:
-        found.append(between.test)
+        found.append(slope_test(SETTLING, "drift", shared.settling, output, ""))
     else:
         each = zip(COLUMNS, terms.each(), strict=False)
-        found += [between.with_means(_term(column, tested), terms.dof) for column, tested in each]
+        found += [between.with_means(_term(column, tested, terms.dof)) for column, tested in each]
     made = {test.name: test for test in found if np.isfinite(test.p_value)} | dict(convicted)
+    memories = [made[name] for name in MEMORIES if name in made]
     decided = _explained_by_temperature(evidence, output, _decided(made, terms, between, convicted, level))
-    return replace(decided, grid=grid)
+    return replace(decided, grid=grid, memories=memories)
 
 
 def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | None, FloatArray | None]:
@@ -199,6 +203,18 @@ def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list
 def _of_the_attitude_before(evidence: Evidence, grid: GridResiduals, column: FloatArray) -> list[BeliefTest]:
     found = previous_attitude.between_replications(evidence, grid, column)
     return [] if found is None else [_term(Column(TURNED_FROM, "autocorrelation", ""), found)]
+
+
+def _between(evidence: Evidence, shared: SharedTests, output: int, grid: GridResiduals) -> Between:
+    """Return, by what differs from replication to replication, estimates of what the means of the points show too."""
+    settles, base = shared.settling, linear_base(evidence.models[output])
+    coefficient, uncertainty = settles.coefficient[output], settles.standard_uncertainty[output]
+    found = {SETTLING: Estimate(float(coefficient), float(uncertainty), float(evidence.grid.dof))}
+    if base is not None:
+        found |= zip(
+            MEMORIES, previous_attitude.memories_between(evidence, grid, output, base.nominal_axis), strict=False
+        )
+    return Between(found)
 
 
 def _robust(evidence: Evidence, grid: GridResiduals) -> list[BeliefTest]:
@@ -276,14 +292,22 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     before = layout.mean_by_point(turned)
     skew = squareness_of_points(rows, layout, base.nominal_axis, evidence.primary[output])
     is_determined = layout.points >= _LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
-    settles = settling_of_points(evidence) * is_determined
-    columns = np.hstack([terms, skew[:, None], before[:, None], settles[:, None], _by_point_degc(evidence, output)])
-    return eliminate(means, columns, _beside(evidence.basis, terms))
+    in_order = _in_order(
+        previous_attitude.memories_of_points(evidence, base.nominal_axis), settling_of_points(evidence), is_determined
+    )
+    columns = np.hstack([terms, skew[:, None], before[:, None], in_order, _by_point_degc(evidence, output)])
+    return eliminate(means, columns, _beside(evidence.basis, terms, in_order))
 
 
 @remembered(16)
-def _beside(basis: FloatArray, terms: FloatArray) -> FloatArray:
-    return np.hstack([basis, terms])
+def _in_order(memories: FloatArray, settles: FloatArray, is_determined: bool) -> FloatArray:
+    """Return (K, 4) what the order of the points leaves at them; nothing where it is not asked for."""
+    return np.column_stack([memories, settles]) * is_determined
+
+
+@remembered(16)
+def _beside(basis: FloatArray, terms: FloatArray, in_order: FloatArray) -> FloatArray:
+    return np.hstack([basis, terms, in_order])
 
 
 def linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
@@ -293,10 +317,9 @@ def linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
     return model if isinstance(model, PitchRoll | ExtendedPitchRoll) else None
 
 
-def _term(column: Column, tested: Tested) -> BeliefTest:
-    return BeliefTest(
-        column.name, column.kind, tested.p_value, tested.coefficient, tested.standard_uncertainty, column.unit
-    )
+def _term(column: Column, tested: Tested, dof: float = inf) -> BeliefTest:
+    coefficient, uncertainty = tested.coefficient, tested.standard_uncertainty
+    return BeliefTest(column.name, column.kind, tested.p_value, coefficient, uncertainty, column.unit, dof)
 
 
 def _decided(
@@ -323,9 +346,8 @@ def _decided(
         beside = tuple(names[name] for name in known)
         for name, column_index in names.items():
             if name in made and name not in known and name not in convicted:
-                tested = between.with_means(
-                    _term(COLUMNS[column_index], columns.test(column_index, beside)), columns.dof
-                )
+                of_means = _term(COLUMNS[column_index], columns.test(column_index, beside), columns.dof)
+                tested = between.with_means(of_means)
                 made[name] = replace(tested, p_value=tested.p_value if np.isfinite(tested.p_value) else 1.0)
 
 

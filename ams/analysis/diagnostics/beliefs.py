@@ -1,12 +1,17 @@
 """The tests by name, and what each says of one sensor axis."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
 from ams.analysis.diagnostics.low_order import TERMS
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.findings import FindingKind
+
+
+def _dwells(count: float) -> str:
+    return f"{count:g} dwell{'' if count == 1.0 else 's'}"
+
 
 LEVEL: Final = 0.05
 """Of all tests of a run: where nothing is wrong some test rings in 4.2 to 6 % of the runs, with one axis, three or nine
@@ -19,6 +24,9 @@ AUTOCORRELATION: Final = "autocorrelation"
 ROBUST: Final = "robust fit"
 TURNED_FROM: Final = "previous attitude"
 TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"
+MEMORY_DWELLS: Final = (1.0, 3.0, 10.0)
+"""Time constants of a memory that are tried, in dwells."""
+MEMORIES: Final = tuple(f"memory of about {_dwells(dwells)}" for dwells in MEMORY_DWELLS)
 BY_POINT: Final = "temperature, point by point"
 BY_POINT_GAIN: Final = "temperature, point by point, on the sensitivity"
 BY_REPLICATION: Final = "temperature, replication by replication"
@@ -44,10 +52,13 @@ COLUMNS: Final = (
     *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
     Column(SQUARENESS, "lack-of-fit", "rad"),
     Column(TURNED_FROM_ALIKE, "autocorrelation", ""),
+    *(Column(name, "autocorrelation", "V/g") for name in MEMORIES),
     Column(SETTLING, "drift", ""),
     Column(BY_POINT, "temperature-residual", "per °C"),
     Column(BY_POINT_GAIN, "temperature-residual", "per °C"),
 )
+LIKE_A_MEMORY: Final = frozenset({AUTOCORRELATION, TURNED_FROM, *(column.name for column in COLUMNS)})
+"""Tests that ring for a memory of the attitudes before, or that one rings for."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +73,12 @@ class BeliefTest:
     """In the output's unit, or as ``unit`` says."""
     uncertainty: float = float("nan")
     unit: str = ""
+    dof: float = float("inf")
+    """Degrees of freedom of the uncertainty, where others are to be joined to it."""
     is_explained: bool = False
     """By another finding, which has its name."""
+    fit_as_well: tuple[str, ...] = ()
+    """Names of tests that nothing tells from this one."""
     axes: int = 1
     """How many axes of a family have this same test: it can ring falsely once only, so it has the share of all of them.
     """
@@ -78,6 +93,8 @@ class AxisTests:
     is_significant: Mapping[str, bool] = field(default_factory=dict)
     grid: GridResiduals | None = None
     """What every dwell says beside the others and beside what is known; None where nothing was tested."""
+    memories: Sequence[BeliefTest] = ()
+    """Of each time constant, beside nothing that these tests find."""
     level: float = LEVEL
     """Of all tests of this axis together."""
 

@@ -1,29 +1,166 @@
-"""Whether a dwell remembers the attitude that the sensor was turned from: hysteresis, or too short a settling time.
+"""Whether a dwell remembers the attitudes before it: hysteresis, an after-effect, or too short a settling time.
 
-The column is what the sensor senses at the dwell before less what it senses now, within a replication; the first dwell
-of a replication has none before it. In an order that differs from replication to replication every point tells it for
-itself; in an order that is always the same it repeats, and is one of the columns that the means of the points are
-tested for.
+The column of the attitude before is what the sensor senses at the dwell before less what it senses now, within a
+replication; the first dwell of a replication has none before it. The columns of a memory are what an element that
+follows the force along the nominal axis with a time constant of so many dwells lags behind it, ṁ = (f − m)/τ, through
+the whole run: creep does not know of replications. At the first dwell it is at rest.
+
+In an order that differs from replication to replication every point tells these for itself; in an order that is always
+the same they repeat, and are among the columns that the means of the points are tested for. Where every second
+replication goes the same way backwards, a memory turns the sensitivities one way and then the other.
 """
 
 import numpy as np
 
+from ams.analysis.diagnostics.beliefs import MEMORY_DWELLS
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
+from ams.analysis.diagnostics.settling import UNKNOWN, Estimate, joined
 from ams.analysis.diagnostics.time_order import LEAST_DOF, order_repeats, time_order
 from ams.arrays import FloatArray, IntArray
+from ams.frames import specific_force
 from ams.remembered import remembered
 from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 _NOTHING = 1e-9
+_LITTLE = 1e-3
+_LEAST_REPLICATIONS = 4
+"""Whose parameters tell what they follow from what they do by themselves."""
+_DRIFTS = 0.05
 
 
 def turned_from(evidence: Evidence, output: int) -> FloatArray:
     """Return the (N,) change of what the output senses from this dwell back to the one before it, over its largest."""
     along = evidence.sensed[:, output]
     return np.asarray(along[_dwell_before(time_order(evidence), evidence.layout)] - along)
+
+
+def memories(evidence: Evidence, nominal_axis: str) -> FloatArray:
+    """Return (N, 3) what an element with a memory of so many dwells shows still less what there is now, g."""
+    rows = evidence.rows
+    return _memories(rows.time_s, time_order(evidence), rows.pitch_rad, rows.roll_rad, nominal_axis)
+
+
+def memories_of_points(evidence: Evidence, nominal_axis: str) -> FloatArray:
+    """Return the (K, 3) means of that at every point."""
+    return _of_points(evidence.layout, memories(evidence, nominal_axis))
+
+
+def memories_between(evidence: Evidence, grid: GridResiduals, output: int, nominal_axis: str) -> list[Estimate]:
+    """Estimate each memory from what differs between replications; none if the order never differs.
+
+    Beside the effects of points and the parameters of every replication the dwells tell it. What the parameters
+    themselves follow of it, in an order that goes forward and then back, counts against the rest of their own changes.
+    """
+    if order_repeats(evidence) or evidence.sums is None or grid.dof - 1 < LEAST_DOF:
+        return []
+    columns = memories(evidence, nominal_axis)
+    is_whole = grid.taken.shape[1] == 0 and evidence.layout.is_complete
+    if is_whole:
+        left = _beside_parameters(grid.q, evidence.dwell, columns, grid.replications)
+    else:
+        left = grid.projected(evidence.on_grid(columns))
+    whole = np.einsum("nc,nc->c", columns, columns).tolist()
+    squares, along = np.einsum("nc,nc->c", left, left).tolist(), (grid.residuals[:, 0] @ left).tolist()
+    sum_of_squares, dof = float(grid.squares[0]), grid.dof - 1
+    found = [
+        _estimate(size, square, sum_of_squares - size**2 / square, dof) if square > _LITTLE * everything else UNKNOWN
+        for square, size, everything in zip(squares, along, whole, strict=True)
+    ]
+    if not (is_whole and evidence.sums.is_balanced and grid.replications >= _LEAST_REPLICATIONS):
+        return found
+    return [
+        joined([dwells, moved]) for dwells, moved in zip(found, _moved(evidence, grid, output, columns), strict=True)
+    ]
+
+
+def _moved(evidence: Evidence, grid: GridResiduals, output: int, columns: FloatArray) -> list[Estimate]:
+    """Estimate each memory from how the parameters of the replications follow it, against the rest of what they do.
+
+    All parameters scatter by precision where nothing drifts, and then the rest of all of them is one scatter. Where
+    those that a memory moves drift beyond that, theirs is.
+    """
+    shape = (grid.replications, grid.points)
+    moves = evidence.on_grid(evidence.departures[:, output : output + 1]).reshape(shape) @ grid.q
+    memory, direction, pattern = _of_parameters(grid.q, evidence.dwell, columns, grid.replications)
+    flat = memory.reshape(-1, memory.shape[-1])
+    squares, along = np.einsum("ic,ic->c", flat, flat), moves.ravel() @ flat
+    whole, dof = float(np.einsum("rp,rp->", moves, moves)), (grid.replications - 1) * moves.shape[1] - 1
+    same_way = moves @ direction
+    left = same_way - pattern * (np.einsum("rc,rc->c", pattern, same_way) / np.einsum("rc,rc->c", pattern, pattern))
+    of_direction, found = np.einsum("rc,rc->c", left, left).tolist(), []
+    for square, size, rest_of_direction in zip(squares.tolist(), along.tolist(), of_direction, strict=True):
+        rest, fewer = whole - size**2 / square, grid.replications - 2
+        ratio = rest_of_direction / fewer / (rest / dof) if rest > 0.0 else 0.0
+        drifts = ratio > 1.0 and float(f_tail(ratio, float(fewer), float(dof))) <= _DRIFTS
+        found.append(_estimate(size, square, *((rest_of_direction, fewer) if drifts else (rest, dof))))
+    return found
+
+
+def _estimate(along: float, square: float, rest: float, dof: int) -> Estimate:
+    if not rest > 0.0:
+        return UNKNOWN
+    return Estimate(along / square, float(np.sqrt(rest / dof / square)), float(dof))
+
+
+@remembered(16)
+def _memories(
+    time_s: FloatArray | None, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str
+) -> FloatArray:
+    force = specific_force(pitch_rad, roll_rad)[:, "xyz".index(nominal_axis)][order]
+    waited = np.ones(order.size - 1) if time_s is None else np.diff(time_s[order])
+    usual = float(np.median(waited)) if waited.size else 0.0
+    waited = waited / usual if usual > 0.0 else np.ones(order.size - 1)
+    found = np.empty((order.size, len(MEMORY_DWELLS)))
+    for index, dwells in enumerate(MEMORY_DWELLS):
+        kept = np.append(0.0, np.exp(-waited / dwells))
+        found[order, index] = _recursion(kept, kept * -np.diff(force, prepend=force[0]))
+    return found
+
+
+def _recursion(kept: FloatArray, added: FloatArray) -> FloatArray:
+    """Return y with y_j = kept_j y_(j−1) + added_j, in passes of twice the reach each."""
+    found, kept, reach = added.copy(), kept.copy(), 1
+    while reach < found.size:
+        found[reach:] = found[reach:] + kept[reach:] * found[:-reach]
+        kept[reach:] = kept[reach:] * kept[:-reach]
+        kept[:reach] = 0.0
+        reach *= 2
+    return found
+
+
+@remembered(16)
+def _of_points(layout: Layout, columns: FloatArray) -> FloatArray:
+    return layout.mean_by_point(columns)
+
+
+@remembered(16)
+def _beside_parameters(q: FloatArray, dwell: IntArray, columns: FloatArray, replications: int) -> FloatArray:
+    by_replication = _about_points(dwell, columns, replications)
+    return np.asarray((by_replication - q @ (q.T @ by_replication)).reshape(columns.shape))
+
+
+@remembered(16)
+def _of_parameters(
+    q: FloatArray, dwell: IntArray, columns: FloatArray, replications: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what the parameters of n replications take from c columns, about their mean.
+
+    (n, P, c); (P, c) the direction in which they move the most; (n, c) how far each moves along it.
+    """
+    moved = q.T @ _about_points(dwell, columns, replications)
+    direction = np.linalg.svd(np.moveaxis(moved, -1, 0))[2][:, 0].T.copy()
+    return moved, direction, np.einsum("rpc,pc->rc", moved, direction)
+
+
+def _about_points(dwell: IntArray, columns: FloatArray, replications: int) -> FloatArray:
+    """Return (n, K, c) columns less their mean over the replications of each point."""
+    grid = np.empty_like(columns)
+    grid[dwell] = columns
+    by_replication = grid.reshape(replications, grid.shape[0] // replications, -1)
+    return np.asarray(by_replication - by_replication.mean(axis=0))
 
 
 @remembered(16)

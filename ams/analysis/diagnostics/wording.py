@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from math import isfinite
 from typing import Final
 
@@ -16,6 +17,7 @@ from ams.analysis.diagnostics.beliefs import (
     DRIFT_OF,
     LACK_OF_FIT,
     LAG,
+    MEMORIES,
     OVER_TIME,
     ROBUST,
     SETTLING,
@@ -40,6 +42,7 @@ from ams.units import ARCSEC_PER_DEG, printed
 MOST_LISTED: Final = 5
 """Wrong dwells that a sentence names; all stand in ``steps``."""
 _CONTAINED: Final = "it is contained in the stated uncertainties"
+_BESIDE_MEMORY: Final = "what the memory of the output does is not in the stated uncertainties"
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
 _NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG})
 """Tests of what is alike in every replication, so that no scatter between replications holds it."""
@@ -83,6 +86,9 @@ def findings_of(
     ``is_contained``: whether a drift is in the uncertainties; not where the order of the points lets it pass.
     """
     found = []
+    is_remembering = any(tests.is_significant.get(name) for name in MEMORIES)
+    drift_is = _BESIDE_MEMORY if is_remembering else _CONTAINED if is_contained else _PASSES
+    lack_is = _BESIDE_MEMORY if is_remembering else _CONTAINED
     for name, test in tests.tests.items():
         is_significant = tests.is_significant[name]
         details = {"test": name, **_numbers(test)}
@@ -95,9 +101,7 @@ def findings_of(
             found.append(_wrong(test, scale, observations, convicted, details))
             continue
         if is_significant:
-            text = _significant(
-                test, scale, drifts, has_table=has_table, drift_is=_CONTAINED if is_contained else _PASSES
-            )
+            text = _significant(test, scale, drifts, has_table=has_table, drift_is=drift_is, lack_is=lack_is)
         else:
             text = f"{name}: {_not_significant(test)}{_beside(test, scale)}"
         is_held = name not in _NOT_HELD
@@ -128,10 +132,14 @@ def _robust_words(test: BeliefTest, scale: Scale) -> str:
 def _not_significant(test: BeliefTest) -> str:
     if not test.is_explained:
         return "not significant"
+    if test.name in MEMORIES:
+        return "explained by what a dwell knows of the one before it"
     return "explained by a drift" if test.name in (SLIP, STEP) else "explained by temperature"
 
 
-def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, has_table: bool, drift_is: str) -> str:
+def _significant(
+    test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, has_table: bool, drift_is: str, lack_is: str
+) -> str:
     name, size = test.name, test.size
     if name in _SYMBOLS:
         symbol, unit = _SYMBOLS[name]
@@ -142,20 +150,20 @@ def _significant(test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, h
         moved = f" by {drifts[quantity]} (largest less smallest)" if quantity in drifts else ""
         return f"{quantity} changed from replication to replication{moved}; {drift_is}"
     sentences = {
-        **_of_residuals(test, scale, has_table=has_table),
+        **_of_residuals(test, scale, lack_is, has_table=has_table),
         **_of_order(test, scale, drift_is),
         **_of_temperature(test, scale),
     }
     return sentences[name]()
 
 
-def _of_residuals(test: BeliefTest, scale: Scale, *, has_table: bool) -> dict[str, Callable[[], str]]:
+def _of_residuals(test: BeliefTest, scale: Scale, lack_is: str, *, has_table: bool) -> dict[str, Callable[[], str]]:
     """Return what is said of residuals that repeat, stand out, or show the table."""
     return {
         LACK_OF_FIT: lambda: (
             f"the residuals repeat from replication to replication: lack of fit, {scale.words(test.size)} (standard "
             f"deviation over the attitudes)"
-            f"{', more than the table’s index errors explain' if has_table else ''}; {_CONTAINED}"
+            f"{', more than the table’s index errors explain' if has_table else ''}; {lack_is}"
         ),
         WRONG_DWELL: lambda: (
             "more than a tenth of the dwells stand out from their replications: this is no matter of single dwells but "
@@ -187,6 +195,7 @@ def _of_order(test: BeliefTest, scale: Scale, drift_is: str) -> dict[str, Callab
             "wanders or has not settled; a longer settling time or a random order makes dwells independent"
         ),
         TURNED_FROM: lambda: _turned_text(test, scale, ""),
+        **{name: partial(_memory_text, test, scale) for name in MEMORIES},
         TURNED_FROM_ALIKE: lambda: _turned_text(test, scale, ", alike in every replication"),
         SETTLING: lambda: (
             f"the output settles at the start of every replication: {scale.words(abs(test.size))} at its first dwell, "
@@ -243,6 +252,28 @@ def _turned_text(test: BeliefTest, scale: Scale, where: str) -> str:
         f"its range to the other{where}; hysteresis, or the output has not settled: a longer settling time tells "
         f"which; {_CONTAINED} only as far as the order of the points makes chance of it"
     )
+
+
+def _memory_text(test: BeliefTest, scale: Scale) -> str:
+    about = test.name.removeprefix("memory of about ")
+    return (
+        f"the output remembers the attitudes of about {about} before: {_per_g(test.size, test.uncertainty, scale)} of "
+        f"what the force along the axis changed by, fading from dwell to dwell{_as_well(test)}; creep of "
+        "the sensor, of its mount or of its case, or a channel that has not settled; sensitivities hold most of it and "
+        "the stated uncertainties none: dwell longer, or wait longer before each reading, and measure again"
+    )
+
+
+def _as_well(test: BeliefTest) -> str:
+    others = [name.removeprefix("memory of about ") for name in test.fit_as_well]
+    return f" ({' and '.join(others)} fit{'s' if len(others) == 1 else ''} as well, of another size)" if others else ""
+
+
+def _per_g(size: float, uncertainty: float, scale: Scale) -> str:
+    if scale.volts_per_radian is None:
+        return f"{_two(abs(size))} ± {_two(2.0 * uncertainty)} {printed(scale.unit)} a g"
+    micro = 1e6 / scale.volts_per_radian
+    return f"{_two(micro * abs(size))} ± {_two(2.0 * micro * uncertainty)} µg a g ({scale.words(abs(size))})"
 
 
 def _temperature_text(test: BeliefTest, scale: Scale, where: str) -> str:

@@ -11,7 +11,7 @@ CHECK_SET_DEG = ((0.0, 0.0), (0.0, 90.0), (0.0, 180.0), (0.0, -90.0), (60.0, 0.0
 REFERENCE_DEG = ((0.0, 0.0), (30.0, 60.0))
 """Two attitudes that differ in pitch and in roll: one alone cannot tell a slip from a tilt (MATH 10)."""
 
-ORDERS = ("there-and-back", "serpentine", "raster", "random")
+ORDERS = ("there-and-back", "serpentine", "raster", "raster-and-back", "random")
 
 
 @dataclass(frozen=True)
@@ -136,10 +136,11 @@ def visiting_order(order: str, pitches: int, rolls: int, chance: np.random.Gener
     """Return the points of one replication in the order in which they are visited.
 
     there-and-back goes out on every second pitch and comes home on those between, so that time is nearly orthogonal
-    to pitch; it turns the roll to and fro, as serpentine does. raster is pitch by pitch, each from the first roll.
+    to pitch; it turns the roll to and fro, as serpentine does. raster is pitch by pitch, each from the first roll;
+    raster-and-back does every second replication the same way backwards.
     """
     indices = np.arange(pitches * rolls).reshape(pitches, rolls)
-    if order == "raster":
+    if order in ("raster", "raster-and-back"):
         return indices.ravel()
     if order == "random":
         return chance.permutation(indices.size)
@@ -161,7 +162,9 @@ def schedule_of(setup: Setup, chance: np.random.Generator) -> Schedule:
     if setup.reference_every:
         stops += _visit("reference", 0, REFERENCE_DEG)
     for replication in range(setup.replications):
-        for point in visiting_order(setup.order, setup.pitch_count, setup.rolls_deg().size, chance):
+        visits = visiting_order(setup.order, setup.pitch_count, setup.rolls_deg().size, chance)
+        is_backwards = setup.order == "raster-and-back" and replication % 2 == 1
+        for point in visits[::-1] if is_backwards else visits:
             stops.append(("point", replication, int(point), float(points[point, 0]), float(points[point, 1])))
             since += 1
             if since == setup.reference_every:

@@ -13,6 +13,7 @@ from physics_scenes.scene import Scene
 from physics_scenes.world import World
 
 MICRO = 1e-6
+REMEMBERED = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0, 20.0)
 SMALL = (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 
 
@@ -93,6 +94,22 @@ def hysteresis(world: World, size: float, chance: np.random.Generator) -> World:
     change = np.einsum("dsc,nsac->ndsa", before - now, along)
     kept = np.sqrt(np.abs(change) / 2.0) * np.sign(change)
     return replace(world, added_g=world.added_g + size * MICRO * kept)
+
+
+def after_effect(world: World, size: float, chance: np.random.Generator) -> World:
+    """The element creeps: the output takes size·(a_i − m), m what of a_i it has followed, ṁ = (a_i − m)/τ, in µg a g.
+
+    τ is three of the run's dwells, that of a flexure or a cement that gives way slowly (Boltzmann's after-effect, one
+    time constant). The truth is what a sensor that stands still for long shows. At its first dwell it has.
+    """
+    schedule, along = world.schedule, world.package.axis_direction
+    force = np.einsum("dsc,nsac->ndsa", mounted_force(world.setup, schedule.pitch_deg, schedule.roll_deg), along)
+    time_constant_s = 3.0 * float(np.median(np.diff(schedule.time_s)))
+    left = np.zeros(force.shape)
+    for dwell in range(1, force.shape[1]):
+        kept = np.exp(-(schedule.time_s[dwell] - schedule.time_s[dwell - 1]) / time_constant_s)
+        left[:, dwell] = kept * (left[:, dwell - 1] + force[:, dwell] - force[:, dwell - 1])
+    return replace(world, added_g=world.added_g + size * MICRO * left)
 
 
 def coning(world: World, size: float, chance: np.random.Generator) -> World:
@@ -188,6 +205,11 @@ SENSOR_SCENES = (
         "µg",
         (*SMALL, 50.0),
         design={"order": "random"},
+    ),
+    Scene("after-effect", after_effect, "µg", REMEMBERED, "autocorrelation"),
+    Scene("after-effect-random-order", after_effect, "µg", REMEMBERED, "autocorrelation", design={"order": "random"}),
+    Scene(
+        "after-effect-raster", after_effect, "µg", REMEMBERED, "autocorrelation", design={"order": "raster-and-back"}
     ),
     Scene("coning", coning, "deg", (0.05, 0.1, 0.5, 2.0, 10.0, 45.0, 80.0), declared_up_to=80.0, zero_is_clean=False),
     Scene(

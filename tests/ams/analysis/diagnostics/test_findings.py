@@ -12,6 +12,7 @@ from ams.analysis.diagnostics.beliefs import SLIP, SQUARENESS, STEP
 from ams.calibration.calibrate import calibrate
 from ams.calibration.columns import SolvedColumns, solve_columns
 from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, evidence_of
+from ams.calibration.memory import diagnose_packages
 from ams.calibration.steps import judge_steps
 from ams.calibration_result import AxisCalibration
 from ams.findings import Finding
@@ -69,12 +70,12 @@ def _run_rings(drawn, sensors: int = 1) -> float:
     family, solved = len(axes) * sensors, {axis: _solved(drawn, axis) for axis in axes}
     evidence = {axis: evidence_of(columns, rows) for axis, columns in solved.items()}
     steps = [judge_steps([(evidence[axis], campaign) for axis in axes], family) for campaign in range(drawn.campaigns)]
-    rings = []
+    of_axes = []
     for which, (axis, columns) in enumerate(solved.items()):
         changed = [of_package[which] for of_package in steps]
         under = Circumstances(rows, columns_of(drawn, axis), None, (), family=family, steps=changed)
-        rings.append([bool(_kinds(entry)) for entry in diagnose(columns, under, evidence[axis])])
-    rings = np.array(rings)
+        of_axes.append((columns, under, evidence[axis]))
+    rings = np.array([[bool(_kinds(entry)) for entry in of_axis] for of_axis in diagnose_packages(of_axes)])
     return float(np.mean(rings[:, : runs * sensors].reshape(len(axes), runs, sensors).any(axis=(0, 2))))
 
 
@@ -310,3 +311,54 @@ def test_a_product_that_attitudes_at_right_angles_never_excite_is_not_told_as_a_
     assert {name for axis, name in sizes if axis == "x"} == {"K2", "Kpp", "Kip", "Kio"}
     assert max(map(abs, sizes.values())) < 1e-3
     assert not {("x", "Kpo"), ("y", "Kip"), ("z", "Kio")} & set(sizes)
+
+
+def _memories(found: Diagnosis) -> list[Finding]:
+    return [entry for entry in found.findings if entry.is_significant and "remembers the attitudes" in entry.text]
+
+
+@pytest.mark.parametrize("order", ["there-and-back", "random", "raster-and-back"])
+def test_an_after_effect_of_several_dwells_is_told_as_that_with_its_size(order: str) -> None:
+    drawn = campaigns("after-effect", 10.0, np.random.default_rng(3), 20, order=order)
+    told = [_memories(found) for found in _diagnosed(drawn, axis="y")]
+    assert np.mean([bool(findings) for findings in told]) >= 0.9
+    sizes = [
+        1e6 * abs(finding.details["size"]) / 2.5
+        for findings in told
+        for finding in findings
+        if "about 3" in finding.text
+    ]
+    assert np.median(sizes) == pytest.approx(10.0, rel=0.25)
+    assert np.mean(["3 dwells" in finding.text for findings in told for finding in findings]) >= 0.9
+    assert not any("is contained" in finding.text for findings in told for finding in findings)
+
+
+@pytest.mark.parametrize("order", ["there-and-back", "raster-and-back"])
+def test_three_outputs_tell_together_what_none_of_them_tells_alone(order: str) -> None:
+    drawn = campaigns("after-effect", 5.0, np.random.default_rng(4), 20, order=order)
+    rows, solved = _rows(drawn), {axis: _solved(drawn, axis) for axis in drawn.setup.axes}
+    of_axes = [
+        (columns, Circumstances(rows, columns_of(drawn, axis), None, (), family=3), evidence_of(columns, rows))
+        for axis, columns in solved.items()
+    ]
+    alone = np.array([["autocorrelation" in _kinds(found) for found in diagnose(*axis)] for axis in of_axes])
+    together = np.array([["autocorrelation" in _kinds(f) for f in axis] for axis in diagnose_packages(of_axes)])
+    assert together.all(axis=0).mean() >= 0.75
+    assert alone.all(axis=0).mean() < 0.5
+
+
+@pytest.mark.parametrize(
+    ("scene", "size"), [("drift-sensitivity", 10.0), ("drift-replications", 1.0), ("drift-walk", 2.0)]
+)
+def test_a_drift_of_the_replications_is_no_memory_of_what_alternates(scene: str, size: float) -> None:
+    drawn = campaigns(scene, size, np.random.default_rng(8), 40, order="raster-and-back")
+    found = _diagnosed(drawn, axis="y")
+    assert np.mean(["drift" in _kinds(entry) for entry in found]) >= 0.9
+    assert np.mean([bool(_memories(entry)) for entry in found]) <= 0.05
+
+
+def test_what_the_outputs_remember_takes_soundness_from_the_calibration() -> None:
+    drawn = campaigns("after-effect", 10.0, np.random.default_rng(5), 1, order="raster-and-back")
+    solved = calibrate(_rows(drawn), CalibrationRequest())
+    assert solved.verdict == "usable"
+    assert all(any("stated uncertainties none" in said.text for said in axis.findings) for axis in solved.axes.values())

@@ -1,0 +1,53 @@
+"""Which memory of the attitudes before is told of an output, of those that fit alike."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import inf, log1p
+from typing import Final
+
+from ams.analysis.diagnostics.beliefs import (
+    AUTOCORRELATION,
+    LIKE_A_MEMORY,
+    MEMORIES,
+    TURNED_FROM,
+    AxisTests,
+    BeliefTest,
+)
+
+_FITS_AS_WELL: Final = 6.63
+"""χ² of one degree of freedom at 1 %: by less in twice the log likelihood another time constant is not told apart."""
+_OF_THE_DWELL_BEFORE: Final = (AUTOCORRELATION, TURNED_FROM)
+
+
+def plainest_memory(tests: AxisTests, together: BeliefTest | None) -> BeliefTest | None:
+    """Return the test of the memory that is plain, and plainer than what looks like one; None: none is.
+
+    ``together``: what the outputs of a package show, where this one by itself shows none.
+    """
+    made = [test for name in MEMORIES if (test := tests.tests.get(name)) is not None]
+    best = min(made, key=lambda test: test.p_value, default=None)
+    plainest = min((test.p_value for test in tests.tests.values() if test.name in LIKE_A_MEMORY), default=1.0)
+    if best is not None and best.p_value <= min(tests.conviction_level, plainest):
+        return with_those_that_fit_as_well(best, tests.memories)
+    if together is None or together.name not in tests.tests:
+        return None
+    alone = tests.tests[together.name]
+    return replace(alone, p_value=together.p_value, axes=together.axes, fit_as_well=together.fit_as_well)
+
+
+def with_those_that_fit_as_well(best: BeliefTest, tests: Sequence[BeliefTest]) -> BeliefTest:
+    """Return the most significant of the tests of a memory with the names of the others that nothing tells from it."""
+    dof = min((test.dof for test in tests), default=1.0)
+    gains = {test.name: dof * log1p((test.size / test.uncertainty) ** 2 / dof) for test in tests}
+    least = gains.get(best.name, inf) - _FITS_AS_WELL
+    return replace(best, fit_as_well=tuple(name for name, gain in gains.items() if name != best.name and gain >= least))
+
+
+def beside_the_dwell_before(tests: AxisTests) -> AxisTests:
+    """Return the tests, a memory that the dwell before explains better told as that."""
+    made, flags = dict(tests.tests), dict(tests.is_significant)
+    nearest = min((made[name].p_value for name in _OF_THE_DWELL_BEFORE if flags.get(name)), default=1.0)
+    for name in MEMORIES:
+        if flags.get(name) and nearest < made[name].p_value:
+            made[name], flags[name] = replace(made[name], is_explained=True), False
+    return replace(tests, tests=made, is_significant=flags)

@@ -1,0 +1,80 @@
+"""Whether the outputs of a package remember the attitudes before, all of them together.
+
+Sensors of one make creep alike, against their own sensitivity: what three outputs show together is told at half the
+size that one of them needs. Each keeps its own size; what is decided together is whether it is there.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.beliefs import LIKE_A_MEMORY, MEMORIES, AxisTests, BeliefTest
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.memories import with_those_that_fit_as_well
+from ams.analysis.diagnostics.settling import Estimate, joined, of_estimate
+from ams.calibration.columns import SolvedColumns
+from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, sensitivity_of
+
+Group = tuple[SolvedColumns, Circumstances, Evidence | None]
+"""Axes that were solved as one, what they were solved under, and what the tests look at."""
+_FEWEST: Final = 2
+"""Outputs."""
+
+
+def judge_memory(axes: Sequence[tuple[AxisTests, float | None]]) -> BeliefTest | None:
+    """Return the memory that the outputs of a package show together; None where none is plain, or all are told by it.
+
+    ``axes``: the tests of each, and its sensitivity, V/g.
+    """
+    seen = [(tests, k) for tests, k in axes if k is not None and tests.grid is not None and MEMORIES[0] in tests.tests]
+    if len(seen) < _FEWEST:
+        return None
+    together = [test for name in MEMORIES if (test := _together(name, seen)) is not None]
+    if not together:
+        return None
+    best = with_those_that_fit_as_well(min(together, key=lambda test: test.p_value), together)
+    others = [
+        test.p_value for tests, _ in seen for test in tests.tests.values()
+        if test.name in LIKE_A_MEMORY and test.name not in MEMORIES
+    ]  # fmt: skip
+    level = best.axes * seen[0][0].level / MOST_TESTS
+    if not best.p_value <= min(level, *others, 1.0):
+        return None
+    is_said = all(any(tests.is_significant.get(name) for name in MEMORIES) for tests, _ in seen)
+    return None if is_said else best
+
+
+def _together(name: str, seen: Sequence[tuple[AxisTests, float]]) -> BeliefTest | None:
+    found = [(tests.tests[name], k) for tests, k in seen if name in tests.tests and tests.tests[name].uncertainty > 0.0]
+    if len(found) < _FEWEST:
+        return None
+    test = BeliefTest(name, "autocorrelation", 1.0, axes=len(found))
+    return of_estimate(test, joined(Estimate(each.size / k, each.uncertainty / k, each.dof) for each, k in found))
+
+
+def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
+    """Return the findings of every axis of the groups of one package; again, where they show a memory together."""
+    found = [diagnose(*group) for group in groups]
+    memory = judge_memory([_judged(axis) for group in found for axis in group])
+    if memory is None:
+        return found
+    return [_again(group, [memory] * len(axes)) for group, axes in zip(groups, found, strict=True)]
+
+
+def diagnose_packages(axes: Sequence[Group]) -> list[list[Diagnosis]]:
+    """Return the same of many packages that were measured at the same rows, axis by axis: one column a package."""
+    found = [diagnose(*axis) for axis in axes]
+    memories = [judge_memory([_judged(axis) for axis in package]) for package in zip(*found, strict=True)]
+    if not any(memories):
+        return found
+    return [_again(axis, memories) for axis in axes]
+
+
+def _judged(axis: Diagnosis) -> tuple[AxisTests, float | None]:
+    return axis.tests, sensitivity_of(axis)
+
+
+def _again(group: Group, memories: Sequence[BeliefTest | None]) -> list[Diagnosis]:
+    solved, under, evidence = group
+    return diagnose(solved, replace(under, memories=memories), evidence)
