@@ -10,7 +10,7 @@ Document = dict[str, object]
 
 
 def to_document(calibration: Calibration) -> Document:
-    """Return ``{"axes": {label: …}}``; warnings and remarks that concern every axis stand in each of them."""
+    """Return ``{"axes": {label: …}}``; warnings and remarks that concern every axis stand once in each of them."""
     return {"axes": {label: _axis(axis, calibration) for label, axis in calibration.axes.items()}}
 
 
@@ -25,8 +25,8 @@ def _axis(axis: AxisCalibration, calibration: Calibration) -> Document:
         },
         **_sensitive_axis(axis),
         "replication": None if axis.replication is None else _replication(axis.replication),
-        "warnings": [*calibration.warnings, *axis.warnings],
-        "remarks": [*calibration.remarks, *axis.remarks],
+        "warnings": list(dict.fromkeys((*calibration.warnings, *axis.warnings))),
+        "remarks": list(dict.fromkeys((*calibration.remarks, *axis.remarks))),
     }
 
 

@@ -1,6 +1,7 @@
 """The JSON form, key by key, finite or null."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -39,6 +40,15 @@ def test_the_document_has_exactly_the_published_keys() -> None:
     assert list(replication["drift"]) == list(replication["tp"]["drift"]) == QUANTITIES
     assert list(replication["drift"]["offset"]) == ["t", "f_95"]
     assert (replication["n"], replication["points"], axis["degrees_of_freedom"]) == (4, 49, 4 * 49 - 4)
+
+
+def test_a_sentence_of_the_package_and_of_an_axis_stands_once() -> None:
+    """What a run found on every axis is among the warnings of the package too."""
+    rows = Campaign(replications=4).observe(np.random.default_rng(3))
+    solved = calibrate(rows, CalibrationRequest(table=TableUncertainty(ARCSEC, ARCSEC, "limit"), extended="no"))
+    axes = {label: replace(axis, warnings=("a", "b"), remarks=("r",)) for label, axis in solved.axes.items()}
+    twice = to_document(replace(solved, axes=axes, warnings=("c", "a"), remarks=("r", "s")))["axes"]
+    assert [(axis["warnings"], axis["remarks"]) for axis in twice.values()] == [(["c", "a", "b"], ["r", "s"])] * 3
 
 
 def test_covariance_is_in_the_order_and_units_of_the_parameters() -> None:
