@@ -41,6 +41,7 @@ from ams.analysis.diagnostics.beliefs import (
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import squareness_of_points, term_columns, term_columns_at
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, gram_of, independent
+from ams.analysis.diagnostics.replication_scatter import ReplicationScatter, is_unsteady
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
 from ams.analysis.diagnostics.settling import Between, Estimate, slope_test
@@ -148,15 +149,19 @@ def axis_tests(
     found += _of_temperature(evidence, shared, output, known)
     found += [] if lag is None else [lag]
     terms = low_order(evidence, output, known, before)
-    between = _between(evidence, shared, output, grid)
+    between, by_replication = _between(evidence, shared, output, grid), None
     if terms is None:
         found.append(slope_test(SETTLING, "drift", shared.settling, output, ""))
     else:
-        each = zip(COLUMNS, terms.each(), strict=False)
-        found += [between.with_means(_term(column, tested, terms.dof)) for column, tested in each]
+        by_replication = ReplicationScatter(evidence, output, terms, level, is_unsteady(found, level / MOST_TESTS))
+        found += [
+            between.with_means(by_replication.referred(_term(column, tested, terms.dof), index))
+            for index, (column, tested) in enumerate(zip(COLUMNS, terms.each(), strict=False))
+        ]
     made = {test.name: test for test in found if np.isfinite(test.p_value)} | dict(convicted)
     memories = [made[name] for name in MEMORIES if name in made]
-    decided = _explained_by_temperature(evidence, output, _decided(made, terms, between, convicted, level))
+    decided = _decided(made, by_replication, between, convicted, level)
+    decided = _explained_by_temperature(evidence, output, decided)
     return replace(decided, grid=grid, memories=memories)
 
 
@@ -232,7 +237,7 @@ def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTe
     p_value, dof = float(plain.p_value[output]), evidence.layout.points - given.shape[1]
     if (means.common.shape[1] > 0 or known.shape[1] > 0) and means.precision_variance > 0.0 and dof > 0:
         nothing = np.zeros((evidence.layout.points, 0))
-        whole = Elimination(gram_of(means, nothing, means.precision_variance), given.shape[1], 0, dof)
+        whole = Elimination(gram_of(means, nothing, means.precision_variance), given.shape[1], 0, dof, given)
         p_value = float(f_tail(whole.chi_square / dof, dof, plain.denominator_dof))
     return BeliefTest(LACK_OF_FIT, "lack-of-fit", p_value, float(np.sqrt(repeating)))
 
@@ -324,7 +329,7 @@ def _term(column: Column, tested: Tested, dof: float = inf) -> BeliefTest:
 
 def _decided(
     made: dict[str, BeliefTest],
-    columns: Elimination | None,
+    scatter: ReplicationScatter | None,
     between: Between,
     convicted: Collection[str],
     level: float,
@@ -340,14 +345,15 @@ def _decided(
         flags = holm(np.array([test.p_value / test.axes for test in made.values()]), level)
         is_significant = dict(zip(made, map(bool, flags), strict=True))
         still_open = [name for name in names if is_significant.get(name) and name not in known]
-        if not still_open or columns is None:
+        if not still_open or scatter is None:
             return AxisTests(made, is_significant, level=level)
+        columns = scatter.terms
         known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))
         beside = tuple(names[name] for name in known)
         for name, column_index in names.items():
             if name in made and name not in known and name not in convicted:
-                of_means = _term(COLUMNS[column_index], columns.test(column_index, beside), columns.dof)
-                tested = between.with_means(of_means)
+                tested = _term(COLUMNS[column_index], columns.test(column_index, beside), columns.dof)
+                tested = between.with_means(scatter.referred(tested, column_index, beside))
                 made[name] = replace(tested, p_value=tested.p_value if np.isfinite(tested.p_value) else 1.0)
 
 

@@ -56,6 +56,8 @@ class Elimination:
     given: int
     columns: int
     dof: int
+    design: FloatArray
+    """(K, …) [basis | columns]"""
 
     def test(self, column: int, beside: tuple[int, ...] = ()) -> Tested:
         """Test one column with the basis and the columns ``beside`` given; NaN where they leave nothing of it."""
@@ -98,10 +100,11 @@ def eliminate(means: PointMeans, columns: FloatArray, further: FloatArray) -> El
 
     ``further`` may hold what the basis or the columns hold: it is what many outputs share, and is factored once.
     """
-    whole = _independent_of(further, np.column_stack([means.basis, columns]))
+    design = np.column_stack([means.basis, columns])
+    whole = _independent_of(further, design)
     dof = means.mean.size - whole.shape[1]
     variance = _variance(means, whole, dof)
-    return Elimination(gram_of(means, columns, variance), means.basis.shape[1], columns.shape[1], dof)
+    return Elimination(gram_of(means, columns, variance), means.basis.shape[1], columns.shape[1], dof, design)
 
 
 def gram_of(means: PointMeans, columns: FloatArray, variance: float) -> FloatArray:
