@@ -33,8 +33,10 @@ class WishedSet:
     rig: str
 
 
-def wished_set(path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None) -> WishedSet:
-    """Return the set that is to be written.
+def wished_set(
+    path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None, *, takes_rig: bool
+) -> WishedSet:
+    """Return the set that is to be written; ``takes_rig``: whether the model may be solved with a rig file.
 
     Raises: RequestError where the command does not say what a set must know.
     """
@@ -43,8 +45,10 @@ def wished_set(path: Path, sensor: str | None, gravity_mps2: float | None, rig: 
     if not sensor:
         raise RequestError("--sensor is missing: --set needs the sensor's name, such as --sensor SN1047")
     if rig is None and gravity_mps2 is None:
+        because = "" if takes_rig else " as a condition of whatever is calibrated, which exports and certificates print"
+        or_rig = ", or --rig RIG" if takes_rig else " (a site's own; 9.7 to 9.9 m/s²)"
         raise RequestError(
-            "--gravity-mps2 is missing: --set states the local gravity of the calibration: give it, or --rig RIG"
+            f"--gravity-mps2 is missing: --set states the local gravity of the calibration{because}: give it{or_rig}"
         )
     if rig is not None and gravity_mps2 is not None:
         raise RequestError("--gravity-mps2: the rig file states gravity already; give one of the two")

@@ -139,7 +139,8 @@ def fit(
     name = _model_name(model, package)
     description = None if rig is None else read_rig_of_site(rig)
     check_trials(monte_carlo, is_possible=not takes_levels(model) and not joint)
-    if description is not None and (senses_rates(model) or takes_levels(model)):
+    takes_rig = not (senses_rates(model) or takes_levels(model))
+    if description is not None and not takes_rig:
         raise RequestError(f"--rig: carries the indices of a table at rest: not allowed with --model {model}")
     request = CalibrationRequest(
         model=name,
@@ -160,7 +161,7 @@ def fit(
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
         raise RequestError("--prior and --mount: belong to --joint, which is missing")
-    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description)
+    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, takes_rig=takes_rig)
     with _refusals_name(file):
         if joint:
             stated = check_joint(request, description)

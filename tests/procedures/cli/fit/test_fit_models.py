@@ -185,6 +185,8 @@ REQUESTS = [
     (("--model", "linear"), "reference_x_<unit>"),
     (("--set", "s.json"), "--sensor is missing"),
     (("--set", "s.json", "--sensor", "S1"), "--gravity-mps2 is missing"),
+    (("--set", "s.json", "--sensor", "S1"), "give it, or --rig RIG"),
+    (("--set", "s.json", "--sensor", "S1", "--model", "gyro"), "print: give it (a site's own; 9.7 to 9.9 m/s²)"),
     (("--set", "s.json", "--sensor", "S1", "--gravity-mps2", "1"), "9.7 to 9.9"),
 ]
 
