@@ -33,16 +33,16 @@ def judge_memory(axes: Sequence[tuple[AxisTests, float | None]]) -> BeliefTest |
     together = [test for name in MEMORIES if (test := _together(name, seen)) is not None]
     if not together:
         return None
-    best = with_those_that_fit_as_well(min(together, key=lambda test: test.p_value), together)
+    best = min(together, key=lambda test: test.p_value)
+    if not best.p_value <= best.axes * seen[0][0].level / MOST_TESTS:
+        return None
     others = [
         test.p_value for tests, _ in seen for test in tests.tests.values()
         if test.name in LIKE_A_MEMORY and test.name not in MEMORIES
     ]  # fmt: skip
-    level = best.axes * seen[0][0].level / MOST_TESTS
-    if not best.p_value <= min(level, *others, 1.0):
-        return None
     is_said = all(any(tests.is_significant.get(name) for name in MEMORIES) for tests, _ in seen)
-    return None if is_said else best
+    is_plainest = best.p_value <= min(others, default=1.0)
+    return with_those_that_fit_as_well(best, together) if is_plainest and not is_said else None
 
 
 def _together(name: str, seen: Sequence[tuple[AxisTests, float]]) -> BeliefTest | None:

@@ -27,6 +27,7 @@ TABLES = (
     "table-once", "table-twice", "table-harmonics", "table-teeth", "table-worm", "table-smooth-and-teeth",
     "table-once-zeroed", "table-harmonics-zeroed",
 )  # fmt: skip
+AFTER_EFFECTS = ("after-effect", "after-effect-random-order", "after-effect-raster")
 TABLE_SIZES, LIMITS_DEG = (0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0), (30.0, 60.0, 90.0)
 REQUIRED = (
     "clean", "wrong-dwell", "outliers", "outlier-share", "soft-mount", "k2", "k3", "cross-coupling", "k0-asymmetry",
@@ -41,7 +42,7 @@ FURTHER = (
     "field-coil-current", "temperature-alternating", "temperature-room", "temperature-stratified", "quantisation",
     "temperature-self-heating", "use-shifted-offset", "use-stuck-axis", "use-reversed", "use-swapped",
     "slip-base-sideways", "sensor-offset", "fixture-play", "temperature-daily", "drift-walk", "drift-settling",
-    "after-effect", "after-effect-random-order", "after-effect-raster",
+    *AFTER_EFFECTS,
 )  # fmt: skip
 FEWER: Mapping[str, tuple[float, ...]] = {
     "slip-roll": (0.0, 1.0, 2.0, 3.0, 5.0, 10.0, 72.0),
@@ -82,6 +83,7 @@ DECLARED: Sequence[tuple[Sequence[str], Sequence[float], Mapping[str, float]]] =
     *((("k0-asymmetry",), (size,), {BENT: 0.5 * size}) for size in (2.0, 5.0)),
     (("k0-asymmetry",), (5.0,), {"pitch_limit_deg": 30.0, BENT: 2.5}),
     (("temperature-gradient",), (2.0,), {BENT: 2.0}),
+    *((AFTER_EFFECTS, (size,), {BENT: size}) for size in (1.0, 2.0, 3.0)),
     *((("sensor-offset",), (0.5,), {**alone, SHIFTED: 0.5}) for alone in (ALONE, {})),
     *((("field-undeclared",), (size,), {BESIDE: u_ut}) for size, u_ut in ((0.05, 0.015), (0.1, 0.03))),
     (("field-coil-direction",), (0.02,), {COIL: 0.02}),

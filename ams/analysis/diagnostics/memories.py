@@ -26,9 +26,10 @@ def plainest_memory(tests: AxisTests, together: BeliefTest | None) -> BeliefTest
     """
     made = [test for name in MEMORIES if (test := tests.tests.get(name)) is not None]
     best = min(made, key=lambda test: test.p_value, default=None)
-    plainest = min((test.p_value for test in tests.tests.values() if test.name in LIKE_A_MEMORY), default=1.0)
-    if best is not None and best.p_value <= min(tests.conviction_level, plainest):
-        return with_those_that_fit_as_well(best, tests.memories)
+    if best is not None and best.p_value <= tests.conviction_level:
+        plainest = min(test.p_value for test in tests.tests.values() if test.name in LIKE_A_MEMORY)
+        if best.p_value <= plainest:
+            return with_those_that_fit_as_well(best, tests.memories)
     if together is None or together.name not in tests.tests:
         return None
     alone = tests.tests[together.name]
@@ -45,6 +46,8 @@ def with_those_that_fit_as_well(best: BeliefTest, tests: Sequence[BeliefTest]) -
 
 def beside_the_dwell_before(tests: AxisTests) -> AxisTests:
     """Return the tests, a memory that the dwell before explains better told as that."""
+    if not any(tests.is_significant.get(name) for name in MEMORIES):
+        return tests
     made, flags = dict(tests.tests), dict(tests.is_significant)
     nearest = min((made[name].p_value for name in _OF_THE_DWELL_BEFORE if flags.get(name)), default=1.0)
     for name in MEMORIES:

@@ -42,7 +42,9 @@ from ams.units import ARCSEC_PER_DEG, printed
 MOST_LISTED: Final = 5
 """Wrong dwells that a sentence names; all stand in ``steps``."""
 _CONTAINED: Final = "it is contained in the stated uncertainties"
-_BESIDE_MEMORY: Final = "what the memory of the output does is not in the stated uncertainties"
+_BESIDE_MEMORY: Final = (
+    "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
+)
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
 _NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG})
 """Tests of what is alike in every replication, so that no scatter between replications holds it."""
@@ -259,8 +261,9 @@ def _memory_text(test: BeliefTest, scale: Scale) -> str:
     return (
         f"the output remembers the attitudes of about {about} before: {_per_g(test.size, test.uncertainty, scale)} of "
         f"what the force along the axis changed by, fading from dwell to dwell{_as_well(test)}; creep of "
-        "the sensor, of its mount or of its case, or a channel that has not settled; sensitivities hold most of it and "
-        "the stated uncertainties none: dwell longer, or wait longer before each reading, and measure again"
+        "the sensor, of its mount or its case, or a channel that has not settled; sensitivities hold most of it, and "
+        "the stated uncertainties only a limit that is declared (`largest_nonlinearity_v`): dwell longer, or wait "
+        "longer before each reading, and measure again"
     )
 
 

@@ -361,4 +361,7 @@ def test_what_the_outputs_remember_takes_soundness_from_the_calibration() -> Non
     drawn = campaigns("after-effect", 10.0, np.random.default_rng(5), 1, order="raster-and-back")
     solved = calibrate(_rows(drawn), CalibrationRequest())
     assert solved.verdict == "usable"
-    assert all(any("stated uncertainties none" in said.text for said in axis.findings) for axis in solved.axes.values())
+    assert all(
+        any("stated uncertainties only a limit that is declared" in said.text for said in axis.findings)
+        for axis in solved.axes.values()
+    )
