@@ -13,6 +13,7 @@ from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from rig.allowed_values import allowed_in_words
 from rig.errors import DescriptionError
 from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
 
@@ -105,6 +106,8 @@ class TomlFile:
         key, tags = _without_tags(self.values, item["loc"], last_is_key=kind == "missing")
         if kind == "extra_forbidden":
             return self.complaint(key, _unknown_key(str(key[-1]), _tables_at(model, key[:-1], tags)))
+        if kind == "missing" and isinstance(key[-1], int):
+            return self.complaint(key[:-1], f"value {key[-1] + 1} is missing; write all of them between the brackets")
         if kind == "missing":
             return self.complaint(key, "is missing" + _unit_hint(self.values, key))
         if kind in ("union_tag_invalid", "union_tag_not_found"):
@@ -113,6 +116,11 @@ class TomlFile:
                 (*key, "driver"),
                 f"got {context.get('tag', 'nothing')!r}, allowed {context.get('expected_tags', 'a known driver')}",
             )
+        tables = _tables_at(model, key[:-1], tags) if key and isinstance(key[-1], str) else []
+        bounds = [bound for table in tables for bound in _bounds_of(table, str(key[-1]))]
+        allowed = allowed_in_words(kind, item.get("ctx", {}), bounds)
+        if allowed is not None:
+            return self.complaint(key, f"got {_short(item['input'])}, allowed {allowed}")
         text = _plain(item)
         named = _NAMED_KEY.match(text)
         if isinstance(item["input"], dict) and named is not None:  # a mistake of a whole table names its key
@@ -218,6 +226,10 @@ def _tables_at(model: type[BaseModel], table: Sequence[str | int], tags: Sequenc
     tables = [item for item in candidates if _is_table(item)]
     tagged = [item for item in tables if tags and tags[-1] in str(item.model_fields.get("driver", ""))]
     return tagged or tables
+
+
+def _bounds_of(table: type[BaseModel], key: str) -> Sequence[object]:
+    return table.model_fields[key].metadata if key in table.model_fields else ()
 
 
 def _is_table(item: Any) -> bool:

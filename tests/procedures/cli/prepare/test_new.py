@@ -46,7 +46,7 @@ def test_an_answer_that_cannot_be_is_told_by_its_option_and_not_by_a_file_that_n
 ) -> None:
     outcome = call(capsys, "new", tmp_path, "--increment-deg", "0")
     assert outcome.status == 2
-    assert "new: --increment-deg: got 0.0: input should be greater than 0; nothing was written" in outcome.err
+    assert "new: --increment-deg: got 0.0, allowed above 0; nothing was written" in outcome.err
     assert "rig.toml" not in outcome.err
 
 
