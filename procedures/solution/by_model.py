@@ -34,7 +34,7 @@ from procedures.solution.request import (
     request_of,
 )
 from procedures.solution.run_findings import with_run_findings
-from procedures.solution.type_b import gravity_warnings, level_remarks, use_warnings
+from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks, use_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -75,6 +75,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *_remarks(item.plan.solve, item.dwells),
         *on_level,
         *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
+        *gravity_on_gyros_remarks(senses_rates=model is not None and model.needs_rates),
         *(text for text in (stopped, adaptive_in_words(item)) if text is not None),
     )
     warnings = (

@@ -14,7 +14,7 @@ from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.solution.by_model import solve_observations
 from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.request import SolvedSensor, budgets_of
-from procedures.solution.type_b import gravity_warnings, level_remarks
+from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks
 from rig.description.rig_file import RigDescription, Sensor
 
 BY_A_RIG_FILE: Final = f"{TABLE_NOT_COUNTED}; a rig file (--rig of calrig fit, rig of calrig.fit) brings them in"
@@ -72,7 +72,8 @@ def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:
     return (
         f"rates are taken as those of the file: the Earth's rotation ({EARTH_DPS:.2g} °/s) is in the uncertainties "
         "nowhere; where it matters put it into the rates, or calibrate by a run, which takes latitude_deg and "
-        "heading_deg of the rig file; gyros that feel gravity show that as lack of fit",
+        "heading_deg of the rig file",
+        *gravity_on_gyros_remarks(senses_rates=True),
     )
 
 

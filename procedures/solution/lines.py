@@ -34,7 +34,7 @@ from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import with_run_findings
 from procedures.solution.triad import TriadAxis, triad_of
-from procedures.solution.type_b import shared_errors
+from procedures.solution.type_b import gravity_on_gyros_remarks, shared_errors
 
 EARTH_UT = 50.0
 """What stands across an axis where nothing is declared; the Earth's field has 25 to 65 µT."""
@@ -70,7 +70,8 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     warnings |= dict.fromkeys(
         _across(item, [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)])
     )
-    calibration = Calibration(axes, "linear", "SR", tuple(warnings))
+    remarks = gravity_on_gyros_remarks(senses_rates=item.sensor.measures == "rate")
+    calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
     return with_run_findings(solved_sensor, list(_field_findings(item, lines)))
 

@@ -121,6 +121,17 @@ def _shape_in_words(rig: RigDescription, name: str) -> str:
     return f" ({in_words})" if in_words else ""
 
 
+def gravity_on_gyros_remarks(*, senses_rates: bool) -> tuple[str, ...]:
+    """Say that nothing tells what gravity does to gyros, which is no term of their model."""
+    if not senses_rates:
+        return ()
+    return (
+        "g-sensitivity of the gyros was not measured and is in no uncertainty: their offset holds at the attitudes of "
+        "the calibration only, and changes elsewhere by what the data sheet states per g, by twice that upside down; "
+        "where the calibration had several attitudes, part of it shows as lack of fit",
+    )
+
+
 def level_remarks(rig: RigDescription) -> tuple[str, ...]:
     """Say that nobody read the level of the base, where the attitude is counted from it."""
     reference = rig.attitude_reference

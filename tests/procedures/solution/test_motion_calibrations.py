@@ -84,10 +84,20 @@ def _table_4(without: str = "") -> dict[str, dict[str, float]]:
 
 
 @pytest.mark.thorough
+def _told_of_gravity(solved: SolvedRun, sensor: str) -> bool:
+    """Whether it is said, once, that what gravity does to the sensor's zero was not measured."""
+    calibration = solved.sensors[sensor].calibration
+    assert calibration is not None
+    return [text.startswith("g-sensitivity of the gyros was not measured") for text in calibration.remarks].count(
+        True
+    ) == 1
+
+
 def test_sr_accelerometer_up_and_down_on_the_servo_mechanism(tmp_path: Path) -> None:
     small = motion_run(tmp_path, "servo-mechanism", "accelerometer", {"replications = 6": "replications = 4"})
     solved = small.solved()
     _require_inside(solved, "SCA3000", _lines(SR_ACCELEROMETER, "g"))
+    assert not _told_of_gravity(solved, "SCA3000")
     _require_a_set_that_turns_readings_into_levels(solved, "SCA3000", SR_ACCELEROMETER, 1.0, 2e-3)
     # The servos are off by 0.75° and 0.5°: measured, not commanded, attitudes were recorded and led to the targets.
     for dwell in solved.record.dwells:
@@ -115,6 +125,7 @@ def test_sr_gyro_at_constant_rates_on_the_servo_mechanism(tmp_path: Path) -> Non
     """Forty seconds a dwell here; the report's five minutes are below, for the long evening."""
     solved = motion_run(tmp_path, "servo-mechanism", "gyro", FASTER).solved()
     _require_inside(solved, "ITG3200", _lines(SR_GYRO, "dps"))
+    assert _told_of_gravity(solved, "ITG3200")
     _require_a_set_that_turns_readings_into_levels(solved, "ITG3200", SR_GYRO, 15.0, 0.5)
 
 
@@ -198,6 +209,7 @@ def test_cr_gyros_by_constant_rates_on_the_rate_table(tmp_path: Path) -> None:
     changes = {r"replications = 4": "replications = 3", r"\[10.0, 40.0\]": "[40.0]"}
     solved = motion_run(tmp_path, "rate-table", "rates", changes).solved()
     _require_inside(solved, "ENC03J", _table_4())
+    assert _told_of_gravity(solved, "ENC03J")
     _require_a_set_for_the_rates_that_were_turned(solved, tmp_path)
 
 

@@ -170,6 +170,7 @@ def test_a_gyro_has_temperature_terms_too(tmp_path: Path, capsys: pytest.Capture
     x = call(capsys, "fit", file, "--model", "gyro", "--axis", "x=g_v", *how, "--json").document["axes"]["x"]
     found = {name: entry["value"] for name, entry in x["parameters"].items()}
     assert found["sensitivity_v_per_dps"] == pytest.approx(0.02, rel=1e-9)
+    assert "g-sensitivity of the gyros was not measured" in " ".join(x["remarks"])
     assert found["sensitivity_tc_per_degc"] == pytest.approx(-1e-3, rel=1e-6)
     assert found["offset_tc_v_per_degc"] == pytest.approx(1e-3, rel=1e-6)
 
