@@ -24,7 +24,8 @@ class Settle(StrictTable):
     def _time_enough(self) -> Self:
         if self.max_s < max(self.min_s, self.window_s * self.windows):
             raise ValueError(
-                f"max_s = {self.max_s} is shorter than min_s or than {self.windows} windows of {self.window_s} s"
+                f"max_s = {self.max_s} is shorter than min_s or than {self.windows} windows of {self.window_s} s; "
+                "no dwell could settle in time: raise max_s, or lower what exceeds it"
             )
         return self
 
@@ -47,7 +48,9 @@ class AdaptiveDwell(StrictTable):
     @model_validator(mode="after")
     def _bounds_in_order(self) -> Self:
         if self.least_samples > self.most_samples:
-            raise ValueError(f"least_samples = {self.least_samples} exceeds most_samples = {self.most_samples}")
+            raise ValueError(
+                f"least_samples = {self.least_samples} exceeds most_samples = {self.most_samples}; correct one of them"
+            )
         if self.nplc is not None and len(set(self.nplc)) < len(self.nplc):
             raise ValueError("nplc names an integration twice; give each once")
         return self

@@ -62,9 +62,14 @@ class Profile(StrictTable):
             wanted = "a frequency_hz for every axis of span_deg" if needs else "no frequency_hz"
             raise ValueError(f'shape = "{self.shape}" needs {wanted}')
         if abs(self.bin_s / self.update_s - round(self.bin_s / self.update_s)) > 1e-6:
-            raise ValueError(f"bin_s = {self.bin_s:g} is no whole number of update_s = {self.update_s:g}")
+            raise ValueError(
+                f"bin_s = {self.bin_s:g} is no whole number of update_s = {self.update_s:g}; give a multiple of it"
+            )
         if self.duration_s < 10.0 * self.bin_s:
-            raise ValueError(f"duration_s = {self.duration_s:g} holds fewer than ten bins of {self.bin_s:g} s")
+            raise ValueError(
+                f"duration_s = {self.duration_s:g} holds fewer than ten bins of {self.bin_s:g} s; give "
+                f"{10.0 * self.bin_s:g} s or more, or a shorter bin_s"
+            )
         return self
 
 
@@ -100,7 +105,9 @@ class Levels(StrictTable):
                 "surroundings that are estimated have their uncertainty from the readings"
             )
         if self.method == "magnet-difference" and len(self.applied_ut) != 1:
-            raise ValueError('method = "magnet-difference" takes one field')
+            raise ValueError(
+                f'method = "magnet-difference" takes one field: applied_ut holds {len(self.applied_ut)}; leave one'
+            )
         return self
 
 

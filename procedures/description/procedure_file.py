@@ -66,7 +66,10 @@ class Range(StrictTable):
         if self.start > self.stop:
             raise ValueError(f"from must not exceed to, got from {self.start} to {self.stop}")
         if self.step is not None and (_decimal(self.stop) - _decimal(self.start)) % _decimal(self.step):
-            raise ValueError(f"from {self.start} to {self.stop} is not a whole number of steps of {self.step}")
+            raise ValueError(
+                f"from {self.start} to {self.stop} is not a whole number of steps of {self.step}; correct an end or "
+                "the step"
+            )
         if self.count == 1 and self.start != self.stop:
             raise ValueError("one point cannot stand at both ends; give count = 2 or more")
         if len(self.values()) > MAX_POINTS_PER_AXIS:

@@ -73,4 +73,6 @@ class Interlocks(StrictTable):
 def _require_room(band: tuple[float, float], hysteresis: float) -> None:
     low, high = band
     if not high - low > 2.0 * hysteresis:
-        raise ValueError(f"the band [{low:g}, {high:g}] must be wider than twice the hysteresis {hysteresis:g}")
+        raise ValueError(
+            f"the band [{low:g}, {high:g}] must be wider than twice the hysteresis {hysteresis:g}; correct one of them"
+        )

@@ -58,7 +58,10 @@ class Sensor(StrictTable):
     @model_validator(mode="after")
     def _as_many_channels_as_the_model_has(self) -> "Sensor":
         if len(self.channels) != PACKAGES[self.model]:
-            raise ValueError(f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}")
+            raise ValueError(
+                f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}; correct channels "
+                "or model"
+            )
         declared = self.nominal_sensitivity_v_per_g
         if isinstance(declared, dict) and set(declared) != set(self.channels):
             raise ValueError(
