@@ -1,8 +1,9 @@
 """Cells of the page: every value as the text that stands in a table. The templates call these as filters."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 from urllib.parse import quote
 
 import numpy as np
@@ -33,7 +34,10 @@ from procedures.report.figures import are_left_out
 from procedures.report.findings_in_short import significant_findings, test_name, tests_in_short
 from procedures.report.overview import overview_rows
 from procedures.report.rejected_rows import rejected_rows
-from procedures.report.view import AxisView, ParameterRow, RunView
+from procedures.report.view import AxisView, BudgetView, ParameterRow, RunView
+
+MOST_PARAMETERS: Final = 7
+"""Columns of a budget beside its sources: with the coefficients of temperature the last stood outside the page."""
 
 URI_SAFE = " !$'()*+,-./:;<=>?@_{}~"
 """What a data URI inside an attribute may hold as it is."""
@@ -153,6 +157,16 @@ def as_stated(axes: Sequence[AxisView]) -> list[tuple[str, str, str]]:
     return [(*key, "" if names == everywhere else ", ".join(names)) for key, names in found.items()]
 
 
+def in_parts(budget: BudgetView) -> Iterator[BudgetView]:
+    """Yield a budget in tables of so many parameters as a page has room for, all of about the same width."""
+    count = len(budget.headings)
+    tables = max(-(-count // MOST_PARAMETERS), 1)
+    for index in range(tables):
+        columns = slice(index * count // tables, (index + 1) * count // tables)
+        rows = tuple(replace(row, cells=row.cells[columns]) for row in budget.rows)
+        yield BudgetView(budget.headings[columns], rows)
+
+
 def _concise(value: float, uncertainty: float) -> Markup:
     printed, deviation = with_uncertainty(value, uncertainty)
     digits = deviation.replace(".", "").lstrip("0")
@@ -235,6 +249,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "primary_label": primary_label,
     "primary_linear": primary_linear,
     "as_stated": as_stated,
+    "in_parts": in_parts,
     "remarks_once": remarks_once,
     "primary_texts": primary_texts,
     "utc": utc_text,

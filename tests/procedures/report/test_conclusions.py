@@ -9,6 +9,8 @@ from ams.calibration.calibrate import calibrate
 from ams.calibration_result import ParameterEstimate
 from ams.inputs.request import CalibrationRequest
 from procedures.report.conclusions import axis_view, by_replication, mean_residuals, parameter_row
+from procedures.report.filters import MOST_PARAMETERS, in_parts
+from procedures.report.view import BudgetRow, BudgetView
 
 
 def test_the_coverage_factor_is_students_at_the_stated_degrees_of_freedom() -> None:
@@ -87,3 +89,15 @@ def test_the_extended_model_is_reported_beside_the_model() -> None:
         assert any(said in remark for remark in remarks)
     rows_of_q = [row for row in axis_view("x", "dmm.x", solved, rows, {}).parameters if row.unit == "V/g²"]
     assert rows_of_q == []
+
+
+@pytest.mark.parametrize("count", [1, 6, 7, 8, 10, 14, 15])
+def test_a_budget_is_told_in_tables_that_a_page_has_room_for(count: int) -> None:
+    headings = tuple((f"parameter {index}", "V") for index in range(count))
+    rows = tuple(BudgetRow(name, "A", 5.0, tuple(f"{name}{i}" for i in range(count)), "") for name in ("a", "b"))
+    parts = list(in_parts(BudgetView(headings, rows)))
+    assert max(len(part.headings) for part in parts) <= MOST_PARAMETERS
+    assert [heading for part in parts for heading in part.headings] == list(headings)
+    for index, row in enumerate(rows):
+        assert [cell for part in parts for cell in part.rows[index].cells] == list(row.cells)
+        assert {part.rows[index].source for part in parts} == {row.source}
