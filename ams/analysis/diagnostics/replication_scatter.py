@@ -7,6 +7,7 @@ replications by more than that. It is then an estimate from n values, with n −
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -42,8 +43,9 @@ class ReplicationScatter:
     terms: Elimination
     level: float
     """Tests above it are left as they are: no scatter makes them smaller."""
-    is_needed: bool
-    """Whether dwells are known to know of each other, or something to drift: else the scatter has to show it."""
+    is_unsteady: bool
+    """Whether dwells are known to know of each other, or something to drift: then all columns together may show that
+    they scatter, else each has to show it by itself."""
 
     def referred(self, test: BeliefTest, column: int, beside: tuple[int, ...] = ()) -> BeliefTest:
         """Return a test of one column by the scatter of its coefficient where that is larger."""
@@ -55,13 +57,32 @@ class ReplicationScatter:
         between, white, dof = found
         variance = float(self.evidence.precision_variance[self.output])
         is_plain = float(f_tail(between / white, float(dof), float(self.evidence.grid.dof))) <= _PLAIN
-        is_needed = self.is_needed and test.name not in _OF_DWELLS_BEFORE
+        is_needed = test.name not in _OF_DWELLS_BEFORE and self._do_all_scatter
         if not variance > 0.0 or between <= white or not (is_needed or is_plain):
             return test
         # What the means scatter by beyond the dwells, of the table and of lack of fit, no replication shows.
         square = between + max(test.uncertainty**2 - white, 0.0)
         p_value = float(f_tail(test.size**2 / square, 1.0, float(dof)))
         return replace(test, p_value=max(test.p_value, p_value), uncertainty=float(np.sqrt(square)), dof=float(dof))
+
+    @cached_property
+    def _do_all_scatter(self) -> bool:
+        """Return whether dwells are not independent, and the columns together scatter between replications by more.
+
+        A drift that is the same in every replication of one order scatters none of them.
+        """
+        if not self.is_unsteady:
+            return False
+        given, tested = np.split(self.terms.design, [self.terms.given], axis=1)
+        left = tested - given @ np.linalg.lstsq(given, tested, rcond=_NOTHING)[0]
+        square, whole = np.einsum("kc,kc->c", left, left), self._whole()
+        is_left = square > _NOTHING * np.einsum("kc,kc->c", tested, tested)
+        dof = float((len(whole) - 1) * int(is_left.sum()))
+        if len(whole) < _LEAST_REPLICATIONS or not dof > 0.0:
+            return False
+        each = whole @ (left[:, is_left] / np.sqrt(square[is_left]))
+        ratio = float(np.var(each, axis=0, ddof=1).mean()) / float(self.evidence.precision_variance[self.output])
+        return float(f_tail(ratio, dof, float(self.evidence.grid.dof))) <= _PLAIN
 
     def _scatter(self, column: int, beside: tuple[int, ...]) -> tuple[float, float, int] | None:
         """Return u² of the mean coefficient by replications and by dwells, and the degrees of freedom of the first."""
