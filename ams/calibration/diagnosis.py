@@ -309,7 +309,10 @@ def _some_drift(tests: AxisTests) -> bool:
 
 
 def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
-    """Return the replication tests of what is believed, as significant as all tests of the axis together have it."""
+    """Return the replication tests of what is believed, as significant as all tests of the axis together have it.
+
+    That of lack of fit has the chance that the findings state, under the covariance of the table and of what is known.
+    """
     columns, flags = found.solved.replication, found.tests.is_significant
     if columns is None or not flags:
         return columns
@@ -317,8 +320,9 @@ def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
     drift = {
         name: test.judged(np.full(size, flags.get(f"{DRIFT_OF}{name}", False))) for name, test in columns.drift.items()
     }
-    repeats = columns.lack_of_fit.p_value <= found.tests.conviction_level
-    lack_of_fit = columns.lack_of_fit.judged(np.where(flags.get(LACK_OF_FIT, False), True, repeats))
+    stated = found.tests.tests.get(LACK_OF_FIT)
+    p_value = None if stated is None else np.full(size, stated.p_value)
+    lack_of_fit = columns.lack_of_fit.judged(np.full(size, flags.get(LACK_OF_FIT, False)), p_value)
     return ReplicationColumns(lack_of_fit, drift, columns.tp)
 
 

@@ -100,9 +100,10 @@ class FTestColumns:
     is_significant: BoolArray
     """(m,)"""
 
-    def judged(self, is_significant: BoolArray) -> "FTestColumns":
-        """Return the same tests, significant as it is said."""
-        return FTestColumns(self.t, self.f_95, self.p_value, self.numerator_dof, self.denominator_dof, is_significant)
+    def judged(self, is_significant: BoolArray, p_value: FloatArray | None = None) -> "FTestColumns":
+        """Return the same tests, significant as it is said; ``p_value``: where it is known better."""
+        p = self.p_value if p_value is None else p_value
+        return FTestColumns(self.t, self.f_95, p, self.numerator_dof, self.denominator_dof, is_significant)
 
     def of(self, column: int) -> FTest:
         """Return the test of one axis; all NaN where there is none."""

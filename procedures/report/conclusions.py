@@ -5,6 +5,8 @@ Pure functions of the solution and the observations it was made from. Source: TP
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 
@@ -18,10 +20,14 @@ from ams.observations import Observations
 from ams.parameter_words import words_of
 from ams.solve.extension import Extension
 from ams.statistics.budget import NEGLIGIBLE
+from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import t_quantile
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.numbers import angle, arcsec, three_digits, two_digits
 from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
+
+_PLAIN: Final = 0.001
+"""Chance, against precision alone, below which residuals are said to repeat though what is known explains them."""
 
 
 def sensitivity_of(calibration: AxisCalibration) -> float:
@@ -179,7 +185,14 @@ def _tests(calibration: AxisCalibration, replication: Replication, observations:
     tp = (replication.tp.t_bias, replication.tp.f_bias_95)
     sentence = _lack_of_fit_sentence(calibration, replication, observations, size)
     lack_of_fit = _row("lack of fit", "", replication.lack_of_fit, tp, size, sentence)
+    lack_of_fit = replace(lack_of_fit, is_explained=_repeats_within_what_is_known(replication.lack_of_fit))
     return (lack_of_fit, *(_drift_row(calibration, replication, name, sensitivity) for name in replication.drift))
+
+
+def _repeats_within_what_is_known(test: FTest) -> bool:
+    """Return whether T, which is against precision alone, is plain, and p, beside the table and what is known, not."""
+    alone = float(f_tail(test.t, test.numerator_dof, test.denominator_dof)) if test.t > test.f_95 else 1.0
+    return not test.is_significant and alone <= _PLAIN
 
 
 def _row(subject: str, parameter: str, test: FTest, tp: tuple[float, float], size: str, conclusion: str) -> TestRow:
@@ -199,9 +212,13 @@ def _lack_of_fit_sentence(
 ) -> str:
     if not replication.lack_of_fit.is_significant:
         explanation = _explanation(calibration, "lack of fit")
-        return f"The residuals repeat from replication to replication: {explanation}." * bool(explanation) or (
-            "No lack of fit found."
+        if not explanation and not _repeats_within_what_is_known(replication.lack_of_fit):
+            return "No lack of fit found."
+        within = explanation or (
+            f"{size} (standard deviation over the attitudes), no more than the table’s index errors and what else is "
+            "known explain (p; T is against precision alone). It is contained in the stated uncertainties"
         )
+        return f"The residuals repeat from replication to replication: {within}."
     pitch, roll, residual = mean_residuals(calibration, observations)
     worst = int(np.argmax(np.abs(residual)))
     sensitivity = sensitivity_of(calibration)

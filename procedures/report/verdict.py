@@ -163,7 +163,7 @@ def _explained(sensors: Sequence[SensorView], table_arcsec: float | None) -> Ite
         f"{sensor.name} {axis.axis}"
         for sensor in sensors
         for axis in sensor.axes
-        if any(test.is_significant and test.subject == "lack of fit" for test in axis.tests) and not _repeats(axis)
+        if any(test.is_explained for test in axis.tests) and not _repeats(axis)
     ]
     if axes and table_arcsec is not None:
         yield (

@@ -73,6 +73,8 @@ class TestRow:
     tp_t: float
     """The same test as TP 8 has it, and its limit."""
     tp_f_95: float
+    is_explained: bool = False
+    """Whether it is plain against precision alone, and the table or what else is known explains it."""
 
 
 @dataclass(frozen=True)

@@ -250,6 +250,8 @@ def _replication(scene: Scene, axis: str, rows: Observations, phi: np.ndarray, r
         drifting["offset"] = replace(loud, t=19.2, f_95=2.22, numerator_dof=5.0)
     tp = TpReplication(1e-6, 6e-6, 1.0, 1.18, drifting)
     lack = loud if scene.tooth_arcsec else quiet
+    if scene.table_explains:
+        lack = replace(lack, p_value=0.4, is_significant=False)
     return Replication(scene.replications, mean.size, lack, drifting, tp, precision_v, lack_v, per)
 
 

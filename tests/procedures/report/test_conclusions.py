@@ -55,6 +55,18 @@ def test_lack_of_fit_says_where_and_drift_says_which_and_how_much() -> None:
     assert all("No change" in test.conclusion for test in others)
 
 
+def test_residuals_that_repeat_within_the_table_have_one_chance_and_one_sentence() -> None:
+    sensor = run_view(Scene(tooth_arcsec=1.0, table_explains=True)).sensors[0]
+    for axis in sensor.axes:
+        lack = axis.tests[0]
+        stated = next(entry for entry in axis.calibration.findings if entry.details.get("test") == "lack of fit")
+        assert (lack.p_value, lack.is_significant) == (stated.p_value, stated.is_significant)
+        assert lack.t > lack.f_95
+        assert "no more than the table’s index errors and what else is known explain" in lack.conclusion
+    quiet = run_view(Scene()).sensors[0].axes[0].tests[0]
+    assert quiet.conclusion == "No lack of fit found."
+
+
 def test_a_change_that_something_else_explains_is_not_told_as_none() -> None:
     sensor = run_view(Scene(offset_drift_v=4e-6, noise_arcsec=1e-4, axes=("x",))).sensors[0]
     solved, rows = sensor.axes[0].calibration, sensor.observations

@@ -209,6 +209,22 @@ def test_an_error_of_the_table_within_its_certificate_is_no_soft_mount() -> None
     assert np.mean([bool(_kinds(found)) for found in _diagnosed(drawn)]) > 0.8
 
 
+def test_the_lack_of_fit_of_the_replications_is_that_of_the_findings() -> None:
+    """A table within its certificate: z repeats plainly against precision alone, and the certificate explains it."""
+    rows = _rows(campaigns("table-wrong-zero", 1.0, np.random.default_rng(5), 1))
+    for table, is_told in ((table_of(), False), (None, True)):
+        found = calibrate(rows, CalibrationRequest(table=table)).axes
+        for axis in found.values():
+            stated = next(finding for finding in axis.findings if finding.details.get("test") == "lack of fit")
+            assert axis.replication is not None
+            test = axis.replication.lack_of_fit
+            assert (test.p_value, test.is_significant) == (stated.p_value, stated.is_significant)
+        plain = found["z"].replication
+        assert plain is not None
+        assert plain.lack_of_fit.t > plain.lack_of_fit.f_95
+        assert plain.lack_of_fit.is_significant == is_told
+
+
 def test_a_sensitivity_that_is_not_told_from_zero_has_no_set_and_is_not_usable() -> None:
     rows = _rows(campaigns("clean", 0.0, np.random.default_rng(1), 1, **SMALL))
     noise_v = 1e-5 * np.random.default_rng(2).standard_normal(rows.rows)
