@@ -128,13 +128,13 @@ class AxisFindings:
     findings: tuple[Finding, ...]
 
     def size_of(self, finding: Finding) -> str:
-        """Return how large a term that is not significant came out, with its standard uncertainty; empty elsewhere."""
+        """Return how large a term that is not significant came out ± twice its uncertainty; empty elsewhere."""
         size, uncertainty = finding.details.get("size"), finding.details.get("standard_uncertainty")
         if not isinstance(size, float) or not isinstance(uncertainty, float):
             return ""
         unit = str(finding.details.get("unit", ""))
         volts = unit if unit.startswith("V") else f"V {unit}"
-        return f"{two_digits(1e6 * size)} ± {two_digits(1e6 * uncertainty)} µ{volts}"
+        return f"{two_digits(1e6 * size)} ± {two_digits(2e6 * uncertainty)} µ{volts}"
 
 
 @dataclass(frozen=True)
