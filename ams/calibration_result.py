@@ -172,7 +172,8 @@ class Calibration:
     def unusable_axes(self) -> Mapping[str, str]:
         """The axes of which nothing may be made, each with its sentence.
 
-        Their sensitivity is not told from zero, or they sense along another direction than the declared one.
+        Their sensitivity is not told from zero, they sense along another direction than the declared one, or they are
+        clipped.
         """
         return {
             label: finding.text

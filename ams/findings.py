@@ -30,12 +30,14 @@ FindingKind = Literal[
     "axis-undetermined",
     "axis-contradicted",
     "field-contradicted",
+    "output-clipped",
 ]
 """``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited;
 ``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity;
-``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in."""
+``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in;
+``output-clipped``: dwells stand at a rail of the amplifier or the meter, equal to the last digit."""
 
-UNUSABLE_AXIS: Final[frozenset[FindingKind]] = frozenset({"axis-undetermined", "axis-contradicted"})
+UNUSABLE_AXIS: Final[frozenset[FindingKind]] = frozenset({"axis-undetermined", "axis-contradicted", "output-clipped"})
 """Of an axis with such a finding, where it is significant, there is no result to use and no set."""
 HOLDING_ARCSEC: Final = 3.0
 """A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""

@@ -23,6 +23,7 @@ from ams.analysis.diagnostics.beliefs import (
     AxisTests,
     BeliefTest,
 )
+from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import (
@@ -34,7 +35,7 @@ from ams.analysis.diagnostics.facts import (
 from ams.analysis.diagnostics.memories import beside_the_dwell_before, plainest_memory
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, settling
-from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
+from ams.analysis.diagnostics.wording import Convicted, Scale, dwell_words, findings_of
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import BoolArray, FloatArray
@@ -171,6 +172,9 @@ class Believed:
 def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis:
     """Return the diagnosis of one output; ``index`` is its own among those of the group."""
     limit, family, steps = circumstances.limit_of(index), circumstances.family, circumstances.steps_of(index)
+    clipped, seen = _without_clipped(seen, circumstances)
+    if clipped:
+        steps = NO_STEPS
     if steps.during:
         seen = seen.without(step_columns(seen.evidence, seen.index, steps.during), circumstances)
     made = {test.name: test for test in steps.tests}
@@ -193,7 +197,28 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         seen = seen.of(np.ones(seen.rows.rows, dtype=bool), memory.size * column, circumstances)
         tests = seen.tested(made, limit, family)
     diagnosis = _diagnosis(seen, beside_the_dwell_before(with_steps(tests, steps)), convicted, circumstances, limit)
-    return replace(diagnosis, findings=(*steps.findings, *diagnosis.findings))
+    return replace(diagnosis, findings=(*clipped, *steps.findings, *diagnosis.findings))
+
+
+def _without_clipped(seen: Believed, circumstances: Circumstances) -> tuple[tuple[Finding, ...], Believed]:
+    """Return what is said of rails, and the output without the dwells that stand at one."""
+    output, layout, model = seen.outputs[:, seen.index], seen.evidence.layout, seen.solved.problem.models[seen.index]
+    equal = at_extremes(output)
+    if not equal:
+        return (), seen
+    kept = ~np.logical_or.reduce(equal)
+    if np.unique(layout.point[kept]).size < 2 * len(model.primary_names):
+        return (), seen
+    without = seen.of(kept, 0.0, circumstances)
+    predicted = without.solved.problem.models[0].predict(without.solved.primary[0], seen.rows)
+    sd = float(without.solved.standard_error_v[0])
+    rails = [rows for rows in equal if is_rail(rows, output, layout.point, predicted, sd)]
+    if not rails:
+        return (), seen
+    if len(rails) < len(equal):
+        without = seen.of(~np.logical_or.reduce(rails), 0.0, circumstances)
+    dwells = [dwell_words(seen.rows, row) for row in first_rows(rails)]
+    return (clipped_finding(rails, output, model.measured_unit, dwells, seen.rows.step),), without
 
 
 def settles(tests: AxisTests) -> bool:

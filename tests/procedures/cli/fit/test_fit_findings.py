@@ -2,6 +2,7 @@
 
 import csv
 import json
+from collections.abc import Callable
 from datetime import date
 from pathlib import Path
 
@@ -249,3 +250,46 @@ def test_the_drift_of_a_straight_line_is_keyed_by_its_quantities(
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     axis = call(capsys, "fit", path, "--model", "linear", "--axis", "x=sx_v", "--json").document["axes"]["x"]
     assert set(axis["replication"]["drift"]) == {"gain", "offset"}
+
+
+def _changed(source: Path, target: Path, change: Callable[[list[dict[str, str]]], None]) -> Path:
+    with source.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    change(rows)
+    with target.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return target
+
+
+def test_a_clipped_axis_is_named_and_leaves_no_set(
+    drifting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def clip(rows: list[dict[str, str]]) -> None:
+        for row in rows:
+            row["sz_v"] = repr(min(float(row["sz_v"]), 2.3))
+
+    data, stored = _changed(drifting, tmp_path / "clipped.csv", clip), tmp_path / "s.json"
+    axes = call(capsys, "fit", data, *AXES, "--json").document["axes"]
+    found = {axis: [one["kind"] for one in axes[axis]["findings"] if one["significant"]] for axis in axes}
+    assert "output-clipped" in found["z"]
+    assert "output-clipped" not in found["x"] + found["y"]
+    asked = call(capsys, "fit", data, *AXES, "--set", stored, "--sensor", "S", "--gravity-mps2", "9.81")
+    assert asked.status != 0
+    assert "clipped: " in asked.err
+    assert not stored.exists()
+
+
+def test_copied_replications_are_refused(drifting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def copy(rows: list[dict[str, str]]) -> None:
+        first = {row["point"]: row for row in rows if row["replication"] == rows[0]["replication"]}
+        for row in rows:
+            if row["replication"] in ("3", "4"):
+                row |= {name: first[row["point"]][name] for name in ("sx_v", "sy_v", "sz_v")}
+
+    data = _changed(drifting, tmp_path / "copied.csv", copy)
+    asked = call(capsys, "fit", data, *AXES)
+    assert asked.status != 0
+    assert asked.out == ""
+    assert "copied.csv: replications 3, 4 are copies of replication 1: " in asked.err

@@ -1,0 +1,86 @@
+"""Whether an output stands at a rail: an amplifier's or a meter's end of range, where it is no measure of the force.
+
+Readings at a rail are equal to the last digit. So are those of one attitude without noise, and those that a coarse
+meter puts on one step; a rail is told where the same readings, as the other dwells predict them, lie further apart than
+steps and noise explain, or where replications of one attitude differ everywhere but there.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.findings import Finding
+from ams.units import printed
+
+KIND: Final = "output-clipped"
+LEAST: Final = 4
+"""Dwells at a rail."""
+_FAR_SD: Final = 10.0
+_FAR_STEPS: Final = 3.0
+_SAME: Final = 1e-12
+"""Of the span: what differs by less is the same number."""
+_ALL_DIFFER: Final = 0.9
+_MOST: Final = 0.6
+"""Share of the rows beyond which there is no output left to hold them against."""
+MOST_LISTED: Final = 8
+
+
+def at_extremes(output: FloatArray) -> list[BoolArray]:
+    """Return the rows of (N,) outputs that are equal at their highest, and at their lowest, where they are several."""
+    low, high = float(output.min()), float(output.max())
+    near = _SAME * (high - low)
+    found = [output >= high - near, output <= low + near]
+    return [rows for rows in found if LEAST <= np.count_nonzero(rows) <= _MOST * output.size]
+
+
+def is_rail(rows: BoolArray, output: FloatArray, point: IntArray, predicted: FloatArray, sd: float) -> bool:
+    """Return whether equal readings stand at a rail.
+
+    ``predicted``: (N,) by a solution without these rows, with ``sd`` of what that leaves.
+    """
+    step = _least_gap(output)
+    if float(np.ptp(predicted[rows])) > _FAR_SD * sd + _FAR_STEPS * step:
+        return True
+    repeated = np.bincount(point[rows], minlength=int(point.max()) + 1) > 1
+    if not repeated.any():
+        return False
+    others = ~rows
+    ordered = np.lexsort((output[others], point[others]))
+    alike = np.diff(point[others][ordered]) == 0
+    apart = np.diff(output[others][ordered])[alike]
+    return bool(apart.size and np.mean(apart > _SAME * np.ptp(output)) >= _ALL_DIFFER)
+
+
+def clipped_finding(
+    rows: Sequence[BoolArray], output: FloatArray, unit: str, dwells: Sequence[str], steps: IntArray | None
+) -> Finding:
+    """Return what is said of the rails of one output; ``dwells``: the first of them in words."""
+    every = np.flatnonzero(np.logical_or.reduce(rows))
+    levels = [float(output[rail][0]) for rail in rows]
+    at = " and at ".join(f"{level:.7g} {printed(unit)}" for level in levels)
+    more = every.size - len(dwells)
+    listed = "; ".join(dwells) + (f"; and {more} more" if more > 0 else "")
+    text = (
+        f"clipped: {every.size} dwells stand at {at}, equal to the last digit: a rail of the amplifier, the range of "
+        f"the meter or a channel that hangs, and no measure of what the sensor felt ({listed}); offset and "
+        "sensitivities are wrong by it, they are not usable and there is no coefficient set; choose a larger range or "
+        "a smaller gain and measure again, or leave these dwells out and solve again; the other tests are made without "
+        "them"
+    )
+    details: dict[str, float | str | None] = {"dwells": float(every.size)}
+    details |= dict(zip(("level", "other_level"), levels, strict=False))
+    numbers = () if steps is None else tuple(int(step) for step in steps[every])
+    return Finding(KIND, text, True, None, numbers, details, is_held=False)
+
+
+def first_rows(rows: Sequence[BoolArray]) -> Iterator[int]:
+    """Yield the first rows at a rail, as many as are listed."""
+    yield from np.flatnonzero(np.logical_or.reduce(rows))[:MOST_LISTED].tolist()
+
+
+def _least_gap(output: FloatArray) -> float:
+    apart = np.diff(np.sort(output))
+    apart = apart[apart > _SAME * float(np.ptp(output))]
+    return float(apart.min()) if apart.size else 0.0
