@@ -22,7 +22,7 @@ from ams.statistics.distributions import (
 
 
 def _largest_passed(p_values: Sequence[float], level: float) -> float:
-    known = sorted(value for value in p_values if value == value)  # noqa: PLR0124 - NaN is none
+    known = sorted(value for value in p_values if value == value)  # NaN is none
     largest = -1.0
     for index, value in enumerate(known):
         if value > level / (len(known) - index):
