@@ -12,9 +12,10 @@ import numpy as np
 from ams.arrays import Centring, FloatArray
 from ams.findings import UNUSABLE_AXIS, Finding, beyond_the_stated, turned_the_table
 
-METHOD_VERSION: Final = 3
+METHOD_VERSION: Final = 4
 """Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
-index errors of unknown shape and the terms wherever the points determine them; 3 has the terms in joint fits too."""
+index errors of unknown shape and the terms wherever the points determine them; 3 has the terms in joint fits too;
+4 has the nonlinearity of the scale factor of gyros."""
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,9 @@ from ams.errors import OutsideValidity
 from ams.exports.formats import load_set
 from ams.inference.aided_rates import AidedAngles, Aiding
 from ams.inference.angle_stream import Answer
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Inference, Package, inference
-from ams.inference.rates import GyroAngles, GyroPackage, Motion
+from ams.inference.rates import GyroAngles, Motion
 from ams.sets.coefficients import CoefficientSet
 
 Volts = ArrayLike | Mapping[str, ArrayLike]

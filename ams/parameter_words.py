@@ -40,6 +40,8 @@ _WORDS: Mapping[str, tuple[str, str]] = {
     "reference_time_s": ("reference time", "t₀"),
     **{f"q_{pair}_v_per_g2": (f"quadratic term {pair}", f"q_{pair}") for pair in _QUADRATIC},
     "k3_v_per_g3": ("cubic term", "K₃"),
+    "k2_v_per_dps2": ("quadratic nonlinearity", "K₂"),
+    "k3_v_per_dps3": ("cubic nonlinearity", "K₃"),
     **{f"k_{axis}_v_per_{level}": (f"k {way}", f"k_{axis}")
        for axis, way in zip("xyz", ("forward", "right", "down"), strict=True) for level in ("g", "dps")},
     **{f"towards_{axis}_deg": (f"angle towards {axis}", "") for axis in "xyz"},

@@ -26,6 +26,8 @@ UNITS: Mapping[str, str] = {
     "v_per_g2": "V/g^2",
     "v_per_mps2": "V/(m/s^2)",
     "v_per_g": "V/g",
+    "v_per_dps3": "V/(deg/s)^3",
+    "v_per_dps2": "V/(deg/s)^2",
     "v_per_dps": "V/(deg/s)",
     "v_per_degc2": "V/degC^2",
     "v_per_degc": "V/degC",
@@ -53,6 +55,8 @@ _PRINTED = {
     "g3": "g³",
     "mps2": "m/s²",
     "dps": "°/s",
+    "dps2": "(°/s)²",
+    "dps3": "(°/s)³",
     "radps": "rad/s",
     "ut": "µT",
     "counts": "counts",
@@ -112,4 +116,4 @@ def small_unit(unit: str) -> tuple[str, float]:
 
 
 def _bracketed(unit: str) -> str:
-    return f"({unit})" if "/" in unit else unit
+    return f"({unit})" if "/" in unit and not unit.startswith("(") else unit

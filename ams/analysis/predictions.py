@@ -10,6 +10,7 @@ from ams.errors import DesignError
 from ams.frames import Attitude
 from ams.models.drifting import DRIFT_NAME, REFERENCE_NAME, WithTime
 from ams.models.extended import ExtendedPitchRoll
+from ams.models.gyro import Gyro, GyroWithTerms
 from ams.models.model import Model
 from ams.models.registry import MODELS, model_named
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES, Order, WithTemperature
@@ -43,6 +44,8 @@ def model_of_solution(axis: AxisCalibration) -> Model:
 def _timeless(axis: AxisCalibration) -> Model:
     if axis.model == ExtendedPitchRoll.name and axis.centring:
         return ExtendedPitchRoll(axis.nominal_axis, axis.centring)
+    if axis.model == Gyro.name and axis.centring:
+        return GyroWithTerms(axis.nominal_axis, axis.centring)
     return model_named(axis.model, axis.nominal_axis)
 
 

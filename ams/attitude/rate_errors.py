@@ -2,10 +2,12 @@
 
 What is wrong with the rate in body axes turns the attitude by δ, in reference axes: dδ/dt = R δω. A calibration errs
 by the same ε in every sample, δω = −K⁻¹(ε_b + ε_K ω), so that δ is linear in ε with the integrals of R and of R ω_x,
-R ω_y, R ω_z; the readings' own noise is new in every sample and its variances add up. To a rate that was missing and
-bridged belongs a turn of its own. δ becomes pitch, yaw and roll through CR's sequence about y, the new z, the new x.
+R ω_y, R ω_z, and of what nonlinear scale factors add; the readings' own noise is new in every sample and its variances
+add up. To a rate that was missing and bridged belongs a turn of its own. δ becomes pitch, yaw and roll through CR's
+sequence about y, the new z, the new x.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,13 +20,22 @@ class RateErrors:
     """What is not known of three gyros, rates in rad/s along package axes."""
 
     calibration: FloatArray
-    """(12, 12) covariance of the errors of the rate: constant, by ω_x, by ω_y, by ω_z, three components each."""
+    """(3 p, 3 p) covariance of the errors of the rate: constant, by ω_x, by ω_y, by ω_z and by each of ``further``,
+    three components each; p = 4 without these."""
     reading: FloatArray
     """(3, 3) covariance of the rate of one sample."""
     start: FloatArray
     """(3, 3) covariance of the turn by which the start is wrong, in reference axes."""
     bridged_rate_sd_rad_s: float = 0.2
     """How wrong a rate may be that stands for one that is missing."""
+    further: Callable[[FloatArray], FloatArray] | None = None
+    """(q, n) of (3, n) rates, what else errors of the rate go with; NaN where a rate is."""
+
+    def basis(self, rate_rad_s: FloatArray) -> FloatArray:
+        """Return the (p, n) factors of the errors at (3, n) rates; one that is missing is taken as zero."""
+        known = np.nan_to_num(rate_rad_s)
+        further = [] if self.further is None else [self.further(known)]
+        return np.concatenate([np.ones((1, rate_rad_s.shape[1])), known, *further])
 
 
 @dataclass
@@ -33,17 +44,20 @@ class ErrorGrowth:
 
     errors: RateErrors
     interval_s: float
-    _gain: FloatArray = field(default_factory=lambda: np.zeros((3, 12)))
-    """Turn by calibration error so far."""
+    _gain: FloatArray = field(init=False)
+    """(3, 3 p) turn by calibration error so far."""
     _noise: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     _run: int = 0
     """Samples bridged in a row."""
 
+    def __post_init__(self) -> None:
+        self._gain = np.zeros((3, self.errors.calibration.shape[0]))
+
     def covariance(self, quaternion: FloatArray, rate_rad_s: FloatArray, is_bridged: BoolArray) -> FloatArray:
         """Return the (n, 3, 3) covariance of the turn at further (4, n) attitudes with their (3, n) rates."""
         turn = rotation_matrices(quaternion) * self.interval_s
-        basis = np.concatenate([np.ones((1, rate_rad_s.shape[1])), np.nan_to_num(rate_rad_s)])
-        gains = self._gain + np.cumsum(np.einsum("nij,bn->nibj", turn, basis).reshape(-1, 3, 12), axis=0)
+        by_error = np.einsum("nij,bn->nibj", turn, self.errors.basis(rate_rad_s))
+        gains = self._gain + np.cumsum(by_error.reshape(-1, *self._gain.shape), axis=0)
         noise = turn @ self.errors.reading @ np.swapaxes(turn, 1, 2)
         run = self._runs(is_bridged)
         missing = np.where(run > 0, 2.0 * run - 1.0, 0.0) * (self.errors.bridged_rate_sd_rad_s * self.interval_s) ** 2

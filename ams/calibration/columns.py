@@ -15,8 +15,9 @@ from ams.arrays import FloatArray
 from ams.inputs.shared_errors import SharedError, shared_columns
 from ams.inputs.table_uncertainty import TableUncertainty, columns_of_members, corrected, index_members, shown_rad
 from ams.models.drifting import REFERENCE_NAME
-from ams.models.extended import TERM_NAMES, TRACELESS_NAME
+from ams.models.extended import TRACELESS_NAME
 from ams.models.model import Model, Stimulus
+from ams.models.rate_terms import LOW_ORDER_NAMES
 from ams.observations import Observations
 from ams.solve.components import Causes, ComponentColumns
 from ams.solve.derived import DerivedParameters, derive
@@ -302,7 +303,7 @@ def _replication(
     tested = [
         i
         for i, name in enumerate(parameters.names)
-        if (_is_per_replication(name) and name not in (*TERM_NAMES, TRACELESS_NAME))
+        if (_is_per_replication(name) and name not in (*LOW_ORDER_NAMES, TRACELESS_NAME))
     ]
     names = [quantity(parameters.names[i]) for i in tested]
     directions = parameters.directions[:, tested][..., problem.free][..., :alone_size]

@@ -12,6 +12,7 @@ from ams.models.accelerometer import PitchOnly, PitchRoll
 from ams.models.added_parameters import WithAddedParameters
 from ams.models.drifting import with_time
 from ams.models.extended import ExtendedPitchRoll, centring_of
+from ams.models.gyro import Gyro, GyroWithTerms, with_rate_terms
 from ams.models.model import Model
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
@@ -23,6 +24,14 @@ DEFAULT_REFERENCE_DEGC = 20.0
 NOT_DETERMINED = (
     "terms of second and third order are not determined by these points and not in the uncertainty: a soft mount or a "
     "nonlinearity of the sensor would bend the offset; add pitch and roll angles (five or more of each, past ±45°)"
+)
+RATES_NOT_ENOUGH = (
+    "nonlinearity and asymmetry of the scale factor are not determined by these rates and not in the uncertainty: turn "
+    "each axis at four rates or more, standing still and both senses among them"
+)
+WHICH_LINE = (
+    "offset and scale factor are those of the straight line that comes closest over these rates; how far the output "
+    "lies from it, its nonlinearity, stands beside them"
 )
 WHICH_OFFSET = (
     "offset and sensitivities are those of the linear sensor that comes closest over these points; the offset beside "
@@ -46,7 +55,7 @@ class ModelChoice:
         model = self.model
         while isinstance(model, WithAddedParameters):
             model = model.base
-        return model.centring if isinstance(model, ExtendedPitchRoll) else ()
+        return model.centring if isinstance(model, ExtendedPitchRoll | GyroWithTerms) else ()
 
 
 def base_model(label: str, observations: Observations, request: CalibrationRequest) -> Model:
@@ -76,9 +85,7 @@ def requested_model(label: str, rows: Observations, layout: Layout, request: Cal
     Raises: DesignError as :func:`choose_model` does.
     """
     base = base_model(label, rows, request)
-    model = (
-        _extended(rows, layout, base) if request.extended == "yes" and base.name == PitchRoll.name else None
-    ) or base
+    model = (_extended(rows, layout, base) if request.extended == "yes" else None) or base
     if request.temperature != "none":
         model = _with_temperature(label, rows, request, model)
     return with_time(model, rows) if request.time_term else model
@@ -90,6 +97,9 @@ def _with_extension(
     """``yes``: wherever the points determine the terms; ``test``: where the F-test accepts them."""
     if request.extended == "no":
         return ModelChoice(base)
+    if isinstance(base, Gyro) and request.extended == "yes":
+        bent = _extended(rows, layout, base)
+        return ModelChoice(bent or base, remarks=(RATES_NOT_ENOUGH if bent is None else WHICH_LINE,))
     if base.name != PitchRoll.name:
         return ModelChoice(base, remarks=_not_of_this_model(label, request, base))
     extended = _extended(rows, layout, base)
@@ -105,13 +115,19 @@ def _with_extension(
     return ModelChoice(extended, extension, _found(label, extension), (WHICH_OFFSET,))
 
 
-def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchRoll | None:
+def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchRoll | GyroWithTerms | None:
+    if isinstance(base, Gyro):
+        return with_rate_terms(base, rows, layout.points)
+    if base.name != PitchRoll.name:
+        return None
     design = Attitude(*(blocks_of_angles(rows, layout) or (rows.pitch_rad, rows.roll_rad)))
     centring = centring_of(design, layout.points, base.nominal_axis)
     return None if centring is None else ExtendedPitchRoll(base.nominal_axis, centring)
 
 
 def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> tuple[str, ...]:
+    if request.extended == "test" and isinstance(base, Gyro):
+        return (f"axis {label}: the nonlinearity of a gyro is not let in by a test: left out; ask for yes",)
     if request.extended == "test":
         return (f"axis {label}: extended model not tested: it extends pitch-roll only",)
     if base.name == PitchOnly.name:

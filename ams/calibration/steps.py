@@ -18,7 +18,7 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS, linear_base
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL, SLIP, STEP, AxisTests, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.step_scan import (
@@ -34,6 +34,7 @@ from ams.analysis.diagnostics.step_scan import (
     slip_pattern,
 )
 from ams.analysis.diagnostics.temperature import explained, varies
+from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.analysis.diagnostics.time_order import courses_of_drift, parts_of_replications, time_order
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration import step_words

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ams.analysis.diagnostics.axis_tests import linear_base
 from ams.analysis.diagnostics.table_curves import SeenPoints, TableLimit, beyond_limit, indices_of
+from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns
 from ams.frames import Attitude

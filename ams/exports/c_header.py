@@ -25,7 +25,6 @@ from ams.exports.c_text import (
 from ams.exports.embedded import document_from
 from ams.exports.format import Format
 from ams.exports.plain_values import check_same
-from ams.models.extended import TERM_NAMES
 from ams.models.sensor_model import SetForm
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -69,14 +68,6 @@ static inline double @p@_@a@_@u@(const double f[3], double temperature_degc)
 }
 """
 ABOVE = "(temperature_degc - @P@_@A@_REFERENCE_TEMPERATURE_DEGC)"
-QUADRATIC = (
-    "(f[0] * f[0] - f[2] * f[2])",
-    "2.0 * f[0] * f[1]",
-    "2.0 * f[0] * f[2]",
-    "(f[1] * f[1] - f[2] * f[2])",
-    "2.0 * f[1] * f[2]",
-)
-CUBIC = "(f[{index}] * f[{index}] * f[{index}])"
 ANGLES = """
 /* outputs_v in the order @order@; returns 0, or -1 where the force is zero or not finite. */
 static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
@@ -290,11 +281,10 @@ def _output(numbers: AxisNumbers) -> str:
 
 
 def _terms(numbers: AxisNumbers) -> dict[str, str]:
-    factors = [*QUADRATIC, CUBIC.format(index="xyz".index(numbers.nominal_axis))]
-    count = len(QUADRATIC) if numbers.centring is None else len(numbers.centring)
+    low_order = numbers.form.low_order
+    factors = () if low_order is None else low_order.c(numbers.nominal_axis)
     bent = [
-        f"\n        + @P@_@A@_{name.upper()} * {term}"
-        for name, term in zip(TERM_NAMES[:count], factors[:count], strict=True)
+        f"\n        + @P@_@A@_{name.upper()} * {term}" for name, term in zip(numbers.bent_terms, factors, strict=False)
     ]
     if numbers.centring is not None:
         bent.append("\n        + @P@_@A@_SENSED_CONSTANT_V")

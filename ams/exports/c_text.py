@@ -12,7 +12,6 @@ from ams.errors import SetError
 from ams.exports.checksum_line import ChecksumLine
 from ams.exports.embedded import comment_lines, document_lines
 from ams.exports.statement import statement
-from ams.models.extended import TERM_NAMES
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import AxisNumbers
 
@@ -117,9 +116,8 @@ def primary_lines(prefix: str, numbers: AxisNumbers) -> list[str]:
 def _names(numbers: AxisNumbers) -> Iterable[str]:
     if numbers.model_output is not None:
         return numbers.model_output.primary_names
-    extended = () if numbers.is_linear else TERM_NAMES[: 5 if numbers.centring is None else len(numbers.centring)]
     temperature = (*numbers.temperature_names, "reference_temperature_degc") if numbers.needs_temperature else ()
-    return (numbers.form.offset, *numbers.form.directions, *extended, *temperature)
+    return (numbers.form.offset, *numbers.form.directions, *numbers.bent_terms, *temperature)
 
 
 def filled(template: str, values: Mapping[str, object]) -> list[str]:

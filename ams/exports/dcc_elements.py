@@ -45,6 +45,8 @@ D_SI = {
     **_BASE,
     "V/g^2": r"\volt",
     "V/g^3": r"\volt",
+    "V/(deg/s)^2": r"\volt\degree\tothe{-2}\second\tothe{2}",
+    "V/(deg/s)^3": r"\volt\degree\tothe{-3}\second\tothe{3}",
     "V/degC": r"\volt\degreecelsius\tothe{-1}",
     "V/degC^2": r"\volt\degreecelsius\tothe{-2}",
     "1/degC": r"\degreecelsius\tothe{-1}",

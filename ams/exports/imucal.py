@@ -125,7 +125,7 @@ def _bounds(coefficients: CoefficientSet) -> list[str]:
     for axis in ORDER:
         numbers = coefficients.axes[axis]
         length = float(np.linalg.norm(numbers.direction))
-        neglected = largest_term_v(numbers) + temperature_error_v(coefficients, numbers, length)
+        neglected = largest_term_v(coefficients, numbers) + temperature_error_v(coefficients, numbers, length)
         lines.append(f"Neglected in {axis}: at most {neglected / length:.3g} {numbers.form.unit} within the validity.")
     return lines
 

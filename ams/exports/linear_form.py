@@ -107,15 +107,19 @@ def linear_axis(coefficients: CoefficientSet, name: str) -> LinearAxis:
     across = np.abs(np.delete(k, along)) * _largest_across(coefficients, form, along)
     # Both levels may be at their ends at once; the components of a force of 1 may not.
     cross = float(across.sum()) if form.senses_level else math.hypot(*across)
-    quadratic = largest_term_v(numbers)
+    quadratic = largest_term_v(coefficients, numbers)
     warming_v = temperature_error_v(coefficients, numbers, float(np.linalg.norm(k)) + quadratic)
     error_g = (cross + quadratic + warming_v) / abs(k_along)
     return LinearAxis(1.0 / k_along, -offset_v / k_along, covariance, error_g)
 
 
-def largest_term_v(numbers: AxisNumbers) -> float:
-    """Bound of the terms of second and third order for any |f| = 1."""
-    off = numbers.taken_off
+def largest_term_v(coefficients: CoefficientSet, numbers: AxisNumbers) -> float:
+    """Bound of the terms of second and third order for any |f| = 1; of a gyro's for any rate within the validity."""
+    off, low_order = numbers.taken_off, numbers.form.low_order
+    if numbers.form.senses_rates and low_order is not None:
+        reach = np.full(3, max(map(abs, coefficients.validity.rate_dps or (0.0,))))
+        terms = np.abs([numbers.primary.get(name, 0.0) for name in low_order.names])
+        return float(low_order.basis(reach, numbers.nominal_axis) @ terms + np.abs(off) @ [1.0, *reach])
     largest_bent = float(np.abs(np.linalg.eigvalsh(numbers.quadratic_v_per_g2)).max()) + abs(numbers.cubic_v_per_g3)
     return largest_bent + abs(float(off[0])) + float(np.linalg.norm(off[1:]))
 

@@ -22,8 +22,9 @@ from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, nothing
 from ams.inference.field_aid import FieldAid
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
-from ams.inference.rates import ANSWERS, GyroPackage, Motion, answer_of
+from ams.inference.rates import ANSWERS, Motion, answer_of
 from ams.inference.sample_clock import SampleClock
 from ams.sets.vectors import inferred_force, resolves
 

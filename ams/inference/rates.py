@@ -1,6 +1,6 @@
 """From the outputs of gyros to pitch, yaw and roll: integrated from a start, with what the angles have grown to lack.
 
-The rate in package axes is ω = K⁻¹(v − b). Attitudes follow by the scan of :mod:`ams.attitude.rate_scan`, their
+Attitudes follow from the rates (:mod:`ams.inference.gyro_package`) by the scan of :mod:`ams.attitude.rate_scan`, their
 uncertainty from the set's covariance, the readings' noise and the start by :mod:`ams.attitude.rate_errors`. A row whose
 reading is missing is bridged and marked, a row that comes twice is not used, samples that never came are counted as
 missing, and where the attitude has grown too uncertain it is withheld: nothing spoils what comes after.
@@ -21,12 +21,9 @@ from ams.attitude.rate_scan import Interpolation, RateScan
 from ams.attitude.three_axes import LARGEST_SD_RAD
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, joined, nothing
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.sample_clock import SampleClock
 from ams.inference.zero_at_rest import ZeroAtRest, zero_at_rest
-from ams.sets.axis_section import standard_error_of
-from ams.sets.canonical import listed, matrix, table
-from ams.sets.coefficients import CoefficientSet
-from ams.sets.package_section import package_of
 
 ANGLES: Final = ("pitch", "roll", "yaw")
 ANSWERS: Final = (*(f"{angle}_{end}" for angle in ANGLES for end in ("deg", "sd_deg")), "flag")
@@ -35,101 +32,6 @@ LONGEST_GAP_SAMPLES: Final = 100_000
 _SINGULAR_COS_YAW: Final = 1e-3
 _IN_ORDER: Final = (0, 2, 1)
 """Places of the angles of ``ANGLES`` in pitch, yaw, roll."""
-
-
-@dataclass(frozen=True)
-class GyroPackage:
-    """Three calibrated gyros and the columns that they are read from."""
-
-    coefficients: CoefficientSet
-    columns: Mapping[str, str]
-    """Axis to column."""
-    reading_sd_v: float | None = None
-    """Standard deviation of one reading where the set is used; None: that of the calibration."""
-
-    def __post_init__(self) -> None:
-        name, axes = self.coefficients.sensor, tuple(self.columns)
-        if len(axes) != 3 or any(self.coefficients.axes[axis].form.unit != "dps" for axis in axes):
-            raise OutsideValidity(f"{name}: got the axes {', '.join(axes)}, needed three gyros; nothing was computed")
-        if self.coefficients.needs_temperature:
-            raise OutsideValidity(
-                f"{name}: gyros with temperature terms are not integrated here; nothing was computed; bring the "
-                "outputs to the reference temperature first"
-            )
-        if np.linalg.cond(self.k_v_per_rad_s) > 1e6:
-            raise OutsideValidity(f"{name}: the three gyros do not resolve three directions; nothing was computed")
-
-    @property
-    def k_v_per_rad_s(self) -> FloatArray:
-        """(3, 3), a row for each axis."""
-        return np.rad2deg(np.stack([self.coefficients.axes[axis].direction for axis in self.columns]))
-
-    @property
-    def offset_v(self) -> FloatArray:
-        axes = [self.coefficients.axes[axis] for axis in self.columns]
-        return np.array([axis.primary[axis.form.offset] for axis in axes])
-
-    def outputs_v(self, readings: Mapping[str, FloatArray]) -> FloatArray:
-        """Return (3, n) volts."""
-        return np.stack([readings[column] for column in self.columns.values()])
-
-    def rates_rad_s(self, readings: Mapping[str, FloatArray]) -> FloatArray:
-        """Return (3, n) rates along package axes."""
-        return np.asarray(np.linalg.inv(self.k_v_per_rad_s) @ (self.outputs_v(readings) - self.offset_v[:, None]))
-
-    def reading_covariance(self) -> FloatArray:
-        """Return the (3, 3) covariance of the rate of one sample. Raises: OutsideValidity where nothing states it."""
-        inverse = np.linalg.inv(self.k_v_per_rad_s)
-        return np.asarray(inverse * self.reading_sd() ** 2 @ inverse.T)
-
-    def calibration_covariance(self) -> FloatArray:
-        """Return the (12, 12) covariance of :class:`ams.attitude.rate_errors.RateErrors`."""
-        inverse = np.linalg.inv(self.k_v_per_rad_s)
-        turn = np.zeros((12, 12))
-        for sensor in range(3):
-            for part in range(4):
-                turn[3 * part : 3 * part + 3, 4 * sensor + part] = -inverse[:, sensor]
-        return np.asarray(turn @ self._parameter_covariance() @ turn.T)
-
-    def _parameter_covariance(self) -> FloatArray:
-        """Return (12, 12) of offset and k per rad/s of every axis in turn; what a line lacks is zero and exact."""
-        rows_of = {axis: self._indices(axis) for axis in self.columns}
-        section = package_of(self.coefficients.document)
-        covariance = np.zeros((12, 12))
-        if section is not None:
-            order = [str(name) for name in listed(section["order"])]
-            stated = [order.index(f"{axis}.{name}") for axis, names in rows_of.items() for name in names]
-            parts = [matrix(table(part)["covariance"]) for part in table(section["components"]).values()]
-            indices = [4 * first + name for first, names in enumerate(rows_of.values()) for name in names.values()]
-            covariance[np.ix_(indices, indices)] = np.sum(parts, axis=0)[np.ix_(stated, stated)]
-        else:
-            for first, (axis, names) in enumerate(rows_of.items()):
-                primary = table(table(table(self.coefficients.document["axes"])[axis])["primary"])
-                order = [str(name) for name in listed(primary["order"])]
-                stated = [order.index(name) for name in names]
-                indices = [4 * first + name for name in names.values()]
-                covariance[np.ix_(indices, indices)] = matrix(primary["covariance"])[np.ix_(stated, stated)]
-        scale = np.tile([1.0, *np.rad2deg(np.ones(3))], 3)
-        return np.asarray(covariance * np.outer(scale, scale))
-
-    def _indices(self, axis: str) -> dict[str, int]:
-        """Return the primary parameters that an axis has, each with its place among offset, k_x, k_y and k_z."""
-        numbers = self.coefficients.axes[axis]
-        names = (numbers.form.offset, *numbers.form.directions)
-        return {name: index for index, name in enumerate(names) if name in numbers.primary}
-
-    def reading_sd(self) -> FloatArray:
-        """Return (3,) volts. Raises: OutsideValidity where nothing states it."""
-        if self.reading_sd_v is not None:
-            return np.full(3, self.reading_sd_v)
-        sections = table(self.coefficients.document["axes"])
-        stated = [standard_error_of(table(sections[axis]), self.coefficients.axes[axis]) for axis in self.columns]
-        if None in stated:
-            raise OutsideValidity(
-                f"{self.coefficients.sensor}: the set states no standard error; nothing was computed; give the "
-                "standard deviation of a reading"
-            )
-        return np.array(stated, dtype=float)
 
 
 @dataclass(frozen=True)
@@ -201,7 +103,10 @@ class GyroAngles:
         """What the rest at the beginning told; None before it is over, and without one."""
         self._offset_v = package.offset_v
         self._errors = RateErrors(
-            package.calibration_covariance(), package.reading_covariance(), motion.start_covariance()
+            package.calibration_covariance(),
+            package.reading_covariance(),
+            motion.start_covariance(),
+            further=package.further_factors(),
         )
         self._scan: RateScan | None = None
         self._growth: ErrorGrowth | None = None
@@ -270,12 +175,14 @@ class GyroAngles:
                 "nothing was computed; let it rest longer"
             )
         self.zero = zero_at_rest(good, self.package.reading_sd())
-        self._offset_v, self._rest = self.zero.mean_v - self._earth_v(), []
+        bent_v = self.package.at_rest_v - self.package.offset_v
+        self._offset_v, self._rest = self.zero.mean_v - self._earth_v() - bent_v, []
         inverse = np.linalg.inv(self.package.k_v_per_rad_s)
         calibration = self._errors.calibration.copy()
         calibration[:3, :], calibration[:, :3] = 0.0, 0.0
         calibration[:3, :3] = inverse @ self.zero.covariance_v2 @ inverse.T
-        self._errors = replace(self._errors, calibration=calibration)
+        further = self.package.further_factors(from_rest=True)
+        self._errors = replace(self._errors, calibration=calibration, further=further)
 
     def _earth_v(self) -> FloatArray:
         """Return the (3,) volts that gyros at rest at the start read of the Earth's turn."""
@@ -299,7 +206,7 @@ class GyroAngles:
             self._scan = RateScan(start, self._clock.interval_s, self.motion.interpolation, way)
             self._growth = ErrorGrowth(self._errors, self._clock.interval_s)
             steps = np.concatenate([[1], steps[1:]])
-        rates = np.linalg.inv(self.package.k_v_per_rad_s) @ (outputs_v - self._offset_v[:, None])
+        rates = self.package.rates_above(outputs_v - self._offset_v[:, None])
         is_used = steps > 0
         gaps = np.minimum(steps, LONGEST_GAP_SAMPLES)
         sample = self._last_sample + np.cumsum(gaps)

@@ -26,7 +26,7 @@ from ams.arrays import Centring, FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.models.accelerometer import PITCH_ROLL_FORM, PITCH_ROLL_SOURCE, PITCH_ROLL_TEXT, PitchRoll
 from ams.models.model import LinearModel, Stimulus
-from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel
+from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, LowOrder, SensorModel
 from ams.remembered import remembered
 
 Q_NAMES: Final = ("q_xx_v_per_g2", "q_xy_v_per_g2", "q_xz_v_per_g2", "q_yy_v_per_g2", "q_yz_v_per_g2")
@@ -70,7 +70,7 @@ def term_basis(force: FloatArray, nominal_axis: str) -> FloatArray:
 
 def centred_basis(force: FloatArray, nominal_axis: str, centring: Centring) -> FloatArray:
     """Return the (…, t) h̃: as many of the terms as ``centring`` has rows."""
-    return np.asarray(term_basis(force, nominal_axis)[..., : len(centring)] - _linear(force) @ np.array(centring).T)
+    return np.asarray(term_basis(force, nominal_axis)[..., : len(centring)] - linear_part(force) @ np.array(centring).T)
 
 
 def centring_of(stimulus: Stimulus, points: int, nominal_axis: str) -> Centring | None:
@@ -88,7 +88,7 @@ def _centring(pitch_rad: FloatArray, roll_rad: FloatArray, points: int, nominal_
 
 def centring_over(force: FloatArray, points: int, nominal_axis: str) -> Centring | None:
     """Return the same over (N, 3) forces, whichever way the package was mounted at each."""
-    linear, terms = _linear(force), term_basis(force, nominal_axis)
+    linear, terms = linear_part(force), term_basis(force, nominal_axis)
     q, r = np.linalg.qr(linear)
     if np.abs(np.diag(r)).min() < _DETERMINED * np.linalg.norm(r):
         return None
@@ -112,14 +112,15 @@ def slope_of_terms(terms: FloatArray, force: FloatArray, nominal_axis: str, cent
     return np.asarray(slope)
 
 
-def _linear(force: FloatArray) -> FloatArray:
+def linear_part(force: FloatArray) -> FloatArray:
+    """Return the (…, 4) basis of v = b + k·h at the (…, 3) field."""
     return np.concatenate([np.ones((*force.shape[:-1], 1)), force], axis=-1)
 
 
 @remembered(8)
 def _basis(nominal_axis: str, centring: Centring, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
     force = specific_force(pitch_rad, roll_rad)
-    return np.concatenate([_linear(force), centred_basis(force, nominal_axis, centring)], axis=1)
+    return np.concatenate([linear_part(force), centred_basis(force, nominal_axis, centring)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -219,9 +220,29 @@ def _not_centred(nominal_axis: str) -> ExtendedPitchRoll:
     return ExtendedPitchRoll(nominal_axis, ((0.0, 0.0, 0.0, 0.0),) * len(Q_NAMES))
 
 
+_C_QUADRATIC = (
+    "(f[0] * f[0] - f[2] * f[2])",
+    "2.0 * f[0] * f[1]",
+    "2.0 * f[0] * f[2]",
+    "(f[1] * f[1] - f[2] * f[2])",
+    "2.0 * f[1] * f[2]",
+)
+
+
+def _c_terms(nominal_axis: str) -> tuple[str, ...]:
+    index = "xyz".index(nominal_axis)
+    return (*_C_QUADRATIC, f"(f[{index}] * f[{index}] * f[{index}])")
+
+
 EXTENDED = SensorModel(
     name="pitch-roll-extended",
     make=_not_centred,
-    set_form=replace(PITCH_ROLL_FORM, equation=_equation, centred_equation=_centred_equation, quadratic=Q_NAMES),
+    set_form=replace(
+        PITCH_ROLL_FORM,
+        equation=_equation,
+        centred_equation=_centred_equation,
+        quadratic=Q_NAMES,
+        low_order=LowOrder(names=TERM_NAMES, basis=term_basis, c=_c_terms),
+    ),
     is_offered=False,
 )

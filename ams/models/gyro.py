@@ -6,20 +6,29 @@ build up, Θ̇ about the first intermediate y, Ψ̇ about the sting's z, Φ̇ ab
 """
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from math import degrees
 from typing import ClassVar
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import Centring, FloatArray
 from ams.errors import ObservationsError
 from ams.frames import Attitude, body_rates_rad_s, wrap_deg
 from ams.models.accelerometer import PitchRoll
 from ams.models.cr import SensorFit, fit_package
 from ams.models.cr_sets import along_cr, cr_equation
+from ams.models.extended import linear_part
 from ams.models.model import LinearModel, Stimulus
-from ams.models.sensor_model import RATE_INPUTS, SensorModel, SetForm
+from ams.models.rate_terms import (
+    RATE_TERM_NAMES,
+    RATE_TERMS,
+    centred_rate_terms,
+    rate_centring_over,
+    slope_of_rate_terms,
+)
+from ams.models.sensor_model import RATE_INPUTS, Equation, SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _DEG_PER_RAD = degrees(1.0)
@@ -50,20 +59,10 @@ class Gyro(LinearModel):
     basis_key: ClassVar[Hashable | None] = "gyro"
 
     def basis(self, stimulus: Stimulus) -> FloatArray:
-        euler, rate = _motion(stimulus)
-        velocity_dps = _DEG_PER_RAD * body_rates_rad_s(euler, rate)
-        return np.concatenate([np.ones((velocity_dps.shape[0], 1)), velocity_dps], axis=1)
+        return linear_part(velocity_of_dps(stimulus))
 
     def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
-        euler, rate = _motion(stimulus)
-        k = np.rad2deg(primary[1:4])
-        _, yaw, roll = np.moveaxis(euler, -1, 0)
-        _, w_y, w_z = np.moveaxis(body_rates_rad_s(euler, rate), -1, 0)
-        pitch_rate = rate[:, 0]
-        by_yaw = pitch_rate[:, None] * np.stack(
-            [np.cos(yaw), -np.sin(yaw) * np.cos(roll), np.sin(yaw) * np.sin(roll)], axis=-1
-        )
-        return {"pitch": np.zeros_like(yaw), "yaw": by_yaw @ k, "roll": w_z * k[1] - w_y * k[2]}
+        return _by_angle(np.broadcast_to(primary[1:4], (stimulus.roll_rad.size, 3)), stimulus)
 
     def parameters(self, primary: FloatArray) -> FloatArray:
         found = PitchRoll(self.nominal_axis).parameters(primary)
@@ -75,6 +74,80 @@ class Gyro(LinearModel):
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         return PitchRoll(self.nominal_axis).undetermined(primary, covariance)
+
+
+@dataclass(frozen=True)
+class GyroWithTerms(LinearModel):
+    """The same gyro with the nonlinearity of its scale factor beside it (:mod:`ams.models.rate_terms`)."""
+
+    nominal_axis: str
+    centring: Centring
+    """(t, 4) what is taken off each term: of the square alone, or of both."""
+    name: ClassVar[str] = Gyro.name
+    convention: ClassVar[str] = Gyro.convention
+    measured_unit: ClassVar[str] = Gyro.measured_unit
+    fixed: ClassVar[Mapping[str, tuple[float, float]]] = _NOTHING_FIXED
+
+    @property
+    def term_names(self) -> tuple[str, ...]:
+        return RATE_TERM_NAMES[: len(self.centring)]
+
+    @cached_property
+    def primary_names(self) -> tuple[str, ...]:
+        return (*Gyro.primary_names, *self.term_names)
+
+    @cached_property
+    def parameter_names(self) -> tuple[str, ...]:
+        return (*Gyro.parameter_names, *self.term_names)
+
+    @property
+    def basis_key(self) -> Hashable:
+        return self.name, self.nominal_axis, self.centring
+
+    def basis(self, stimulus: Stimulus) -> FloatArray:
+        velocity_dps = velocity_of_dps(stimulus)
+        terms = centred_rate_terms(velocity_dps, self.nominal_axis, self.centring)
+        return np.concatenate([linear_part(velocity_dps), terms], axis=1)
+
+    def angle_jacobian(self, primary: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+        velocity_dps = velocity_of_dps(stimulus)
+        slope = slope_of_rate_terms(primary[4:], velocity_dps, self.nominal_axis, self.centring)
+        return _by_angle(primary[1:4] + slope, stimulus)
+
+    def parameters(self, primary: FloatArray) -> FloatArray:
+        linear = Gyro(self.nominal_axis).parameters(primary[..., :4])
+        return np.concatenate([linear, primary[..., 4:]], axis=-1)
+
+    def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
+        rows = np.eye(primary.size)
+        rows[:4, :4] = Gyro(self.nominal_axis).parameters_jacobian(primary[:4])
+        return rows
+
+    def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
+        return Gyro(self.nominal_axis).undetermined(primary[:4], covariance[:4, :4])
+
+
+def with_rate_terms(gyro: Gyro, stimulus: Stimulus, points: int) -> GyroWithTerms | None:
+    """Return the gyro with the terms that the points determine; None where they determine none."""
+    centring = rate_centring_over(velocity_of_dps(stimulus), points, gyro.nominal_axis)
+    return None if centring is None else GyroWithTerms(gyro.nominal_axis, centring)
+
+
+def velocity_of_dps(stimulus: Stimulus) -> FloatArray:
+    """Return the (N, 3) angular velocity in package axes. Raises: ObservationsError where no rates are known."""
+    euler, rate = _motion(stimulus)
+    return np.asarray(_DEG_PER_RAD * body_rates_rad_s(euler, rate))
+
+
+def _by_angle(slope_v_per_dps: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:
+    """Return the derivatives by the angles of an output with the (N, 3) slopes along package axes."""
+    euler, rate = _motion(stimulus)
+    k = np.rad2deg(slope_v_per_dps)
+    _, yaw, roll = np.moveaxis(euler, -1, 0)
+    _, w_y, w_z = np.moveaxis(body_rates_rad_s(euler, rate), -1, 0)
+    by_yaw = rate[:, :1] * np.stack([np.cos(yaw), -np.sin(yaw) * np.cos(roll), np.sin(yaw) * np.sin(roll)], axis=-1)
+    by_roll = w_z * k[:, 1] - w_y * k[:, 2]
+    return {"pitch": np.zeros_like(yaw), "yaw": np.sum(by_yaw * k, axis=-1), "roll": by_roll}
 
 
 def _motion(stimulus: Stimulus) -> tuple[FloatArray, FloatArray]:
@@ -106,6 +179,27 @@ def _velocity_dps(attitude: Attitude) -> FloatArray:
     return np.asarray(np.rad2deg(body_rates_rad_s(euler, attitude.euler_rate_rad_s)))
 
 
+_CENTRED_TEXT = (
+    "; what multiplies each coefficient of second or third order is taken without its best linear approximation c_0 + "
+    "c_x*w_x + c_y*w_y + c_z*w_z (its row of centring, in this order), so that offset_v and k are those of the "
+    "straight line that comes closest over the points of the calibration"
+)
+
+
+def _equation(axis: str) -> Equation | None:
+    return cr_equation(axis, "w", PER_DPS, "sensitivity_v_per_dps", _SOURCES)
+
+
+def _centred_equation(axis: str, terms: int) -> Equation | None:
+    found = _equation(axis)
+    if found is None:
+        return None
+    powers = zip(RATE_TERM_NAMES[:terms], (2, 3), strict=False)
+    bent = "".join(f" + {name}*w_{axis}^{power}" for name, power in powers)
+    formula, _, symbols = found.derived.partition("; ")
+    return replace(found, primary=found.primary + bent + _CENTRED_TEXT, derived=f"{formula}{bent}; {symbols}")
+
+
 GYRO = SensorModel(
     name="gyro",
     make=Gyro,
@@ -116,7 +210,9 @@ GYRO = SensorModel(
         symbol="w",
         inputs=("pitch_deg", "roll_deg", "yaw_deg", *RATE_INPUTS),
         field=_velocity_dps,
-        equation=lambda axis: cr_equation(axis, "w", PER_DPS, "sensitivity_v_per_dps", _SOURCES),
+        equation=_equation,
+        centred_equation=_centred_equation,
+        low_order=RATE_TERMS,
         directions=PER_DPS,
         along=along_cr,
         c_field=_C_RATES,

@@ -28,6 +28,21 @@ class Equation:
 
 
 @dataclass(frozen=True, kw_only=True)
+class LowOrder:
+    """Terms that may stand in an equation beside v = b + k·h, each without its best linear approximation.
+
+    A set has as many of them, from the first, as its ``centring`` has rows.
+    """
+
+    names: tuple[str, ...]
+    """Of their coefficients among the primary parameters."""
+    basis: Callable[[FloatArray, str], FloatArray]
+    """(…, t) what each coefficient multiplies, from the (…, 3) field and the nominal axis, nothing taken off."""
+    c: Callable[[str], tuple[str, ...]]
+    """The same as expressions in C, of ``f[0]`` to ``f[2]``."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class ModelOutput:
     """The output of a model whose equation is not v = b + k·f (+ fᵀQf), as a function of the field."""
 
@@ -63,6 +78,8 @@ class SetForm:
     """Names of k among the primary parameters."""
     quadratic: tuple[str, ...] = ()
     """Names of Q among the primary parameters."""
+    low_order: LowOrder | None = None
+    """None: nothing stands beside v = b + k·h."""
     angles: tuple[str, ...] = ("coning_deg", "azimuth_deg")
     """The derived parameters that tell the direction of k."""
     along: Callable[[str, FloatArray], FloatArray] | None = None

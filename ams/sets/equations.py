@@ -14,7 +14,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES
+from ams.models.extended import CUBIC_NAME, Q_NAMES
 from ams.models.sensor_model import Equation, ModelOutput, SetForm
 from ams.sets.sensed_quantity import FIELDS, PER_G, Units, form_of
 
@@ -104,9 +104,8 @@ class AxisNumbers:
 
     @property
     def is_linear(self) -> bool:
-        """Whether the output is linear in the specific force."""
-        is_bent = bool(self.quadratic_v_per_g2.any()) or self.cubic_v_per_g3 != 0.0
-        return self.model_output is None and not is_bent
+        """Whether the output is linear in what the model senses."""
+        return self.model_output is None and not any(self.primary.get(name, 0.0) for name in self._low_order_names)
 
     @property
     def model_output(self) -> ModelOutput | None:
@@ -116,7 +115,19 @@ class AxisNumbers:
     @property
     def centred_terms(self) -> tuple[str, ...]:
         """Names of the terms that stand in the equation without their best linear approximation."""
-        return () if self.centring is None else TERM_NAMES[: len(self.centring)]
+        return () if self.centring is None else self._low_order_names[: len(self.centring)]
+
+    @property
+    def bent_terms(self) -> tuple[str, ...]:
+        """Names of the terms that stand in the equation, those of sets without a centring among them."""
+        names = (*self.form.quadratic, *self.centred_terms) if self.centring is None else self.centred_terms
+        return () if self.is_linear else names
+
+    @property
+    def _low_order_names(self) -> tuple[str, ...]:
+        """Of the terms that the model may have."""
+        low_order = FIELDS[self.model].low_order if self.model in FIELDS else None
+        return () if low_order is None else low_order.names
 
     @property
     def taken_off(self) -> FloatArray:
@@ -128,11 +139,18 @@ class AxisNumbers:
         return np.asarray((terms[:, None] * self.centring).sum(axis=0))
 
     def terms_v(self, f: FloatArray) -> FloatArray:
-        """Return what the terms of second and third order add at the specific force (…, 3)."""
-        bent = np.sum(f @ self.quadratic_v_per_g2 * f, axis=-1)
-        bent = bent + self.cubic_v_per_g3 * f[..., "xyz".index(self.nominal_axis)] ** 3
-        off = self.taken_off
-        return np.asarray(bent - off[0] - f @ off[1:])
+        """Return what the terms of second and third order add at the (…, 3) field that the model senses."""
+        low_order, off = self.form.low_order, self.taken_off
+        assert low_order is not None, "an axis that is not linear has terms"
+        coefficients = np.array([self.primary.get(name, 0.0) for name in low_order.names])
+        return np.asarray(low_order.basis(f, self.nominal_axis) @ coefficients - off[0] - f @ off[1:])
+
+    def centred_factors(self, field: FloatArray) -> FloatArray:
+        """Return the (…, t) factors of the centred terms at the (…, 3) field: what one unit of each adds."""
+        if self.centring is None or self.form.low_order is None:
+            return np.zeros((*field.shape[:-1], 0))
+        terms = self.form.low_order.basis(field, self.nominal_axis)[..., : len(self.centring)]
+        return np.asarray(terms - self.centring[:, 0] - field @ self.centring[:, 1:].T)
 
     @property
     def largest_bend_v_per_g(self) -> float:

@@ -179,16 +179,19 @@ def _contrasts(
     """Find the least squares of the rows, free of point effects, on the replications' own (N, n, P) bases.
 
     The contrasts add up to nothing: what all replications have in common belongs to the points. With Gram inverse,
-    rank, and a (n P, q) root of their covariance in which what is not told apart is loose instead of zero.
+    rank, and a (n P, q) root of their covariance in which what is not told apart is loose instead of zero. The columns
+    are brought to unit length first: no unit of a parameter decides what is told apart.
     """
-    n, size = blocks.shape[1:]
+    n = blocks.shape[1]
+    length = np.sqrt(np.einsum("rni,rni->i", blocks, blocks))
+    length = np.where(length > 0.0, length, 1.0)
     apart = np.linalg.qr(np.eye(n) - 1.0 / n)[0][:, :-1]
-    free = np.einsum("rni,nk->rki", blocks, apart).reshape(layout.rows, -1)
+    free = np.einsum("rni,nk->rki", blocks / length, apart).reshape(layout.rows, -1)
     centred = free - _point_means(layout, free, weights)
     values, vectors = np.linalg.eigh(centred.T @ (weights[:, None] * centred))
     kept = values > DISTINGUISHED * values[-1]
     inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
-    turn = np.kron(apart, np.eye(size))
+    turn = np.kron(apart, np.diag(1.0 / length))
     contrasts = turn @ (inverse @ (centred.T @ (weights[:, None] * outputs)))
     return contrasts, turn @ inverse @ turn.T, int(kept.sum()), turn @ loose_root(values, vectors)
 

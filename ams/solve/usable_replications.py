@@ -31,4 +31,7 @@ def standing_rows(observations: Observations, layout: Layout, model: Model) -> t
 
 def _stands(model: Model, stimulus: Stimulus) -> bool:
     basis = model.basis(stimulus)
-    return basis.shape[0] > basis.shape[1] and bool(np.linalg.matrix_rank(basis, rtol=1e-6) == basis.shape[1])
+    length = np.linalg.norm(basis, axis=0)
+    if basis.shape[0] <= basis.shape[1] or not length.all():
+        return False
+    return bool(np.linalg.matrix_rank(basis / length, rtol=1e-6) == basis.shape[1])

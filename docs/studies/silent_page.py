@@ -32,8 +32,8 @@ have three axes or nine, and in 0.02 under a table's certificate.
 
 *Held*: every share from 0.93 to 0.97. *Wide*: none below, some above. *Told*: below, and the cause named in 95 %.
 **Outside**: below, and not told. Of {cells} cells {held} are held, {wide} wide, {told} told and **{outside} outside**.
-Lag and curvature of temperature are also in [findings](findings.md). Not here: gyros, the joint fit, a partial check
-set, and two faults at once.
+Lag and curvature of temperature are also in [findings](findings.md), gyros in [gyros](gyros.md). Not here: the joint
+fit, a partial check set, and two faults at once.
 """
 TWINS = """
 ## What has to be declared

@@ -18,7 +18,13 @@ _NEAREST = (
     "that, c₀ + c_x·f_x + c_y·f_y + c_z·f_z, so that b, S, Ω and A are those of the linear sensor that comes closest "
     "over the attitudes calibrated."
 )
+_NEAREST_RATE = (
+    "K₂ multiplies the square and K₃ the third power of the rate about the nominal axis, each less its best linear "
+    "approximation, c₀ + c_x·w_x + c_y·w_y + c_z·w_z, so that b, S, Ω and A are those of the straight line that comes "
+    "closest over the rates calibrated (scale factor and nonlinearity as IEEE Std 528 has them)."
+)
 _BENT = ", with terms of second and third order fᵀQf, tr Q = 0, and K₃ as IEEE Std 1293 has them"
+_BENT_RATE = ", with the nonlinearity of the scale factor, K₂ and K₃"
 _MEANINGS: Mapping[str, str] = {
     "b₀": "the constant where nothing is taken off the terms of second and third order: b less the sum of each "
     "coefficient times its c₀; it stands in no equation here",
@@ -43,16 +49,14 @@ class PrintedForm:
 def method_of(coefficients: CoefficientSet) -> str:
     """Name the models of all axes with where each stands."""
     found: dict[str, dict[str, None]] = {}
-    bent: set[str] = set()
+    bent: dict[str, str] = {}
     for axis, section in table(coefficients.document["axes"]).items():
         equation = table(table(section)["equation"])
         printed = found.setdefault(str(equation["name"]), {})
         printed[str(equation["source"])] = None
         if _is_bent(coefficients.axes[axis]):
-            bent.add(str(equation["name"]))
-    return "; ".join(
-        f"“{name}” ({', '.join(sources)}{_BENT if name in bent else ''})" for name, sources in found.items()
-    )
+            bent[str(equation["name"])] = _BENT_RATE if coefficients.axes[axis].form.senses_rates else _BENT
+    return "; ".join(f"“{name}” ({', '.join(sources)}{bent.get(name, '')})" for name, sources in found.items())
 
 
 def forms_of(coefficients: CoefficientSet) -> Iterator[PrintedForm]:
@@ -80,11 +84,14 @@ def meanings_of(coefficients: CoefficientSet) -> list[str]:
 
 def nearest(coefficients: CoefficientSet) -> str:
     """Say what the terms of second and third order multiply; empty where none is taken off anything."""
-    return _NEAREST if any(numbers.centred_terms for numbers in coefficients.axes.values()) else ""
+    centred = [numbers for numbers in coefficients.axes.values() if numbers.centred_terms]
+    if not centred:
+        return ""
+    return _NEAREST_RATE if centred[0].form.senses_rates else _NEAREST
 
 
 def _is_bent(numbers: AxisNumbers) -> bool:
-    return any(name.startswith(("q_", "k3_")) for name in numbers.primary)
+    return any(name.startswith(("q_", "k2_", "k3_")) for name in numbers.primary)
 
 
 def _symbol(name: str) -> str:

@@ -15,7 +15,7 @@ from ams.analysis.calibration_budget import AxisBudget
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
 from ams.frames import wrap_deg
-from ams.models.extended import TERM_NAMES
+from ams.models.rate_terms import LOW_ORDER_NAMES
 from ams.observations import Observations
 from ams.parameter_words import words_of
 from ams.solve.extension import Extension
@@ -71,7 +71,7 @@ def budget_view(budget: AxisBudget) -> BudgetView:
 
     The terms of second and third order have theirs among the parameters: a page has no room for twelve columns.
     """
-    names = [name for name in budget.combined if name not in TERM_NAMES]
+    names = [name for name in budget.combined if name not in LOW_ORDER_NAMES]
 
     def cells(values: Mapping[str, float]) -> tuple[str, ...]:
         return tuple(

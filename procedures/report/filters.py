@@ -9,7 +9,7 @@ from urllib.parse import quote
 import numpy as np
 from markupsafe import Markup, escape
 
-from ams.models.extended import TERM_NAMES
+from ams.models.rate_terms import LOW_ORDER_NAMES
 from ams.parameter_words import words_of
 from ams.surveillance.attitude_errors import AngleErrors
 from ams.surveillance.level_errors import LevelErrors
@@ -101,14 +101,14 @@ def primary_label(name: str) -> str:
 
 def primary_linear(axis: AxisView) -> list[str]:
     """Return the names of the primary parameters without the terms of higher order, which stand among the others."""
-    return [name for name in axis.calibration.primary_names if name not in TERM_NAMES]
+    return [name for name in axis.calibration.primary_names if name not in LOW_ORDER_NAMES]
 
 
 def primary_texts(axis: AxisView) -> list[Markup]:
     """Return those estimates as value(uncertainty in the last two digits)."""
     deviations = np.sqrt(np.maximum(np.diag(axis.calibration.primary_covariance), 0.0))
     rows = zip(axis.calibration.primary_names, axis.calibration.primary, deviations, strict=True)
-    return [_concise(float(value), float(deviation)) for name, value, deviation in rows if name not in TERM_NAMES]
+    return [_concise(float(value), float(deviation)) for name, value, deviation in rows if name not in LOW_ORDER_NAMES]
 
 
 def remarks_once(axes: Sequence[AxisView]) -> list[tuple[str, str]]:

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ams.models.extended import TERM_NAMES
+from ams.models.rate_terms import LOW_ORDER_NAMES
 from procedures.kinds.section import TextTable
 from procedures.numbers import with_uncertainty
 from procedures.report.overview import overview_rows
@@ -107,7 +107,7 @@ def sensor_table(view: RunView, sensor: SensorView) -> Table:
     for heading in ("value", "± 95 %", "unit") + (("truth", "inside") if view.is_simulated else ()):
         table.add_column(heading, justify="left" if heading == "unit" else "right", no_wrap=True)
     for axis in sensor.axes:
-        shown = [row for row in axis.parameters if row.name not in TERM_NAMES]  # they stand in the report
+        shown = [row for row in axis.parameters if row.name not in LOW_ORDER_NAMES]  # they stand in the report
         for index, row in enumerate(shown):
             table.add_row(
                 axis.axis if index == 0 else "",

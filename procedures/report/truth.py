@@ -9,7 +9,8 @@ import numpy as np
 from ams.calibration_result import AxisCalibration
 from ams.frames import AXES, wrap_deg
 from ams.models.accelerometer import PitchRoll, vector_from_angles
-from ams.models.extended import CUBIC_NAME, Q_NAMES, TRACELESS_NAME
+from ams.models.extended import CUBIC_NAME, Q_NAMES, TRACELESS_NAME, ExtendedPitchRoll
+from ams.models.rate_terms import RATE_TERM_NAMES
 from ams.observations import Observations
 from ams.sets.sensed_quantity import FIELDS
 from rig.description.rig_file import AxisTruth, Mount, RigDescription
@@ -40,6 +41,7 @@ def truth_of(
         "sensitivity_tc_per_degc": (s1 + 2.0 * s2 * warmer_degc) / warming,
         "offset_tc2_v_per_degc2": truth.offset_tc2_v_per_degc2,
         "sensitivity_tc2_per_degc2": s2 / warming,
+        **dict.fromkeys(RATE_TERM_NAMES, 0.0),  # twins of gyros are straight
     }
     form = FIELDS.get(calibration.model)
     if form is not None and form.convention == "CR":
@@ -68,7 +70,8 @@ def _towards_deg(truth: AxisTruth, axis: str) -> dict[str, float]:
 
 def _best_linear(truth: AxisTruth, values: dict[str, float], calibration: AxisCalibration) -> dict[str, float]:
     """Return what of the truth a sensor without terms of second order comes closest to, over the points of the run."""
-    if not calibration.centring or not {"offset_v", "sensitivity_v_per_g"} <= values.keys():
+    is_bent = calibration.model == ExtendedPitchRoll.name and bool(calibration.centring)
+    if not is_bent or not {"offset_v", "sensitivity_v_per_g"} <= values.keys():
         return {}
     q = np.array(truth.q_v_per_g2 or np.zeros(len(Q_NAMES)))
     taken = q @ np.array(calibration.centring)[: len(Q_NAMES)]

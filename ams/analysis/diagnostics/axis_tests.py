@@ -39,13 +39,20 @@ from ams.analysis.diagnostics.beliefs import (
     Column,
 )
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.low_order import squareness_of_points, term_columns, term_columns_at
+from ams.analysis.diagnostics.low_order import squareness_of_points
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter, is_unsteady
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
 from ams.analysis.diagnostics.settling import Between, Estimate, slope_test
 from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.tested_terms import (
+    columns_of,
+    linear_base,
+    terms_of_accelerometer,
+    terms_of_gyro,
+    tested_base,
+)
 from ams.analysis.diagnostics.time_order import (
     Autocorrelation,
     Slope,
@@ -58,14 +65,11 @@ from ams.analysis.diagnostics.time_order import (
 )
 from ams.analysis.diagnostics.wrong_dwells import largest_p_values
 from ams.arrays import FloatArray
-from ams.frames import Attitude, specific_force
-from ams.models.accelerometer import PitchRoll
-from ams.models.added_parameters import WithAddedParameters
-from ams.models.extended import ExtendedPitchRoll
-from ams.models.model import Model
+from ams.frames import Attitude
+from ams.models.gyro import Gyro, GyroWithTerms
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.remembered import remembered
-from ams.solve.extension import angles_of_points, blocks_of_angles
+from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import holm
 
@@ -149,6 +153,7 @@ def axis_tests(
     found += _of_temperature(evidence, shared, output, known)
     found += [] if lag is None else [lag]
     terms = low_order(evidence, output, known, before)
+    columns = columns_of(evidence.models[output])
     between, by_replication = _between(evidence, shared, output, grid), None
     if terms is None:
         found.append(slope_test(SETTLING, "drift", shared.settling, output, ""))
@@ -156,11 +161,11 @@ def axis_tests(
         by_replication = ReplicationScatter(evidence, output, terms, level, is_unsteady(found, level / MOST_TESTS))
         found += [
             between.with_means(by_replication.referred(_term(column, tested, terms.dof), index))
-            for index, (column, tested) in enumerate(zip(COLUMNS, terms.each(), strict=False))
+            for index, (column, tested) in enumerate(zip(columns, terms.each(), strict=False))
         ]
     made = {test.name: test for test in found if np.isfinite(test.p_value)} | dict(convicted)
     memories = [made[name] for name in MEMORIES if name in made]
-    decided = _decided(made, by_replication, between, convicted, level)
+    decided = _decided(made, by_replication, between, convicted, level, columns)
     decided = _explained_by_temperature(evidence, output, decided)
     return replace(decided, grid=grid, memories=memories)
 
@@ -248,7 +253,7 @@ def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known:
     found = []
     if TEMPERATURE_NAMES[0] not in evidence.models[output].primary_names:
         found = [slope_test(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
-        if linear_base(evidence.models[output]) is None:
+        if tested_base(evidence.models[output]) is None:
             found += _by_point(evidence, output, known)
     is_bend_modelled = SECOND_ORDER_NAMES[0] in evidence.models[output].primary_names
     if by_temperature.has_plateaus(evidence) and not is_bend_modelled:
@@ -281,25 +286,24 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     These are the terms of low order, the attitude before and the temperature. None where the model has no such terms.
     ``turned`` (N,) is what the sensor was turned by from the attitude before.
     """
-    base = linear_base(evidence.models[output])
+    base = tested_base(evidence.models[output])
     if base is None:
         return None
     layout, rows = evidence.layout, evidence.rows
-    alike = blocks_of_angles(rows, layout)
-    if alike is not None:
-        terms = term_columns_at(*alike, base.nominal_axis)
-    else:
-        force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
-        terms = term_columns(force, base.nominal_axis)
+    is_gyro = isinstance(base, Gyro | GyroWithTerms)
+    terms = terms_of_gyro(evidence, output, base) if is_gyro else terms_of_accelerometer(evidence, base)
     linear, fitted = evidence.basis[:, :_LINEAR], evidence.basis[:, _LINEAR:]
     whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
     means = evidence.means(output, whole, fitted @ evidence.alone[_LINEAR:, output])
     before = layout.mean_by_point(turned)
-    skew = squareness_of_points(rows, layout, base.nominal_axis, evidence.primary[output])
+    skew = squareness_of_points(rows, layout, "x" if is_gyro else base.nominal_axis, evidence.primary[output])
     is_determined = layout.points >= _LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
-    in_order = _in_order(
-        previous_attitude.memories_of_points(evidence, base.nominal_axis), settling_of_points(evidence), is_determined
+    memories = (
+        np.zeros((layout.points, len(MEMORIES)))
+        if is_gyro
+        else previous_attitude.memories_of_points(evidence, base.nominal_axis)
     )
+    in_order = _in_order(memories, settling_of_points(evidence), is_determined)
     columns = np.hstack([terms, skew[:, None], before[:, None], in_order, _by_point_degc(evidence, output)])
     return eliminate(means, columns, _beside(evidence.basis, terms, in_order))
 
@@ -315,13 +319,6 @@ def _beside(basis: FloatArray, terms: FloatArray, in_order: FloatArray) -> Float
     return np.hstack([basis, terms, in_order])
 
 
-def linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
-    """Return the accelerometer of pitch and roll that a model is built on; None where it is another."""
-    while isinstance(model, WithAddedParameters):
-        model = model.base
-    return model if isinstance(model, PitchRoll | ExtendedPitchRoll) else None
-
-
 def _term(column: Column, tested: Tested, dof: float = inf) -> BeliefTest:
     coefficient, uncertainty = tested.coefficient, tested.standard_uncertainty
     return BeliefTest(column.name, column.kind, tested.p_value, coefficient, uncertainty, column.unit, dof)
@@ -333,13 +330,14 @@ def _decided(
     between: Between,
     convicted: Collection[str],
     level: float,
+    tested_columns: Sequence[Column],
 ) -> AxisTests:
     """Holm over all at the level of the axis.
 
     A significant column counts as known, and the other columns are tested beside it.
     The recorded temperature goes first where it is significant: what was measured before what is only imagined.
     """
-    names = {column.name: index for index, column in enumerate(COLUMNS)}
+    names = {column.name: index for index, column in enumerate(tested_columns)}
     known: list[str] = []
     while True:
         flags = holm(np.array([test.p_value / test.axes for test in made.values()]), level)
@@ -352,7 +350,7 @@ def _decided(
         beside = tuple(names[name] for name in known)
         for name, column_index in names.items():
             if name in made and name not in known and name not in convicted:
-                tested = _term(COLUMNS[column_index], columns.test(column_index, beside), columns.dof)
+                tested = _term(tested_columns[column_index], columns.test(column_index, beside), columns.dof)
                 tested = between.with_means(scatter.referred(tested, column_index, beside))
                 made[name] = replace(tested, p_value=tested.p_value if np.isfinite(tested.p_value) else 1.0)
 

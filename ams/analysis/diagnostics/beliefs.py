@@ -1,10 +1,10 @@
 """The tests by name, and what each says of one sensor axis."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
-from ams.analysis.diagnostics.low_order import TERMS
+from ams.analysis.diagnostics.low_order import OF_GYROS, PPM, TERMS
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.findings import FindingKind
 
@@ -59,6 +59,7 @@ COLUMNS: Final = (
 )
 LIKE_A_MEMORY: Final = frozenset({AUTOCORRELATION, TURNED_FROM, *(column.name for column in COLUMNS)})
 """Tests that ring for a memory of the attitudes before, or that one rings for."""
+COLUMNS_OF_GYROS: Final = tuple(replace(column, unit=PPM) if column.name in OF_GYROS else column for column in COLUMNS)
 
 
 @dataclass(frozen=True)

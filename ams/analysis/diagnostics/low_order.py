@@ -4,6 +4,9 @@ K₂ a_i², K_ip a_i a_p, K_io a_i a_o, K_po a_p a_o, K_pp − K_oo, K₃ a_i³,
 axis and p and o those that follow it. K₂ is tested as a_i² less its mean over the sphere: at rest the three squares add
 up to one. K₀′ and K₃, K₁′ and K₂ are nearly collinear over most designs, so each term is tested alone, with the power
 that all together do not have; where one is significant it counts as known, and the others are tested beside it.
+
+A gyro has K₂, K₃ and K₁′ of its rate about the nominal axis: nonlinearity and asymmetry of its scale factor as IEEE Std
+528 has them, told in parts per million of the output at the largest rate, K₁′ of the scale factor itself.
 """
 
 from typing import Final
@@ -39,6 +42,27 @@ IN_WORDS: Final = {
     "K0'": "the offset differs between positive and negative acceleration",
     "K1'": "the sensitivity differs between positive and negative acceleration",
 }
+
+
+OF_GYROS: Final = ("K2", "K3", "K1'")
+"""Names of the terms that a gyro is tested for."""
+PPM: Final = "ppm"
+GYROS_IN_WORDS: Final = {
+    "K2": "nonlinearity of the scale factor: the output bends with the square of the rate",
+    "K3": "nonlinearity of the scale factor: the output bends with the third power of the rate",
+    "K1'": "asymmetry of the scale factor: it differs between the two senses of rotation",
+}
+
+
+def rate_columns(velocity_dps: FloatArray, nominal_axis: str, sensitivity_v_per_dps: float) -> FloatArray:
+    """Return the (K, 8) terms of a gyro at (K, 3) angular velocity, in the order of ``TERMS``, volts a ppm."""
+    along = velocity_dps[:, "xyz".index(nominal_axis)]
+    largest = float(np.abs(along).max(initial=0.0))
+    part = np.where(np.abs(along) > _STILL * largest, along, 0.0) / (largest or 1.0)
+    columns = {"K2": part**2, "K3": part**3, "K1'": 0.5 * np.abs(part)}
+    nothing = np.zeros_like(part)
+    scale = 1e-6 * sensitivity_v_per_dps * largest
+    return np.stack([scale * columns.get(name, nothing) for name, *_ in TERMS], axis=1)
 
 
 def term_columns(force: FloatArray, nominal_axis: str) -> FloatArray:
@@ -86,5 +110,7 @@ def _across(layout: Layout, pitch_rad: FloatArray, roll_rad: FloatArray) -> Floa
     return layout.mean_by_point(np.stack([across * np.cos(roll_rad), -across * np.sin(roll_rad)], axis=1))
 
 
+_STILL: Final = 1e-3
+"""Of the largest rate: what a table at rest, and the Earth, turn by."""
 _ZERO: Final = 1e-9
 """Of g: what a rounded angle leaves of no acceleration."""

@@ -31,7 +31,7 @@ from ams.analysis.diagnostics.beliefs import (
     AxisTests,
     BeliefTest,
 )
-from ams.analysis.diagnostics.low_order import IN_WORDS, TERMS
+from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TERMS
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
@@ -143,6 +143,8 @@ def _significant(
     test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, has_table: bool, drift_is: str, lack_is: str
 ) -> str:
     name, size = test.name, test.size
+    if test.unit == PPM:
+        return f"{_SYMBOLS[name][0]} = {_two(size)} ± {_two(2.0 * test.uncertainty)} ppm: {_of_gyro(name)}"
     if name in _SYMBOLS:
         symbol, unit = _SYMBOLS[name]
         shown = f"{symbol} = {_two(1e6 * size)} ± {_two(2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))}): "
@@ -157,6 +159,13 @@ def _significant(
         **_of_temperature(test, scale),
     }
     return sentences[name]()
+
+
+def _of_gyro(name: str) -> str:
+    """Return what a term of a gyro's scale factor is, and where it stands."""
+    if name == "K1'":
+        return f"{GYROS_IN_WORDS[name]}; it is in no term of the result, which takes part of it for nonlinearity"
+    return f"{GYROS_IN_WORDS[name]}, by so much of it at the largest rate"
 
 
 def _of_residuals(test: BeliefTest, scale: Scale, lack_is: str, *, has_table: bool) -> dict[str, Callable[[], str]]:

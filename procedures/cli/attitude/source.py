@@ -13,10 +13,11 @@ from ams.inference.aided_rates import AidedAngles, Aiding
 from ams.inference.angle_stream import AngleStream
 from ams.inference.averaged import AveragedAngles
 from ams.inference.field_aid import FieldAid
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.low_passed import LowPassedAngles, LowPassWish
 from ams.inference.monitored import MonitoredAngles
-from ams.inference.rates import GyroAngles, GyroPackage, Motion
+from ams.inference.rates import GyroAngles, Motion
 from ams.inputs.csv_table import Remedies
 from procedures.cli.attitude.rig_stream import StreamWiring
 from procedures.errors import RequestError

@@ -63,7 +63,7 @@ def remarks_on_rest(angles: GyroAngles) -> tuple[str, ...]:
         return ()
     name = package.coefficients.sensor
     inverse = np.linalg.inv(package.k_v_per_rad_s)
-    moved = np.rad2deg(inverse @ (zero.mean_v - package.offset_v))
+    moved = np.rad2deg(inverse @ (zero.mean_v - package.at_rest_v))
     by_axis = ", ".join(f"{axis} {dps:+.2g}" for axis, dps in zip(package.columns, moved, strict=True))
     said = f"{name}: at rest the outputs lie {by_axis} °/s from the zeros of the calibration; they are taken as zeros"
     if zero.is_still:

@@ -8,8 +8,9 @@ from solved_sets import gyro_set, package_set, tp_set
 from ams.errors import OutsideValidity
 from ams.frames import body_rates_rad_s
 from ams.inference.aided_rates import AidedAngles, Aiding
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
-from ams.inference.rates import GyroPackage, Motion
+from ams.inference.rates import Motion
 
 GYROS, FORCE = gyro_set(), tp_set()
 GYRO_V, FORCE_V = {a: f"{a}_v" for a in "xyz"}, {a: f"f{a}_v" for a in "xyz"}

@@ -13,10 +13,11 @@ from ams.attitude import flag_codes
 from ams.inference.alignment import Alignment
 from ams.inference.angle_stream import AngleStream
 from ams.inference.averaged import AveragedAngles
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package, inference
 from ams.inference.low_passed import LowPassedAngles, LowPassWish
 from ams.inference.monitored import MonitoredAngles
-from ams.inference.rates import GyroAngles, GyroPackage, Motion
+from ams.inference.rates import GyroAngles, Motion
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
 

@@ -6,9 +6,10 @@ from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, TABLE_4, accelerometer_v, g
 from solved_sets import gyro_set, package_set
 
 from ams.errors import OutsideValidity
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Inference, Package
 from ams.inference.monitored import MonitoredAngles
-from ams.inference.rates import GyroAngles, GyroPackage, Motion
+from ams.inference.rates import GyroAngles, Motion
 
 RATE_HZ, ROWS = 50.0, 150
 STING, MODEL, GYROS = package_set("sting"), package_set("model"), gyro_set()

@@ -53,6 +53,8 @@ def test_intervals_of_a_gyro_cover(campaigns: int, tolerance: float) -> None:
             {"y": np.tile(clean, 5) + chance.normal(0.0, 0.5, 150)}, yaw_rad=euler6[:, 1], euler_rate_rad_s=rate6,
         )  # fmt: skip
         for estimate in calibrate(rows, CalibrationRequest(model="gyro")).axes["y"].parameters:
+            if estimate.name not in truth:
+                continue  # a nonlinearity
             low, high = estimate.interval_95
             held[estimate.name].append(low < truth[estimate.name] < high)
     for name, inside in held.items():

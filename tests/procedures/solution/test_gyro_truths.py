@@ -89,9 +89,9 @@ def test_solution_set_and_truth_line_agree_with_numpy_and_the_file(seed: int, tm
         estimate, covariance, dof = by_numpy(solved, axis)
         noise = np.sqrt(np.diag(covariance))
         # Sensitivities are the same whatever the weights of the points; the offset is that of other weights.
-        assert np.all(np.abs(found.primary - estimate) <= np.array([3.0, 1e-6, 1e-6, 1e-6]) * noise), axis
+        assert np.all(np.abs(found.primary[:4] - estimate) <= np.array([3.0, 1e-6, 1e-6, 1e-6]) * noise), axis
         allowed = float(student.ppf(0.9999, dof)) * noise
-        assert np.all(np.abs(found.primary - true_vector(truth, axis)) <= allowed), axis
+        assert np.all(np.abs(found.primary[:4] - true_vector(truth, axis)) <= allowed), axis
         told = truth_of(solved.record.rig, "ENC03J", axis, sensor.observations, found)
         parameters = table(table(table(sets_of(solved)["ENC03J"].document["axes"])[axis])["parameters"])
         for parameter in found.parameters:

@@ -47,7 +47,8 @@ def test_table_4_of_cr_is_recovered_to_every_printed_digit(tmp_path: Path, capsy
     document = call(capsys, "fit", file, "--model", "gyro", *AXES, "--json").document
     for axis, specified in TABLE_4.items():
         found = document["axes"][axis]["parameters"]
-        assert list(found) == ["offset_v", "sensitivity_v_per_dps", "coning_deg", "azimuth_deg"]
+        terms = ["k2_v_per_dps2", "k3_v_per_dps3"]
+        assert list(found) == ["offset_v", "sensitivity_v_per_dps", "coning_deg", "azimuth_deg", *terms]
         printed = four_digits(found, "offset_v", "sensitivity_v_per_dps", "azimuth_deg", "coning_deg")
         assert printed == [f"{value:.4f}" for value in specified]
         assert document["axes"][axis]["sensitive_axis_v_per_dps"][axis] == pytest.approx(specified[1], rel=1e-4)

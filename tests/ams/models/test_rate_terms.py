@@ -1,0 +1,155 @@
+"""The nonlinearity of a gyro's scale factor: the straight line beside it, what determines it, what is told of it."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from physics_scenes import GyroRates, campaigns
+
+from ams.analysis.predictions import model_of_solution, prediction_halfwidth_v
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import AxisCalibration
+from ams.frames import AXES, Attitude, body_rates_rad_s, euler_rates_rad_s
+from ams.inputs.request import CalibrationRequest
+from ams.models.gyro import Gyro, GyroWithTerms, with_rate_terms
+from ams.models.model import Model
+from ams.observations import Observations
+from ams.statistics.intervals import t_quantile
+
+
+def rows_of(drawn: GyroRates, campaign: int = 0) -> Observations:
+    """Return the dwells of one campaign, package axes taken as the table's: what turns is known as a vector."""
+    replications, points = drawn.output_v.shape[1], drawn.output_v.shape[2] * drawn.output_v.shape[3]
+    spin = np.array([0.0, 0.0, 1.0]) * drawn.rates_dps[:, None]
+    velocity = np.tile(np.einsum("pij,qj->pqi", drawn.to_package, spin).reshape(-1, 3), (replications, 1))
+    still = np.zeros(replications * points)
+    return Observations(
+        np.repeat(np.arange(replications), points),
+        np.tile(np.arange(points), replications),
+        still,
+        still,
+        {axis: drawn.output_v[campaign, ..., index].ravel() for index, axis in enumerate(AXES)},
+        yaw_rad=still,
+        euler_rate_rad_s=euler_rates_rad_s(np.zeros((still.size, 3)), np.deg2rad(velocity)),
+    )
+
+
+def turning(velocity_dps: np.ndarray) -> Attitude:
+    still = np.zeros(len(velocity_dps))
+    rates = euler_rates_rad_s(np.zeros((len(still), 3)), np.deg2rad(velocity_dps))
+    return Attitude(still, still, still, euler_rate_rad_s=rates)
+
+
+def solved(rows: Observations) -> dict[str, AxisCalibration]:
+    request = CalibrationRequest(model="gyro", nominal_axes={axis: axis for axis in AXES})
+    return dict(calibrate(rows, request).axes)
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_offset_and_scale_factor_are_those_of_the_straight_line_that_comes_closest(axis: str) -> None:
+    """IEEE Std 528: the scale factor is the slope of the line by least squares over input and output."""
+    velocity = np.random.default_rng(1).uniform(-80.0, 80.0, (40, 3))
+    along = velocity[:, "xyz".index(axis)]
+    k = np.array([0.01, -0.02, 0.03]) + 1.25 * np.eye(3)["xyz".index(axis)]
+    output = 0.05 + velocity @ k + 3e-7 * along**2 - 2e-9 * along**3
+    model = with_rate_terms(Gyro(axis), turning(velocity), len(velocity))
+    assert model is not None
+    found = model.start(turning(velocity), output)
+    line = np.linalg.lstsq(np.column_stack([np.ones(40), velocity]), output, rcond=None)[0]
+    np.testing.assert_allclose(found[:4], line, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found[4:], [3e-7, -2e-9], rtol=1e-7)
+    elsewhere = np.random.default_rng(2).uniform(-80.0, 80.0, (7, 3))
+    there = elsewhere[:, "xyz".index(axis)]
+    truth = 0.05 + elsewhere @ k + 3e-7 * there**2 - 2e-9 * there**3
+    np.testing.assert_allclose(model.predict(found, turning(elsewhere)), truth, rtol=1e-11)
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_the_slopes_by_the_angles_are_the_derivatives(axis: str) -> None:
+    chance = np.random.default_rng(3)
+    euler, rate = chance.uniform(-0.6, 0.6, (6, 3)), chance.uniform(-1.0, 1.0, (6, 3))
+    model = GyroWithTerms(axis, ((100.0, 1.0, -2.0, 3.0), (-50.0, 600.0, 20.0, 30.0)))
+    primary = np.array([0.05, *chance.normal(size=3), 2e-5, -3e-7])
+
+    def output(angles: np.ndarray) -> np.ndarray:
+        pitch, yaw, roll = angles.T
+        return model.predict(primary, Attitude(pitch, roll, yaw, euler_rate_rad_s=rate))
+
+    found = model.angle_jacobian(primary, Attitude(euler[:, 0], euler[:, 2], euler[:, 1], euler_rate_rad_s=rate))
+    for index, name in enumerate(("pitch", "yaw", "roll")):
+        step = np.eye(3)[index] * 1e-6
+        np.testing.assert_allclose(found[name], (output(euler + step) - output(euler - step)) / 2e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "terms"),
+    [
+        (np.kron([[-100.0], [-50.0], [50.0], [100.0]], np.eye(3)), 2),
+        (np.kron([[-100.0], [100.0], [100.01]], np.eye(3)), 1),
+        (np.array(list(product((-100.0, 100.0), repeat=3)) * 2), 0),
+    ],
+)
+def test_as_many_terms_stand_as_the_rates_determine(velocity: np.ndarray, terms: int) -> None:
+    """Three levels hold a square and no third power; two hold nothing, whatever a servo adds to them."""
+    velocity = velocity + 1e-4 * np.random.default_rng(4).normal(size=velocity.shape)
+    model: Model | None = with_rate_terms(Gyro("y"), turning(velocity), len(velocity))
+    assert len(model.primary_names if model else Gyro.primary_names) == 4 + terms
+
+
+def test_rates_that_determine_no_term_are_told() -> None:
+    velocity = np.tile(np.kron([[-50.0], [50.0]], np.eye(3)), (3, 1))
+    rows = turning(velocity)
+    output = 0.05 + velocity[:, 0] * 1.25 + 1e-5 * np.random.default_rng(5).normal(size=len(velocity))
+    found = calibrate(
+        Observations(np.repeat(np.arange(3), 6), np.tile(np.arange(6), 3), rows.pitch_rad, rows.roll_rad,
+                     {"x": output}, yaw_rad=rows.yaw_rad, euler_rate_rad_s=rows.euler_rate_rad_s),
+        CalibrationRequest(model="gyro", nominal_axes={"x": "x"}),
+    ).axes["x"]  # fmt: skip
+    assert found.primary_names == Gyro.primary_names
+    assert any("nonlinearity and asymmetry of the scale factor are not determined" in text for text in found.remarks)
+
+
+@pytest.mark.parametrize(
+    ("scene", "kind", "words"),
+    [
+        ("gyro-nonlinearity", "cubic", "K₃ = {} ± "),
+        ("gyro-asymmetry", "asymmetry", "K₁′ = {} ± "),
+    ],
+)
+def test_what_is_plain_is_named_with_its_size_in_ppm(scene: str, kind: str, words: str) -> None:
+    """Ten parts per million, drawn by somebody who knows nothing of the test."""
+    drawn = campaigns(scene, 10.0, np.random.default_rng(6), 1)
+    for axis in solved(rows_of(drawn)).values():
+        [finding] = [finding for finding in axis.findings if finding.is_significant and finding.kind == kind]
+        assert finding.text.startswith(tuple(words.format(size) for size in ("10", "−10", "9.9", "−9.9")))
+        assert finding.text in axis.warnings
+
+
+@pytest.mark.parametrize("campaigns_drawn", [40, pytest.param(400, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("size_ppm", [0.1, 0.3, 1.0])
+def test_what_the_scale_factor_bends_is_in_the_interval_of_a_reading(campaigns_drawn: int, size_ppm: float) -> None:
+    """A third power around the size where it is found: rates read later lie where the equation says they do."""
+    seed = 7
+    drawn = campaigns("gyro-nonlinearity", size_ppm, np.random.default_rng(seed), campaigns_drawn, replications=6)
+    clean = campaigns(
+        "gyro-nonlinearity", size_ppm, np.random.default_rng(seed), campaigns_drawn, replications=6, dwell_noise_v=0.0
+    )
+    chance, reading_v = np.random.default_rng(8), drawn.setup.dwell_noise_v
+    held: dict[str, list[bool]] = {"offset": [], "scale factor": [], "reading": []}
+    for campaign in range(campaigns_drawn):
+        rows, truth = rows_of(drawn, campaign), rows_of(clean, campaign)
+        points = len(rows.pitch_rad) // 6
+        velocity = np.rad2deg(body_rates_rad_s(np.zeros((points, 3)), truth.euler_rate_rad_s[:points]))
+        line = np.column_stack([np.ones(points), velocity])
+        for index, (label, axis) in enumerate(solved(rows).items()):
+            straight = np.linalg.lstsq(line, truth.outputs[label][:points], rcond=None)[0]
+            halfwidth = t_quantile(0.95, axis.primary_dof) * np.sqrt(np.diag(axis.primary_covariance))
+            inside = np.abs(axis.primary[:4] - straight) < halfwidth[:4]
+            held["offset"].append(bool(inside[0]))
+            held["scale factor"].append(bool(inside[1 + index]))
+            at = turning(velocity[[0, 5]])
+            new = truth.outputs[label][[0, 5]] + reading_v * chance.standard_normal(2)
+            far = np.abs(new - model_of_solution(axis).predict(axis.primary, at))
+            held["reading"] += (far < prediction_halfwidth_v(axis, at, reading_v)).tolist()
+    rates = {name: float(np.mean(inside)) for name, inside in held.items()}
+    assert min(rates.values()) > (0.90 if campaigns_drawn < 100 else 0.93), rates
