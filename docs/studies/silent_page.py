@@ -64,6 +64,11 @@ UNSEARCHED = """
 ‡ {unsearched} cells, computed before changes in mid-run and transients were looked for and the axes of a magnetometer
 were held against each other: their *named* and *rings* lack that.
 """
+RECENT = """
+§ {recent} cells, computed with every test that there is now. The others were computed before changes that return, what
+a sensor remembers, outputs at a rail and the scatter of a term between replications were looked for: nothing of their
+estimates has changed since, but *named* and *rings* are those of the tests before.
+"""
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
     "table-wrong-zero": "no curve: held where it is declared; left out, set and certificate carry `level-undeclared`",
@@ -82,6 +87,7 @@ WHY: Mapping[str, str] = {
     "two-packages": "the y axis of the sting package is a yaw, of which the model package tells nothing",
     "drift-settling": "the same in every replication it is in the estimate, and below its threshold in no finding",
     "after-effect": "below its threshold it passes for sensitivities, and no residual shows it",
+    "fixture-": "one sensor that turns in its fixture, below the threshold of the search between all dwells",
     "slip-": "below the threshold of the search between all dwells and of two attitudes visited",
     "meter-": "below the threshold of the search between all dwells and of two attitudes visited",
     "sensor-": "below the threshold of the search between all dwells and of two attitudes visited",
@@ -126,6 +132,8 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
     unsearched = sum(not line.get("searched") for line in lines.values())
     yield OLDER.format(older=older) if older else ""
     yield UNSEARCHED.format(unsearched=unsearched) if unsearched else ""
+    recent = sum(bool(line.get("recent")) for line in lines.values())
+    yield RECENT.format(recent=recent) if recent < len(lines) else ""
     for scene in dict.fromkeys((*REQUIRED, *TABLES, *FURTHER, *BY_ITSELF)):
         rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
         if rows:
@@ -184,6 +192,7 @@ def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
         word = verdict(row)
         text = (f"**{word}**" if word == "outside" else word) + (" †" if row.get("older") else "")
         text += "" if row.get("searched") else " ‡"
+        text += " §" if row.get("recent") else ""
         fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
         limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
         declared = ", alone" if "sensors" in row["design"] else ""
