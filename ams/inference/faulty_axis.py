@@ -176,7 +176,8 @@ class _Linear:
         sd, count = self.sd[rows, None], free.shape[1]
         columns = np.concatenate([free[rows], self.by_calibration[rows]], axis=1) / sd
         size = np.concatenate([np.linalg.norm(columns[:, :count], axis=0), np.ones(columns.shape[1] - count)])
-        columns = columns / np.where(size > 0.0, size, 1.0)
+        size = np.where(size > 0.0, size, 1.0)
+        columns = columns / size
         left = -self.excess[rows] / sd[:, 0]
         normal = columns.T @ columns
         held = np.arange(count, columns.shape[1])

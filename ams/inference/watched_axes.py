@@ -149,6 +149,10 @@ def doubts_of(angles: AngleStream) -> tuple[str, ...]:
     return tuple(text for name, package, judgement in found if (text := in_words(name, package, judgement)))
 
 
+_EVERY_ROW: Final = "; angles of rows without a flag are wrong by it as well"
+"""Redundancy tells a row only where the fault changes the length of what is sensed."""
+
+
 def in_words(package_name: str, package: Package, judgement: Judgement) -> str:
     """Say what the rows of a package tell of its axes; empty where nothing is wrong."""
     if judgement.cause is Cause.NOTHING:
@@ -160,12 +164,12 @@ def in_words(package_name: str, package: Package, judgement: Judgement) -> str:
         fault = judgement.possible[0]
         return (
             f"{head}{axes[fault.axis or 0]} is the faulty axis: {_fault(fault, judgement.rows)}; no other axis "
-            "explains them, nor an error of all alike"
+            f"explains them, nor an error of all alike{'' if 0 < fault.standing < judgement.rows else _EVERY_ROW}"
         )
     if judgement.cause is Cause.ALIKE:
         return (
             f"{head}all outputs are wrong alike and no axis by itself: {_changed(judgement.possible[0])}; look at "
-            "supply, meter and local gravity (--gravity-mps2)"
+            f"supply, meter and local gravity (--gravity-mps2){_EVERY_ROW}"
         )
     if judgement.cause is Cause.SEVERAL:
         said = [axes[fault.axis] if fault.axis is not None else "all outputs alike" for fault in judgement.possible]

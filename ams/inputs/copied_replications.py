@@ -21,7 +21,7 @@ LEAST_POINTS: Final = 8
 _NEARLY_ALL: Final = 0.9
 _EXACT: Final = 1e-7
 """Of the span: readings that lie so near a line in the force were computed, or rounded for a file."""
-_GRID: Final = 1e-8
+GRID: Final = 1e-8
 """Of the span: the finest grid of readings that is looked for."""
 _LEAST_STEP: Final = 0.5
 """Of the scatter: with such a step and hardly any noise readings may repeat to the last digit."""
@@ -83,12 +83,12 @@ def _scatter(observations: Observations, rows: IntArray, outputs: list[FloatArra
         read = values[rows]
         left = read - basis @ np.linalg.lstsq(basis, read, rcond=None)[0]
         scatter, span = float(np.sqrt(np.mean(left**2))), float(np.ptp(read))
-        if scatter > _EXACT * span and _step(read, _GRID * span) < _LEAST_STEP * scatter:
+        if scatter > _EXACT * span and common_step(read, GRID * span) < _LEAST_STEP * scatter:
             return True
     return False
 
 
-def _step(readings: FloatArray, least: float) -> float:
+def common_step(readings: FloatArray, least: float) -> float:
     """Return the largest step of which all readings are whole multiples apart, by Euclid; some ``least`` for none."""
     step = 0.0
     for gap in np.sort(np.diff(np.unique(readings))).tolist():

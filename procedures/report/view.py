@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Literal
 
+from ams.analysis.diagnostics.low_order import PPM
 from ams.archive.histories import SensorHistory
 from ams.archive.signatures import SignOff
 from ams.arrays import FloatArray, IntArray
@@ -133,6 +134,8 @@ class AxisFindings:
         if not isinstance(size, float) or not isinstance(uncertainty, float):
             return ""
         unit = str(finding.details.get("unit", ""))
+        if unit == PPM:
+            return f"{two_digits(size)} ± {two_digits(2.0 * uncertainty)} {PPM}"
         volts = unit if unit.startswith("V") else f"V {unit}"
         return f"{two_digits(1e6 * size)} ± {two_digits(2e6 * uncertainty)} µ{volts}"
 

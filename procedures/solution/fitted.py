@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
@@ -34,6 +35,7 @@ def fitted(
 
     ``columns``: sensor axis to the column that it was read from. Raises: ams.errors.AmsError.
     """
+    refuse_copies(observations)
     solved = solve_observations(observations, request)
     of_rig = (*_of_gravity(request, rig), *not_counted(request))
     warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)

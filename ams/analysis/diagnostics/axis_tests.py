@@ -360,13 +360,21 @@ def _next(
 ) -> str:
     """Return the column that counts as known from now on: the recorded temperature, else the most significant.
 
-    Of two that are nearly collinear the bend goes before the asymmetry, unless that is needed beside the bend as well.
+    A large bend is in part what any column of the points shows, the temperature's too: it goes first only where it is
+    needed beside all others. Of two that are nearly collinear the bend goes before the asymmetry, unless that is needed
+    beside the bend as well.
     """
+    names = [column.name for column in COLUMNS]
     recorded = [name for name in still_open if name in _RECORDED]
-    if recorded:
-        return min(recorded, key=lambda name: made[name].p_value)
-    most = min(still_open, key=lambda name: made[name].p_value)
-    plainer, names = _PLAINER.get(most), [column.name for column in COLUMNS]
+    others = tuple(names.index(name) for name in still_open if name not in _RECORDED)
+    needed = [name for name in recorded if not columns.test(names.index(name), (*beside, *others)).p_value > _NEEDED]
+    if needed or not others:
+        return min(needed or recorded, key=lambda name: made[name].p_value)
+    # By the means alone, where all have the same degrees of freedom: an estimate between replications as well would put
+    # a transient before the bend that it only looks like.
+    in_means = {names[index]: columns.test(index, beside).p_value for index in others}
+    most = min(in_means, key=lambda name: (in_means[name] if np.isfinite(in_means[name]) else 1.0, made[name].p_value))
+    plainer = _PLAINER.get(most)
     if plainer is not None and plainer in still_open:
         still_needed = columns.test(names.index(most), (*beside, names.index(plainer)))
         if not still_needed.p_value <= _NEEDED:

@@ -2,7 +2,9 @@
 
 Readings at a rail are equal to the last digit. So are those of one attitude without noise, and those that a coarse
 meter puts on one step; a rail is told where the same readings, as the other dwells predict them, lie further apart than
-steps and noise explain, or where replications of one attitude differ everywhere but there.
+steps and noise explain, or where replications of one attitude differ everywhere but there. Two or three equal readings
+are a rail only where chance would hardly make all replications of their attitude equal: with a meter far finer than the
+noise.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,11 +14,16 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.findings import Finding
+from ams.inputs.copied_replications import GRID, common_step
 from ams.units import printed
 
 KIND: Final = "output-clipped"
-LEAST: Final = 4
+LEAST: Final = 2
 """Dwells at a rail."""
+_MANY: Final = 4
+"""Dwells that are not equal by chance where hardly any others are."""
+_CHANCE: Final = 0.002
+"""That fewer are equal to the last digit at an extreme, by the meter's step and the noise."""
 _FAR_SD: Final = 10.0
 _FAR_STEPS: Final = 3.0
 _SAME: Final = 1e-12
@@ -50,7 +57,18 @@ def is_rail(rows: BoolArray, output: FloatArray, point: IntArray, predicted: Flo
     ordered = np.lexsort((output[others], point[others]))
     alike = np.diff(point[others][ordered]) == 0
     apart = np.diff(output[others][ordered])[alike]
-    return bool(apart.size and np.mean(apart > _SAME * np.ptp(output)) >= _ALL_DIFFER)
+    if not apart.size or float(np.mean(apart > _SAME * np.ptp(output))) < _ALL_DIFFER:
+        return False
+    return bool(np.count_nonzero(rows) >= _MANY) or _hardly_by_chance(rows, output, point, sd)
+
+
+def _hardly_by_chance(rows: BoolArray, output: FloatArray, point: IntArray, sd: float) -> bool:
+    """Return whether all replications of the attitudes of ``rows`` stand there, and chance would hardly have it so."""
+    if np.any(rows != np.isin(point, point[rows])) or not sd > 0.0:
+        return False
+    least = GRID * float(np.ptp(output))
+    equal = max(common_step(output, least), least) / (2.0 * np.sqrt(np.pi) * sd)  # of two readings, by their density
+    return bool(equal ** (np.count_nonzero(rows) - np.unique(point[rows]).size) <= _CHANCE)
 
 
 def clipped_finding(

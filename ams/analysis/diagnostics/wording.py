@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from math import isfinite
+from math import floor, isfinite, log10
 from typing import Final
 
 import numpy as np
@@ -46,8 +46,8 @@ _BESIDE_MEMORY: Final = (
     "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
 )
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
-_NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG})
-"""Tests of what is alike in every replication, so that no scatter between replications holds it."""
+_NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG, *MEMORIES})
+"""What is alike in every replication, or passes for a sensitivity: no scatter between replications holds it."""
 _SYMBOLS: Final = {name: (symbol, unit) for name, _, symbol, unit in TERMS}
 
 
@@ -144,10 +144,10 @@ def _significant(
 ) -> str:
     name, size = test.name, test.size
     if test.unit == PPM:
-        return f"{_SYMBOLS[name][0]} = {_two(size)} ± {_two(2.0 * test.uncertainty)} ppm: {_of_gyro(name)}"
+        return f"{_SYMBOLS[name][0]} = {_within(size, 2.0 * test.uncertainty)} ppm: {_of_gyro(name)}"
     if name in _SYMBOLS:
         symbol, unit = _SYMBOLS[name]
-        shown = f"{symbol} = {_two(1e6 * size)} ± {_two(2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))}): "
+        shown = f"{symbol} = {_within(1e6 * size, 2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))}): "
         return shown + IN_WORDS[name] + (f"; {CONFOUNDED}" if test.kind == "quadratic" else "")
     if name.startswith(DRIFT_OF):
         quantity = name.removeprefix(DRIFT_OF)
@@ -283,9 +283,9 @@ def _as_well(test: BeliefTest) -> str:
 
 def _per_g(size: float, uncertainty: float, scale: Scale) -> str:
     if scale.volts_per_radian is None:
-        return f"{_two(abs(size))} ± {_two(2.0 * uncertainty)} {printed(scale.unit)} a g"
+        return f"{_within(abs(size), 2.0 * uncertainty)} {printed(scale.unit)} a g"
     micro = 1e6 / scale.volts_per_radian
-    return f"{_two(micro * abs(size))} ± {_two(2.0 * micro * uncertainty)} µg a g ({scale.words(abs(size))})"
+    return f"{_within(micro * abs(size), 2.0 * micro * uncertainty)} µg a g ({scale.words(abs(size))})"
 
 
 def _temperature_text(test: BeliefTest, scale: Scale, where: str) -> str:
@@ -348,3 +348,12 @@ def _signed(value: float) -> str:
 def _two(value: float) -> str:
     """Return two significant digits without an exponent where that is readable."""
     return f"{float(f'{value:.2g}'):g}".replace("-", "−")
+
+
+def _within(value: float, expanded: float) -> str:
+    """Return a value to the last of the two digits of its ±, which a rounder value would lie outside of."""
+    if not (isfinite(value) and isfinite(expanded)) or expanded <= 0.0:
+        return f"{_two(value)} ± {_two(expanded)}"
+    digits = 1 - floor(log10(float(f"{expanded:.2g}")))
+    shown = f"{round(value, digits):.{max(digits, 0)}f}"
+    return f"{shown} ± {_two(expanded)}".replace("-", "−")

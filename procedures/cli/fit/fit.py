@@ -13,7 +13,6 @@ from ams.calibration.linear_levels import calibrated_levels, linear_document, re
 from ams.errors import DesignError
 from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
-from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import CalibrationRequest
@@ -211,7 +210,6 @@ def _solved(
         observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates, form=form)
     else:
         observations = read_with_sting(file, columns, sting, form)
-    refuse_copies(observations)
     doubts = (WARNING,) if sting else ()
     solved = fitted("", observations, columns, request, rig, doubts=doubts, trials=trials)
     assert solved.calibration is not None

@@ -6,6 +6,7 @@ from typing import Any
 
 from ams.calibration.joint_diagnosis import diagnose_joint
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
+from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
 from ams.inputs.request import CalibrationRequest
 from ams.solve.joint import joint_fit
@@ -40,6 +41,8 @@ def joint(
 ) -> dict[str, Any]:
     """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
     mountings = read_mountings(file, columns, mount, form)
+    for mounting in mountings:
+        refuse_copies(mounting.observations)
     stated = TablePriors(
         table=table_uncertainty(rig),
         **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},

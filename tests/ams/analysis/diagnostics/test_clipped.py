@@ -76,3 +76,19 @@ def test_attitudes_that_repeat_without_noise_are_no_rail(replications: int) -> N
     bent = {axis: values + 1e-4 * (values / 2.5) ** 3 for axis, values in outputs.items()}
     for read in (outputs, bent):
         assert not _clipped(_solved(drawn, read))
+
+
+@pytest.mark.parametrize("replications", [2, 3])
+@pytest.mark.parametrize("share", [0.0005, 0.004])
+def test_a_rail_that_one_attitude_met_in_few_replications_is_told(replications: int, share: float) -> None:
+    drawn, outputs = _outputs(9, pitch_limit_deg=60.0, replications=replications)
+    read = outputs["z"]
+    found = _clipped(_solved(drawn, {**outputs, "z": np.minimum(read, read.max() * (1.0 - share))}))
+    assert set(found) == {"z"}
+
+
+@pytest.mark.parametrize("step_v", [1e-6, 2e-5])
+@pytest.mark.parametrize("seed", range(20))
+def test_two_equal_readings_behind_a_meter_are_no_rail(step_v: float, seed: int) -> None:
+    drawn, outputs = _outputs(20 + seed, replications=2)
+    assert not _clipped(_solved(drawn, {axis: np.rint(values / step_v) * step_v for axis, values in outputs.items()}))

@@ -373,11 +373,28 @@ def test_a_drift_of_the_replications_is_no_memory_of_what_alternates(scene: str,
     assert np.mean([bool(_memories(entry)) for entry in found]) <= 0.05
 
 
-def test_what_the_outputs_remember_takes_soundness_from_the_calibration() -> None:
+def test_nothing_is_usable_with_what_the_outputs_remember() -> None:
     drawn = campaigns("after-effect", 10.0, np.random.default_rng(5), 1, order="raster-and-back")
     solved = calibrate(_rows(drawn), CalibrationRequest())
-    assert solved.verdict == "usable"
+    assert solved.verdict == "not usable"
     assert all(
         any("stated uncertainties only a limit that is declared" in said.text for said in axis.findings)
         for axis in solved.axes.values()
     )
+
+
+@pytest.mark.parametrize("order", ["there-and-back", "random"])
+@pytest.mark.parametrize(("along", "size"), [(2, 150e-6), (2, 1e-3), (3, 500e-6)])
+def test_a_bend_is_no_transient_and_no_temperature(order: str, along: int, size: float) -> None:
+    """A large bend shows in part in every column of the points; it is told first, and the others beside it."""
+    drawn = campaigns("use-good", 0.0, np.random.default_rng(7), 1, order=order).calibration
+    rows = _rows(drawn)
+    bent = {
+        axis: values + size * (values / 2.5) ** along if axis == "y" else values
+        for axis, values in rows.outputs.items()
+    }
+    temperature = 20.0 + 0.02 * np.random.default_rng(8).standard_normal(rows.rows)
+    solved = calibrate(replace(rows, outputs=bent, temperature_degc=temperature), CalibrationRequest())
+    told = {finding.kind for finding in solved.axes["y"].findings if finding.is_significant}
+    assert {"quadratic" if along == 2 else "cubic"} <= told <= {"quadratic", "cubic"}
+    assert solved.verdict == "usable"

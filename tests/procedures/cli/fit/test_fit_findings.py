@@ -15,6 +15,7 @@ from package_outputs import TRUTH, write_observations
 from planning_files import rig_file
 
 from ams.archive.signatures import SignOff
+from ams.errors import ObservationsError
 from ams.exports.formats import load_set
 from ams.sets.stated_findings import TABLE_NOT_COUNTED
 from procedures.certificate.grounds import Grounds, gaps_of
@@ -289,7 +290,10 @@ def test_copied_replications_are_refused(drifting: Path, tmp_path: Path, capsys:
                 row |= {name: first[row["point"]][name] for name in ("sx_v", "sy_v", "sz_v")}
 
     data = _changed(drifting, tmp_path / "copied.csv", copy)
-    asked = call(capsys, "fit", data, *AXES)
-    assert asked.status != 0
-    assert asked.out == ""
-    assert "copied.csv: replications 3, 4 are copies of replication 1: " in asked.err
+    for words in ((), ("--joint", "--rig", EXAMPLE_RIG)):
+        asked = call(capsys, "fit", data, *AXES, *words)
+        assert asked.status != 0
+        assert asked.out == ""
+        assert "copied.csv: replications 3, 4 are copies of replication 1: " in asked.err
+    with pytest.raises(ObservationsError, match="replications 3, 4 are copies of replication 1: "):
+        calrig.fit(data, dict(zip("xyz", ("sx_v", "sy_v", "sz_v"), strict=True)))
