@@ -98,6 +98,7 @@ def _statements(coefficients: CoefficientSet) -> Elements:
         "it and of dimension one",
         "validity": json.dumps(document["validity"]),
         **{name.replace("_", " "): value for name, value in (use_of(document) or {}).items()},
+        **({"verdict of the calibration": document["verdict"]} if "verdict" in document else {}),
         **{f"warning {index}": text for index, text in enumerate(listed(document["warnings"]), 1)},
     }
     return [

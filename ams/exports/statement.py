@@ -22,6 +22,7 @@ def statement(coefficients: CoefficientSet) -> list[str]:
         _valid(validity),
         *(_axis(name, table(section)) for name, section in table(document["axes"]).items()),
         *_use(document),
+        *([f"verdict of the calibration: {document['verdict']}"] if "verdict" in document else []),
         *(f"warning: {warning}" for warning in listed(document["warnings"])),
     ]
 

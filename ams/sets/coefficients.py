@@ -153,6 +153,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         **({} if calibration.package is None else {"package": package_section(calibration.package)}),
         **triad_section(numbers),
         "test_vectors": make_vectors(numbers, _validity_of(provenance)),
+        "verdict": calibration.verdict,
         "warnings": plain((*calibration.warnings, *calibration.remarks), "warnings"),
         **record_sections(provenance),
     }

@@ -20,6 +20,7 @@ def set_text(document: Mapping[str, Any], status: str) -> str:
         f"{sensor['name']}: {document['model']} ({document['convention']['name']}), {stamp}",
         f"calibrated {calibrated}, run {provenance['run_id'] or 'none'}, "
         f"checksum {document['checksum']['sha256'][:12]}",
+        *([f"verdict of the calibration: {document['verdict']}"] if "verdict" in document else []),
         *axes_lines(document["axes"]),
         *(f"warning: {text}" for text in document["warnings"]),
     ]

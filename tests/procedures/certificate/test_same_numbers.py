@@ -26,6 +26,7 @@ from ams.archive.signatures import SignOff, sign_off
 from ams.calibration.calibrate import calibrate
 from ams.errors import ArchiveUnknown
 from ams.exports.formats import load_set
+from ams.exports.statement import statement
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.request import CalibrationRequest
 from ams.parameter_words import words_of
@@ -33,6 +34,7 @@ from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.certificate.page import certificate_page
+from procedures.cli.results.coefficients_text import set_text
 from procedures.delivery.deliver import deliver, run_document, solve_run
 
 SENSOR = "SN1047"
@@ -92,6 +94,7 @@ def _forms(run: Path, found: dict[str, Any], url: str) -> dict[str, Any]:
         "certificate page": certificate_page(grounds),
         "gaps": tuple(gaps_of(grounds)),
         "json": found["sensors"][SENSOR]["axes"],
+        "verdict": found["sensors"][SENSOR]["verdict"],
         "set": load_set(run / "coefficients" / f"{SENSOR}.json").document["axes"],
         "archive": archived.document["axes"],
         "html": _cells((run / "report.html").read_text(encoding="utf-8")),
@@ -108,6 +111,15 @@ def test_set_archive_and_json_have_the_same_numbers_to_the_last_bit(forms: dict[
             for key in ("value", "standard_uncertainty", "tp_standard_uncertainty"):
                 assert stored["parameters"][name][key] == parameter[key], f"{axis} {name} {key}"
         assert stored["findings"] == section["findings"]
+
+
+def test_the_verdict_is_one_word_in_json_set_archive_export_and_certificate(forms: dict[str, Any]) -> None:
+    verdict = forms["verdict"]
+    assert verdict in ("sound", "usable", "not usable")
+    assert forms["stored"].document["verdict"] == verdict
+    assert f"verdict of the calibration: {verdict}" in statement(forms["stored"])
+    assert f"verdict of the calibration: {verdict}" in set_text(forms["stored"].document, "engineering")
+    assert f"Verdict of the calibration: <b>{verdict}</b>" in forms["certificate page"]
 
 
 @pytest.mark.parametrize("form", ["html", "certificate"])
