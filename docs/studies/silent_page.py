@@ -65,9 +65,9 @@ UNSEARCHED = """
 were held against each other: their *named* and *rings* lack that.
 """
 RECENT = """
-§ {recent} cells, computed with every test that there is now. The others were computed before changes that return, what
-a sensor remembers, outputs at a rail and the scatter of a term between replications were looked for: nothing of their
-estimates has changed since, but *named* and *rings* are those of the tests before.
+{recent}, those of after-effects apart, were computed before some of these were looked for: changes that return, what a
+sensor remembers, outputs at a rail, the scatter of a term between replications. Nothing of their estimates has changed
+since, but *named* and *rings* are those of the tests of then.
 """
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
@@ -133,7 +133,8 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
     yield OLDER.format(older=older) if older else ""
     yield UNSEARCHED.format(unsearched=unsearched) if unsearched else ""
     recent = sum(bool(line.get("recent")) for line in lines.values())
-    yield RECENT.format(recent=recent) if recent < len(lines) else ""
+    if recent < len(lines):
+        yield RECENT.format(recent="The cells without § (those of now)" if recent else "All cells")
     for scene in dict.fromkeys((*REQUIRED, *TABLES, *FURTHER, *BY_ITSELF)):
         rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
         if rows:
