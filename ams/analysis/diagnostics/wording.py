@@ -355,5 +355,5 @@ def _within(value: float, expanded: float) -> str:
     if not (isfinite(value) and isfinite(expanded)) or expanded <= 0.0:
         return f"{_two(value)} ± {_two(expanded)}"
     digits = 1 - floor(log10(float(f"{expanded:.2g}")))
-    shown = f"{round(value, digits):.{max(digits, 0)}f}"
-    return f"{shown} ± {_two(expanded)}".replace("-", "−")
+    shown, limit = (f"{round(number, digits):.{max(digits, 0)}f}" for number in (value, expanded))
+    return f"{shown} ± {limit}".replace("-", "−")
