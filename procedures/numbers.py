@@ -5,40 +5,14 @@ Source: JCGM 100 (GUM) 7.2.6.
 
 import math
 from collections.abc import Mapping
-from decimal import ROUND_HALF_UP, Decimal
 
+from ams.rounding import MOST_DECIMALS, last_place, to_place
 from ams.units import ARCSEC_PER_RAD, printed
-
-MOST_DECIMALS = 12
-"""Beyond this a decimal is below what a double resolves in the values printed here."""
 
 
 def finite(value: float | None) -> float | None:
     """Return the value as JSON may have it, which knows no NaN: what is not finite is null."""
     return None if value is None or not math.isfinite(value) else value
-
-
-def last_place(uncertainty: float) -> int:
-    """Return the exponent of ten of the second significant digit: −4 for 0.0012. 0.0998 rounds to 0.10, so −2."""
-    exponent = math.floor(math.log10(uncertainty)) - 1
-    return exponent + (round(uncertainty / 10.0**exponent) >= 100)
-
-
-def to_place(value: float, index: int) -> str:
-    """Return the decimal notation with the last digit at 10**index; −0 is printed as 0."""
-    index = max(index, -MOST_DECIMALS)
-    rounded = Decimal(repr(float(value))).quantize(Decimal(1).scaleb(index), rounding=ROUND_HALF_UP)
-    text = f"{rounded:f}"
-    return text.removeprefix("-") if not rounded else text
-
-
-def with_uncertainty(value: float, uncertainty: float | None) -> tuple[str, str]:
-    """Return the value and uncertainty as printed; nine digits of the value where no uncertainty is known."""
-    if uncertainty is None or not math.isfinite(uncertainty) or uncertainty <= 0.0:
-        return f"{value:.9g}", "—"
-    decimal_place = last_place(uncertainty)
-    printed = to_place(uncertainty, decimal_place) if decimal_place >= -MOST_DECIMALS else f"{uncertainty:.1e}"
-    return to_place(value, decimal_place), printed
 
 
 def two_digits(value: float) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.frames import specific_force
+from ams.inputs.common_step import GRID, common_step
 from ams.observations import Observations
 
 LEAST_POINTS: Final = 8
@@ -21,8 +22,6 @@ LEAST_POINTS: Final = 8
 _NEARLY_ALL: Final = 0.9
 _EXACT: Final = 1e-7
 """Of the span: readings that lie so near a line in the force were computed, or rounded for a file."""
-GRID: Final = 1e-8
-"""Of the span: the finest grid of readings that is looked for."""
 _LEAST_STEP: Final = 0.5
 """Of the scatter: with such a step and hardly any noise readings may repeat to the last digit."""
 
@@ -86,16 +85,3 @@ def _scatter(observations: Observations, rows: IntArray, outputs: list[FloatArra
         if scatter > _EXACT * span and common_step(read, GRID * span) < _LEAST_STEP * scatter:
             return True
     return False
-
-
-def common_step(readings: FloatArray, least: float) -> float:
-    """Return the largest step of which all readings are whole multiples apart, by Euclid; some ``least`` for none."""
-    step = 0.0
-    for gap in np.sort(np.diff(np.unique(readings))).tolist():
-        apart = gap
-        while apart > least:
-            step, apart = apart, step % apart
-            apart = min(apart, step - apart)
-        # Each larger gap tells the step to more digits, so that its errors do not add up.
-        step = gap / max(round(gap / step), 1) if step else step
-    return step

@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 from physics_scenes import SCENES, GyroRates, campaigns
+from solved_campaigns import rows_of_gyros, velocity_dps_of
 
 from ams.analysis.predictions import model_of_solution, prediction_halfwidth_v
 from ams.arrays import FloatArray
@@ -23,7 +24,6 @@ from ams.calibration_result import AxisCalibration
 from ams.frames import AXES, Attitude, euler_rates_rad_s
 from ams.inputs.request import CalibrationRequest
 from ams.models.extended import linear_part
-from ams.observations import Observations
 from ams.statistics.intervals import t_quantile
 
 CAMPAIGNS = 400
@@ -48,24 +48,6 @@ class Cell:
     """Campaigns in which anything is significant."""
 
 
-def rows_of(drawn: GyroRates, campaign: int) -> tuple[Observations, FloatArray]:
-    """Return the dwells of one campaign with the (N, 3) rates about the package's axes."""
-    _, replications, positions, rates, _ = drawn.output_v.shape
-    spin = np.array([0.0, 0.0, 1.0]) * drawn.rates_dps[:, None]
-    velocity = np.tile(np.einsum("pij,qj->pqi", drawn.to_package, spin).reshape(-1, 3), (replications, 1))
-    points, still = positions * rates, np.zeros(len(velocity))
-    rows = Observations(
-        np.repeat(np.arange(replications), points),
-        np.tile(np.arange(points), replications),
-        still,
-        still,
-        {axis: drawn.output_v[campaign, ..., index].ravel() for index, axis in enumerate(AXES)},
-        yaw_rad=still,
-        euler_rate_rad_s=euler_rates_rad_s(np.zeros((still.size, 3)), np.deg2rad(velocity)),
-    )
-    return rows, velocity
-
-
 def cell_of(scene: str, size: float, count: int, terms: Terms) -> Cell:
     """Count one cell of the table."""
     drawn: GyroRates = campaigns(scene, size, np.random.default_rng(SEED), count, replications=REPLICATIONS)
@@ -76,8 +58,8 @@ def cell_of(scene: str, size: float, count: int, terms: Terms) -> Cell:
     held: dict[str, list[float]] = {"offset": [], "scale factor": [], "prediction": []}
     named, rings = 0, 0
     for campaign in range(count):
-        rows, velocity = rows_of(drawn, campaign)
-        exact = rows_of(clean, campaign)[0].outputs
+        rows, velocity = rows_of_gyros(drawn, campaign), velocity_dps_of(drawn)
+        exact = rows_of_gyros(clean, campaign).outputs
         request = CalibrationRequest(model="gyro", nominal_axes={axis: axis for axis in AXES}, extended=terms)
         solved = calibrate(rows, request).axes
         for index, label in enumerate(AXES):

@@ -5,6 +5,7 @@ from datetime import UTC, datetime, time
 from pathlib import Path
 
 from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN
+from ams.rounding import to_place
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import LEVEL
@@ -12,7 +13,7 @@ from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
-from procedures.numbers import angle, to_place
+from procedures.numbers import angle
 from procedures.pages import page_style
 from procedures.report.page import STYLE_SHEET, report_environment
 from procedures.report.page import TEMPLATES as SHARED_TEMPLATES

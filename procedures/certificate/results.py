@@ -11,11 +11,12 @@ from math import hypot, radians, sin
 import numpy as np
 
 from ams.parameter_words import words_of
+from ams.rounding import last_place, to_place, with_uncertainty
 from ams.sets.canonical import Document, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.attitude_errors import AngleErrors
-from procedures.numbers import angle, last_place, to_place, with_uncertainty
+from procedures.numbers import angle
 
 COVERAGE = 0.95
 

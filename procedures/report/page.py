@@ -10,7 +10,7 @@ from pathlib import Path
 
 from jinja2 import Environment
 
-from procedures.numbers import to_place
+from ams.rounding import to_place
 from procedures.pages import page_environment, page_style
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS

@@ -8,8 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ams.models.rate_terms import LOW_ORDER_NAMES
+from ams.rounding import with_uncertainty
 from procedures.kinds.section import TextTable
-from procedures.numbers import with_uncertainty
 from procedures.report.overview import overview_rows
 from procedures.report.view import ParameterRow, RunView, SensorView
 

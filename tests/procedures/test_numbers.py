@@ -4,16 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from procedures.numbers import (
-    angle,
-    arcsec,
-    degrees_of_freedom,
-    duration,
-    p_value,
-    three_digits,
-    two_digits,
-    with_uncertainty,
-)
+from ams.rounding import with_uncertainty
+from procedures.numbers import angle, arcsec, degrees_of_freedom, duration, p_value, three_digits, two_digits
 
 
 @pytest.mark.parametrize(

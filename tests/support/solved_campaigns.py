@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from physics_scenes import Campaign
+from physics_scenes import Campaign, GyroRates
 
 from ams.calibration.columns import SolvedColumns, solve_columns
-from ams.frames import Attitude
+from ams.frames import AXES, Attitude, euler_rates_rad_s
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import IndexErrors, Shape, TableUncertainty
 from ams.models.accelerometer import PitchRoll
@@ -46,6 +46,27 @@ def table_of(
     """The same declaration for pitch and roll; ``zero_u_arcsec``: how well they were set to zero."""
     errors = dict.fromkeys(("pitch", "roll"), IndexErrors(shape, zero_rad, zero_u_arcsec * ARCSEC))
     return TableUncertainty(limit_arcsec * ARCSEC, limit_arcsec * ARCSEC, "limit", errors=errors)
+
+
+def velocity_dps_of(drawn: GyroRates) -> FloatArray:
+    """The (N, 3) rates about the axes of the package, replication by replication."""
+    spin = np.array([0.0, 0.0, 1.0]) * drawn.rates_dps[:, None]
+    return np.tile(np.einsum("pij,qj->pqi", drawn.to_package, spin).reshape(-1, 3), (drawn.output_v.shape[1], 1))
+
+
+def rows_of_gyros(drawn: GyroRates, campaign: int = 0) -> Observations:
+    """The dwells of one campaign, package axes taken as the table's: what turns is known as a vector."""
+    replications, points = drawn.output_v.shape[1], drawn.output_v.shape[2] * drawn.output_v.shape[3]
+    still = np.zeros(replications * points)
+    return Observations(
+        np.repeat(np.arange(replications), points),
+        np.tile(np.arange(points), replications),
+        still,
+        still,
+        {axis: drawn.output_v[campaign, ..., index].ravel() for index, axis in enumerate(AXES)},
+        yaw_rad=still,
+        euler_rate_rad_s=euler_rates_rad_s(np.zeros((still.size, 3)), np.deg2rad(velocity_dps_of(drawn))),
+    )
 
 
 def rows_of(campaign: Campaign) -> Observations:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.findings import Finding
-from ams.inputs.copied_replications import GRID, common_step
+from ams.inputs.common_step import GRID, common_step
 from ams.units import printed
 
 KIND: Final = "output-clipped"

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from math import floor, isfinite, log10
+from math import isfinite
 from typing import Final
 
 import numpy as np
@@ -37,6 +37,7 @@ from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
 from ams.models.extended import CONFOUNDED
 from ams.observations import Observations
+from ams.rounding import with_uncertainty
 from ams.units import ARCSEC_PER_DEG, printed
 
 MOST_LISTED: Final = 5
@@ -354,6 +355,4 @@ def _within(value: float, expanded: float) -> str:
     """Return a value to the last of the two digits of its ±, which a rounder value would lie outside of."""
     if not (isfinite(value) and isfinite(expanded)) or expanded <= 0.0:
         return f"{_two(value)} ± {_two(expanded)}"
-    digits = 1 - floor(log10(float(f"{expanded:.2g}")))
-    shown, limit = (f"{round(number, digits):.{max(digits, 0)}f}" for number in (value, expanded))
-    return f"{shown} ± {limit}".replace("-", "−")
+    return " ± ".join(with_uncertainty(value, expanded)).replace("-", "−")

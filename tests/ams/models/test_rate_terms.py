@@ -5,7 +5,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from physics_scenes import GyroRates, campaigns
+from physics_scenes import campaigns
+from solved_campaigns import rows_of_gyros
 
 from ams.analysis.predictions import model_of_solution, prediction_halfwidth_v
 from ams.calibration.calibrate import calibrate
@@ -16,23 +17,6 @@ from ams.models.gyro import Gyro, GyroWithTerms, with_rate_terms
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.statistics.intervals import t_quantile
-
-
-def rows_of(drawn: GyroRates, campaign: int = 0) -> Observations:
-    """Return the dwells of one campaign, package axes taken as the table's: what turns is known as a vector."""
-    replications, points = drawn.output_v.shape[1], drawn.output_v.shape[2] * drawn.output_v.shape[3]
-    spin = np.array([0.0, 0.0, 1.0]) * drawn.rates_dps[:, None]
-    velocity = np.tile(np.einsum("pij,qj->pqi", drawn.to_package, spin).reshape(-1, 3), (replications, 1))
-    still = np.zeros(replications * points)
-    return Observations(
-        np.repeat(np.arange(replications), points),
-        np.tile(np.arange(points), replications),
-        still,
-        still,
-        {axis: drawn.output_v[campaign, ..., index].ravel() for index, axis in enumerate(AXES)},
-        yaw_rad=still,
-        euler_rate_rad_s=euler_rates_rad_s(np.zeros((still.size, 3)), np.deg2rad(velocity)),
-    )
 
 
 def turning(velocity_dps: np.ndarray) -> Attitude:
@@ -120,7 +104,7 @@ def test_rates_that_determine_no_term_are_told() -> None:
 def test_what_is_plain_is_named_with_its_size_in_ppm(scene: str, kind: str, symbol: str) -> None:
     """Ten parts per million, drawn by somebody who knows nothing of the test."""
     drawn = campaigns(scene, 10.0, np.random.default_rng(6), 1)
-    for axis in solved(rows_of(drawn)).values():
+    for axis in solved(rows_of_gyros(drawn)).values():
         [finding] = [finding for finding in axis.findings if finding.is_significant and finding.kind == kind]
         said = re.match(rf"{symbol} = (−?[\d.]+) ± ([\d.]+) ppm: ", finding.text)
         assert said is not None
@@ -141,7 +125,7 @@ def test_what_the_scale_factor_bends_is_in_the_interval_of_a_reading(campaigns_d
     chance, reading_v = np.random.default_rng(8), drawn.setup.dwell_noise_v
     held: dict[str, list[bool]] = {"offset": [], "scale factor": [], "reading": []}
     for campaign in range(campaigns_drawn):
-        rows, truth = rows_of(drawn, campaign), rows_of(clean, campaign)
+        rows, truth = rows_of_gyros(drawn, campaign), rows_of_gyros(clean, campaign)
         points = len(rows.pitch_rad) // 6
         velocity = np.rad2deg(body_rates_rad_s(np.zeros((points, 3)), truth.euler_rate_rad_s[:points]))
         line = np.column_stack([np.ones(points), velocity])

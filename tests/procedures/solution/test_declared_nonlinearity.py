@@ -1,7 +1,6 @@
 """How far an output may be from its equation: declared as a limit, it stands in every angle told with the set."""
 
 from dataclasses import replace
-from datetime import UTC, datetime
 from math import sqrt
 
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 from example_files import EXAMPLE_RIG
 from physics_scenes import campaigns
 from small_run import bench
+from solved import provenance
 from solved_campaigns import columns_of, rows_of
 
 from ams.calibration.calibrate import calibrate
@@ -16,7 +16,6 @@ from ams.inference.inference import Package, inference
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import NONLINEARITY, SharedError
 from ams.sets.coefficients import build_set
-from ams.sets.provenance import Provenance
 from procedures.check.check_report import check
 from procedures.delivery.deliver import solve_run
 from procedures.kinds.read import read_procedure
@@ -25,11 +24,6 @@ from rig.description.read import read_rig
 from rig.errors import DescriptionError
 
 V_PER_G = 2.5
-PROVENANCE = Provenance(
-    sensor="SN1", gravity_mps2=9.80665, gravity_source="declared", pitch_range_deg=(-90.0, 90.0),
-    roll_range_deg=(-180.0, 180.0), created_utc=datetime(2026, 1, 1, tzinfo=UTC), software_version="1", rig="",
-    procedure="", simulated=True,
-)  # fmt: skip
 
 
 def test_a_limit_of_the_data_sheet_is_an_error_of_each_axis(tmp_path) -> None:
@@ -82,7 +76,7 @@ def _held(limit_ug: float, count: int, seed: int) -> float:
     held = []
     for index in range(count):
         seen = replace(rows, outputs={axis: columns_of(drawn, axis)[:, index] for axis in axes})
-        package = Package(build_set(calibrate(seen, request), PROVENANCE), {axis: f"{axis}_v" for axis in axes})
+        package = Package(build_set(calibrate(seen, request), provenance()), {axis: f"{axis}_v" for axis in axes})
         answer = replace(inference(package, reading_sd_v=1e-9), intervals=True).infer(
             {f"{axis}_v": read_v[index, :, at] for at, axis in enumerate(axes)}
         )

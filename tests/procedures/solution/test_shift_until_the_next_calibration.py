@@ -1,7 +1,6 @@
 """What a sensor may shift by until its next calibration: declared as a limit, it stands in every angle told with it."""
 
 from dataclasses import replace
-from datetime import UTC, datetime
 from math import sqrt
 
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 from example_files import EXAMPLE_RIG, ROOT
 from physics_scenes import campaigns
 from small_run import bench
+from solved import provenance
 
 from ams.calibration.calibrate import calibrate
 from ams.inference.inference import Package, inference
@@ -16,7 +16,6 @@ from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SHIFTS, SHIFTS_WITHIN, SharedError
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
-from ams.sets.provenance import Provenance
 from procedures.check.check_report import check
 from procedures.delivery.deliver import solve_run
 from procedures.kinds.read import read_procedure
@@ -26,11 +25,6 @@ from rig.errors import DescriptionError
 
 ARCSEC = np.pi / 180.0 / 3600.0
 V_PER_G = 2.5
-PROVENANCE = Provenance(
-    sensor="SN1", gravity_mps2=9.80665, gravity_source="declared", pitch_range_deg=(-90.0, 90.0),
-    roll_range_deg=(-180.0, 180.0), created_utc=datetime(2026, 1, 1, tzinfo=UTC), software_version="1", rig="",
-    procedure="", simulated=True,
-)  # fmt: skip
 
 
 def test_a_limit_of_each_axis_is_an_error_of_its_own(tmp_path) -> None:
@@ -92,7 +86,7 @@ def _held(size_arcsec: float, limit_arcsec: float, count: int, seed: int) -> tup
     for index in range(count):
         outputs = {axis: calibration.output_v[index, grid.ravel(), 0, at] for at, axis in enumerate(axes)}
         rows = Observations(replication, point, pitch.ravel(), roll.ravel(), outputs)
-        package = Package(build_set(calibrate(rows, request), PROVENANCE), {axis: f"{axis}_v" for axis in axes})
+        package = Package(build_set(calibrate(rows, request), provenance()), {axis: f"{axis}_v" for axis in axes})
         readings = {f"{axis}_v": drawn.use.output_v[index, :, 0, at] for at, axis in enumerate(axes)}
         noise_v = drawn.use.setup.noise_arcsec * ARCSEC * V_PER_G
         answer = replace(inference(package, reading_sd_v=noise_v), intervals=True).infer(readings)
