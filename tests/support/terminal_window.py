@@ -77,10 +77,11 @@ class TerminalWindow:
         """The screen when it shows a text or meets a condition."""
         deadline = _CLOCK.monotonic_s() + within_s
         while _CLOCK.monotonic_s() < deadline:
+            is_over = self.process.poll() is not None and not self._reader.is_alive()
             text = self.text
             if (condition in text) if isinstance(condition, str) else condition(text):
                 return text
-            if self.process.poll() is not None and not self._reader.is_alive():
+            if is_over:
                 break
             _CLOCK.sleep(0.02)
         raise AssertionError(f"not seen within {within_s} s: {condition!r}\n{self.text}")
