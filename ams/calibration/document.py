@@ -32,9 +32,10 @@ def _axis(axis: AxisCalibration, calibration: Calibration) -> Document:
 
 def _sensitive_axis(axis: AxisCalibration) -> Document:
     """Return k, per g or, for gyros, per °/s."""
-    rates = dict(zip(axis.primary_names, map(float, axis.primary), strict=True))
-    if "k_x_v_per_dps" in rates:
-        return {"sensitive_axis_v_per_dps": {name: number(rates[f"k_{name}_v_per_dps"]) for name in "xyz"}}
+    primary = dict(zip(axis.primary_names, map(float, axis.primary), strict=True))
+    of_rates = {name: f"k_{name}_v_per_dps" for name in "xyz"}
+    if primary.keys() >= set(of_rates.values()):
+        return {"sensitive_axis_v_per_dps": {name: number(primary[key]) for name, key in of_rates.items()}}
     values = map(number, axis.sensitive_axis_v_per_g)
     return {"sensitive_axis_v_per_g": dict(zip("xyz", values, strict=True))}
 

@@ -23,6 +23,7 @@ from ams.exports.dcc_elements import (
 from ams.exports.plain_values import columns, numeric
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.provenance import NO_GRAVITY_STATED
 from ams.sets.vectors import outputs_key
 from ams.statistics.distributions import student_t_quantile
 
@@ -74,7 +75,8 @@ def _standard(standard: Document) -> Element:
 
 def _conditions(coefficients: CoefficientSet) -> Elements:
     gravity = coefficients.gravity_mps2
-    conditions = [_condition("local acceleration of gravity", "gravity_mps2", gravity)]
+    is_stated = table(coefficients.document["acceleration_unit"])["source"] != NO_GRAVITY_STATED
+    conditions = [_condition("local acceleration of gravity", "gravity_mps2", gravity)] if is_stated else []
     for name, measured in table(coefficients.document["environment"]).items():
         for key, value in (measured if isinstance(measured, dict) else {}).items():
             if isinstance(value, int | float) and not isinstance(value, bool):

@@ -26,7 +26,7 @@ def check_applicability(
     """
     if chain_serial is not None:
         _check_chain(coefficients, chain_serial)
-    if site_gravity_mps2 is not None:
+    if site_gravity_mps2 is not None and coefficients.senses_gravity:
         _check_site(coefficients, site_gravity_mps2)
 
 

@@ -74,6 +74,11 @@ class CoefficientSet:
         return number(self._section("acceleration_unit")["value_mps2"])
 
     @property
+    def senses_gravity(self) -> bool:
+        """Whether coefficients are per local g: those of gyros and of fields hold at every g."""
+        return any(numbers.form.unit == "g" for numbers in self.axes.values())
+
+    @property
     def is_simulated(self) -> bool:
         return bool(self.document["simulated"])
 

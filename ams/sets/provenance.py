@@ -9,6 +9,9 @@ from ams.errors import SetError
 from ams.sets.canonical import Document, plain
 from ams.sets.sensed_quantity import FIELDS, form_of, units_in
 
+NO_GRAVITY_STATED = "none was stated: standard gravity, on which nothing of this set depends"
+"""Source of the gravity of a set that senses none, where nobody said any."""
+
 
 @dataclass(frozen=True)
 class Standard:

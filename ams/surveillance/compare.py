@@ -261,7 +261,7 @@ def _notes(old: CoefficientSet, new: CoefficientSet) -> list[str]:
         notes.append("the first set is the newer one")
     if old.model != new.model:
         notes.append(f"models {old.model} and {new.model}: only offset and sensitive axis are compared")
-    if old.gravity_mps2 != new.gravity_mps2:
+    if old.gravity_mps2 != new.gravity_mps2 and new.senses_gravity:
         notes.append(f"calibrated at {old.gravity_mps2} and {new.gravity_mps2} m/s²: compared at the g of the second")
     return [*notes, *_temperature_notes(old, new)]
 

@@ -81,7 +81,7 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
             job=grounds.job,
             level=table(grounds.coefficients.provenance["level"] or {}),
             has_standards=bool(grounds.standards),
-            senses_gravity=any(numbers.form.unit == "g" for numbers in grounds.coefficients.axes.values()),
+            senses_gravity=grounds.coefficients.senses_gravity,
         )
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))

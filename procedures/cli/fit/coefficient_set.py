@@ -1,5 +1,6 @@
 """A coefficient set from a fit: what the file and the command say about where the numbers come from."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 from ams.calibration_result import Calibration
 from ams.exports.formats import export_set
 from ams.frames import body_rates_rad_s
+from ams.models.convert import STANDARD_GRAVITY_MPS2
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
-from ams.sets.provenance import Provenance, level_ranges
+from ams.sets.provenance import NO_GRAVITY_STATED, Provenance, level_ranges
 from procedures.errors import RequestError
 from procedures.solution.provenance import roll_range_deg
 from rig.description.rig_file import RigDescription
@@ -28,15 +30,16 @@ class WishedSet:
 
     path: Path
     sensor: str
-    gravity_mps2: float
+    gravity_mps2: float | None
+    """None: not stated, and the model senses none."""
     gravity_source: str
     rig: str
 
 
 def wished_set(
-    path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None, *, takes_rig: bool
+    path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None, *, senses_gravity: bool
 ) -> WishedSet:
-    """Return the set that is to be written; ``takes_rig``: whether the model may be solved with a rig file.
+    """Return the set that is to be written; ``senses_gravity``: whether the model's coefficients are per local g.
 
     Raises: RequestError where the command does not say what a set must know.
     """
@@ -44,20 +47,28 @@ def wished_set(
         raise RequestError(f"--set {path}: a set is a JSON file: give a name that ends in .json")
     if not sensor:
         raise RequestError("--sensor is missing: --set needs the sensor's name, such as --sensor SN1047")
-    if rig is None and gravity_mps2 is None:
-        because = "" if takes_rig else " as a condition of whatever is calibrated, which exports and certificates print"
-        or_rig = ", or --rig RIG" if takes_rig else " (a site's own; 9.7 to 9.9 m/s²)"
+    if rig is None and gravity_mps2 is None and senses_gravity:
         raise RequestError(
-            f"--gravity-mps2 is missing: --set states the local gravity of the calibration{because}: give it{or_rig}"
+            "--gravity-mps2 is missing: --set states the local gravity of the calibration: give it, or --rig RIG"
         )
     if rig is not None and gravity_mps2 is not None:
         raise RequestError("--gravity-mps2: the rig file states gravity already; give one of the two")
     if rig is not None:
         return WishedSet(path, sensor, rig.rig.gravity_mps2, rig.rig.gravity_source, rig.rig.name)
-    assert gravity_mps2 is not None
+    if gravity_mps2 is None:
+        return WishedSet(path, sensor, None, "", "")
     if not 9.7 <= gravity_mps2 <= 9.9:
         raise RequestError(f"--gravity-mps2: got {gravity_mps2:g} m/s², allowed 9.7 to 9.9 m/s²")
     return WishedSet(path, sensor, gravity_mps2, "stated on the command line", "")
+
+
+def refuse_per_g(wish: WishedSet, units: Iterable[str]) -> None:
+    """Refuse straight lines of accelerometers, in ``units`` of what they sense, without the gravity they are per."""
+    if wish.gravity_mps2 is None and "g" in units:
+        raise RequestError(
+            "--gravity-mps2 is missing: the levels are in g, and --set states the local gravity of the calibration: "
+            "give it (a site's own; 9.7 to 9.9 m/s²)"
+        )
 
 
 def write_set(wish: WishedSet, observations: Observations, calibration: Calibration) -> None:
@@ -73,8 +84,8 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         rates = _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))
     return Provenance(
         sensor=wish.sensor,
-        gravity_mps2=wish.gravity_mps2,
-        gravity_source=wish.gravity_source,
+        gravity_mps2=STANDARD_GRAVITY_MPS2 if wish.gravity_mps2 is None else wish.gravity_mps2,
+        gravity_source=NO_GRAVITY_STATED if wish.gravity_mps2 is None else wish.gravity_source,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=roll_range_deg(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(rows, calibration),

@@ -20,7 +20,7 @@ from ams.inputs.shared_errors import SharedError
 from ams.models.registry import MODELS, names_by_option, names_of_rates, senses_rates, takes_levels
 from ams.models.thermal import TemperatureCoefficients
 from procedures.cli.attitude.source import package_of
-from procedures.cli.fit.coefficient_set import WishedSet, wished_set, write_set
+from procedures.cli.fit.coefficient_set import WishedSet, refuse_per_g, wished_set, write_set
 from procedures.cli.fit.joint import check_joint, joint_lines, parse_priors
 from procedures.cli.fit.joint import joint as fit_jointly
 from procedures.cli.options import Flag, Json, require_folder_of
@@ -126,7 +126,8 @@ def fit(
     sensor
         The sensor's name in that set.
     gravity_mps2
-        Local gravity of the calibration, for the set, where no rig file states it.
+        Local gravity of the calibration, for the set, where no rig file states it; what senses no gravity (gyros,
+        straight lines of rates or fields) needs none.
     """
     require_folder_of(set_, "--set")
     if temperature_order != 1 and temperature != "estimate":
@@ -161,7 +162,7 @@ def fit(
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
         raise RequestError("--prior and --mount: belong to --joint, which is missing")
-    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, takes_rig=takes_rig)
+    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, senses_gravity=takes_rig)
     with _refusals_name(file):
         if joint:
             stated = check_joint(request, description)
@@ -262,6 +263,7 @@ def _linear(
 ) -> dict[str, Any]:
     levels = read_levels(file, columns, form)
     if wish is not None:
+        refuse_per_g(wish, (axis.model.unit for axis in levels.values()))
         first = next(iter(levels.values())).observations
         write_set(wish, first, calibrated_levels(levels, request))
     return linear_document(levels, request)

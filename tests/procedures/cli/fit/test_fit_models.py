@@ -19,6 +19,9 @@ from cr_outputs import (
 )
 from package_outputs import TRUTH, output_v, write_observations
 
+from ams.exports.formats import export_set, load_set
+from ams.sets.applicability import check_applicability
+
 AXES = ("--axis", "x=x_v", "--axis", "y=y_v", "--axis", "z=z_v")
 SPREAD = [(p, y, r) for p in (-40.0, 5.0, 30.0) for y in (-20.0, 0.0, 25.0) for r in (-60.0, 0.0, 45.0)]
 
@@ -188,7 +191,6 @@ REQUESTS = [
     (("--set", "s.json"), "--sensor is missing"),
     (("--set", "s.json", "--sensor", "S1"), "--gravity-mps2 is missing"),
     (("--set", "s.json", "--sensor", "S1"), "give it, or --rig RIG"),
-    (("--set", "s.json", "--sensor", "S1", "--model", "gyro"), "print: give it (a site's own; 9.7 to 9.9 m/s²)"),
     (("--set", "s.json", "--sensor", "S1", "--gravity-mps2", "1"), "9.7 to 9.9"),
 ]
 
@@ -293,6 +295,43 @@ def test_a_rate_table_that_is_fast_is_in_the_sensitivity_of_a_gyro_where_its_rat
     said = call(capsys, *gyro, "--rate-uncertainty-ppm", "1000").out
     assert "the rate table's own errors are not" not in said
     assert "Earth's rotation" in said
+
+
+@pytest.mark.parametrize("stated", [(), ("--gravity-mps2", "9.81")], ids=["unstated", "stated"])
+def test_a_set_of_gyros_needs_no_gravity(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], stated: tuple[str, ...]
+) -> None:
+    """It stands at standard gravity and says that none was stated; no certificate of it tells a gravity of the site."""
+    angles, rates = table_4_profile()
+    file, path = write_gyros(tmp_path / "gyros.csv", angles, rates), tmp_path / "g.json"
+    asked = call(capsys, "fit", file, "--model", "gyro", *AXES, "--set", path, "--sensor", "G1", *stated)
+    assert asked.status == 0, asked.err
+    unit = json.loads(path.read_text(encoding="utf-8"))["acceleration_unit"]
+    assert unit["value_mps2"] == (9.81 if stated else 9.80665)
+    assert ("none was stated" in unit["source"]) == (not stated)
+    coefficients = load_set(path)
+    check_applicability(coefficients, None, 9.78)
+    export_set(coefficients, "dcc", tmp_path / "g.xml")
+    written = (tmp_path / "g.xml").read_text(encoding="utf-8")
+    assert ("local acceleration of gravity" in written) == bool(stated)
+
+
+@pytest.mark.parametrize(("unit", "status"), [("g", 2), ("dps", 0), ("ut", 0)])
+def test_a_set_of_straight_lines_needs_gravity_where_they_are_per_g(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], unit: str, status: int
+) -> None:
+    rows = [
+        [replication, point, level, 2.0 * level + 0.1 + 1e-3 * (replication * point % 3)]
+        for replication in (1, 2, 3)
+        for point, level in enumerate((-1.0, -0.5, 0.5, 1.0), start=1)
+    ]
+    file = write_rows(tmp_path / "lines.csv", [f"reference_{unit}", "s_v"], rows)
+    line = ("fit", file, "--model", "linear", "--axis", "x=s_v", "--set", tmp_path / "l.json", "--sensor", "L1")
+    asked = call(capsys, *line)
+    assert asked.status == status, asked.err
+    assert (tmp_path / "l.json").exists() == (status == 0)
+    assert ("the levels are in g" in asked.err) == (status != 0)
+    assert call(capsys, *line, "--gravity-mps2", "9.8").status == 0
 
 
 def test_an_uncertainty_of_rates_belongs_to_gyros(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
