@@ -13,6 +13,9 @@ import numpy as np
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.axis_tests import SharedTests, axis_tests, shared_tests
 from ams.analysis.diagnostics.beliefs import (
+    BY_POINT,
+    BY_POINT_GAIN,
+    BY_REPLICATION,
     COLUMNS,
     DRIFT_OF,
     LACK_OF_FIT,
@@ -25,6 +28,7 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
+from ams.analysis.diagnostics.drift_course import LikeliestCourse, likeliest_course, plain_courses
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import (
     Moved,
@@ -50,9 +54,11 @@ from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
 from ams.solve.layout import layout_of
 from ams.solve.linearised import linearise
+from ams.solve.replicated import replicated_sums
 from ams.units import ARCSEC_PER_DEG, label_and_unit
 
 _NOTHING = 1e-9
+_RECORDED = (BY_POINT, BY_POINT_GAIN)
 _ALIKE = frozenset(column.name for column in COLUMNS)
 """Tests of what repeats in every replication: a transient that does is one of them."""
 
@@ -115,10 +121,10 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
         ]
     evidence = evidence_of(solved, circumstances.rows) if evidence is None else evidence
     shared, order = shared_tests(evidence), (*time_confounded(evidence), *temperature_confounded(evidence))
-    found, nothing = [], np.zeros((circumstances.rows.rows, 0))
+    found, nothing, still = [], np.zeros((circumstances.rows.rows, 0)), np.zeros(circumstances.rows.rows)
     in_order = replace(circumstances, order=order)
     for axis in axes:
-        whole = Believed(evidence, shared, solved, axis, circumstances.outputs, circumstances.rows, nothing)
+        whole = Believed(evidence, shared, solved, axis, circumstances.outputs, circumstances.rows, nothing, still)
         diagnosis = _axis(whole, axis, in_order)
         found.append(
             replace(diagnosis, findings=(*diagnosis.findings, *order, *_of_direction(solved, axis, circumstances)))
@@ -141,13 +147,33 @@ class Believed:
     taken: FloatArray
     """(N, c) columns that the departures said how much to take of, which counts as known where the points are judged.
     """
+    course: FloatArray
+    """(N,) what of the output was taken out as a drift or the temperature's: the result itself is told with it."""
 
     def without(self, columns: FloatArray, circumstances: Circumstances) -> "Believed":
         """Return the output less what (N, c) columns explain of it, beside the effects of points; solved anew."""
-        left = self.evidence.by_point(columns)
-        size = np.linalg.lstsq(left, self.evidence.departures[:, self.index], rcond=_NOTHING)[0]
         without = replace(self, taken=np.hstack([self.taken, columns]))
-        return without.of(np.ones(self.rows.rows, dtype=bool), columns @ size, circumstances)
+        return without.less(columns @ self._sizes(columns), circumstances)
+
+    def without_course(self, course: LikeliestCourse, circumstances: Circumstances) -> "Believed":
+        """Return the same of a course through the run, which :meth:`with_course` puts back."""
+        taken = course.columns @ self._sizes(course.columns)
+        followed = replace(self, course=self.course + taken)
+        if course.is_of_temperature:  # the points are asked for it by itself
+            return followed.less(taken, circumstances)
+        return followed.without(course.columns, circumstances)
+
+    def with_course(self, circumstances: Circumstances) -> "Believed":
+        """Return the output with the course that it has."""
+        return self.less(-self.course, circumstances) if self.course.any() else self
+
+    def less(self, taken: FloatArray, circumstances: Circumstances) -> "Believed":
+        """Return the output less (N,) something."""
+        return self.of(np.ones(self.rows.rows, dtype=bool), taken, circumstances)
+
+    def _sizes(self, columns: FloatArray) -> FloatArray:
+        left = self.evidence.by_point(columns)
+        return np.asarray(np.linalg.lstsq(left, self.evidence.departures[:, self.index], rcond=_NOTHING)[0])
 
     @property
     def nominal_axis(self) -> str:
@@ -161,12 +187,21 @@ class Believed:
         plots = plots_of(model, rows, layout)
         solved = solve_linearised(problem, layout, plots, circumstances.table, circumstances.shared)
         evidence = evidence_of(solved, rows)
-        return Believed(evidence, shared_tests(evidence), solved, 0, output[:, None], rows, self.taken[kept])
+        taken, course = self.taken[kept], self.course[kept]
+        return Believed(evidence, shared_tests(evidence), solved, 0, output[:, None], rows, taken, course)
 
     def tested(self, made: Mapping[str, BeliefTest], limit: TableLimit | None, family: int) -> AxisTests:
         """Return all tests, those of what is taken out as they were ``made``."""
-        given = self.evidence.layout.mean_by_point(self.taken)
-        return axis_tests(self.evidence, self.shared, self.index, made, limit, family, given)
+        return axis_tests(self.evidence, self.shared, self.index, made, limit, family, self._taken_from_points())
+
+    def _taken_from_points(self) -> FloatArray:
+        """Return (K, c) what the points have of what is taken out, the drift of the replications apart as theirs is."""
+        layout, sums = self.evidence.layout, self.evidence.sums
+        if self.taken.shape[1] == 0 or sums is None or sums.is_balanced:
+            return layout.mean_by_point(self.taken)
+        form = self.solved.problem.form
+        taken = replicated_sums(form, layout, self.taken)
+        return taken.point_effects + layout.mean_by_point(form.fitted(taken.pooled))
 
 
 def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis:
@@ -179,6 +214,13 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         seen = seen.without(step_columns(seen.evidence, seen.index, steps.during), circumstances)
     made = {test.name: test for test in steps.tests}
     tests = seen.tested(made, limit, family)
+    plain = plain_courses(tests)
+    course = likeliest_course(seen.evidence, seen.index) if plain else None
+    if course is not None:
+        made |= plain if course.is_of_temperature else {name: plain[name] for name in plain if name != BY_REPLICATION}
+        made |= {name: tests.tests[name] for name in _RECORDED if course.is_of_temperature and name in tests.tests}
+        seen = seen.without_course(course, circumstances)
+        tests = seen.tested(made, limit, family)
     wrong, convicted = _convicted(seen.evidence, seen.index, tests), None
     if wrong is not None and wrong.dwells:
         made[WRONG_DWELL] = BeliefTest(WRONG_DWELL, "wrong-dwell", wrong.p_value)
@@ -187,15 +229,15 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         tests = seen.tested(made, limit, family)
     if settles(tests):
         made[SETTLING] = tests.tests[SETTLING]
-        every = np.ones(seen.rows.rows, dtype=bool)
-        seen = seen.of(every, made[SETTLING].size * settling(seen.evidence), circumstances)
+        seen = seen.less(made[SETTLING].size * settling(seen.evidence), circumstances)
         tests = seen.tested(made, limit, family)
     memory = plainest_memory(tests, circumstances.memory_of(index))
     if memory is not None:
         made[memory.name] = memory
         column = previous_attitude.memories(seen.evidence, seen.nominal_axis)[:, MEMORIES.index(memory.name)]
-        seen = seen.of(np.ones(seen.rows.rows, dtype=bool), memory.size * column, circumstances)
+        seen = seen.less(memory.size * column, circumstances)
         tests = seen.tested(made, limit, family)
+    seen = seen.with_course(circumstances)
     diagnosis = _diagnosis(seen, beside_the_dwell_before(with_steps(tests, steps)), convicted, circumstances, limit)
     return replace(diagnosis, findings=(*clipped, *steps.findings, *diagnosis.findings))
 
