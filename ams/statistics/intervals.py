@@ -21,11 +21,11 @@ from ams.statistics.distributions import (
 )
 
 
-def _largest_passed(p_values: Sequence[float], level: float) -> float:
+def _largest_passed(p_values: Sequence[float], level: float, count: float) -> float:
     known = sorted(value for value in p_values if value == value)  # NaN is none
     largest = -1.0
     for index, value in enumerate(known):
-        if value > level / (len(known) - index):
+        if value > level / min(count, len(known) - index):
             break
         largest = value
     return largest
@@ -145,14 +145,15 @@ def f_test(variance_ratio: float, numerator_dof: float, denominator_dof: float, 
     return f_tests({"": np.array([variance_ratio])}, numerator_dof, denominator_dof, level)[""].of(0)
 
 
-def holm(p_values: FloatArray, level: float = 0.05) -> BoolArray:
+def holm(p_values: FloatArray, level: float = 0.05, count: float = np.inf) -> BoolArray:
     """Return (m, q) which of q tests are significant; NaN never is.
 
-    The chance of any false alarm among them is to stay at ``level``; of no tests none is.
+    The chance of any false alarm among them is to stay at ``level``; of no tests none is. ``count``: as how many tests
+    they count at most (:mod:`ams.statistics.tests_alike`); of some of them left, that bound stands as well.
     """
     if p_values.size == 0:
         return np.zeros(p_values.shape, dtype=bool)
-    passed = [_largest_passed(family, level) for family in p_values.reshape(-1, p_values.shape[-1]).tolist()]
+    passed = [_largest_passed(family, level, count) for family in p_values.reshape(-1, p_values.shape[-1]).tolist()]
     return np.asarray(p_values <= np.reshape(passed, (*p_values.shape[:-1], 1)))
 
 

@@ -40,6 +40,7 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import squareness_of_points
+from ams.analysis.diagnostics.overlap import Overlap, significant
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter, is_unsteady
 from ams.analysis.diagnostics.residuals import GridResiduals
@@ -71,7 +72,6 @@ from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.remembered import remembered
 from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import f_tail
-from ams.statistics.intervals import holm
 
 _LINEAR: Final = 4
 _NEEDED: Final = 0.05
@@ -340,8 +340,7 @@ def _decided(
     names = {column.name: index for index, column in enumerate(tested_columns)}
     known: list[str] = []
     while True:
-        flags = holm(np.array([test.p_value / test.axes for test in made.values()]), level)
-        is_significant = dict(zip(made, map(bool, flags), strict=True))
+        is_significant = significant(made, level, None if scatter is None else Overlap(scatter, between, names, known))
         still_open = [name for name in names if is_significant.get(name) and name not in known]
         if not still_open or scatter is None:
             return AxisTests(made, is_significant, level=level)

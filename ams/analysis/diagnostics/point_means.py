@@ -87,6 +87,21 @@ class Elimination:
         columns = (coefficient.tolist(), (left**-0.5).tolist(), np.where(is_left, p_value, np.nan).tolist())
         return [Tested(*numbers) for numbers in zip(*columns, strict=True)]
 
+    def correlation(self, beside: tuple[int, ...] = ()) -> FloatArray:
+        """Return the (c, c) correlation of the tests of the columns, those ``beside`` given.
+
+        It is 0 where they leave nothing of a column.
+        """
+        known = [*range(self.given), *(self.given + column for column in beside)]
+        tested = slice(self.given, self.given + self.columns)
+        across, whole = self.gram[known, tested], self.gram[tested, tested]
+        left = whole - across.T @ np.linalg.solve(self.gram[np.ix_(known, known)], across)
+        square = np.diagonal(left)
+        scale = np.zeros(self.columns)
+        is_left = square > _NOTHING_LEFT * np.diagonal(whole)
+        scale[is_left] = square[is_left] ** -0.5
+        return np.asarray(left * np.outer(scale, scale))
+
     @property
     def chi_square(self) -> float:
         """What is left of y beside the basis, as a sum of squares over its variance."""

@@ -76,6 +76,14 @@ def memories_between(evidence: Evidence, grid: GridResiduals, output: int, nomin
     ]
 
 
+def memories_alike(evidence: Evidence, nominal_axis: str) -> FloatArray:
+    """Return the (3, 3) correlation of the estimates of each memory from what differs between replications."""
+    left = evidence.grid.projected(evidence.on_grid(memories(evidence, nominal_axis)))
+    length = np.sqrt(np.einsum("nc,nc->c", left, left))
+    unit = left / np.where(length > 0.0, length, 1.0)
+    return np.asarray(unit.T @ unit)
+
+
 def _moved(evidence: Evidence, grid: GridResiduals, output: int, columns: FloatArray) -> list[Estimate]:
     """Estimate each memory from how the parameters of the replications follow it, against the rest of what they do.
 

@@ -2,7 +2,8 @@
 
 Autocorrelation: r = eᵀSe / eᵀe with S ½ for dwells that follow one another within a replication. e = M x with the
 residual maker M, so that r has the moments of a ratio of quadratic forms (Durbin and Watson 1950):
-E r = tr(MS)/ν, E r² = (2 tr(MSMS) + (tr MS)²)/(ν(ν + 2)).
+E r = tr(MS)/ν, E r² = (2 tr(MSMS) + (tr MS)²)/(ν(ν + 2)). As a correlation it lies between −1 and 1: about its mean it
+is a beta variable of that variance (Durbin and Watson 1951), as the correlation of 1/var r + 1 pairs is.
 """
 
 from collections.abc import Iterator
@@ -24,6 +25,8 @@ from ams.statistics.distributions import f_tail
 LEAST_DOF = 12
 LARGEST_CORRELATION = 0.8
 """Of time with what the linear sensor takes from the attitude; the same as of time with temperature."""
+_LARGEST: Final = 1.0 - 1e-12
+"""Of a correlation."""
 _FADING: Final = (0.03, 0.1, 0.25)
 """Of the run: time constants of a sensor that settles after it was switched on."""
 _FREE_OF_FADING: Final = 2
@@ -137,7 +140,8 @@ def autocorrelation(grid: GridResiduals, pairs: tuple[IntArray, IntArray, IntArr
     trace, trace_of_square = _moments(grid.replications, grid.q, replication, here, following)
     mean = trace / dof
     variance = (2.0 * trace_of_square + trace**2) / (dof * (dof + 2.0)) - mean**2
-    p_value = f_tail((r - mean) ** 2 / variance, 1.0, float(dof))
+    above, free = np.abs(r - mean), 1.0 / variance - 1.0
+    p_value = f_tail(free * above**2 / (1.0 - np.minimum(above, _LARGEST) ** 2), 1.0, free)
     return Autocorrelation(r - mean, p_value)
 
 

@@ -92,3 +92,16 @@ def test_independent_dwells_are_found_correlated_once_in_twenty_and_smooth_ones_
     smooth = white[:, :50] + np.roll(white[:, :50], 1, axis=0)
     found = autocorrelation(grid_residuals(basis, smooth, np.arange(N * points), N, points), pairs)
     assert np.mean(found.p_value < 1e-3) > 0.9
+
+
+def test_the_chance_of_a_correlation_of_successive_dwells_is_that_of_small_samples() -> None:
+    """At 0.1 % of 4 × 20 dwells that know nothing of each other; by a normal tail it would be a half of that."""
+    chance, campaigns = np.random.default_rng(4), 40_000
+    basis, dwells = np.column_stack([np.ones(20), chance.standard_normal((20, 3))]), np.arange(80)
+    grid = grid_residuals(basis, chance.standard_normal((80, campaigns)), dwells, 4, 20)
+    replication, point = np.divmod(dwells, 20)
+    follows = point < 19
+    pairs = (replication[follows], point[follows], point[follows] + 1)
+    p_value = autocorrelation(grid, pairs).p_value
+    for level in (0.01, 0.001):
+        assert (p_value <= level).mean() == pytest.approx(level, abs=4.0 * np.sqrt(level / campaigns))

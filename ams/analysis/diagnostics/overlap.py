@@ -1,0 +1,67 @@
+"""Which tests of one axis are significant together, those that nearly say the same counted for what they add.
+
+The columns that the means of the points are tested for overlap: K₂ and K₁′, K₃ and K₀′, a memory and the next longer
+one. Their correlation is that of what the linear sensor leaves of them, so that it is known from the design and nothing
+is estimated. Holm's correction takes their tests for as many as they count (:mod:`ams.statistics.tests_alike`).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ams.analysis.diagnostics import previous_attitude
+from ams.analysis.diagnostics.beliefs import MEMORIES, BeliefTest
+from ams.analysis.diagnostics.replication_scatter import ReplicationScatter
+from ams.analysis.diagnostics.settling import Between
+from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.statistics.intervals import holm
+from ams.statistics.tests_alike import counted
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Of the columns of one output."""
+
+    scatter: ReplicationScatter
+    between: Between
+    names: Mapping[str, int]
+    """Of the tests, to their columns."""
+    known: Sequence[str]
+    """Names of the columns that the others are tested beside."""
+
+    def spared(self, made: Mapping[str, BeliefTest], level: float) -> float:
+        """Return by how many tests fewer they count, at the ``level`` of each."""
+        of_means = self.scatter.terms.correlation(tuple(self.names[name] for name in self.known))
+        share = np.zeros(of_means.shape[0])
+        for (name, index), alone in zip(self.names.items(), self.scatter.terms.each(), strict=False):
+            if name in made and name not in self.known and alone.standard_uncertainty > 0.0:
+                share[index] = self._share(made[name], alone.standard_uncertainty)
+        correlation = of_means * np.sqrt(np.outer(share, share))
+        memories = [self.names[name] for name in MEMORIES if name in self.names]
+        rest, base = np.sqrt(1.0 - share[memories]), linear_base(self.scatter.evidence.models[self.scatter.output])
+        if base is not None and len(memories) == len(MEMORIES) and np.any((rest > 0.0) & (rest < 1.0)):
+            alike = previous_attitude.memories_alike(self.scatter.evidence, base.nominal_axis)
+            correlation[np.ix_(memories, memories)] += np.outer(rest, rest) * alike
+        tested = [index for name, index in self.names.items() if name in made and index < share.size]
+        return len(tested) - counted(correlation[np.ix_(tested, tested)], level)
+
+    def _share(self, test: BeliefTest, uncertainty_of_means: float) -> float:
+        """Return what part of a test's weight the means have: all, or what differs between replications the rest."""
+        if test.name not in self.between.estimates or not test.uncertainty > 0.0:
+            return 1.0
+        return min(1.0, (test.uncertainty / uncertainty_of_means) ** 2)
+
+
+def significant(made: Mapping[str, BeliefTest], level: float, overlap: Overlap | None) -> dict[str, bool]:
+    """Return by name which tests are significant at the ``level`` of all of them."""
+    p_values = np.array([test.p_value / test.axes for test in made.values()])
+    flags = holm(p_values, level)
+    if overlap is not None and np.any(holm(p_values, level, _least(made, overlap)) != flags):
+        flags = holm(p_values, level, len(made) - overlap.spared(made, level / len(made)))
+    return dict(zip(made, map(bool, flags), strict=True))
+
+
+def _least(made: Mapping[str, BeliefTest], overlap: Overlap) -> int:
+    """Return as how many tests they count at the very least."""
+    return len(made) - sum(name in made for name in overlap.names) + 1
