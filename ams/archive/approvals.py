@@ -7,6 +7,12 @@ out carries the name of who approved it since, and everything drawn from it says
 from sqlalchemy import Connection, Select, select
 
 from ams.archive.tables import SIGNATURES
+from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict
+
+ACCEPTED = "accepted"
+"""The role of a signature whose comment is what was accepted, a colon and the reason."""
+OF_WHAT = ": "
+"""Between what was accepted (a finding's name, or the verdict) and the reason."""
 
 
 def withdrawn() -> Select[tuple[str]]:
@@ -24,3 +30,16 @@ def approver_of(connection: Connection, sha256: str) -> str | None:
     """Return who approved a set by signature, None where nobody did or it was withdrawn since."""
     query = select(SIGNATURES.c.name).where(SIGNATURES.c.role == "approved", SIGNATURES.c.sha256 == sha256)
     return connection.execute(query.where(SIGNATURES.c.sha256.not_in(withdrawn()))).scalar()
+
+
+def accepted_verdicts(connection: Connection, sha256: str | None = None) -> dict[str, AcceptedVerdict]:
+    """Return who accepted that a calibration is not usable, and why, by the checksum of the set; of one set or all."""
+    query = select(SIGNATURES.c.sha256, SIGNATURES.c.name, SIGNATURES.c.comment).where(
+        SIGNATURES.c.role == ACCEPTED,
+        SIGNATURES.c.comment.startswith(f"{NOT_USABLE}{OF_WHAT}", autoescape=True),
+        *([] if sha256 is None else [SIGNATURES.c.sha256 == sha256]),
+    )
+    return {
+        of: AcceptedVerdict(name, comment.partition(OF_WHAT)[2])
+        for of, name, comment in connection.execute(query.order_by(SIGNATURES.c.sequence.desc()))
+    }

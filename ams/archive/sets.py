@@ -12,7 +12,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Select, case, select
 
-from ams.archive.approvals import approved, approver_of, withdrawn
+from ams.archive.approvals import accepted_verdicts, approved, approver_of, withdrawn
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import Written, write
 from ams.archive.quarantines import quarantined
@@ -22,6 +22,7 @@ from ams.exports.json_text import from_json, parsed, to_json
 from ams.sets.canonical import Document, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.schema import check_identity
+from ams.sets.stated_verdict import NOT_USABLE, standing_in_words
 from ams.surveillance.history_points import point_row
 
 BUSY_TIMEOUT_S = 10.0
@@ -39,6 +40,8 @@ class ArchivedSet:
     convention: str
     status: str
     """``engineering``, ``approved`` (by the rig file or by signatures since) or ``withdrawn``."""
+    standing: str
+    """The status in words; of a set that is approved though not usable, with who accepted that and why."""
     is_signed: bool
     """Approved by signature, as a certificate needs it; the rig file's ``approved_by`` is of rig and procedure."""
     simulated: bool
@@ -110,12 +113,16 @@ def list_sets(
         ),
         "is_signed": case((SETS.c.sha256.in_(approved()), True), else_=False),
     }
-    names = [field.name for field in fields(ArchivedSet)]
+    names = [field.name for field in fields(ArchivedSet) if field.name != "standing"]
     listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]
     wanted = [*_conditions(search or Search()), *([] if sensor is None else [SETS.c.sensor == sensor])]
     with reading(archive_url, busy_timeout_s) as connection:
-        rows = connection.execute(_query(listed, wanted)).all()
-    return tuple(ArchivedSet(*tuple(row)) for row in rows)
+        rows = [dict(zip(names, row, strict=True)) for row in connection.execute(_query(listed, wanted))]
+        accepted = accepted_verdicts(connection)
+    for row in rows:
+        word = accepted.get(row["sha256"])
+        row["standing"] = standing_in_words(row["status"], None if word is None else NOT_USABLE, word)
+    return tuple(ArchivedSet(**row) for row in rows)
 
 
 def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> CoefficientSet:
@@ -156,7 +163,11 @@ def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
     """
     found = from_json(_stored(connection, sha256), _where(sha256))
     _refuse_another(found.document, sha256)
-    return replace(found, approved_by_signature=approver_of(connection, sha256))
+    return replace(
+        found,
+        approved_by_signature=approver_of(connection, sha256),
+        accepted_verdict=accepted_verdicts(connection, sha256).get(sha256),
+    )
 
 
 def stored_provenance(connection: Connection, sha256: str) -> Document:

@@ -9,118 +9,38 @@ person (``identified_by``) is the caller's: the command asks for a secret, and t
 A significant finding of a set is *accepted*, and a quarantine *released*, by name and with a reason, after the set was
 prepared and by somebody else than who prepared it. Nothing is approved that holds a finding which nobody accepted, or
 that is in quarantine. These are signatures too: an acceptance's comment is the finding's name, a colon and the reason.
+
+A set whose calibration has the verdict *not usable* is approved only after that verdict itself was accepted, by this
+name: whoever accepted finding after finding has not said that the set may be used.
 """
 
+import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime
-from typing import Literal, get_args
+from typing import get_args
 
 from sqlalchemy import Connection, func, select
 
+from ams.archive.approvals import ACCEPTED, OF_WHAT
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ChainReport, Written, verify_chain, write
 from ams.archive.sets import BUSY_TIMEOUT_S, find_set, stored_set
+from ams.archive.sign_offs import (
+    ORDER,
+    AcceptedFinding,
+    Certificate,
+    Release,
+    Role,
+    Signature,
+    SignOff,
+    is_same_person,
+)
 from ams.archive.tables import CERTIFICATES, QUARANTINES, SIGNATURES
 from ams.errors import ArchiveForbids, ArchiveUnknown
-from ams.sets.stated_findings import StatedFinding, significant_findings
+from ams.sets.stated_findings import significant_findings
+from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
 
-Role = Literal["prepared", "reviewed", "approved", "withdrawn"]
-ORDER: tuple[Role, ...] = ("prepared", "reviewed", "approved")
-ACCEPTED = "accepted"
 RELEASED = "released"
-OF_THE_FINDING = ": "
-"""Between the finding's name and the reason."""
-
-
-@dataclass(frozen=True)
-class Signature:
-    """One person's word on one set."""
-
-    role: str
-    name: str
-    signed_utc: datetime
-    comment: str
-
-
-@dataclass(frozen=True)
-class AcceptedFinding:
-    """One person's word that a significant finding does not forbid the use of the set, and why."""
-
-    finding: str
-    """Its name, as ``x.cubic``."""
-    name: str
-    accepted_utc: datetime
-    reason: str
-
-
-@dataclass(frozen=True)
-class Release:
-    """One person's word that a set in quarantine may be used, and why."""
-
-    name: str
-    released_utc: datetime
-    reason: str
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """A certificate that was issued on a set."""
-
-    number: str
-    sha256: str
-    """Of the set."""
-    file_sha256: str
-    issued_by: str
-    issued_utc: datetime
-    amends: str | None
-    """Number of the certificate that this one takes the place of."""
-    reason: str
-    """Why it amends; empty for a first issue."""
-
-
-@dataclass(frozen=True)
-class SignOff:
-    """Where a set stands."""
-
-    sha256: str
-    signatures: tuple[Signature, ...]
-    certificates: tuple[Certificate, ...]
-    findings: tuple[StatedFinding, ...] = ()
-    """The significant ones of the set."""
-    acceptances: tuple[AcceptedFinding, ...] = ()
-    quarantine: str | None = None
-    """Why the set was put into quarantine; None where it never was."""
-    release: Release | None = None
-
-    @property
-    def unaccepted(self) -> tuple[StatedFinding, ...]:
-        """The significant findings that nobody has accepted."""
-        accepted = {acceptance.finding for acceptance in self.acceptances}
-        return tuple(finding for finding in self.findings if finding.name not in accepted)
-
-    @property
-    def is_in_quarantine(self) -> bool:
-        return self.quarantine is not None and self.release is None
-
-    @property
-    def state(self) -> str:
-        """``unsigned``, ``prepared``, ``reviewed``, ``approved`` or ``withdrawn``."""
-        return self.signatures[-1].role if self.signatures else "unsigned"
-
-    @property
-    def approver_reviewed(self) -> bool:
-        """Whether one person reviewed and approved."""
-        reviewed, approved = self.by("reviewed"), self.by("approved")
-        return reviewed is not None and approved is not None and _same(reviewed.name, approved.name)
-
-    @property
-    def is_approved(self) -> bool:
-        return self.state == "approved"
-
-    def by(self, role: Role) -> Signature | None:
-        """Return the signature in a role, None where nobody signed."""
-        return next((signature for signature in self.signatures if signature.role == role), None)
 
 
 def sign(
@@ -160,7 +80,7 @@ def accept(
     *,
     identified_by: str = "",
 ) -> SignOff:
-    """Accept a significant finding of a set by its name (``x.cubic``), with a reason.
+    """Accept a significant finding of a set by its name (``x.cubic``), or its verdict ``not usable``, with a reason.
 
     Raises: ArchiveError where the name, the reason or the finding is missing, the set is not prepared or withdrawn, or
     who accepts prepared it; nothing is written then.
@@ -169,15 +89,11 @@ def accept(
         sha256 = find_set(connection, key)
         signed = _sign_off(connection, sha256)
         where = f"set {signed.sha256[:12]}: accept {finding}"
-        names = [finding.name for finding in signed.findings]
-        if finding not in names:
-            known = f"its significant findings are {', '.join(names)}" if names else "it has no significant finding"
-            raise ArchiveUnknown(f"{where}: the set has no such finding: {known}; nothing was signed")
-        before = next((acceptance for acceptance in signed.acceptances if acceptance.finding == finding), None)
+        before = _acceptance_of(signed, finding, where)
         if before is not None:
             raise ArchiveForbids(f"{where}: {before.name} accepted it already; nothing was signed")
         _check_word(signed, where, name, reason)
-        comment = f"{finding}{OF_THE_FINDING}{reason.strip()}"
+        comment = f"{finding}{OF_WHAT}{reason.strip()}"
         _insert(
             connection, sha256, Signature(ACCEPTED, name.strip(), accepted_utc, comment), "acceptance", identified_by
         )
@@ -275,6 +191,8 @@ def _role(role: str) -> Role:
 
 def _check_turn(signed: SignOff, role: Role, name: str, comment: str) -> None:
     where = f"set {signed.sha256[:12]}: {role}"
+    _check_legible(where, "name", name)
+    _check_legible(where, "comment", comment)
     if not name.strip():
         raise ArchiveForbids(f"{where}: needs a name: got {name!r}; nothing was signed")
     if signed.state == "withdrawn":
@@ -294,7 +212,7 @@ def _check_turn(signed: SignOff, role: Role, name: str, comment: str) -> None:
 
 def _check_four_eyes(signed: SignOff, where: str, name: str) -> None:
     first = signed.by("prepared")
-    if first is not None and _same(first.name, name):
+    if first is not None and is_same_person(first.name, name):
         raise ArchiveForbids(
             f"{where}: {name.strip()} prepared this set; nothing was signed; somebody else must do it (four eyes)"
         )
@@ -311,10 +229,37 @@ def _check_nothing_open(signed: SignOff, where: str) -> None:
             f"{where}: nobody has accepted {', '.join(finding.name for finding in signed.unaccepted)}; "
             "nothing was signed; have each of them accepted with a reason (calrig archive accept)"
         )
+    if signed.is_verdict_open:
+        raise ArchiveForbids(f"{where}: {NOBODY_ACCEPTED}; nothing was signed; {how_to_close(signed)}")
+
+
+def how_to_close(signed: SignOff) -> str:
+    """Say what there is to do about a verdict that is not usable and that nobody has accepted."""
+    return (
+        f"calibrate again, or have the verdict accepted by name, with a reason (calrig archive accept "
+        f"{signed.sha256[:12]} '{NOT_USABLE}')"
+    )
+
+
+def _acceptance_of(signed: SignOff, finding: str, where: str) -> AcceptedFinding | None:
+    """Return who accepted a finding, or the verdict, before. Raises: ArchiveUnknown where the set has no such thing."""
+    if finding == NOT_USABLE:
+        if signed.verdict != NOT_USABLE:
+            said = "it tells no verdict" if signed.verdict is None else f"its verdict is {signed.verdict}"
+            raise ArchiveUnknown(f"{where}: the calibration of the set is not that: {said}; nothing was signed")
+        return signed.accepted_verdict
+    names = [found.name for found in signed.findings]
+    if finding not in names:
+        known = f"its significant findings are {', '.join(names)}" if names else "it has no significant finding"
+        verdict = f", and its verdict is '{NOT_USABLE}'" if signed.verdict == NOT_USABLE else ""
+        raise ArchiveUnknown(f"{where}: the set has no such finding: {known}{verdict}; nothing was signed")
+    return next((acceptance for acceptance in signed.acceptances if acceptance.finding == finding), None)
 
 
 def _check_word(signed: SignOff, where: str, name: str, reason: str) -> None:
     """Check that a person may give a reason for this set. Raises: ArchiveForbids."""
+    _check_legible(where, "name", name)
+    _check_legible(where, "reason", reason)
     if not name.strip():
         raise ArchiveForbids(f"{where}: needs a name: got {name!r}; nothing was signed; say who answers for it")
     if not reason.strip():
@@ -329,8 +274,14 @@ def _check_word(signed: SignOff, where: str, name: str, reason: str) -> None:
     _check_four_eyes(signed, where, name)
 
 
-def _same(first: str, second: str) -> bool:
-    return " ".join(first.casefold().split()) == " ".join(second.casefold().split())
+def _check_legible(where: str, what: str, text: str) -> None:
+    """Check that what a person says is one line that every page shows as it is. Raises: ArchiveForbids."""
+    hidden = next((letter for letter in text if unicodedata.category(letter) in ("Cc", "Cf", "Cs", "Zl", "Zp")), None)
+    if hidden is not None:
+        raise ArchiveForbids(
+            f"{where}: the {what} holds U+{ord(hidden):04X}, which nobody sees: got {text!r}, allowed is one line of "
+            "letters; nothing was signed; leave it out"
+        )
 
 
 def _check_issue(signed: SignOff, certificate: Certificate, there: Certificate | None) -> None:
@@ -340,6 +291,10 @@ def _check_issue(signed: SignOff, certificate: Certificate, there: Certificate |
         raise ArchiveForbids(
             f"certificate {certificate.number}: the set {signed.sha256[:12]} is {signed.state}, needed is approved; "
             "nothing was issued; have it signed first"
+        )
+    if signed.is_verdict_open:
+        raise ArchiveForbids(
+            f"certificate {certificate.number}: {NOBODY_ACCEPTED}; nothing was issued; {how_to_close(signed)}"
         )
     if there is not None:
         raise ArchiveForbids(
@@ -368,19 +323,23 @@ def _sign_off(connection: Connection, sha256: str) -> SignOff:
     issued = select(*_certificate_columns()).where(CERTIFICATES.c.sha256 == sha256).order_by(CERTIFICATES.c.issued_utc)
     rows = tuple(Signature(*tuple(row)) for row in connection.execute(signed))
     certificates: Sequence[Certificate] = [Certificate(*tuple(row)) for row in connection.execute(issued)]
+    words = tuple(_acceptance(row) for row in rows if row.role == ACCEPTED)
+    coefficients = stored_set(connection, sha256)
     return SignOff(
         sha256,
         tuple(row for row in rows if row.role not in (ACCEPTED, RELEASED)),
         tuple(certificates),
-        tuple(significant_findings(stored_set(connection, sha256))),
-        tuple(_acceptance(row) for row in rows if row.role == ACCEPTED),
+        tuple(significant_findings(coefficients)),
+        tuple(word for word in words if word.finding != NOT_USABLE),
         connection.execute(select(QUARANTINES.c.reason).where(QUARANTINES.c.sha256 == sha256)).scalar(),
         next((Release(row.name, row.signed_utc, row.comment) for row in rows if row.role == RELEASED), None),
+        coefficients.verdict,
+        next((word for word in words if word.finding == NOT_USABLE), None),
     )
 
 
 def _acceptance(row: Signature) -> AcceptedFinding:
-    finding, _, reason = row.comment.partition(OF_THE_FINDING)
+    finding, _, reason = row.comment.partition(OF_WHAT)
     return AcceptedFinding(finding, row.name, row.signed_utc, reason)
 
 

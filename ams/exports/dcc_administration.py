@@ -91,7 +91,9 @@ def _person(coefficients: CoefficientSet) -> Element:
 def _statements(coefficients: CoefficientSet) -> Elements:
     document = coefficients.document
     unit = table(document["acceleration_unit"])
-    status = "approved" if coefficients.status == "approved" else "engineering: not approved, not a certificate"
+    status = (
+        coefficients.standing if coefficients.status == "approved" else "engineering: not approved, not a certificate"
+    )
     said: dict[str, object] = {
         "status": f"{status}{'; SIMULATED on a twin, not on hardware' if coefficients.is_simulated else ''}",
         "acceleration unit": f"local g = {unit['value_mps2']} m/s^2 ({unit['source']}); specific force is relative to "

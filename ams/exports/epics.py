@@ -13,7 +13,7 @@ from ams.exports.csv_text import unit_below
 from ams.exports.embedded import comment_lines, document_from, document_lines, harmless
 from ams.exports.format import Format
 from ams.exports.plain_values import check_same
-from ams.exports.statement import statement
+from ams.exports.statement import check_status, statement
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
@@ -26,6 +26,7 @@ LOSES = (
 )
 LONGEST_DESCRIPTION = 40
 LONGEST_STRING = 39
+STATUS = "SET:STATUS"
 Field = tuple[str, str]
 
 
@@ -51,7 +52,10 @@ def from_epics(content: bytes, where: str) -> CoefficientSet:
     body = CHECKSUM_LINE.checked_body(content, where)
     coefficients = document_from(body, "# ", where)
     expected = "\n".join(_records(coefficients)).encode("ascii")
-    check_same(_values(body), _values(expected), "records", where)
+    read, wanted = _values(body), _values(expected)
+    status = f"$(P={_pv(coefficients.sensor)}:){STATUS}"
+    check_status(read.pop(status, ""), body.decode("ascii", "replace"), "records", where)
+    check_same(read, {name: value for name, value in wanted.items() if name != status}, "records", where)
     return coefficients
 
 
@@ -67,7 +71,7 @@ def _records(coefficients: CoefficientSet) -> list[str]:
     texts = [
         ("SET:SHA256_A", coefficients.sha256[:32], "checksum of the set, first half"),
         ("SET:SHA256_B", coefficients.sha256[32:], "checksum of the set, second half"),
-        ("SET:STATUS", coefficients.status, "engineering or approved"),
+        (STATUS, coefficients.standing.partition(",")[0], "engineering or approved"),
         ("SET:CONVENTION", coefficients.convention, "axes, signs, order of rotations"),
         ("SET:SENSOR", harmless(coefficients.sensor)[:LONGEST_STRING], "sensor package"),
     ]

@@ -22,7 +22,7 @@ from ams.exports.embedded import comment_lines
 from ams.exports.format import Format
 from ams.exports.json_text import parsed
 from ams.exports.plain_values import check_same
-from ams.exports.statement import statement
+from ams.exports.statement import check_status, statement
 from ams.models.sensor_model import SetForm
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet, from_document
@@ -76,6 +76,7 @@ def from_linear_form(content: bytes, where: str) -> CoefficientSet:
         raise SetError(f"{where}: is no TOML file with the key document_json: {error}; {INTACT}") from error
     coefficients = from_document(parsed(document.encode(), f"{where}: document_json"), where)
     _check_form(coefficients, f"{where}: linear form")
+    check_status(str(read.get("status")), body.decode("ascii"), "numbers", where)
     check_same(_comparable(read), _comparable(tomllib.loads("\n".join(_toml(coefficients)))), "numbers", where)
     return coefficients
 
@@ -166,7 +167,7 @@ def _toml(coefficients: CoefficientSet) -> list[str]:
         *_keys(
             sensor=coefficients.sensor,
             set_sha256=coefficients.sha256,
-            status=coefficients.status,
+            status=coefficients.standing,
             convention=coefficients.convention,
             gravity_mps2=coefficients.gravity_mps2,
             equation=f"{words.real} = {words.gain} * {words.measured} + {words.offset}"
@@ -250,9 +251,13 @@ def _toml_value(value: object) -> str:
 
 
 def _comparable(read: Document) -> Document:
-    """Return lists of tables as tables, so that they are compared number for number; without the document."""
+    """Return lists of tables as tables, so that they are compared number for number.
+
+    Without the document, and without the status: an archive knows of an approval that the document does not hold.
+    """
     vectors = {str(index): vector for index, vector in enumerate(listed(read.get("test_vectors")))}
-    return {**{key: value for key, value in read.items() if key != "document_json"}, "test_vectors": vectors}
+    rest = {key: value for key, value in read.items() if key not in ("document_json", "status")}
+    return {**rest, "test_vectors": vectors}
 
 
 FORMAT = Format("linear", ".linear.toml", to_linear_form, from_linear_form, LOSES)

@@ -2,6 +2,7 @@
 
 import json
 
+from ams.exports.plain_values import check_same
 from ams.sets.canonical import Document, Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
@@ -13,7 +14,7 @@ def statement(coefficients: CoefficientSet) -> list[str]:
     document = coefficients.document
     unit, validity = table(document["acceleration_unit"]), table(document["validity"])
     return [
-        f"sensor: {_flat(document['sensor'])}; status: {coefficients.status}"
+        f"sensor: {_flat(document['sensor'])}; status: {coefficients.standing}"
         f"{'; SIMULATED on a twin' if coefficients.is_simulated else ''}",
         f"set: sha256 {coefficients.sha256}, by calrig {coefficients.provenance['software_version']} on "
         f"{coefficients.provenance['created_utc']}",
@@ -25,6 +26,17 @@ def statement(coefficients: CoefficientSet) -> list[str]:
         *([f"verdict of the calibration: {document['verdict']}"] if "verdict" in document else []),
         *(f"warning: {warning}" for warning in listed(document["warnings"])),
     ]
+
+
+def check_status(read: str, text: str, part: str, where: str) -> None:
+    """Check a file's own status against that of its statement, which knows of an approval after the set was sealed.
+
+    ``text``: the whole file, the statement in lines of comment that begin with ``#``.
+
+    Raises: VectorsDisagree.
+    """
+    stated = " ".join(line.removeprefix("#").strip() for line in text.splitlines() if line.startswith("#"))
+    check_same(read.startswith("approved"), "; status: approved" in stated, part, where)
 
 
 def _valid(validity: Document) -> str:

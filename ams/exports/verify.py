@@ -18,6 +18,8 @@ class Verification:
     sha256: str
     """The set's checksum: the same in every format."""
     status: str
+    standing: str
+    """The status in words: an approval over the verdict ``not usable`` is said to be one."""
     simulated: bool
     forward_vectors: int
     inverse_vectors: int
@@ -40,6 +42,7 @@ def verify(path: str | Path) -> Verification:
         axes=tuple(coefficients.axes),
         sha256=coefficients.sha256,
         status=coefficients.status,
+        standing=coefficients.standing,
         simulated=coefficients.is_simulated,
         forward_vectors=agreement.forward,
         inverse_vectors=agreement.inverse,

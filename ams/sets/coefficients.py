@@ -20,6 +20,7 @@ from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
 from ams.sets.schema import FORMAT, VERSION, check_identity, check_schema
 from ams.sets.sensed_quantity import FIELDS
+from ams.sets.stated_verdict import AcceptedVerdict, standing_in_words, stated_verdict
 from ams.sets.triad_section import check_triad, triad_section
 from ams.sets.vectors import LEVEL, Validity, VectorAgreement, check_vectors, make_vectors, outputs_key
 
@@ -35,10 +36,12 @@ class CoefficientSet:
     """Made here and not read: its schema is checked when it first leaves, which takes longer than to solve it."""
     approved_by_signature: str | None = field(default=None, compare=False)
     """Who approved it after the fact, as the archive that hands it out knows; the document stays as it was sealed."""
+    accepted_verdict: AcceptedVerdict | None = field(default=None, compare=False)
+    """Who accepted that the calibration is not usable, as the archive knows; None where nobody did or had to."""
 
     def __repr__(self) -> str:
         axes = ", ".join(self.axes)
-        return f"CoefficientSet({self.sensor}: {self.model}, axes {axes}, {self.status}, sha256 {self.sha256[:12]})"
+        return f"CoefficientSet({self.sensor}: {self.model}, axes {axes}, {self.standing}, sha256 {self.sha256[:12]})"
 
     @property
     def sensor(self) -> str:
@@ -67,6 +70,16 @@ class CoefficientSet:
         """Who approved it: by the rig file when it was calibrated, or by signature since; None where nobody did."""
         declared = self.document["approved_by"]
         return str(declared) if declared else self.approved_by_signature
+
+    @property
+    def verdict(self) -> str | None:
+        """``sound``, ``usable`` or ``not usable``; None where a set of an earlier version tells none."""
+        return stated_verdict(self.document)
+
+    @property
+    def standing(self) -> str:
+        """The status in words; of a set that is approved though not usable, with who accepted that and why."""
+        return standing_in_words(self.status, self.verdict, self.accepted_verdict)
 
     @property
     def gravity_mps2(self) -> float:
@@ -125,7 +138,7 @@ class CoefficientSet:
         )
         simulated = ", simulated" if self.is_simulated else ""
         heads = "".join(f"<th>{head}</th>" for head in ("axis", "parameter", "value", "standard uncertainty"))
-        heading = f"<p><b>{escape(self.sensor)}</b>: {escape(self.model)}, {self.status}{simulated}</p>"
+        heading = f"<p><b>{escape(self.sensor)}</b>: {escape(self.model)}, {escape(self.standing)}{simulated}</p>"
         return f"{heading}<table><tr>{heads}</tr>{rows}</table>"
 
     def _section(self, name: str) -> Document:

@@ -7,10 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date
 
-from ams.archive.signatures import SignOff
+from ams.archive.sign_offs import SignOff
+from ams.archive.signatures import how_to_close
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import NO_CERTIFICATE_WITH
+from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import NOBODY_APPROVED, OF_A_TWIN, Declared, declared_gaps
@@ -47,6 +49,11 @@ class Grounds:
     @property
     def job(self) -> Mapping[str, Json]:
         return table(self.coefficients.provenance["job"] or {})
+
+    @property
+    def is_not_usable(self) -> bool:
+        """Whether the calibration itself says that its stated uncertainties do not hold what was found."""
+        return self.coefficients.verdict == NOT_USABLE
 
     @property
     def standards(self) -> tuple[Mapping[str, Json], ...]:
@@ -86,6 +93,8 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))
     yield from (word for word in stated if word.startswith(NO_CERTIFICATE_WITH))
+    if grounds.is_not_usable and grounds.signed.accepted_verdict is None:
+        yield f"{NOBODY_ACCEPTED} ({how_to_close(grounds.signed)})"
     for finding in grounds.signed.unaccepted:
         yield f"axis {finding.axis}: {finding.text} ({finding.name}, which nobody has accepted)"
     yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))

@@ -11,7 +11,8 @@ from pathlib import Path
 
 from ams.archive.runs import adjustment_of
 from ams.archive.sets import show
-from ams.archive.signatures import Certificate, issue_certificate, sign_off
+from ams.archive.sign_offs import Certificate
+from ams.archive.signatures import issue_certificate, sign_off
 from ams.whole_file import write_whole
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import certificate_page, certificate_paper

@@ -22,6 +22,8 @@ from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 TEMPLATES = Path(__file__).with_name("templates")
 TURN_DEG = 360.0
 SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
+NOT_USABLE = "CALIBRATION NOT USABLE"
+"""Printed on every page, whoever accepted it: a page that is taken out of the paper must say it too."""
 
 
 def certificate_page(grounds: Grounds) -> str:
@@ -48,6 +50,8 @@ def certificate_page(grounds: Grounds) -> str:
         began=_began(grounds),
         shift=_shift_in_words(grounds.coefficients),
         specimen=SPECIMEN,
+        not_usable=NOT_USABLE,
+        standing_sentence=_standing_sentence(grounds),
         **page_style(STYLE_SHEET),
     )
 
@@ -55,11 +59,16 @@ def certificate_page(grounds: Grounds) -> str:
 def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachment]) -> bytes:
     """Return the PDF/A-3b of a certificate's page."""
     moment = datetime.combine(grounds.issued, time(), tzinfo=UTC)
-    stamps = (SPECIMEN,) if grounds.is_specimen else ()
+    stamps = (*((SPECIMEN,) if grounds.is_specimen else ()), *((NOT_USABLE,) if grounds.is_not_usable else ()))
     return paper_of(
         page, Imprint(f"Calibration certificate {grounds.number}", stamps, f"Certificate {grounds.number}", moment),
         attachments,
     )  # fmt: skip
+
+
+def _standing_sentence(grounds: Grounds) -> str:
+    """Say where the set stands, in the words of the archive."""
+    return f"The set is {grounds.signed.standing.rstrip('.')}."
 
 
 def _conditions(document: Document) -> dict[str, str]:

@@ -10,7 +10,7 @@ from typing import Literal
 
 from ams.analysis.diagnostics.low_order import PPM
 from ams.archive.histories import SensorHistory
-from ams.archive.signatures import SignOff
+from ams.archive.sign_offs import SignOff
 from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration, SensorVerdict
 from ams.findings import Finding

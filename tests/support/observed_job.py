@@ -18,7 +18,7 @@ import pytest
 from file_keys import Document, toml_of
 from unattended_run import UnattendedRun, asks
 
-from ams.archive.signatures import SignOff
+from ams.archive.sign_offs import SignOff
 from ams.errors import AmsError
 from ams.exports.formats import FORMATS
 from ams.sets.coefficients import CoefficientSet

@@ -14,10 +14,11 @@ from ams.archive.run_search import search_runs
 from ams.archive.runs import adjustment_of
 from ams.archive.sets import Search, list_sets
 from ams.archive.sets import show as show_set
-from ams.archive.signatures import SignOff, sign_off, verify_archive
+from ams.archive.sign_offs import SignOff
 from ams.archive.signatures import accept as accept_finding
 from ams.archive.signatures import release as release_set
 from ams.archive.signatures import sign as sign_set
+from ams.archive.signatures import sign_off, verify_archive
 from ams.surveillance.compare import compare as compare_sets
 from ams.whole_file import write_whole
 from procedures.cli.archive.identity import IDENTIFIED_BY_NAME, signer
@@ -165,7 +166,8 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     if json:
         print_json(found.document)
         return
-    say(set_text(found.document, status_in_words(found.status, is_signed=found.approved_by_signature is not None)))
+    is_signed = found.approved_by_signature is not None
+    say(set_text(found.document, status_in_words(found.status, found.standing, is_signed=is_signed)))
     adjustment = adjustment_of(url, found.sha256)
     say()
     for line in adjustment_lines(adjustment):
@@ -260,14 +262,16 @@ def accept(
     archive: Archive = None,
     json: Json = False,
 ) -> None:
-    """Accept a significant finding of a set, by name and with a reason; without it the set is not approved.
+    """Accept a significant finding of a set, or its verdict 'not usable', by name and with a reason.
+
+    Without it the set is not approved.
 
     Parameters
     ----------
     key
         A sensor (its latest set), or six or more characters of a checksum.
     finding
-        The finding's name as archive show tells it, such as x.cubic.
+        The finding's name as archive show tells it, such as x.cubic; 'not usable' for the verdict.
     reason
         Why it does not forbid the use of the set; needed.
     """
@@ -329,7 +333,7 @@ def migrate(*, archive: Archive = None) -> None:
 
 def _tell(signed: SignOff, *, json: bool) -> None:
     if json:
-        print_json(plain({**asdict(signed), "state": signed.state}))
+        print_json(plain({**asdict(signed), "state": signed.state, "standing": signed.standing}))
         return
     for line in sign_off_lines(signed):
         say(line)

@@ -9,8 +9,9 @@ from ams.archive.due_list import Due
 from ams.archive.histories import SensorHistory
 from ams.archive.run_search import FoundRun
 from ams.archive.sets import ArchivedSet
-from ams.archive.signatures import SignOff
+from ams.archive.sign_offs import AcceptedFinding, SignOff
 from ams.parameter_words import words_of
+from ams.sets.stated_verdict import NOT_USABLE
 from ams.surveillance.adjustment import Adjustment, Condition
 from ams.surveillance.check_chart import LEAST_DIFFERENCES, CheckHistory
 from ams.surveillance.compare import AxisChange, Change, Comparison
@@ -37,15 +38,16 @@ def plain(value: Any) -> Any:
     return value
 
 
-def status_in_words(status: str, *, is_signed: bool) -> str:
+def status_in_words(status: str, standing: str, *, is_signed: bool) -> str:
     """Tell whose approval it is: the rig file's is of rig and procedure, a certificate needs that of the set."""
-    return "by an approved rig, not signed" if status == "approved" and not is_signed else status
+    return "by an approved rig, not signed" if status == "approved" and not is_signed else standing
 
 
 def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
     """Yield a line for each archived set."""
     for row in rows:
-        stamp = f"{status_in_words(row.status, is_signed=row.is_signed)}{', simulated' if row.simulated else ''}"
+        status = status_in_words(row.status, row.standing, is_signed=row.is_signed)
+        stamp = f"{status}{', simulated' if row.simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
         judged = f", {', '.join(verdicts)}" if verdicts else ""
         judged += ", in quarantine" if row.quarantine else ""
@@ -113,7 +115,7 @@ def _condition_lines(condition: Condition) -> Iterator[str]:
 
 def sign_off_lines(signed: SignOff) -> Iterator[str]:
     """Yield the lines on who signed a set, and which certificates were issued."""
-    yield f"set {signed.sha256[:12]}: {signed.state}"
+    yield f"set {signed.sha256[:12]}: {signed.standing}"
     for signature in signed.signatures:
         comment = f": {signature.comment}" if signature.comment else ""
         yield f"  {signature.role:<10} {signature.name}, {at_both(signature.signed_utc)}{comment}"
@@ -126,20 +128,22 @@ def sign_off_lines(signed: SignOff) -> Iterator[str]:
 
 
 def _findings_lines(signed: SignOff) -> Iterator[str]:
-    """Yield every significant finding with who accepted it, and the quarantine with who released it."""
+    """Yield every significant finding and the verdict with who accepted it, and the quarantine with who released it."""
     words = {acceptance.finding: acceptance for acceptance in signed.acceptances}
     for finding in signed.findings:
-        word = words.get(finding.name)
-        said = (
-            "accepted by nobody"
-            if word is None
-            else f"accepted by {word.name}, {at_both(word.accepted_utc)}: {word.reason}"
-        )
-        yield f"  finding    {finding.name}: {said}"
+        yield f"  finding    {finding.name}: {_accepted(words.get(finding.name))}"
+    if signed.verdict == NOT_USABLE:
+        yield f"  verdict    {NOT_USABLE}: {_accepted(signed.accepted_verdict)}"
     if signed.quarantine is not None:
         yield f"  quarantine {signed.quarantine}"
     if (done := signed.release) is not None:
         yield f"  released   {done.name}, {at_both(done.released_utc)}: {done.reason}"
+
+
+def _accepted(word: AcceptedFinding | None) -> str:
+    if word is None:
+        return "accepted by nobody"
+    return f"accepted by {word.name}, {at_both(word.accepted_utc)}: {word.reason}"
 
 
 def comparison_lines(found: Comparison) -> Iterator[str]:

@@ -65,7 +65,7 @@ def verify(file: Path, /, *, json: Json = False) -> None:
     if json:
         print_json({**asdict(found), "verified": True})
         return
-    stamp = f"{found.status}{', simulated' if found.simulated else ''}"
+    stamp = f"{found.standing}{', simulated' if found.simulated else ''}"
     say(f"{found.path}: intact ({found.format}, {found.sensor}, axes {', '.join(found.axes)}, {stamp})")
     say(
         f"{found.forward_vectors} test vectors forward and {found.inverse_vectors} inverse reproduced, "

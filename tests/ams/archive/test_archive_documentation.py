@@ -14,7 +14,8 @@ from sqlalchemy.pool import NullPool
 
 from ams.archive.runs import publish_run, standards_used
 from ams.archive.sets import list_sets, show
-from ams.archive.signatures import Role, sign
+from ams.archive.sign_offs import Role
+from ams.archive.signatures import sign
 from ams.archive.tables import METADATA, REVISIONS
 from ams.surveillance.adjustment import RULES, Verdict
 

@@ -11,7 +11,8 @@ from archived_runs import a_run, a_sensor
 
 from ams.archive.runs import publish_run
 from ams.archive.sets import show
-from ams.archive.signatures import Certificate, certificate_of, issue_certificate, sign, sign_off, verify_archive
+from ams.archive.sign_offs import Certificate
+from ams.archive.signatures import certificate_of, issue_certificate, sign, sign_off, verify_archive
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 
 NOW = datetime(2026, 6, 1, tzinfo=UTC)

@@ -12,7 +12,7 @@ from line_sets import line_set
 from solved import PARAMETERS, provenance, solved_package
 from solved_sets import gyro_set
 
-from ams.archive.signatures import AcceptedFinding, Release, Signature, SignOff
+from ams.archive.sign_offs import AcceptedFinding, Release, Signature, SignOff
 from ams.calibration_result import VarianceComponent
 from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.observations import Observations

@@ -22,7 +22,8 @@ from solved import provenance
 from ams.analysis.diagnostics.beliefs import SLIP
 from ams.archive.connection import reading
 from ams.archive.sets import find_set, list_sets, stored_set
-from ams.archive.signatures import SignOff, sign_off
+from ams.archive.sign_offs import SignOff
+from ams.archive.signatures import sign_off
 from ams.calibration.calibrate import calibrate
 from ams.errors import ArchiveUnknown
 from ams.exports.formats import load_set

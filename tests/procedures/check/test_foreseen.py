@@ -10,7 +10,7 @@ from finished_job import FinishedJob
 from planning_files import AIR, procedure_file, rig_file
 from small_run import PROCEDURE, bench
 
-from ams.archive.signatures import SignOff
+from ams.archive.sign_offs import SignOff
 from ams.calibration_result import Calibration
 from ams.findings import significant_texts
 from procedures.certificate.grounds import Grounds, gaps_of

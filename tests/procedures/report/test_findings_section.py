@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from report_scene import Scene, run_view
 
-from ams.archive.signatures import AcceptedFinding, Release, Signature, SignOff
+from ams.archive.sign_offs import AcceptedFinding, Release, Signature, SignOff
 from ams.sets.stated_findings import StatedFinding
 from procedures.report.figures import Figures
 from procedures.report.page import render_page
@@ -66,3 +66,16 @@ def test_of_several_sensors_what_rings_stands_in_rows_and_every_test_in_one() ->
     assert row[: row.index("</tr>")].count('<td class="n">6</td>') == 2  # channels tested, and significant on
     quiet = _page(Scene(sensors=("SN1", "SN2")))
     assert "None is significant." in quiet[quiet.index('<h2 id="findings">') : quiet.index('<h2 id="run">')]
+
+
+def test_a_set_that_is_approved_though_not_usable_says_so_on_the_page_in_the_words_of_the_archive() -> None:
+    view, when = run_view(Scene(offset_drift_v=4e-6)), datetime(2026, 3, 2, 9, tzinfo=UTC)
+    signed = SignOff(
+        "0" * 64, (Signature("approved", "B. Chief", when, ""),), (),
+        verdict="not usable", accepted_verdict=AcceptedFinding("not usable", "C. Head", when, "a rehearsal"),
+    )  # fmt: skip
+    sensors = (replace(view.sensors[0], signed=signed), *view.sensors[1:])
+    page = render_page(replace(view, sensors=sensors), Figures((), {sensor.name: () for sensor in sensors}))
+    words = " ".join(re.sub(r"<[^>]+>", " ", page).split())
+    assert "The set is approved though not usable, accepted by C. Head: a rehearsal" in words
+    assert "the calibration is not usable. Accepted by C. Head, 2026-03-02 09:00:00 UTC: a rehearsal" in words

@@ -14,7 +14,7 @@ from example_files import EXAMPLE_RIG
 from package_outputs import TRUTH, write_observations
 from planning_files import rig_file
 
-from ams.archive.signatures import SignOff
+from ams.archive.sign_offs import SignOff
 from ams.errors import ObservationsError
 from ams.exports.formats import load_set
 from ams.sets.stated_findings import TABLE_NOT_COUNTED
