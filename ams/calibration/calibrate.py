@@ -32,7 +32,7 @@ from ams.findings import significant_texts
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
-from ams.inputs.shared_errors import SharedError
+from ams.inputs.shared_errors import G_SENSITIVITY, G_SENSITIVITY_LIMIT, SharedError
 from ams.inputs.table_uncertainty import corrected
 from ams.models.drifting import WithTime
 from ams.models.model import Model
@@ -100,7 +100,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     for (group, solved, _), found in zip(groups, diagnose_together(every), strict=True):
         for row, label in enumerate(group):
             curved = request.residual_curvature
-            axes[label] = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)
+            solved_axis = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)
+            axes[label] = replace(solved_axis, notes={**solved_axis.notes, **_limits(shared[label])})
             names = choices[label].model.primary_names
             parts[label] = SolvedAxis(label, names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
@@ -255,6 +256,12 @@ def _notes(solved: SolvedColumns, row: int, choice: ModelChoice) -> dict[str, ob
     if choice.extension is not None:
         notes["extension"] = choice.extension
     return notes
+
+
+def _limits(shared: Sequence[SharedError]) -> Mapping[str, object]:
+    """Return what users of a set must know of limits beside the covariance: it holds them at the attitudes of a run."""
+    u = next((error.standard_uncertainty for error in shared if error.name == G_SENSITIVITY), None)
+    return {} if u is None else {G_SENSITIVITY_LIMIT: u * 3.0**0.5}
 
 
 def _axis_warnings(label: str, solved: SolvedColumns, row: int) -> Iterator[str]:

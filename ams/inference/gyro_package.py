@@ -12,8 +12,9 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
+from ams.inputs.shared_errors import G_SENSITIVITY_LIMIT
 from ams.sets.axis_section import standard_error_of
-from ams.sets.canonical import listed, matrix, table
+from ams.sets.canonical import listed, matrix, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
 from ams.sets.vectors import INVERSE_STEPS
@@ -151,6 +152,17 @@ class GyroPackage:
         numbers = self.coefficients.axes[axis]
         names = (numbers.form.offset, *numbers.form.directions, *numbers.centred_terms)
         return {name: index for index, name in enumerate(names) if name in numbers.primary}
+
+    def force_covariance(self) -> FloatArray:
+        """Return the (3, 3) covariance of rates, by what gravity does to zeros that were taken at another attitude.
+
+        Two g at most, as upside down; nothing where the set states no limit.
+        """
+        sections, inverse = table(self.coefficients.document["axes"]), np.linalg.inv(self.k_v_per_rad_s)
+        notes = [table(table(sections[axis])["notes"]) for axis in self.columns]
+        limits_dps = np.array([2.0 * number(of_axis.get(G_SENSITIVITY_LIMIT, 0.0)) for of_axis in notes])
+        u_v = np.deg2rad(np.linalg.norm(self.k_v_per_rad_s, axis=1)) * limits_dps / np.sqrt(3.0)
+        return np.asarray(inverse * u_v**2 @ inverse.T)
 
     def reading_sd(self) -> FloatArray:
         """Return (3,) volts. Raises: OutsideValidity where nothing states it."""

@@ -180,7 +180,7 @@ class GyroAngles:
         inverse = np.linalg.inv(self.package.k_v_per_rad_s)
         calibration = self._errors.calibration.copy()
         calibration[:3, :], calibration[:, :3] = 0.0, 0.0
-        calibration[:3, :3] = inverse @ self.zero.covariance_v2 @ inverse.T
+        calibration[:3, :3] = inverse @ self.zero.covariance_v2 @ inverse.T + self.package.force_covariance()
         further = self.package.further_factors(from_rest=True)
         self._errors = replace(self._errors, calibration=calibration, further=further)
 

@@ -20,7 +20,7 @@ from ams.statistics.budget import Kind
 
 Effect = Literal[
     "reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation",
-    "reading-course", "gain-course", "departure",
+    "reading-course", "gain-course", "departure", "specific-force",
 ]  # fmt: skip
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
 the table; ``pitch``: radians, the zero of pitch with
@@ -30,7 +30,8 @@ the tilt of the base about that axis; ``base-tilt``: radians, of the base across
 ``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood;
 ``reading-course``, ``gain-course``: a reading or a gain that changes by it while the rows are taken, in their order of
 time (:mod:`ams.solve.shifts_within`);
-``departure``: volts by which an output leaves its model at any attitude, unlike at attitudes that lie apart."""
+``departure``: volts by which an output leaves its model at any attitude, unlike at attitudes that lie apart;
+``specific-force``: °/s per g along every package axis, by which the zero of a gyro follows the force on it."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
 COURSES: tuple[Effect, ...] = ("reading-course", "gain-course")
@@ -40,6 +41,10 @@ SHIFTS_WITHIN = ("shift within the calibration, offset", "shift within the calib
 """Names of what it may do while it is calibrated."""
 NONLINEARITY = "nonlinearity beyond the equation"
 """Name of what of an output follows the attitude and is no term of a set: the next run repeats it."""
+G_SENSITIVITY = "g-sensitivity"
+"""Name of what the specific force does to the zero of a gyro: the same run repeats it, use elsewhere does not."""
+G_SENSITIVITY_LIMIT = "largest_g_sensitivity_dps_per_g"
+"""Its limit, among the notes of a solved axis."""
 HALF = float(np.sqrt(0.5))
 """Of a departure: the standard deviation that offset and sensitivities carry, each half of the variance."""
 
@@ -88,6 +93,8 @@ def reaches(error: SharedError, model: Model) -> bool:
         return _slope_of(model) is not None
     if error.effect in ("rotation", "rate"):
         return any(name.endswith("_v_per_dps") for name in model.primary_names)
+    if error.effect == "specific-force":
+        return bool(_senses_rates(model))
     if error.effect == "temperature":
         return TEMPERATURE_NAMES[0] in model.primary_names
     return error.effect in ("reading", "gain", "departure", *COURSES) or any(
@@ -107,6 +114,8 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         return _departing(model, rows)
     if error.effect == "rotation":
         return _rotated(error.columns, model, primary, rows)
+    if error.effect == "specific-force":
+        return _forced(model, primary, rows)
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
 
@@ -138,6 +147,32 @@ def _rotated(columns: Sequence[int], model: Model, primary: FloatArray, rows: St
     if rows.from_level is None or not k.any():
         return None
     return np.asarray(np.einsum("i,nij->nj", k, rows.from_level[:, :, list(columns)]))
+
+
+def _senses_rates(model: Model) -> list[int]:
+    """Return the places of the sensitivities of a gyro; none for other sensors."""
+    return [
+        index for index, name in enumerate(model.primary_names) if name.startswith("k_") and name.endswith("_per_dps")
+    ]
+
+
+def _forced(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    """Return (N, q) what a sensitivity of one °/s per g along each package axis makes; None but for gyros.
+
+    The offset is the zero at the mean specific force of the calibration. What the force differs by from row to row is a
+    column for each package axis. Where the gyro will be used the force lies anywhere: the farthest is one g against
+    that mean, and a column of all readings has it. Where no attitude is known both are taken as those of one attitude.
+    """
+    sensed = _senses_rates(model)
+    if not sensed:
+        return None
+    volts_per_dps = float(np.linalg.norm(primary[sensed]))
+    if rows.from_level is None:
+        return np.full((rows.pitch_rad.size, 1), 2.0 * volts_per_dps)
+    force_g = -rows.from_level[:, :, 2]
+    mean_g = force_g.mean(axis=0)
+    in_use = np.full((force_g.shape[0], 1), 1.0 + np.linalg.norm(mean_g))
+    return np.asarray(volts_per_dps * np.concatenate([in_use, force_g - mean_g], axis=1))
 
 
 def _slope_of(model: Model) -> int | None:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
 
-from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN
+from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.rounding import to_place
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -107,6 +107,8 @@ def _shift_in_words(coefficients: CoefficientSet) -> str:
     names = {name for axis in axes for name in table(table(axis["primary"])["components"])}
     counted, within = names & {*SHIFTS}, "during the calibration and " if names & {*SHIFTS_WITHIN} else ""
     bent = " It counts how far a reading may be from the equation, as declared." if NONLINEARITY in names else ""
+    if G_SENSITIVITY in names:
+        bent += " It counts what gravity does to the zero of a gyro at any attitude of use, as declared."
     if counted:
         of_what = " and ".join(name.rpartition(", ")[2] for name in SHIFTS if name in counted)
         return (

@@ -289,6 +289,7 @@ def _used(rig: RigDescription, sensor: Sensor) -> Iterator[object]:
     yield from (sensor.largest_offset_tc_v_per_degc, sensor.largest_sensitivity_tc_per_degc)
     yield from (sensor.largest_offset_shift_v, sensor.largest_sensitivity_shift)
     yield sensor.largest_nonlinearity_v
+    yield sensor.largest_g_sensitivity_dps_per_g
 
 
 def _alike(believed: Believed) -> object:

@@ -75,7 +75,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *_remarks(item.plan.solve, item.dwells),
         *on_level,
         *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
-        *gravity_on_gyros_remarks(senses_rates=model is not None and model.needs_rates),
+        *gravity_on_gyros_remarks(request.shared_errors, senses_rates=model is not None and model.needs_rates),
         *(text for text in (stopped, adaptive_in_words(item)) if text is not None),
     )
     warnings = (

@@ -75,7 +75,7 @@ def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:
         f"rates are taken as those of the file: the Earth's rotation ({EARTH_DPS:.2g} °/s) is in the uncertainties "
         "nowhere; where it matters put it into the rates, or calibrate by a run, which takes latitude_deg and "
         "heading_deg of the rig file",
-        *gravity_on_gyros_remarks(senses_rates=True),
+        *gravity_on_gyros_remarks(request.shared_errors, senses_rates=True),
     )
 
 

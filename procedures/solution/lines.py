@@ -70,7 +70,9 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     warnings |= dict.fromkeys(
         _across(item, [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)])
     )
-    remarks = gravity_on_gyros_remarks(senses_rates=item.sensor.measures == "rate")
+    remarks = gravity_on_gyros_remarks(
+        {label: line.errors for label, line in lines.items()}, senses_rates=item.sensor.measures == "rate"
+    )
     calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
     return with_run_findings(solved_sensor, list(_field_findings(item, lines)))
@@ -184,7 +186,7 @@ def _errors(item: SensorRows, label: str, errors: Sequence[LevelError]) -> tuple
     of_reading = [
         shared_error
         for shared_error in shared_errors(item.rig, item.sensor)[label]
-        if shared_error.effect in ("reading", "gain", "departure", *COURSES)
+        if shared_error.effect in ("reading", "gain", "departure", "specific-force", *COURSES)
     ]
     ends = np.cumsum([error.columns.shape[1] for error in errors]).tolist()
     starts = [0, *ends]
@@ -208,6 +210,7 @@ def _rows(observations: Observations, label: str, levels: LevelRows) -> Observat
         time_s=None if observations.time_s is None else observations.time_s[levels.rows],
         reference_level=levels.level,
         level_errors=_columns(levels.errors),
+        from_level=None if observations.from_level is None else observations.from_level[levels.rows],
         source=f"{observations.source}, axis {label}",
     )
 

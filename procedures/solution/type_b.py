@@ -6,13 +6,13 @@ certificate does not say which. A level that was read is not corrected for, so t
 unknown sign up to that size. Source: GUM 4.3, F.2.4.5.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import degrees, hypot, radians, sqrt
 from typing import Literal
 
 from ams.analysis.calibration_budget import Gravity
 from ams.gravity import disagreement
-from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
+from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
@@ -121,14 +121,19 @@ def _shape_in_words(rig: RigDescription, name: str) -> str:
     return f" ({in_words})" if in_words else ""
 
 
-def gravity_on_gyros_remarks(*, senses_rates: bool) -> tuple[str, ...]:
-    """Say that nothing tells what gravity does to gyros, which is no term of their model."""
-    if not senses_rates:
+def gravity_on_gyros_remarks(shared: Mapping[str, tuple[SharedError, ...]], *, senses_rates: bool) -> tuple[str, ...]:
+    """Say that nothing tells what gravity does to gyros, which is no term of their model; nothing where a limit does.
+
+    ``shared``: sensor axis to the errors that its calibration was solved with.
+    """
+    is_declared = any(error.name == G_SENSITIVITY for errors in shared.values() for error in errors)
+    if not senses_rates or is_declared:
         return ()
     return (
         "g-sensitivity of the gyros was not measured and is in no uncertainty: their offset holds at the attitudes of "
-        "the calibration only, and changes elsewhere by what the data sheet states per g, by twice that upside down; "
-        "where the calibration had several attitudes, part of it shows as lack of fit",
+        "the calibration only, and changes elsewhere by what the data sheet states per g, by twice that upside down "
+        "(largest_g_sensitivity_dps_per_g of the sensor, or of calrig fit, brings it in); where the calibration had "
+        "several attitudes, part of it shows as lack of fit",
     )
 
 
@@ -188,6 +193,7 @@ def shared_errors(
         *_thermometer(rig, sensor, temperature),
         *_use(sensor, calibrated_degc),
         *_nonlinearity(sensor),
+        *_g_sensitivity(sensor),
         *(_shift(sensor) if counts_shift else ()),
         *(earth_errors(rig, sensor) if counts_earth else ()),
     )
@@ -268,6 +274,18 @@ def _nonlinearity(sensor: Sensor) -> Iterator[SharedError]:
         u_v = sensor.largest_nonlinearity_v / sqrt(3.0)
         stated = f"limit {1e6 * sensor.largest_nonlinearity_v:g} µV at every attitude"
         yield SharedError(NONLINEARITY, "departure", u_v, stated=stated, is_of_one_channel=True)
+
+
+def g_sensitivity_error(limit_dps_per_g: float) -> SharedError:
+    """Return what gravity does to a gyro at most: a vector of that length, whose part along any line is a rectangle."""
+    stated = f"limit {limit_dps_per_g:g} °/s per g, used at any attitude"
+    u_dps_per_g = limit_dps_per_g / sqrt(3.0)
+    return SharedError(G_SENSITIVITY, "specific-force", u_dps_per_g, "limit", stated, is_of_one_channel=True)
+
+
+def _g_sensitivity(sensor: Sensor) -> Iterator[SharedError]:
+    if sensor.largest_g_sensitivity_dps_per_g > 0.0:
+        yield g_sensitivity_error(sensor.largest_g_sensitivity_dps_per_g)
 
 
 def _shift(sensor: Sensor) -> Iterator[SharedError]:

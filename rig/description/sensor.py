@@ -47,6 +47,8 @@ class Sensor(StrictTable):
     largest_nonlinearity_v: NotNegative = 0.0
     """Limit of its data sheet on how far an output is from its equation at any attitude: linearity beyond the terms of
     a set, threshold, dead band, hysteresis."""
+    largest_g_sensitivity_dps_per_g: NotNegative = 0.0
+    """Limit of its data sheet on what one g along any direction does to the zero of a gyro."""
     check_sensor: bool = False
     """A permanent check sensor: calibrated with every run, never released."""
 
@@ -71,6 +73,11 @@ class Sensor(StrictTable):
         if self.measures != "acceleration" and self.is_sensitivity_declared:
             raise ValueError(
                 f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
+            )
+        if self.measures != "rate" and self.largest_g_sensitivity_dps_per_g > 0.0:
+            raise ValueError(
+                "largest_g_sensitivity_dps_per_g is what gravity does to a gyro: it has no meaning for a sensor that "
+                f"measures {self.measures}; remove it"
             )
         return self
 

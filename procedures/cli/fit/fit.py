@@ -31,12 +31,13 @@ from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fitted import fitted, rate_error, sensor_of
-from procedures.solution.type_b import shared_errors, table_uncertainty
+from procedures.solution.type_b import g_sensitivity_error, shared_errors, table_uncertainty
 from rig.description.rig_file import RigDescription
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
 LARGEST_RATE_PPM = 1e5
+LARGEST_G_SENSITIVITY_DPS_PER_G = 10.0
 
 
 def fit(
@@ -60,6 +61,7 @@ def fit(
     monte_carlo: int = 0,
     rig: Path | None = None,
     rate_uncertainty_ppm: float | None = None,
+    largest_g_sensitivity_dps_per_g: float | None = None,
     joint: Flag = False,
     prior: Named = None,
     mount: str | None = None,
@@ -114,6 +116,8 @@ def fit(
     rate_uncertainty_ppm
         For gyros: relative standard uncertainty of the rate table's rates, one error of all of them, in parts per
         million.
+    largest_g_sensitivity_dps_per_g
+        For gyros: limit of the data sheet on what one g does to their zeros; it counts for use at any attitude.
     joint
         Fit package and table together, the table's errors under the rig's priors; says what stays confounded.
     prior
@@ -155,7 +159,7 @@ def fit(
         residual_curvature=hessian,
         declared={} if description is None else declared_directions(sensor_of(description, sensor)),
         table=None if description is None else table_uncertainty(description),
-        shared_errors=_of_rates(rate_uncertainty_ppm, model)
+        shared_errors=_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model)
         if description is None
         else shared_errors(description, sensor_of(description, sensor)),
     )
@@ -228,18 +232,27 @@ def _form(separator: str, decimal: str) -> CsvForm:
     return CsvForm({"comma": ",", "semicolon": ";", "tab": "\t"}[separator], {"point": ".", "comma": ","}[decimal])
 
 
-def _of_rates(uncertainty_ppm: float | None, model: str) -> Mapping[str, tuple[SharedError, ...]]:
-    """Return what the rates of the table are wrong by, for the axes of a gyro. Raises: RequestError elsewhere."""
-    if uncertainty_ppm is None:
-        return {}
-    if not senses_rates(model):
-        known = " or ".join(names_of_rates())
-        raise RequestError(f"--rate-uncertainty-ppm: belongs to --model {known}, not to --model {model}")
-    if not 0.0 < uncertainty_ppm < LARGEST_RATE_PPM:
-        raise RequestError(
-            f"--rate-uncertainty-ppm: got {uncertainty_ppm:g}, allowed above 0 and below {LARGEST_RATE_PPM:g} ppm"
-        )
-    return dict.fromkeys("xyz", (rate_error(uncertainty_ppm),))
+def _of_gyros(
+    uncertainty_ppm: float | None, g_sensitivity_dps_per_g: float | None, model: str
+) -> Mapping[str, tuple[SharedError, ...]]:
+    """Return what the table's rates are wrong by, and what gravity does to gyros. Raises: RequestError elsewhere."""
+    options = {
+        "--rate-uncertainty-ppm": (uncertainty_ppm, LARGEST_RATE_PPM, "ppm", rate_error),
+        "--largest-g-sensitivity-dps-per-g": (
+            g_sensitivity_dps_per_g, LARGEST_G_SENSITIVITY_DPS_PER_G, "°/s per g", g_sensitivity_error
+        ),
+    }  # fmt: skip
+    found: list[SharedError] = []
+    for option, (value, largest, unit, error_of) in options.items():
+        if value is None:
+            continue
+        if not senses_rates(model):
+            known = " or ".join(names_of_rates())
+            raise RequestError(f"{option}: belongs to --model {known}, not to --model {model}")
+        if not 0.0 < value < largest:
+            raise RequestError(f"{option}: got {value:g}, allowed above 0 and below {largest:g} {unit}")
+        found.append(error_of(value))
+    return dict.fromkeys("xyz", tuple(found)) if found else {}
 
 
 def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> Package | None:

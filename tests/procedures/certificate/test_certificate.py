@@ -14,7 +14,7 @@ from solved_sets import gyro_set
 
 from ams.archive.sign_offs import AcceptedFinding, Release, Signature, SignOff
 from ams.calibration_result import VarianceComponent
-from ams.inputs.shared_errors import NONLINEARITY, SHIFTS, SHIFTS_WITHIN
+from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -118,10 +118,10 @@ def test_it_says_whether_its_uncertainties_count_what_comes_after_the_calibratio
     solved = solved_package()
     shifts = [
         VarianceComponent(name, np.diag([1e-12, 0.0, 0.0, 0.0]), np.inf)
-        for name in (SHIFTS[0], SHIFTS_WITHIN[0], NONLINEARITY)
+        for name in (SHIFTS[0], SHIFTS_WITHIN[0], NONLINEARITY, G_SENSITIVITY)
     ]
     both = "during the calibration and until the next"
-    for count, words in ((1, "until the next"), (2, both), (3, both)):
+    for count, words in ((1, "until the next"), (2, both), (3, both), (4, both)):
         axes = {
             name: replace(axis, variance_components=(*axis.variance_components, *shifts[:count]))
             for name, axis in solved.axes.items()
@@ -129,7 +129,8 @@ def test_it_says_whether_its_uncertainties_count_what_comes_after_the_calibratio
         entry = build_set(replace(solved, axes=axes), provenance(**RELEASED))
         text = _text(_grounds(coefficients=entry, is_specimen=True))
         assert f"U counts what offset may shift by {words} calibration" in text
-        assert ("It counts how far a reading may be from the equation" in text) == (count == 3)
+        assert ("It counts how far a reading may be from the equation" in text) == (count >= 3)
+        assert ("what gravity does to the zero of a gyro at any attitude of use" in text) == (count == 4)
 
 
 def test_a_gyro_has_a_certificate_on_which_an_angle_by_gravity_sets_no_bound() -> None:

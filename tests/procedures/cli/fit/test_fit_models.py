@@ -192,6 +192,12 @@ REQUESTS = [
     (("--set", "s.json", "--sensor", "S1"), "--gravity-mps2 is missing"),
     (("--set", "s.json", "--sensor", "S1"), "give it, or --rig RIG"),
     (("--set", "s.json", "--sensor", "S1", "--gravity-mps2", "1"), "9.7 to 9.9"),
+    (("--largest-g-sensitivity-dps-per-g", "0.1"), "belongs to --model gyro, not to --model pitch-roll"),
+    (
+        ("--model", "gyro", "--largest-g-sensitivity-dps-per-g", "nan"),
+        "got nan, allowed above 0 and below 10 °/s per g",
+    ),
+    (("--model", "gyro", "--largest-g-sensitivity-dps-per-g", "-1"), "got -1, allowed above 0"),
 ]
 
 
@@ -295,6 +301,25 @@ def test_a_rate_table_that_is_fast_is_in_the_sensitivity_of_a_gyro_where_its_rat
     said = call(capsys, *gyro, "--rate-uncertainty-ppm", "1000").out
     assert "the rate table's own errors are not" not in said
     assert "Earth's rotation" in said
+
+
+def test_a_limit_on_what_gravity_does_to_gyros_is_in_their_offsets_and_takes_the_remark_away(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A rectangle of two g, as upside down: nothing in the file says where the package stood while it turned."""
+    rates = np.vstack([np.kron(np.eye(3), np.array([[-90.0], [-40.0], [40.0], [90.0]])), np.zeros((1, 3))])
+    file = write_gyros(tmp_path / "g.csv", np.zeros((13, 3)), rates, replications=3, noise_v=1e-6)
+    line = ("fit", file, "--model", "gyro", *AXES, "--json")
+    silent, said = call(capsys, *line), call(capsys, *line, "--largest-g-sensitivity-dps-per-g", "0.01")
+    for axis, (_, sensitivity, *_) in TABLE_4.items():
+        bare, counted = (each.document["axes"][axis] for each in (silent, said))
+        remarks = [" ".join(each["remarks"]).count("g-sensitivity") for each in (bare, counted)]
+        assert remarks == [1, 0]
+        u_v = counted["parameters"]["offset_v"]["standard_uncertainty"]
+        assert u_v == pytest.approx(2.0 * 0.01 * sensitivity / 3.0**0.5, rel=1e-3)
+        assert bare["parameters"]["offset_v"]["standard_uncertainty"] < 1e-3 * u_v
+        (source,) = (entry for entry in counted["budget"]["lines"] if entry["source"] == "g-sensitivity")
+        assert source["standard_uncertainty"]["offset_v"] == pytest.approx(u_v, rel=1e-3)
 
 
 @pytest.mark.parametrize("stated", [(), ("--gravity-mps2", "9.81")], ids=["unstated", "stated"])
