@@ -121,6 +121,8 @@ def _in_degrees(term: FourierTerm, sensitivity: float, axis: AxisCalibration) ->
     cause = (
         MISALIGNED if _is_straight(axis.model) and term.name in SHARES else usual_cause(term.name, axis.nominal_axis)
     )
+    if any(finding.is_significant and finding.kind == "drift" for finding in axis.findings):
+        cause = f"what the drift leaves, as the order of the points has it; else {cause}"
     return ResidualTerm(term.name, term.amplitude_v, term.interval_95_v, amplitude, (low, high), cause)
 
 

@@ -20,8 +20,9 @@ import numpy as np
 from ams.analysis.diagnostics.declared_axis import handedness
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.arrays import FloatArray
+from ams.calibration.believed import evidence_of
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
-from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication, evidence_of
+from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication
 from ams.calibration.memory import diagnose_together
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration.steps import NO_STEPS, StepsOfOutput, judge_steps

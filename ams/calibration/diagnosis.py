@@ -4,14 +4,14 @@ A wrong dwell is convicted by what the other replications say of it; the remaini
 solution without it, so that nothing else is blamed for it. The result itself keeps the dwell: a person takes it back.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
 
 from ams.analysis.diagnostics import previous_attitude
-from ams.analysis.diagnostics.axis_tests import SharedTests, axis_tests, shared_tests
+from ams.analysis.diagnostics.axis_tests import shared_tests
 from ams.analysis.diagnostics.beliefs import (
     BY_POINT,
     BY_POINT_GAIN,
@@ -28,7 +28,7 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
-from ams.analysis.diagnostics.drift_course import LikeliestCourse, likeliest_course, plain_courses
+from ams.analysis.diagnostics.drift_course import likeliest_course, plain_courses
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import (
     Moved,
@@ -43,18 +43,15 @@ from ams.analysis.diagnostics.wording import Convicted, Scale, dwell_words, find
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import BoolArray, FloatArray
-from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
+from ams.calibration.believed import Believed, evidence_of
+from ams.calibration.columns import SolvedColumns
 from ams.calibration.steps import NO_STEPS, StepsOfOutput, step_columns, with_steps
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.request import select_rows
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
-from ams.solve.layout import layout_of
-from ams.solve.linearised import linearise
-from ams.solve.replicated import replicated_sums
 from ams.units import ARCSEC_PER_DEG, label_and_unit
 
 _NOTHING = 1e-9
@@ -123,8 +120,9 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
     shared, order = shared_tests(evidence), (*time_confounded(evidence), *temperature_confounded(evidence))
     found, nothing, still = [], np.zeros((circumstances.rows.rows, 0)), np.zeros(circumstances.rows.rows)
     in_order = replace(circumstances, order=order)
+    given = (circumstances.outputs, circumstances.rows, circumstances.table, circumstances.shared)
     for axis in axes:
-        whole = Believed(evidence, shared, solved, axis, circumstances.outputs, circumstances.rows, nothing, still)
+        whole = Believed(evidence, shared, solved, axis, *given, nothing, still)
         diagnosis = _axis(whole, axis, in_order)
         found.append(
             replace(diagnosis, findings=(*diagnosis.findings, *order, *_of_direction(solved, axis, circumstances)))
@@ -132,86 +130,14 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
     return found
 
 
-@dataclass(frozen=True)
-class Believed:
-    """One output as the tests look at it, of which what is convicted is taken out."""
-
-    evidence: Evidence
-    shared: SharedTests
-    solved: SolvedColumns
-    index: int
-    """Of the output in all of these."""
-    outputs: FloatArray
-    """(N, m)"""
-    rows: Observations
-    taken: FloatArray
-    """(N, c) columns that the departures said how much to take of, which counts as known where the points are judged.
-    """
-    course: FloatArray
-    """(N,) what of the output was taken out as a drift or the temperature's: the result itself is told with it."""
-
-    def without(self, columns: FloatArray, circumstances: Circumstances) -> "Believed":
-        """Return the output less what (N, c) columns explain of it, beside the effects of points; solved anew."""
-        without = replace(self, taken=np.hstack([self.taken, columns]))
-        return without.less(columns @ self._sizes(columns), circumstances)
-
-    def without_course(self, course: LikeliestCourse, circumstances: Circumstances) -> "Believed":
-        """Return the same of a course through the run, which :meth:`with_course` puts back."""
-        taken = course.columns @ self._sizes(course.columns)
-        followed = replace(self, course=self.course + taken)
-        if course.is_of_temperature:  # the points are asked for it by itself
-            return followed.less(taken, circumstances)
-        return followed.without(course.columns, circumstances)
-
-    def with_course(self, circumstances: Circumstances) -> "Believed":
-        """Return the output with the course that it has."""
-        return self.less(-self.course, circumstances) if self.course.any() else self
-
-    def less(self, taken: FloatArray, circumstances: Circumstances) -> "Believed":
-        """Return the output less (N,) something."""
-        return self.of(np.ones(self.rows.rows, dtype=bool), taken, circumstances)
-
-    def _sizes(self, columns: FloatArray) -> FloatArray:
-        left = self.evidence.by_point(columns)
-        return np.asarray(np.linalg.lstsq(left, self.evidence.departures[:, self.index], rcond=_NOTHING)[0])
-
-    @property
-    def nominal_axis(self) -> str:
-        return self.solved.problem.models[self.index].nominal_axis
-
-    def of(self, kept: BoolArray, less: FloatArray | float, circumstances: Circumstances) -> "Believed":
-        """Return one output at some rows, and less something, solved as the whole was."""
-        rows, output = select_rows(self.rows, kept), (self.outputs[:, self.index] - less)[kept]
-        model, layout = self.solved.problem.models[self.index], layout_of(rows)
-        problem = linearise([model], rows, layout, output[:, None], None)
-        plots = plots_of(model, rows, layout)
-        solved = solve_linearised(problem, layout, plots, circumstances.table, circumstances.shared)
-        evidence = evidence_of(solved, rows)
-        taken, course = self.taken[kept], self.course[kept]
-        return Believed(evidence, shared_tests(evidence), solved, 0, output[:, None], rows, taken, course)
-
-    def tested(self, made: Mapping[str, BeliefTest], limit: TableLimit | None, family: int) -> AxisTests:
-        """Return all tests, those of what is taken out as they were ``made``."""
-        return axis_tests(self.evidence, self.shared, self.index, made, limit, family, self._taken_from_points())
-
-    def _taken_from_points(self) -> FloatArray:
-        """Return (K, c) what the points have of what is taken out, the drift of the replications apart as theirs is."""
-        layout, sums = self.evidence.layout, self.evidence.sums
-        if self.taken.shape[1] == 0 or sums is None or sums.is_balanced:
-            return layout.mean_by_point(self.taken)
-        form = self.solved.problem.form
-        taken = replicated_sums(form, layout, self.taken)
-        return taken.point_effects + layout.mean_by_point(form.fitted(taken.pooled))
-
-
 def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis:
     """Return the diagnosis of one output; ``index`` is its own among those of the group."""
     limit, family, steps = circumstances.limit_of(index), circumstances.family, circumstances.steps_of(index)
-    clipped, seen = _without_clipped(seen, circumstances)
+    clipped, seen = _without_clipped(seen)
     if clipped:
         steps = NO_STEPS
     if steps.during:
-        seen = seen.without(step_columns(seen.evidence, seen.index, steps.during), circumstances)
+        seen = seen.without(step_columns(seen.evidence, seen.index, steps.during))
     made = {test.name: test for test in steps.tests}
     tests = seen.tested(made, limit, family)
     plain = plain_courses(tests)
@@ -219,30 +145,30 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     if course is not None:
         made |= plain if course.is_of_temperature else {name: plain[name] for name in plain if name != BY_REPLICATION}
         made |= {name: tests.tests[name] for name in _RECORDED if course.is_of_temperature and name in tests.tests}
-        seen = seen.without_course(course, circumstances)
+        seen = seen.without_course(course)
         tests = seen.tested(made, limit, family)
     wrong, convicted = _convicted(seen.evidence, seen.index, tests), None
     if wrong is not None and wrong.dwells:
         made[WRONG_DWELL] = BeliefTest(WRONG_DWELL, "wrong-dwell", wrong.p_value)
         kept, convicted = _rows_of(seen.evidence, wrong)
-        seen = seen.of(kept, 0.0, circumstances)
+        seen = seen.of(kept, 0.0)
         tests = seen.tested(made, limit, family)
     if settles(tests):
         made[SETTLING] = tests.tests[SETTLING]
-        seen = seen.less(made[SETTLING].size * settling(seen.evidence), circumstances)
+        seen = seen.less(made[SETTLING].size * settling(seen.evidence))
         tests = seen.tested(made, limit, family)
     memory = plainest_memory(tests, circumstances.memory_of(index))
     if memory is not None:
         made[memory.name] = memory
         column = previous_attitude.memories(seen.evidence, seen.nominal_axis)[:, MEMORIES.index(memory.name)]
-        seen = seen.less(memory.size * column, circumstances)
-        tests = seen.tested(made, limit, family)
-    seen = seen.with_course(circumstances)
+        seen = seen.less(memory.size * column)
+        tests = replace(seen.tested(made, limit, family), memories=tests.memories)
+    seen = seen.with_course()
     diagnosis = _diagnosis(seen, beside_the_dwell_before(with_steps(tests, steps)), convicted, circumstances, limit)
     return replace(diagnosis, findings=(*clipped, *steps.findings, *diagnosis.findings))
 
 
-def _without_clipped(seen: Believed, circumstances: Circumstances) -> tuple[tuple[Finding, ...], Believed]:
+def _without_clipped(seen: Believed) -> tuple[tuple[Finding, ...], Believed]:
     """Return what is said of rails, and the output without the dwells that stand at one."""
     output, layout, model = seen.outputs[:, seen.index], seen.evidence.layout, seen.solved.problem.models[seen.index]
     equal = at_extremes(output)
@@ -251,14 +177,14 @@ def _without_clipped(seen: Believed, circumstances: Circumstances) -> tuple[tupl
     kept = ~np.logical_or.reduce(equal)
     if np.unique(layout.point[kept]).size < 2 * len(model.primary_names):
         return (), seen
-    without = seen.of(kept, 0.0, circumstances)
+    without = seen.of(kept, 0.0)
     predicted = without.solved.problem.models[0].predict(without.solved.primary[0], seen.rows)
     sd = float(without.solved.standard_error_v[0])
     rails = [rows for rows in equal if is_rail(rows, output, layout.point, predicted, sd)]
     if not rails:
         return (), seen
     if len(rails) < len(equal):
-        without = seen.of(~np.logical_or.reduce(rails), 0.0, circumstances)
+        without = seen.of(~np.logical_or.reduce(rails), 0.0)
     dwells = [dwell_words(seen.rows, row) for row in first_rows(rails)]
     return (clipped_finding(rails, output, model.measured_unit, dwells, seen.rows.step),), without
 
@@ -280,35 +206,6 @@ def _of_direction(solved: SolvedColumns, index: int, circumstances: Circumstance
         solved.primary_covariance[index],
         declared[index] if declared else DeclaredDirection(model.nominal_axis),
     )
-
-
-def evidence_of(solved: SolvedColumns, rows: Observations) -> Evidence:
-    """Return what the tests look at."""
-    problem, layout = solved.problem, solved.layout
-    form, alone, ordinary = problem.form, problem.alone, solved.mixed.ordinary
-    fitted = form.fitted(ordinary)
-    basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
-    return Evidence(
-        rows=rows,
-        layout=layout,
-        models=problem.models,
-        basis=basis,
-        left=problem.outputs - fitted,
-        fitted=fitted,
-        primary=solved.primary,
-        alone=ordinary[: alone.basis.shape[1]],
-        common=[_at_points(solved, blocks) for blocks in solved.common],
-        sums=solved.mixed.sums,
-        replication=solved.replication,
-    )
-
-
-def _at_points(solved: SolvedColumns, blocks: Mapping[str, FloatArray]) -> FloatArray:
-    if not blocks:
-        return np.zeros((solved.layout.points, 0))
-    joined = np.hstack(list(blocks.values()))
-    is_by_point = solved.problem.form.repeats > 1
-    return joined if is_by_point else solved.layout.mean_by_point(joined)
 
 
 def _convicted(evidence: Evidence, output: int, tests: AxisTests) -> WrongDwells | None:

@@ -1,7 +1,8 @@
 """Whether the outputs of a package remember the attitudes before, all of them together.
 
 Sensors of one make creep alike, against their own sensitivity: what three outputs show together is told at half the
-size that one of them needs. Each keeps its own size; what is decided together is whether it is there.
+size that one of them needs, as the size that they have together. Outputs of which one remembers and another does not
+have none.
 """
 
 from collections.abc import Sequence
@@ -15,11 +16,14 @@ from ams.analysis.diagnostics.memories import with_those_that_fit_as_well
 from ams.analysis.diagnostics.settling import Estimate, joined, of_estimate
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, sensitivity_of
+from ams.statistics.distributions import f_tail
 
 Group = tuple[SolvedColumns, Circumstances, Evidence | None]
 """Axes that were solved as one, what they were solved under, and what the tests look at."""
 _FEWEST: Final = 2
 """Outputs."""
+_UNLIKE: Final = 1e-3
+"""Chance of outputs that differ as much and have one size together."""
 
 
 def judge_memory(axes: Sequence[tuple[AxisTests, float | None]]) -> BeliefTest | None:
@@ -46,11 +50,15 @@ def judge_memory(axes: Sequence[tuple[AxisTests, float | None]]) -> BeliefTest |
 
 
 def _together(name: str, seen: Sequence[tuple[AxisTests, float]]) -> BeliefTest | None:
-    found = [(tests.tests[name], k) for tests, k in seen if name in tests.tests and tests.tests[name].uncertainty > 0.0]
+    found = [(test, k) for tests, k in seen for test in tests.memories if test.name == name and test.uncertainty > 0.0]
     if len(found) < _FEWEST:
         return None
-    test = BeliefTest(name, "autocorrelation", 1.0, axes=len(found))
-    return of_estimate(test, joined(Estimate(each.size / k, each.uncertainty / k, each.dof) for each, k in found))
+    estimates = [Estimate(each.size / k, each.uncertainty / k, each.dof) for each, k in found]
+    whole, freedom = joined(estimates), len(found) - 1
+    apart = sum(((each.size - whole.size) / each.uncertainty) ** 2 for each in estimates)
+    if float(f_tail(apart / freedom, float(freedom), min(each.dof for each in estimates))) < _UNLIKE:
+        return None
+    return of_estimate(BeliefTest(name, "autocorrelation", 1.0, unit="V/g", axes=len(found)), whole)
 
 
 def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
@@ -59,7 +67,7 @@ def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
     memory = judge_memory([_judged(axis) for group in found for axis in group])
     if memory is None:
         return found
-    return [_again(group, [memory] * len(axes)) for group, axes in zip(groups, found, strict=True)]
+    return [_again(group, axes, [memory] * len(axes)) for group, axes in zip(groups, found, strict=True)]
 
 
 def diagnose_packages(axes: Sequence[Group]) -> list[list[Diagnosis]]:
@@ -68,13 +76,22 @@ def diagnose_packages(axes: Sequence[Group]) -> list[list[Diagnosis]]:
     memories = [judge_memory([_judged(axis) for axis in package]) for package in zip(*found, strict=True)]
     if not any(memories):
         return found
-    return [_again(axis, memories) for axis in axes]
+    return [_again(axis, of_axis, memories) for axis, of_axis in zip(axes, found, strict=True)]
 
 
 def _judged(axis: Diagnosis) -> tuple[AxisTests, float | None]:
     return axis.tests, sensitivity_of(axis)
 
 
-def _again(group: Group, memories: Sequence[BeliefTest | None]) -> list[Diagnosis]:
+def _again(group: Group, found: Sequence[Diagnosis], memories: Sequence[BeliefTest | None]) -> list[Diagnosis]:
     solved, under, evidence = group
-    return diagnose(solved, replace(under, memories=memories), evidence)
+    pairs = zip(found, memories, strict=True)
+    of_outputs = [
+        None if memory is None else _as_large_as(memory, sensitivity_of(axis) or 0.0) for axis, memory in pairs
+    ]
+    return diagnose(solved, replace(under, memories=of_outputs), evidence)
+
+
+def _as_large_as(memory: BeliefTest, k: float) -> BeliefTest:
+    """Return what is known per g of force as an output of k volts a g has it."""
+    return replace(memory, size=k * memory.size, uncertainty=k * memory.uncertainty)

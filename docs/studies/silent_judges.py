@@ -17,9 +17,10 @@ from solved_campaigns import Coverage, columns_of, coverage, rows_of, solved
 
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.arrays import FloatArray
+from ams.calibration.believed import evidence_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration.columns import SolvedColumns
-from ams.calibration.diagnosis import Circumstances, evidence_of
+from ams.calibration.diagnosis import Circumstances
 from ams.calibration.memory import diagnose_packages
 from ams.calibration.steps import judge_steps
 from ams.calibration.table_limit import judge_table

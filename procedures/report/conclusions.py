@@ -12,6 +12,7 @@ import numpy as np
 
 from ams.analysis.advice import advise
 from ams.analysis.calibration_budget import AxisBudget
+from ams.analysis.diagnostics.wording import held_words
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
 from ams.frames import wrap_deg
@@ -216,7 +217,7 @@ def _lack_of_fit_sentence(
             return "No lack of fit found."
         within = explanation or (
             f"{size} (standard deviation over the attitudes), no more than the table’s index errors and what else is "
-            "known explain (p; T is against precision alone). It is contained in the stated uncertainties"
+            f"known explain (p; T is against precision alone). {_held(calibration, is_drift=False)}"
         )
         return f"The residuals repeat from replication to replication: {within}."
     pitch, roll, residual = mean_residuals(calibration, observations)
@@ -226,8 +227,13 @@ def _lack_of_fit_sentence(
         f"The residuals repeat from replication to replication: {size} (standard deviation over the attitudes), most "
         f"at pitch {angle(float(pitch[worst]))}, roll {angle(float(roll[worst]))} with "
         f"{two_digits(arcsec(abs(float(residual[worst])), sensitivity))}″. The table's own index errors are part of "
-        "it. It is contained in the stated uncertainties."
+        f"it. {_held(calibration, is_drift=False)}."
     )
+
+
+def _held(calibration: AxisCalibration, *, is_drift: bool) -> str:
+    words = held_words(calibration.findings, is_drift=is_drift)
+    return f"{words[0].upper()}{words[1:]}"
 
 
 def _drift_row(calibration: AxisCalibration, replication: Replication, name: str, sensitivity: float) -> TestRow:
@@ -236,14 +242,9 @@ def _drift_row(calibration: AxisCalibration, replication: Replication, name: str
     size = _size(parameter, float(np.ptp([*by_replication(replication, parameter).values()] or [np.nan])), sensitivity)
     conclusion = f"No change of {name} from replication to replication found."
     if test.is_significant:
-        is_confounded = any(
-            finding.is_significant and finding.kind == "time-confounded" for finding in calibration.findings
-        )
-        conclusion = f"{name.capitalize()} changed between the replications by {size} (largest less smallest). " + (
-            "What of it went on inside the replications is not in the stated uncertainties, as the order of the points "
-            "has it."
-            if is_confounded
-            else "It is contained in the stated uncertainties."
+        conclusion = (
+            f"{name.capitalize()} changed between the replications by {size} (largest less smallest). "
+            f"{_held(calibration, is_drift=True)}."
         )
     elif explanation := _explanation(calibration, f"drift of {name}"):
         conclusion = f"{name.capitalize()} changed between the replications by {size}: {explanation}."

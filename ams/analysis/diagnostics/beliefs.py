@@ -95,7 +95,7 @@ class AxisTests:
     grid: GridResiduals | None = None
     """What every dwell says beside the others and beside what is known; None where nothing was tested."""
     memories: Sequence[BeliefTest] = ()
-    """Of each time constant, beside nothing that these tests find."""
+    """Of each time constant, beside no other memory."""
     level: float = LEVEL
     """Of all tests of this axis together."""
 

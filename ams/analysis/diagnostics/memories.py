@@ -22,7 +22,7 @@ _OF_THE_DWELL_BEFORE: Final = (AUTOCORRELATION, TURNED_FROM)
 def plainest_memory(tests: AxisTests, together: BeliefTest | None) -> BeliefTest | None:
     """Return the test of the memory that is plain, and plainer than what looks like one; None: none is.
 
-    ``together``: what the outputs of a package show, where this one by itself shows none.
+    ``together``: what the outputs of a package show, as large as it is of this one, where it shows none by itself.
     """
     made = [test for name in MEMORIES if (test := tests.tests.get(name)) is not None]
     best = min(made, key=lambda test: test.p_value, default=None)
@@ -32,8 +32,7 @@ def plainest_memory(tests: AxisTests, together: BeliefTest | None) -> BeliefTest
             return with_those_that_fit_as_well(best, tests.memories)
     if together is None or together.name not in tests.tests:
         return None
-    alone = tests.tests[together.name]
-    return replace(alone, p_value=together.p_value, axes=together.axes, fit_as_well=together.fit_as_well)
+    return together
 
 
 def with_those_that_fit_as_well(best: BeliefTest, tests: Sequence[BeliefTest]) -> BeliefTest:

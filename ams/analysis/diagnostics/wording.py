@@ -1,6 +1,6 @@
 """What the tests of an axis say in words: a sentence for what was found, and a short one for what was not."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import isfinite
@@ -90,8 +90,8 @@ def findings_of(
     """
     found = []
     is_remembering = any(tests.is_significant.get(name) for name in MEMORIES)
-    drift_is = _BESIDE_MEMORY if is_remembering else _CONTAINED if is_contained else _PASSES
-    lack_is = _BESIDE_MEMORY if is_remembering else _CONTAINED
+    drift_is = _held(is_remembering=is_remembering, is_contained=is_contained)
+    lack_is = _held(is_remembering=is_remembering, is_contained=True)
     for name, test in tests.tests.items():
         is_significant = tests.is_significant[name]
         details = {"test": name, **_numbers(test)}
@@ -110,6 +110,18 @@ def findings_of(
         is_held = name not in _NOT_HELD
         found.append(Finding(test.kind, text, is_significant, test.p_value, details=details, is_held=is_held))
     return tuple(found)
+
+
+def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
+    """Return whether lack of fit, or a drift, is in the stated uncertainties: the words that the findings have."""
+    significant = [finding for finding in findings if finding.is_significant]
+    is_remembering = any(finding.details.get("test") in MEMORIES for finding in significant)
+    passes = is_drift and any(finding.kind == "time-confounded" for finding in significant)
+    return _held(is_remembering=is_remembering, is_contained=not passes)
+
+
+def _held(*, is_remembering: bool, is_contained: bool) -> str:
+    return _BESIDE_MEMORY if is_remembering else _CONTAINED if is_contained else _PASSES
 
 
 def _numbers(test: BeliefTest) -> dict[str, float | str | None]:
@@ -206,9 +218,9 @@ def _of_order(test: BeliefTest, scale: Scale, drift_is: str) -> dict[str, Callab
             f"a dwell knows of the dwell before it: correlation {test.size:.2g} inside the replications; the output "
             "wanders or has not settled; a longer settling time or a random order makes dwells independent"
         ),
-        TURNED_FROM: lambda: _turned_text(test, scale, ""),
+        TURNED_FROM: lambda: _turned_text(test, scale, "", drift_is),
         **{name: partial(_memory_text, test, scale) for name in MEMORIES},
-        TURNED_FROM_ALIKE: lambda: _turned_text(test, scale, ", alike in every replication"),
+        TURNED_FROM_ALIKE: lambda: _turned_text(test, scale, ", alike in every replication", drift_is),
         SETTLING: lambda: (
             f"the output settles at the start of every replication: {scale.words(abs(test.size))} at its first dwell, "
             "over after about a quarter of its dwells; alike in each, it is in offset and sensitivities and not in the "
@@ -258,22 +270,25 @@ def _of_table_limit(test: BeliefTest, limit: TableLimit, *, is_significant: bool
     return Finding(test.kind, text, is_significant, test.p_value, details=details, is_held=False)
 
 
-def _turned_text(test: BeliefTest, scale: Scale, where: str) -> str:
+def _turned_text(test: BeliefTest, scale: Scale, where: str, drift_is: str) -> str:
+    by_chance = f"{_CONTAINED} only as far as the order of the points makes chance of it"
+    held = drift_is if drift_is == _BESIDE_MEMORY else by_chance
     return (
         f"a dwell remembers the attitude before it: {scale.words(2.0 * abs(test.size))} after a turn from one end of "
         f"its range to the other{where}; hysteresis, or the output has not settled: a longer settling time tells "
-        f"which; {_CONTAINED} only as far as the order of the points makes chance of it"
+        f"which; {held}"
     )
 
 
 def _memory_text(test: BeliefTest, scale: Scale) -> str:
     about = test.name.removeprefix("memory of about ")
+    together = "" if test.axes == 1 else f", as the {test.axes} of the package show it together,"
     return (
-        f"the output remembers the attitudes of about {about} before: {_per_g(test.size, test.uncertainty, scale)} of "
-        f"what the force along the axis changed by, fading from dwell to dwell{_as_well(test)}; creep of "
-        "the sensor, of its mount or its case, or a channel that has not settled; sensitivities hold most of it, and "
-        "the stated uncertainties only a limit that is declared (`largest_nonlinearity_v`): dwell longer, or wait "
-        "longer before each reading, and measure again"
+        f"the output{together} remembers the attitudes of about {about} before: "
+        f"{_per_g(test.size, test.uncertainty, scale)} of what the force along the axis changed by, fading from dwell "
+        f"to dwell{_as_well(test)}; creep of the sensor, of its mount or its case, or a channel that has not settled; "
+        "sensitivities hold most of it, and the stated uncertainties only a limit that is declared "
+        "(`largest_nonlinearity_v`): dwell longer, or wait longer before each reading, and measure again"
     )
 
 

@@ -2,8 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from physics_scenes import mixed
 from report_scene import Scene, run_view
 from scipy.stats import t
+from solved_campaigns import columns_of, rows_of
 
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import ParameterEstimate
@@ -113,3 +115,15 @@ def test_a_budget_is_told_in_tables_that_a_page_has_room_for(count: int) -> None
     for index, row in enumerate(rows):
         assert [cell for part in parts for cell in part.rows[index].cells] == list(row.cells)
         assert {part.rows[index].source for part in parts} == {row.source}
+
+
+def test_what_a_memory_leaves_is_not_said_to_be_contained_where_the_finding_says_it_is_not() -> None:
+    drawn = mixed({"after-effect": 20.0, "drift-replications": 5.0}, np.random.default_rng(2), 1)
+    outputs = {axis: columns_of(drawn, axis)[:, 0] for axis in drawn.setup.axes}
+    rows = replace(rows_of(drawn), outputs=outputs)
+    for axis, calibration in calibrate(rows, CalibrationRequest()).axes.items():
+        told = " ".join(finding.text for finding in calibration.findings if finding.is_significant)
+        rows_told = " ".join(row.conclusion for row in axis_view(axis, "", calibration, rows, {}).tests)
+        assert "only if a limit of it is declared" in told
+        assert "only if a limit of it is declared" in rows_told
+        assert "is contained in the stated" not in told + rows_told

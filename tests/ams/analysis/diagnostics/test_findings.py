@@ -1,6 +1,7 @@
 """Beliefs against campaigns drawn from physics: what is wrong is named, what is right is left alone."""
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -9,9 +10,10 @@ from physics_scenes import campaigns
 from solved_campaigns import columns_of, rows_of, table_of
 
 from ams.analysis.diagnostics.beliefs import SLIP, SQUARENESS, STEP
+from ams.calibration.believed import evidence_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration.columns import SolvedColumns, solve_columns
-from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, evidence_of
+from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose
 from ams.calibration.memory import diagnose_packages
 from ams.calibration.steps import judge_steps
 from ams.calibration_result import AxisCalibration
@@ -360,7 +362,31 @@ def test_three_outputs_tell_together_what_none_of_them_tells_alone(order: str) -
     alone = np.array([["autocorrelation" in _kinds(found) for found in diagnose(*axis)] for axis in of_axes])
     together = np.array([["autocorrelation" in _kinds(f) for f in axis] for axis in diagnose_packages(of_axes)])
     assert together.all(axis=0).mean() >= 0.75
+    told = [entry for axis in diagnose_packages(of_axes) for found in axis for entry in _memories(found)]
+    numbers = [(entry.details["size"], entry.details["standard_uncertainty"]) for entry in told]
+    assert all(abs(float(size or 0.0)) > 3.0 * float(u or 0.0) for size, u in numbers)  # what is told is what rang
+    assert any("show it together" in entry.text for entry in told)
     assert alone.all(axis=0).mean() < 0.5
+
+
+@pytest.mark.parametrize("order", ["there-and-back", "random"])
+def test_one_output_that_remembers_is_not_told_of_the_others(order: str) -> None:
+    """What one of them shows was told of all, as large as theirs is by chance: 3.3 ± 8.9 µg a g."""
+    drawn = campaigns("clean", 0.0, np.random.default_rng(6), 1, order=order)
+    rows = _rows(drawn)
+    assert rows.time_s is not None
+    force, kept = specific_force(rows.pitch_rad, rows.roll_rad)[:, 0], np.exp(-1.0 / 3.0)
+    shown, still = np.zeros(rows.rows), np.zeros(rows.rows)
+    in_time = np.argsort(rows.time_s)
+    shown[in_time[0]] = force[in_time[0]]
+    for before, now in pairwise(in_time.tolist()):
+        shown[now] = force[now] + (shown[before] - force[now]) * kept
+        still[now] = shown[now] - force[now]
+    creeping = {**rows.outputs, "x": rows.outputs["x"] + 2.5 * 30e-6 * still}
+    solved = calibrate(replace(rows, outputs=creeping), CalibrationRequest())
+    assert {axis: "autocorrelation" in _kinds(found) for axis, found in solved.axes.items()} == {
+        "x": True, "y": False, "z": False,
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(
