@@ -83,7 +83,7 @@ class Levels(StrictTable):
     surroundings_ut: tuple[float, float, float] | None = None
     """What stands without the coil where that is known, level axes: north, east, down; by a reference magnetometer, or
     nulled. None: it is estimated from both senses of every axis."""
-    surroundings_uncertainty_ut: NotNegative = 0.0
+    surroundings_uncertainty_ut: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
     """Standard uncertainty of each of its components, for as long as the run takes."""
     method: Literal["known", "magnet-difference"] = "known"
     """``magnet-difference``: SR 4.1.3, where nothing tells the magnet's field but the sensor itself."""

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from rig.description.device_settings import TWIN_PORT
+from rig.description.plausible_limits import implausible_limits
 from rig.description.rig_file import RigDescription
 from rig.errors import DescriptionError, RequestRefused
 from rig.link.gpib import parse_resource, port_of
@@ -30,6 +31,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _names_twice(file, rig)
     yield from _undeclared_sensitivities(file, rig, voltages)
     yield from _volts_of_other_units(file, rig, units)
+    yield from implausible_limits(file, rig)
     yield from _unusable_reference(file, rig, units)
     yield from _ranges_too_small(file, rig)
     yield from _unknown_interlocks(file, rig, voltages)
