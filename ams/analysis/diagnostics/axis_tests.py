@@ -46,6 +46,7 @@ from ams.analysis.diagnostics.replication_scatter import ReplicationScatter, is_
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
 from ams.analysis.diagnostics.settling import Between, Estimate, slope_test
+from ams.analysis.diagnostics.stated_sizes import stated_sizes
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.tested_terms import (
     columns_of,
@@ -78,8 +79,6 @@ _NEEDED: Final = 0.05
 MOST_TESTS: Final = 34
 """Of one axis."""
 _PLAINER: Final = {"K1'": "K2", "K0'": "K3", SQUARENESS: "Kpo"}
-
-
 _RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
 _BY_POINT: Final = tuple(column for column in COLUMNS if column.name in _RECORDED)
 
@@ -342,8 +341,10 @@ def _decided(
     while True:
         is_significant = significant(made, level, None if scatter is None else Overlap(scatter, between, names, known))
         still_open = [name for name in names if is_significant.get(name) and name not in known]
-        if not still_open or scatter is None:
-            return AxisTests(made, is_significant, level=level)
+        if scatter is None or not still_open:
+            told = [name for name in known if name not in convicted]
+            stated = made if scatter is None or not told else stated_sizes(made, names, told, scatter, between)
+            return AxisTests(stated, is_significant, level=level)
         columns = scatter.terms
         known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))
         beside = tuple(names[name] for name in known)

@@ -152,6 +152,9 @@ def _not_significant(test: BeliefTest) -> str:
     return "explained by a drift" if test.name in (SLIP, STEP) else "explained by temperature"
 
 
+_UNTOLD: Final = "; it is plain by itself, and beside the other terms of the model the attitudes do not tell its size"
+
+
 def _significant(
     test: BeliefTest, scale: Scale, drifts: Mapping[str, str], *, has_table: bool, drift_is: str, lack_is: str
 ) -> str:
@@ -161,7 +164,8 @@ def _significant(
     if name in _SYMBOLS:
         symbol, unit = _SYMBOLS[name]
         shown = f"{symbol} = {_within(1e6 * size, 2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))}): "
-        return shown + IN_WORDS[name] + (f"; {CONFOUNDED}" if test.kind == "quadratic" else "")
+        untold = "" if abs(size) > 2.0 * test.uncertainty else _UNTOLD
+        return shown + IN_WORDS[name] + untold + (f"; {CONFOUNDED}" if test.kind == "quadratic" else "")
     if name.startswith(DRIFT_OF):
         quantity = name.removeprefix(DRIFT_OF)
         moved = f" by {drifts[quantity]} (largest less smallest)" if quantity in drifts else ""

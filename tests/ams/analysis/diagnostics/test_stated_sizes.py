@@ -1,0 +1,84 @@
+"""What a finding says a term is, against what was put into the output and against the parameter table."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from physics_scenes import campaigns
+from solved_campaigns import columns_of, rows_of
+
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import AxisCalibration
+from ams.frames import specific_force
+from ams.inputs.request import CalibrationRequest
+
+CYCLE = {"x": "xyz", "y": "yzx", "z": "zxy"}
+SMALL = {"pitch_count": 7, "roll_count": 8, "replications": 4}
+SCENES = {
+    "K_ii": (lambda i, p, o: i * i, {"K2": 1.0}),
+    "K_pp": (lambda i, p, o: p * p, {"K2": -0.5, "Kpp": 1.0}),  # p² = ½(1 − i²) + ½(p² − o²)
+    "K_oo": (lambda i, p, o: o * o, {"K2": -0.5, "Kpp": -1.0}),
+    "K_ip": (lambda i, p, o: i * p, {"Kip": 1.0}),
+    "K_io": (lambda i, p, o: i * o, {"Kio": 1.0}),
+    "K_po": (lambda i, p, o: p * o, {"Kpo": 1.0}),
+    "K3": (lambda i, p, o: i**3, {"K3": 1.0}),
+    "K0'": (lambda i, p, o: 0.5 * np.sign(np.where(abs(i) > 1e-9, i, 0.0)), {"K0'": 1.0}),
+    "K1'": (lambda i, p, o: 0.5 * abs(i), {"K1'": 1.0}),
+    "K_pp and K3": (lambda i, p, o: p * p + i**3, {"K2": -0.5, "Kpp": 1.0, "K3": 1.0}),
+}
+"""What a sensor adds for each volt a gⁿ, by the accelerations along i, p and o, and the coefficients that this is."""
+
+
+def _told(scene: str, size: float, count: int, seed: int, **design) -> Iterator[tuple[str, float, float, float | None]]:
+    """Yield of each significant term its name, its error and ± as printed, V/gⁿ, and how far off the table it is."""
+    drawn = campaigns("clean", 0.0, np.random.default_rng(seed), count, **design)
+    rows, (added, truth) = rows_of(drawn), SCENES[scene]
+    force = specific_force(rows.pitch_rad, rows.roll_rad)
+    for index in range(count):
+        outputs = {}
+        for axis in drawn.setup.axes:
+            i, p, o = (force[:, "xyz".index(name)] for name in CYCLE[axis])
+            outputs[axis] = columns_of(drawn, axis)[:, index] + size * added(i, p, o)
+        solved = calibrate(replace(rows, outputs=outputs), CalibrationRequest())
+        for axis, found in solved.axes.items():
+            in_table = _in_table(found, axis)
+            for finding in found.findings:
+                name = str(finding.details.get("test"))
+                if finding.is_significant and name in ("K2", "Kpp", "Kip", "Kio", "Kpo", "K3", "K0'", "K1'"):
+                    said, u = float(finding.details["size"]), float(finding.details["standard_uncertainty"])
+                    off_table = (said - in_table[name]) / u if name in in_table else None
+                    yield name, said - size * truth.get(name, 0.0), 2.0 * u, off_table
+
+
+def _in_table(found: AxisCalibration, axis: str) -> dict[str, float]:
+    values = {parameter.name: parameter.value for parameter in found.parameters}
+    xx, xy, xz, yy, yz = (values[f"q_{name}_v_per_g2"] for name in ("xx", "xy", "xz", "yy", "yz"))
+    q = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
+    i, p, o = ("xyz".index(name) for name in CYCLE[axis])
+    return {
+        "K2": 1.5 * q[i, i], "Kpp": q[p, p] - q[o, o],
+        "Kip": 2.0 * q[i, p], "Kio": 2.0 * q[i, o], "Kpo": 2.0 * q[p, o], "K3": values["k3_v_per_g3"],
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("size_ug", [100.0, 1000.0])
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_term_is_as_large_as_it_is_and_as_the_parameter_table_has_it(scene: str, size_ug: float) -> None:
+    told = list(_told(scene, 2.5e-6 * size_ug, 5, 1, **SMALL))
+    assert {name for name, *_ in told} >= set(SCENES[scene][1])
+    assert np.mean([abs(error) <= expanded for _, error, expanded, _ in told]) >= 0.85
+    assert max(abs(error) / expanded for _, error, expanded, _ in told) < 2.0
+    if not {"K0'", "K1'"} & {name for name, *_ in told}:
+        assert max(abs(off) for *_, off in told if off is not None) < 0.05
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("size_ug", [1.0, 10.0, 100.0, 500.0, 1000.0])
+@pytest.mark.parametrize("scene", SCENES)
+def test_what_is_printed_holds_what_there_is_in_a_long_run(scene: str, size_ug: float) -> None:
+    """From where a term is plain; below, only those that chance made larger are told at all."""
+    told = list(_told(scene, 2.5e-6 * size_ug, 400, 2))
+    if size_ug >= 10.0:
+        assert np.mean([abs(error) <= expanded for _, error, expanded, _ in told]) >= 0.93
