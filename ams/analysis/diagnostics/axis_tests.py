@@ -342,8 +342,8 @@ def _decided(
         is_significant = significant(made, level, None if scatter is None else Overlap(scatter, between, names, known))
         still_open = [name for name in names if is_significant.get(name) and name not in known]
         if scatter is None or not still_open:
-            told = [name for name in known if name not in convicted]
-            stated = made if scatter is None or not told else stated_sizes(made, names, told, scatter, between)
+            free = [name for name in known if name not in convicted]
+            stated = made if scatter is None or not free else stated_sizes(made, names, free, scatter, between)
             return AxisTests(stated, is_significant, level=level)
         columns = scatter.terms
         known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))

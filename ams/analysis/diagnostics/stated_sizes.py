@@ -39,10 +39,10 @@ def stated_sizes(
     ``names``: of the tests, to their columns.
     """
     modelled = _terms_of_model(scatter.evidence.models[scatter.output])
-    found, told = dict(made), [names[name] for name in known]
+    found, known_columns = dict(made), [names[name] for name in known]
     for name in known:
         index = names[name]
-        wanted = [*told, *modelled] if index in modelled else told
+        wanted = [*known_columns, *modelled] if index in modelled else known_columns
         beside = _independent(scatter.terms, [other for other in dict.fromkeys(wanted) if other != index])
         tested = scatter.terms.test(index, beside)
         if not np.isfinite(tested.p_value):
