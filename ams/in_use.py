@@ -4,7 +4,7 @@
 >>> package.attitude([0.1, -0.2, -2.4]).pitch_deg                      # doctest: +SKIP
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,10 +17,11 @@ from ams.attitude import flag_codes
 from ams.errors import OutsideValidity
 from ams.exports.formats import load_set
 from ams.inference.aided_rates import AidedAngles, Aiding
-from ams.inference.angle_stream import Answer
+from ams.inference.angle_stream import AngleStream, Answer
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Inference, Package, inference
 from ams.inference.rates import GyroAngles, Motion
+from ams.inference.watched_axes import answered_at_once, watched_axes
 from ams.sets.coefficients import CoefficientSet
 
 Volts = ArrayLike | Mapping[str, ArrayLike]
@@ -35,7 +36,7 @@ class Attitude:
     pitch_sd_deg: FloatArray
     roll_deg: FloatArray
     roll_sd_deg: FloatArray
-    codes: flag_codes.Codes
+    codes: flag_codes.AnswerCodes
     """0 where all is well, else bits of :mod:`ams.attitude.flag_codes`."""
     reasons: Mapping[int, str] = field(repr=False)
     """Every code that there is, in words."""
@@ -74,12 +75,23 @@ class PackageInUse:
     def attitude(
         self, volts: Volts, *, temperature_degc: ArrayLike | None = None, roll_deg: ArrayLike | None = None
     ) -> Attitude:
-        """Return the attitude of every reading.
+        """Return the attitude of every reading; of three axes all are judged together as the use of one package.
 
         ``temperature_degc`` is needed where the set has temperature terms, ``roll_deg`` where one axis tells pitch.
 
         Raises: OutsideValidity where an input is missing or of another shape; DesignError.
         """
+        return self._attitude(
+            lambda readings: answered_at_once(self._inference, readings), volts, temperature_degc, roll_deg
+        )
+
+    def _attitude(
+        self,
+        answer: Callable[[Mapping[str, FloatArray]], Answer],
+        volts: Volts,
+        temperature_degc: ArrayLike | None,
+        roll_deg: ArrayLike | None,
+    ) -> Attitude:
         outputs = outputs_by_axis(volts, self.axes, self.coefficients.sensor)
         shape = outputs[0].shape
         readings = {axis: values.ravel() for axis, values in zip(self.axes, outputs, strict=True)}
@@ -92,7 +104,7 @@ class PackageInUse:
                 f"{self.coefficients.sensor}: {' and '.join(missing)} missing; nothing was computed; give "
                 f"{' and '.join(missing)} beside the volts"
             )
-        found = self._inference.answer(readings)
+        found = answer(readings)
         angles = {name: values.reshape(shape)[()] for name, values in found.columns.items()}
         return Attitude(**angles, codes=found.codes.reshape(shape)[()], reasons=found.reasons)
 
@@ -123,7 +135,10 @@ def outputs_by_axis(volts: Volts, axes: Sequence[str], sensor: str) -> list[Floa
 
 @dataclass
 class PackageStream:
-    """The attitude of readings that come piece by piece, with what became of them counted."""
+    """The attitude of readings that come piece by piece, with what became of them counted.
+
+    Of three axes all rows up to the newest are judged together: what they prove is told from then on.
+    """
 
     package: PackageInUse
     rows: int = 0
@@ -136,11 +151,15 @@ class PackageStream:
         self, volts: Volts, *, temperature_degc: ArrayLike | None = None, roll_deg: ArrayLike | None = None
     ) -> Attitude:
         """Return the attitude of further readings. Raises: as :meth:`PackageInUse.attitude`."""
-        found = self.package.attitude(volts, temperature_degc=temperature_degc, roll_deg=roll_deg)
+        found = self.package._attitude(self._angles.answer, volts, temperature_degc, roll_deg)
         self.rows += np.size(found.codes)
         self.lost += int(np.count_nonzero(np.isnan(found.pitch_deg)))
         self.flagged += int(np.count_nonzero(found.codes))
         return found
+
+    @cached_property
+    def _angles(self) -> AngleStream:
+        return watched_axes(self.package._inference)
 
 
 def load(

@@ -55,6 +55,8 @@ NOT_COMPARED: Final = 1 << 35
 FIELD_UNUSED: Final = 1 << 36
 OUTSIDE_ROLL: Final = 1 << 37
 """Above those of the attitude: an answer has it that a set is checked for it."""
+FAULTY: Final = 1 << 38
+"""The row agrees with itself, and others prove that what it was read from is wrong: a suspect is named where one is."""
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -72,6 +74,7 @@ WORDS: Final[Mapping[int, str]] = {
     ROLL_ON_END: "roll singular: sting axis near vertical",
     NO_PITCH: "no pitch gives this output",
     REDUNDANCY: "redundancy: outputs disagree",
+    FAULTY: "redundancy: outputs proven wrong by other rows",
     NOT_AFTER: "time is not after the row before: not used",
     SAMPLES_LOST: "samples missing before this row",
     RATE_BRIDGED: "rate missing: bridged",
@@ -128,7 +131,11 @@ def _said(code: int, words_of: Mapping[int, str]) -> str:
     reasons = []
     for bits, reason in words_of.items():
         if code & bits == bits:
-            reasons.append(f"redundancy: suspect {suspects}" if bits == REDUNDANCY and suspects else reason)
+            if suspects and bits == REDUNDANCY:
+                reason = f"redundancy: suspect {suspects}"
+            elif suspects and bits == FAULTY:
+                reason = f"redundancy: {suspects} proven wrong by other rows"
+            reasons.append(reason)
             code &= ~bits
     return "; ".join(reasons)
 

@@ -26,7 +26,10 @@ LEVEL: Final = 0.999
 """At which an explanation is held against the rows."""
 _AGAINST: Final = 0.9999
 """At which another explanation, or that nothing is wrong, is worse: three axes in two ways and all alike are tried."""
-_STANDS_SD: Final = 5.0
+_PROVEN: Final = 1.0 - 1e-6
+"""At which rows that agree by themselves are held to be wrong as well."""
+STANDS_SD: Final = 5.0
+"""Of a reading, within which an axis stands at a value."""
 _CLEAR_SD: Final = 3.0
 _DISAGREES_SD: Final = 3.3
 _STEPS: Final = 30
@@ -88,6 +91,8 @@ class Judgement:
     rows: int
     possible: tuple[Explanation, ...] = ()
     """The best first."""
+    is_proven: bool = False
+    """Whether chance makes no such rows where nothing is wrong: then those that agree are wrong as well."""
 
     @property
     def axis(self) -> int | None:
@@ -203,21 +208,21 @@ def judge(rows: PackageRows) -> Judgement:
     best = min(found, key=lambda fault: (not fault.explains, fault.chi_square - fault.dof))
     if right.explains and not right.is_worse_than(best):
         return Judgement(Cause.NOTHING, rows.rows)
+    is_proven = right.chi_square > float(chi_square_quantile(_PROVEN, right.dof))
     if all(fault.standing == rows.rows for fault in found if fault.standing):
-        return Judgement(Cause.UNMOVED, rows.rows)
+        return Judgement(Cause.UNMOVED, rows.rows, is_proven=is_proven)
     if not best.explains:
-        return Judgement(Cause.UNEXPLAINED, rows.rows)
+        return Judgement(Cause.UNEXPLAINED, rows.rows, is_proven=is_proven)
     left = sorted(
         (fault for fault in found if not fault.is_worse_than(best)), key=lambda fault: fault.chi_square - fault.dof
     )
     axes = dict.fromkeys(fault.axis for fault in left)
     if len(axes) > 1:
-        return Judgement(
-            Cause.SEVERAL, rows.rows, tuple(next(fault for fault in left if fault.axis == a) for a in axes)
-        )
+        possible = tuple(next(fault for fault in left if fault.axis == axis) for axis in axes)
+        return Judgement(Cause.SEVERAL, rows.rows, possible, is_proven)
     # Of an axis that stands still the gain and the offset are nothing that a person would ask for.
     left.sort(key=lambda fault: not fault.standing)
-    return Judgement(Cause.ALIKE if left[0].axis is None else Cause.AXIS, rows.rows, tuple(left[:1]))
+    return Judgement(Cause.ALIKE if left[0].axis is None else Cause.AXIS, rows.rows, tuple(left[:1]), is_proven)
 
 
 def _all_followed(rows: PackageRows, start: float) -> list[Explanation]:
@@ -266,7 +271,7 @@ def _standing(rows: PackageRows, linear: _Linear, axis: int) -> Explanation:
     total = np.hypot(linear.sd, np.sqrt(np.sum(linear.by_calibration**2, axis=1)))
     disagree = np.abs(linear.excess) > _DISAGREES_SD * total
     marks = [float(read.min()), float(read.max()), *([float(np.median(read[disagree]))] if disagree.any() else [])]
-    near = _STANDS_SD * np.sqrt(rows.reading_v2[axis])
+    near = STANDS_SD * np.sqrt(rows.reading_v2[axis])
     stands = np.zeros(rows.rows, dtype=bool)
     standing_v = []
     for mark in marks:

@@ -2,26 +2,60 @@
 
 A row that disagrees is flagged at once. Evenly spaced rows are kept, however many come, and judged together whenever
 their number has doubled, and at the end: from then on a flagged row has the name of the axis that all of them give, and
-none where they say that all outputs are wrong alike.
+none where they say that all outputs are wrong alike. Where one cause explains all rows they are wrong in every one of
+them, also where the length of what is sensed does not show it: these are flagged as well. A fault that came later, or
+went, is looked for in the stretches in which rows are flagged too often for chance.
+
+What is proven by later rows can be told of earlier ones once all have come (:class:`ToldAxes`,
+:func:`answered_at_once`).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.inference.angle_stream import AngleStream, Answer
-from ams.inference.faulty_axis import LEAST_ROWS, Cause, Explanation, Judgement, PackageRows, judge
+from ams.inference.faulty_axis import LEAST_ROWS, STANDS_SD, Cause, Judgement, PackageRows, judge
+from ams.inference.flagged_stretches import FlaggedStretch, FlaggedStretches
 from ams.inference.inference import Inference, Package
+from ams.inference.kept_rows import KeptRows
 from ams.inference.monitored import MonitoredAngles
 
 MOST_ROWS: Final = 1024
-"""That are kept; of more every second is left out."""
+"""That are kept of all."""
 LARGEST_SHARE_BY_CHANCE: Final = 0.01
 """Of flagged rows: a good package has one in a thousand, and hardly a calibration that is wrong has ten times that."""
+LARGEST_SHARE_OF_TWO: Final = 0.5
+"""Of flagged rows in a stretch over which two packages disagree, each of which agrees with itself: calibrations that
+are as wrong as they may be flag no more."""
+MOST_STRETCHES: Final = 100
+"""That are judged one by one; a file with more is wrong all over."""
+_EXPLAINS_ALL: Final = (Cause.AXIS, Cause.ALIKE, Cause.SEVERAL, Cause.UNMOVED)
+_EVERY_SUSPECT: Final = sum((*flag_codes.SUSPECTS, *flag_codes.MODEL_SUSPECTS))
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Rows from ``first`` to before ``end`` that are told of together."""
+
+    first: int
+    end: int
+    judgements: tuple[Judgement, ...]
+    """One a package."""
+
+    @property
+    def is_proven(self) -> bool:
+        """Whether rows that agree are wrong as well; else those that do not have a name alone."""
+        return any(judgement.is_proven for judgement in self.judgements) or self.is_of_two
+
+    @property
+    def is_of_two(self) -> bool:
+        """Whether two packages contradict each other, each of which agrees with itself."""
+        return all(judgement.cause is Cause.NOTHING for judgement in self.judgements)
 
 
 def can_be_watched(package: Package) -> bool:
@@ -30,41 +64,13 @@ def can_be_watched(package: Package) -> bool:
     return len(package.columns) == 3 and all(axis.form.unit == "g" and axis.model_output is None for axis in axes)
 
 
-@dataclass
-class _Kept:
-    """Rows evenly spaced over all that came."""
-
-    columns: tuple[str, ...]
-    stride: int = 1
-    seen: int = 0
-
-    def __post_init__(self) -> None:
-        self.rows = np.empty((len(self.columns), 0))
-
-    def take(self, readings: Mapping[str, FloatArray]) -> None:
-        start = -self.seen % self.stride
-        further = np.stack([readings[name][start :: self.stride] for name in self.columns])
-        self.seen += readings[self.columns[0]].size
-        self.rows = np.concatenate([self.rows, further], axis=1)
-        while self.rows.shape[1] > MOST_ROWS:
-            self.rows, self.stride = self.rows[:, ::2], 2 * self.stride
-
-    def finite(self) -> dict[str, FloatArray]:
-        whole = self.rows[:, np.isfinite(self.rows).all(axis=0)]
-        return dict(zip(self.columns, whole, strict=True))
-
-
-class WatchedAxes:
-    """An inference whose packages are judged by all rows together."""
+class _Around:
+    """What an inference that is looked after has in common with the inference."""
 
     def __init__(self, inference: Inference) -> None:
         self._inference = inference
         second = inference.model_package
-        self._packages = [inference.package, *([] if second is None else [second])]
-        self._judgements = [Judgement(Cause.NOTHING, 0) for _ in self._packages]
-        self._kept: _Kept | None = None
-        self._flagged = 0
-        self._judged_at = 0
+        self.packages = (inference.package, *([] if second is None else [second]))
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -82,124 +88,266 @@ class WatchedAxes:
     def answers_at_once(self) -> bool:
         return self._inference.answers_at_once
 
+
+class WatchedAxes(_Around):
+    """An inference whose packages are judged by all rows together."""
+
+    def __init__(self, inference: Inference) -> None:
+        super().__init__(inference)
+        self._judgements = tuple(Judgement(Cause.NOTHING, 0) for _ in self.packages)
+        self._kept: KeptRows | None = None
+        self._flagged_stretches: FlaggedStretches | None = None
+        self._ended: list[tuple[FlaggedStretch, tuple[Judgement, ...]]] = []
+        self._open_judged: tuple[FlaggedStretch | None, int, tuple[Judgement, ...]] = (None, 0, ())
+        self._flagged = 0
+        self._judged_at = 0
+        self.told: list[tuple[int, int]] = []
+        """Rows, from one to before another, that were answered as wrong by what others proved."""
+
     def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
-        """Return the angles of further rows, flagged with the name that all rows up to them give."""
+        """Return the angles of further rows, flagged with what all rows up to them prove."""
         found = self._inference.answer(readings)
-        if self._kept is None:
+        first = 0 if self._kept is None else self._kept.seen
+        self.take(found, readings)
+        proven = self._proven_so_far(first, first + found.codes.size)
+        for stretch in (stretch for stretch in proven if stretch.is_proven):
+            self._note_told(max(first, stretch.first), stretch.end)
+        return replace(found, codes=marked(self._inference, self.packages, found.codes, first, readings, proven))
+
+    def take(self, found: Answer, readings: Mapping[str, FloatArray]) -> None:
+        """Take further rows with their answer, to be judged."""
+        if self._kept is None or self._flagged_stretches is None:
             names = (*self.needed, *(name for name in self.optional if name in readings))
-            self._kept = _Kept(tuple(dict.fromkeys(names)))
+            columns = tuple(dict.fromkeys(names))
+            self._kept, self._flagged_stretches = KeptRows(columns, MOST_ROWS), FlaggedStretches(columns)
         self._kept.take(readings)
         disagree = np.flatnonzero(found.codes & flag_codes.REDUNDANCY)
         self._flagged += disagree.size
+        for stretch in self._flagged_stretches.take(disagree, readings):
+            self._end(stretch)
         if disagree.size and self._kept.seen >= max(2 * self._judged_at, LEAST_ROWS):
             self._judge()
-        return replace(found, codes=self._named(found.codes, disagree)) if disagree.size else found
 
     def finish(self) -> Answer:
         """Return nothing, every row being answered at once."""
         if self._kept is not None and self._flagged and self._kept.seen > self._judged_at:
             self._judge()
+        if self._flagged_stretches is not None:
+            for stretch in self._flagged_stretches.finish():
+                self._end(stretch)
         return self._inference.finish()
 
-    def judgements(self) -> tuple[tuple[str, Package, Judgement], ...]:
-        """Return what the rows say of each package: its name beside another, itself, and the judgement."""
-        names = ("",) if len(self._packages) == 1 else ("sting", "model")
-        return tuple(zip(names, self._packages, self._judgements, strict=True))
+    @property
+    def rows(self) -> int:
+        """How many have come."""
+        return 0 if self._kept is None else self._kept.seen
+
+    def judgements(self) -> tuple[Judgement, ...]:
+        """Return what all rows say of each package."""
+        return self._judgements
+
+    def proven(self) -> tuple[Stretch, ...]:
+        """Return the stretches in which packages are found wrong, once all rows have come."""
+        whole = Stretch(0, self.rows, self._judgements)
+        if whole.is_proven and _are_wrong_throughout(self._judgements):
+            return (whole,)
+        wrong = [(stretch, judgements) for stretch, judgements in self._ended if _are_wrong(stretch, judgements)]
+        if not wrong:
+            return (whole,) if _are_wrong_throughout(self._judgements) else ()
+        for end in dict.fromkeys((self.rows, wrong[-1][0].ends()[1] + 1)):
+            judgements = self._judged_between(wrong[0][0].ends()[0], end)
+            hull = Stretch(wrong[0][0].reach(self.rows)[0], end, judgements)
+            if hull.is_proven and _are_wrong_throughout(judgements):
+                return (hull,)
+        found: list[Stretch] = []
+        for stretch, judgements in wrong:
+            first, end = stretch.reach(self.rows)
+            found.append(Stretch(max(first, found[-1].end) if found else first, end, judgements))
+        return tuple(found)
+
+    def _proven_so_far(self, first: int, rows: int) -> tuple[Stretch, ...]:
+        """Return what is proven by so many rows, of those from ``first`` on."""
+        if _are_wrong_throughout(self._judgements):
+            return (Stretch(0, rows, self._judgements),)
+        ended = [(s.reach(rows), judgements) for s, judgements in self._ended if _are_wrong(s, judgements)]
+        found = [Stretch(*reach, judgements) for reach, judgements in ended if reach[1] > first]
+        assert self._flagged_stretches is not None
+        running = self._flagged_stretches.open
+        if running is None or not running.is_many or running.rows < LEAST_ROWS:
+            return tuple(found)
+        stretch, at, judgements = self._open_judged
+        if stretch is not running or running.kept.seen >= 2 * at:
+            judgements = self._judged(running.finite())
+            self._open_judged = (running, running.kept.seen, judgements)
+        if _are_wrong(running, judgements):
+            found.append(Stretch(running.reach(rows)[0], rows, judgements))
+        return tuple(found)
+
+    def _note_told(self, first: int, end: int) -> None:
+        if self.told and self.told[-1][1] == first:
+            self.told[-1] = (self.told[-1][0], end)
+        else:
+            self.told.append((first, end))
+
+    def _end(self, stretch: FlaggedStretch) -> None:
+        """Judge a stretch, or add it to the one before where both are one."""
+        if stretch.rows < LEAST_ROWS:
+            return
+        last = self._ended[-1] if self._ended else None
+        if last is not None and (len(self._ended) >= MOST_STRETCHES or last[0].is_one_with(stretch)):
+            both = replace(last[0], flagged=last[0].flagged + stretch.flagged - stretch.outermost.size)
+            both.extended(stretch.outermost)
+            self._ended[-1] = both, last[1] if _are_wrong(*last) else self._judged(stretch.finite())
+            return
+        self._ended.append((stretch, self._judged(stretch.finite())))
 
     def _judge(self) -> None:
         assert self._kept is not None
         self._judged_at = self._kept.seen
         if self._flagged <= LARGEST_SHARE_BY_CHANCE * self._kept.seen:
-            self._judgements = [Judgement(Cause.NOTHING, 0) for _ in self._packages]
+            self._judgements = tuple(Judgement(Cause.NOTHING, 0) for _ in self.packages)
             return
-        readings = self._kept.finite()
-        self._judgements = [self._judged(package, readings) for package in self._packages]
+        self._judgements = self._judged(self._kept.finite())
 
-    def _judged(self, package: Package, readings: Mapping[str, FloatArray]) -> Judgement:
-        sensors = package.sensors(readings, self._inference.reading_sd_v)
-        return judge(PackageRows(sensors, package.together(sensors), package.outputs_v(sensors, readings)))
+    def _judged_between(self, first: int, end: int) -> tuple[Judgement, ...]:
+        assert self._kept is not None
+        return self._judged(self._kept.finite(first, end))
 
-    def _named(self, codes: flag_codes.AnswerCodes, disagree: np.ndarray) -> flag_codes.AnswerCodes:
-        """Return the codes with the name that all rows give, in the order of the axes of the set."""
-        known = [judgement for judgement in self._judgements if judgement.cause in (Cause.AXIS, Cause.ALIKE)]
-        if not known:
-            return codes
-        bits = 0
-        suspects = (flag_codes.SUSPECTS, flag_codes.MODEL_SUSPECTS)
-        for of_package, package, judgement in zip(suspects, self._packages, self._judgements, strict=False):
-            if judgement.axis is not None:
-                axis = tuple(package.columns)[judgement.axis]
-                bits |= of_package["xyz".index(package.coefficients.axes[axis].nominal_axis)]
-        every = sum((*flag_codes.SUSPECTS, *flag_codes.MODEL_SUSPECTS))
-        named = codes.copy()
-        named[disagree] = (named[disagree] & ~named.dtype.type(every)) | named.dtype.type(bits)
-        return named
+    def _judged(self, readings: Mapping[str, FloatArray]) -> tuple[Judgement, ...]:
+        found = []
+        for package in self.packages:
+            sensors = package.sensors(readings, self._inference.reading_sd_v)
+            rows = PackageRows(sensors, package.together(sensors), package.outputs_v(sensors, readings))
+            found.append(judge(rows))
+        return tuple(found)
 
 
-def watched_axes(inference: Inference) -> Inference | WatchedAxes:
-    """Return the inference with an eye on its axes, where every package has three."""
+class ToldAxes(_Around):
+    """An inference over rows that were judged before: what was proven of them is told of each."""
+
+    def __init__(self, inference: Inference, stretches: Sequence[Stretch]) -> None:
+        super().__init__(inference)
+        self._stretches, self._seen = stretches, 0
+
+    def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
+        """Return the angles of further rows with what all rows prove of them."""
+        found = self._inference.answer(readings)
+        first, self._seen = self._seen, self._seen + found.codes.size
+        return replace(
+            found, codes=marked(self._inference, self.packages, found.codes, first, readings, self._stretches)
+        )
+
+    def finish(self) -> Answer:
+        """Return nothing, every row being answered at once."""
+        return self._inference.finish()
+
+
+def answered_at_once(inference: Inference, readings: Mapping[str, FloatArray]) -> Answer:
+    """Answer (N,) readings that are all there are: rows are flagged with what all of them prove.
+
+    Raises: as :meth:`ams.inference.inference.Inference.answer`.
+    """
+    found = inference.answer(readings)
+    watched = watched_axes(inference)
+    if not isinstance(watched, WatchedAxes) or not np.any(found.codes & flag_codes.REDUNDANCY):
+        return found
+    watched.take(found, readings)
+    watched.finish()
+    return replace(found, codes=marked(inference, watched.packages, found.codes, 0, readings, watched.proven()))
+
+
+def watched_axes(inference: Inference, proven: Sequence[Stretch] | None = None) -> Inference | WatchedAxes | ToldAxes:
+    """Return the inference with an eye on its axes, or with what was ``proven`` of its rows before.
+
+    Only where every package has three axes.
+    """
     packages = [inference.package, *([inference.model_package] if inference.model_package else [])]
-    return WatchedAxes(inference) if all(can_be_watched(package) for package in packages) else inference
+    if not all(can_be_watched(package) for package in packages):
+        return inference
+    return WatchedAxes(inference) if proven is None else ToldAxes(inference, proven)
 
 
-def doubts_of(angles: AngleStream) -> tuple[str, ...]:
-    """Say what the rows tell of each package whose axes are watched; nothing where nothing is wrong."""
+def watch_of(angles: AngleStream) -> WatchedAxes | None:
+    """Return the watch that stands in a stream of angles."""
     watched = angles.packages if isinstance(angles, MonitoredAngles) else angles
-    found = watched.judgements() if isinstance(watched, WatchedAxes) else ()
-    return tuple(text for name, package, judgement in found if (text := in_words(name, package, judgement)))
+    return watched if isinstance(watched, WatchedAxes) else None
 
 
-_EVERY_ROW: Final = "; angles of rows without a flag are wrong by it as well"
-"""Redundancy tells a row only where the fault changes the length of what is sensed."""
+def marked(
+    inference: Inference,
+    packages: Sequence[Package],
+    codes: flag_codes.AnswerCodes,
+    first: int,
+    readings: Mapping[str, FloatArray],
+    stretches: Sequence[Stretch],
+) -> flag_codes.AnswerCodes:
+    """Return the codes of rows from ``first`` on with what is proven in the stretches.
+
+    A row that disagrees has the name that all rows give, in the order of the axes of the set; a row that does not is
+    flagged by what is proven, unless the axis stands still in some rows alone and not in this one.
+    """
+    met = [stretch for stretch in stretches if stretch.first < first + codes.size and stretch.end > first]
+    if not met:
+        return codes
+    codes = codes.astype(np.uint64)
+    for stretch in met:
+        rows = slice(max(stretch.first - first, 0), stretch.end - first)
+        there = {name: values[rows] for name, values in readings.items()}
+        among = codes[rows]
+        is_wrong = np.zeros(among.size, dtype=bool)
+        for package, judgement in zip(packages, stretch.judgements, strict=True):
+            is_wrong |= _is_wrong(package, judgement, there, inference.reading_sd_v)
+        if stretch.is_of_two:
+            is_wrong[:] = True
+        named = np.uint64(_named_bits(packages, stretch.judgements))
+        disagree = (among & np.uint64(flag_codes.REDUNDANCY)) != 0
+        if any(judgement.cause in (Cause.AXIS, Cause.ALIKE) for judgement in stretch.judgements):
+            among[disagree] = (among[disagree] & ~np.uint64(_EVERY_SUSPECT)) | named
+        is_wrong &= ~disagree & ((among & np.uint64(flag_codes.LOST)) == 0)
+        both = flag_codes.TWO_PACKAGES if len(packages) > 1 else 0
+        among[is_wrong] |= np.uint64(flag_codes.FAULTY | both) | named
+    return codes
 
 
-def in_words(package_name: str, package: Package, judgement: Judgement) -> str:
-    """Say what the rows of a package tell of its axes; empty where nothing is wrong."""
-    if judgement.cause is Cause.NOTHING:
-        return ""
-    sensor = package.coefficients.sensor + (f", {package_name} package" if package_name else "")
-    head = f"{sensor}: {judgement.rows} rows evenly spaced over all were judged together: "
-    axes = tuple(package.columns)
-    if judgement.cause is Cause.AXIS:
-        fault = judgement.possible[0]
-        return (
-            f"{head}{axes[fault.axis or 0]} is the faulty axis: {_fault(fault, judgement.rows)}; no other axis "
-            f"explains them, nor an error of all alike{'' if 0 < fault.standing < judgement.rows else _EVERY_ROW}"
-        )
-    if judgement.cause is Cause.ALIKE:
-        return (
-            f"{head}all outputs are wrong alike and no axis by itself: {_changed(judgement.possible[0])}; look at "
-            f"supply, meter and local gravity (--gravity-mps2){_EVERY_ROW}"
-        )
-    if judgement.cause is Cause.SEVERAL:
-        said = [axes[fault.axis] if fault.axis is not None else "all outputs alike" for fault in judgement.possible]
-        return (
-            f"{head}the faulty axis cannot be named: {' or '.join(said)}, which these attitudes do not part; rows of "
-            "other attitudes do"
-        )
-    if judgement.cause is Cause.UNMOVED:
-        return f"{head}the faulty axis cannot be named: all outputs stand still; rows of other attitudes are needed"
-    return (
-        f"{head}the faulty axis cannot be named: no single one explains them, nor an error of all alike: more than "
-        "one is wrong, two are interchanged, the fault came and went, the package was accelerated, or readings scatter "
-        "more than is stated (--reading-sd-v)"
-    )
+def _named_bits(packages: Sequence[Package], judgements: Sequence[Judgement]) -> int:
+    bits = 0
+    suspects = (flag_codes.SUSPECTS, flag_codes.MODEL_SUSPECTS)
+    for of_package, package, judgement in zip(suspects, packages, judgements, strict=False):
+        if judgement.axis is not None:
+            axis = tuple(package.columns)[judgement.axis]
+            bits |= of_package["xyz".index(package.coefficients.axes[axis].nominal_axis)]
+    return bits
 
 
-def _fault(fault: Explanation, rows: int) -> str:
-    if not fault.standing:
-        return _changed(fault)
-    at = " and ".join(f"{value:.6g} V" for value in fault.stands_at_v)
-    if fault.standing == rows:
-        return f"it stands at {at} while the others move"
-    return f"it stands at {at} where the rows disagree, and agrees elsewhere"
+def _is_wrong(
+    package: Package, judgement: Judgement, readings: Mapping[str, FloatArray], reading_sd_v: float | None
+) -> BoolArray:
+    """Return which rows a package is wrong in by what is proven of it."""
+    rows = next(iter(readings.values())).size
+    found = np.zeros(rows, dtype=bool)
+    if not judgement.is_proven:
+        return found
+    if not judgement.possible or any(not 0 < fault.standing < judgement.rows for fault in judgement.possible):
+        return ~found
+    sensors = package.sensors(readings, reading_sd_v)
+    read_v = package.outputs_v(sensors, readings)
+    for fault in judgement.possible:
+        assert fault.axis is not None
+        near_v = STANDS_SD * np.sqrt(sensors[fault.axis].reading_variance_v2(np.zeros((rows, 3))))
+        for stands_v in fault.stands_at_v:
+            with np.errstate(invalid="ignore"):
+                found |= np.abs(read_v[:, fault.axis] - stands_v) <= near_v
+    return found
 
 
-def _changed(fault: Explanation) -> str:
-    """Say what differs from the calibration, gain and offset, with twice their standard deviations."""
-    said = []
-    if abs(fault.gain - 1.0) > 2.0 * fault.gain_sd:
-        said.append(f"{fault.gain:.6g} ± {2.0 * fault.gain_sd:.1g} times what the calibration says")
-    if abs(fault.offset_v) > 2.0 * fault.offset_sd_v or not said:
-        said.append(f"an offset of {1e3 * fault.offset_v:+.4g} ± {2e3 * fault.offset_sd_v:.1g} mV")
-    return f"{' and '.join(said)} (k = 2)"
+def _are_wrong_throughout(judgements: Sequence[Judgement]) -> bool:
+    """Return whether what is proven explains every row that was judged."""
+    causes = [judgement.cause for judgement in judgements]
+    return any(cause in _EXPLAINS_ALL for cause in causes) and Cause.UNEXPLAINED not in causes
+
+
+def _are_wrong(stretch: FlaggedStretch, judgements: Sequence[Judgement]) -> bool:
+    """Return whether the rows of a stretch prove a package wrong, or two against each other."""
+    if any(judgement.is_proven for judgement in judgements):
+        return True
+    return len(judgements) > 1 and stretch.flagged > LARGEST_SHARE_OF_TWO * stretch.rows

@@ -17,9 +17,10 @@ from threadpoolctl import threadpool_limits
 from ams.inference.aided_rates import AidedAngles
 from ams.inference.alignment import load_alignment
 from ams.inference.angle_stream import AngleStream
+from ams.inference.doubts import doubts_of
 from ams.inference.inference import Package, inference
 from ams.inference.rates import GyroAngles
-from ams.inference.watched_axes import doubts_of, watched_axes
+from ams.inference.watched_axes import Stretch, watch_of, watched_axes
 from ams.inputs.hdf5_blocks import blocks_of
 from ams.whole_file import whole_file
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
@@ -156,9 +157,19 @@ def attitude(
     if wiring is not None:
         is_needed = package.senses_rates or settings.gyro_set is not None
         before = before.sampled_at(wiring.rate_hz, is_needed=is_needed)
-    angles = _angles_of(package, second, reading_sd_v, settings, before, gravity_mps2, geometry, wiring)
+
+    def angles_with(proven: Sequence[Stretch] | None) -> AngleStream:
+        return _angles_of(package, second, reading_sd_v, settings, before, gravity_mps2, geometry, wiring, proven)
+
+    angles = angles_with(None)
     watched = _watched(angles, package, reading_sd_v, is_alone=second is None and settings.gyro_set is None)
     found = before.before(watched)
+
+    def found_again() -> AngleStream | None:
+        watch = watch_of(angles)
+        proven = () if watch is None else watch.proven()
+        return before.before(angles_with(proven)) if proven or (watch is not None and watch.told) else None
+
     if package.follows_sting:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
     elif len(package.columns) == 2 and not package.senses_rates:
@@ -171,12 +182,13 @@ def attitude(
         note(SD_OF_A_READING)
     for assumed in assumed_of_gyros(angles) if isinstance(angles, GyroAngles) else ():
         note(assumed)
-    _answer_all(found, data, wiring, for_s, _Answers(out, view, plot, package.coefficients.sensor))
+    answers = _Answers(out, view, plot, package.coefficients.sensor)
+    is_told = _answer_all(found, found_again, data, wiring, for_s, answers)
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
     for remark in remarks_on_rest(angles) if isinstance(angles, GyroAngles) else ():
         note(remark)
-    for doubt in watched.doubts() if isinstance(watched, WatchedOutputs) else doubts_of(angles):
+    for doubt in watched.doubts() if isinstance(watched, WatchedOutputs) else doubts_of(angles, is_told=is_told):
         note(doubt)
 
 
@@ -248,12 +260,16 @@ def _angles_of(
     gravity_mps2: float | None,
     geometry: Mapping[str, bool],
     wiring: StreamWiring | None,
+    proven: Sequence[Stretch] | None,
 ) -> AngleStream:
-    """Return what makes angles of the sets. Raises: RequestError, OutsideValidity, SetError."""
+    """Return what makes angles of the sets, with what was ``proven`` of the rows where they were read before.
+
+    Raises: RequestError, OutsideValidity, SetError.
+    """
     _refuse_idle_geometry(package, geometry)
     if not package.senses_rates:
         alone = inference(package, second, reading_sd_v, **geometry)
-        found = monitored(watched_axes(alone), package.model, settings, before.rate_hz, wiring)
+        found = monitored(watched_axes(alone, proven), package.model, settings, before.rate_hz, wiring)
         if settings.gyro_set is None:
             before.refuse_idle_rate()
         return found
@@ -298,9 +314,17 @@ class _Answers:
 
 
 def _answer_all(
-    found: AngleStream, data: str | None, wiring: StreamWiring | None, for_s: float | None, answers: _Answers
-) -> None:
-    """Answer every row of where rows come from: a rig's stream, standard input, a socket or a file."""
+    found: AngleStream,
+    found_again: Callable[[], AngleStream | None],
+    data: str | None,
+    wiring: StreamWiring | None,
+    for_s: float | None,
+    answers: _Answers,
+) -> bool:
+    """Answer every row of where rows come from: a rig's stream, standard input, a socket or a file.
+
+    Return whether every row was answered with what all of them prove, as those of a file are.
+    """
     if wiring is not None:
         _require_channels(found, wiring)
         with opened_stream(wiring, for_s) as blocks:
@@ -316,7 +340,8 @@ def _answer_all(
             " nothing was read"
         )
     else:
-        _answer_file(found, Path(data), answers)
+        return _answer_file(found, found_again, Path(data), answers)
+    return False
 
 
 def _answer_stream(answering: Callable[[WriterOf], None], answers: _Answers) -> None:
@@ -344,16 +369,35 @@ def _one_thread() -> threadpool_limits:
     return threadpool_limits(limits=1, user_api="blas")
 
 
-def _answer_file(found: AngleStream, data: Path, answers: _Answers) -> None:
-    """Answer a file piece by piece; nothing is written where one of them is wrong."""
+def _answer_file(
+    found: AngleStream, found_again: Callable[[], AngleStream | None], data: Path, answers: _Answers
+) -> bool:
+    """Answer a file piece by piece; nothing is written where one of them is wrong.
+
+    Where its rows prove something of earlier ones it is read and answered again; return whether that could be done.
+    """
     with _output(answers.out) as target, _one_thread():
-        writer = answers.writer(found.answers, target)
-        for readings in blocks_of(data, found.needed, found.optional, REMEDIES):
-            writer.write(Rows.of(found.answer(readings)))
-            if _is_sent(answers.out):
-                target.flush()
-        writer.write(Rows.of(found.finish()))
+        writer = _written(found, data, answers, target)
+        is_told = data.is_file() and not _is_sent(answers.out)
+        again = found_again() if is_told else None
+        if again is not None:
+            writer.discard()
+            target.seek(0)
+            target.truncate()
+            writer = _written(again, data, answers, target)
         writer.close()
+    return is_told
+
+
+def _written(found: AngleStream, data: Path, answers: _Answers, target: IO[bytes]) -> RowWriter:
+    """Write every row of a file; what took them is still to be closed."""
+    writer = answers.writer(found.answers, target)
+    for readings in blocks_of(data, found.needed, found.optional, REMEDIES):
+        writer.write(Rows.of(found.answer(readings)))
+        if _is_sent(answers.out):
+            target.flush()
+    writer.write(Rows.of(found.finish()))
+    return writer
 
 
 def _is_sent(out: str | None) -> bool:

@@ -48,6 +48,10 @@ class PlottedRows:
         columns = {name: np.concatenate(parts) for name, parts in self._columns.items()}
         write_whole(self.plot, attitude_figure(self.sensor, row, columns, np.concatenate(self._is_flagged)).svg)
 
+    def discard(self) -> None:
+        """End without a picture."""
+        self._writer.discard()
+
     def _halve(self) -> None:
         self._every *= 2
         row = np.concatenate(self._row)

@@ -53,6 +53,9 @@ class RowWriter(Protocol):
     def close(self) -> None:
         """Write what is still to be written; the file itself stays open."""
 
+    def discard(self) -> None:
+        """End without a word: what was written is thrown away."""
+
 
 def writer_named(name: Path | None, file: IO[bytes], columns: Sequence[str]) -> RowWriter:
     """Return the writer that a file's name asks for; without one, CSV.
@@ -97,6 +100,9 @@ class CsvRows:
     def close(self) -> None:
         """Nothing is held back."""
 
+    def discard(self) -> None:
+        """Nothing is held back."""
+
 
 @dataclass
 class JsonRows:
@@ -118,6 +124,9 @@ class JsonRows:
     def close(self) -> None:
         """Nothing is held back."""
 
+    def discard(self) -> None:
+        """Nothing is held back."""
+
 
 class ParquetRows:
     """A Parquet file; every number with all its digits."""
@@ -132,6 +141,9 @@ class ParquetRows:
         self._writer.write_table(_arrow_table(rows, lambda values: values))
 
     def close(self) -> None:
+        self._writer.close()
+
+    def discard(self) -> None:
         self._writer.close()
 
 

@@ -34,6 +34,10 @@ class TalliedRows:
         if self.flagged:
             note(f"{self.sensor}: {self.in_words()}")
 
+    def discard(self) -> None:
+        """End without a word."""
+        self._writer.discard()
+
     def in_words(self) -> str:
         """Tell how many rows are flagged, the most frequent reasons first."""
         most_frequent = self.flagged.most_common(MOST_REASONS)

@@ -100,6 +100,10 @@ class ViewedRows:
         with suppress(OSError):  # a terminal that is gone
             self._live.stop()
 
+    def discard(self) -> None:
+        """Draw the last row: what was shown cannot be taken back."""
+        self.close()
+
     def _draw(self) -> None:
         with suppress(OSError):  # a terminal that is closed ends no stream of attitudes
             self._live.update(panel(self.sensor, self.seen), refresh=True)
