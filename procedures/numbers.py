@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 
 from ams.rounding import MOST_DECIMALS, last_place, to_place
+from ams.statistics.intervals import INFINITE_DOF
 from ams.units import ARCSEC_PER_RAD, printed
 
 
@@ -33,7 +34,7 @@ def degrees_of_freedom(dof: float | None) -> str:
     if dof is None or math.isnan(dof):
         return "—"
     if dof > MANY_DOF:
-        return "∞" if math.isinf(dof) else "> 10 000"
+        return "∞" if dof >= INFINITE_DOF else "> 10 000"
     return f"{dof:.0f}" if dof >= 10 else f"{dof:.1f}".removesuffix(".0")
 
 

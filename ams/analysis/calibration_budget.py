@@ -94,6 +94,8 @@ class AxisBudget:
     """Parameter to combined standard uncertainty."""
     effective_degrees_of_freedom: Mapping[str, float]
     expanded_95: Mapping[str, float]
+    coverage_factor_95: Mapping[str, float]
+    """Student's, at the effective degrees of freedom."""
     sensitivity_v_per_mps2: float | None
     """None where no gravity is stated or the model has no sensitivity."""
     monte_carlo: MonteCarloCheck | None = None
@@ -133,6 +135,7 @@ def axis_budget(
         dict(zip(names, budget.standard_uncertainties.tolist(), strict=True)),
         dict(zip(names, budget.degrees_of_freedom.tolist(), strict=True)),
         dict(zip(names, _expanded(names, budget).tolist(), strict=True)),
+        dict(zip(names, t_quantile(0.95, budget.degrees_of_freedom).tolist(), strict=True)),
         float(values[names.index(PER_SI)]) if PER_SI in names else None,
         _checked(axis, solved_by, names, budget, errors, gravity, trials, seed) if trials > 0 else None,
     )

@@ -101,6 +101,7 @@ def budget_document(budget: AxisBudget) -> Document:
         ],
         "combined_standard_uncertainty": _numbers(budget.combined),
         "effective_degrees_of_freedom": _numbers(budget.effective_degrees_of_freedom),
+        "coverage_factor_95": _numbers(budget.coverage_factor_95),
         "expanded_uncertainty_95": _numbers(budget.expanded_95),
         "sensitivity_v_per_mps2": number(budget.sensitivity_v_per_mps2),
     }

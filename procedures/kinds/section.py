@@ -3,12 +3,14 @@
 The attitude's pages turn volts into angles; a gyro or a magnetometer has none, so its pages are these.
 """
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from ams.analysis.calibration_budget import AxisBudget, BudgetLine
+from ams.analysis.calibration_budget import AxisBudget
 from ams.arrays import FloatArray
 from ams.calibration_result import Calibration, ParameterEstimate
 from ams.frames import wrap_deg
@@ -19,12 +21,16 @@ from procedures.numbers import degrees_of_freedom, p_value, three_digits, two_di
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
+from procedures.solution.budget_view import FORMS as BUDGET_FORMS
+from procedures.solution.budget_view import budget_view
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
 
 UnitOf = Callable[[str], str]
 """Axis to the unit of its readings."""
+_NUMBER: Final = re.compile(r"[-+−]?\d+(\.\d+)?(e[-+]\d+)?")
+_NO_NUMBER: Final = frozenset(("", "·", "—", "∞", "> 10 000", "not determined"))
 LARGEST_PRINTED = 0.1
 """An uncertainty of a clock's drift beyond says that nothing is known."""
 
@@ -37,6 +43,15 @@ class TextTable:
     headings: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     note: str = ""
+
+    @property
+    def are_numbers(self) -> tuple[bool, ...]:
+        """Whether each column holds numbers, or what stands where there is none."""
+        columns = tuple(zip(*self.rows, strict=True))
+        return tuple(
+            any(map(_NUMBER.fullmatch, cells)) and all(_NUMBER.fullmatch(cell) or cell in _NO_NUMBER for cell in cells)
+            for cells in columns
+        ) or (False,) * len(self.headings)
 
 
 @dataclass(frozen=True)
@@ -142,26 +157,24 @@ def _parameter_cells(estimate: ParameterEstimate, truth: float | None, is_simula
 
 
 def _budgets(budgets: Mapping[str, AxisBudget]) -> Iterator[TextTable]:
-    """Yield a table of what each source alone puts into each parameter."""
+    """Yield a table of what each source alone puts into each parameter, and what all make of it."""
+    views = {axis: budget_view(budget) for axis, budget in budgets.items()}
     rows = [
-        (axis if index == 0 else "", line.source, line.type, *_contributions(budget, line), line.stated)
-        for axis, budget in budgets.items()
-        for index, line in enumerate(budget.lines)
+        (
+            axis if index == 0 else "",
+            row.source,
+            row.type,
+            degrees_of_freedom(row.degrees_of_freedom) if row.type else "",
+            *row.cells,
+            row.stated,
+        )
+        for axis, view in views.items()
+        for index, row in enumerate(view.rows)
     ]
     if rows:
-        names = next(iter(budgets.values())).combined
-        headings = (
-            "axis",
-            "source",
-            "type",
-            *(f"u({words_of(name).lettered}) ({words_of(name).unit})" for name in names),
-            "stated",
-        )
-        yield TextTable("Uncertainty budget", headings, tuple(rows), "Standard uncertainties; each source by itself.")
-
-
-def _contributions(budget: AxisBudget, line: BudgetLine) -> tuple[str, ...]:
-    return tuple(two_digits(line.contributions[name]) if line.contributions[name] else "0" for name in budget.combined)
+        parameters = next(iter(views.values())).headings
+        headings = ("axis", "source", "type", "ν", *(f"{label} ({unit})" for label, unit in parameters), "stated")
+        yield TextTable("Uncertainty budget", headings, tuple(rows), BUDGET_FORMS)
 
 
 def _fits(calibration: Calibration, sensor: Sensor, unit_of: UnitOf) -> TextTable:

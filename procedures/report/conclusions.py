@@ -4,7 +4,6 @@ Pure functions of the solution and the observations it was made from. Source: TP
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -16,16 +15,15 @@ from ams.analysis.diagnostics.wording import held_words
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
 from ams.frames import wrap_deg
-from ams.models.rate_terms import LOW_ORDER_NAMES
 from ams.observations import Observations
 from ams.parameter_words import words_of
 from ams.solve.extension import Extension
-from ams.statistics.budget import NEGLIGIBLE
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import t_quantile
-from ams.units import ARCSEC_PER_DEG, small_unit
+from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import angle, arcsec, three_digits, two_digits
-from procedures.report.view import AxisView, BudgetRow, BudgetView, ParameterRow, TestRow
+from procedures.report.view import AxisView, ParameterRow, TestRow
+from procedures.solution.budget_view import budget_view
 
 _PLAIN: Final = 0.001
 """Chance, against precision alone, below which residuals are said to repeat though what is known explains them."""
@@ -65,31 +63,6 @@ def axis_view(
         advise(calibration, observations).sentences,
         None if budget is None else budget_view(budget),
     )
-
-
-def budget_view(budget: AxisBudget) -> BudgetView:
-    """Return the budget as it is printed: sources, what they combine to, and the expanded uncertainty.
-
-    The terms of second and third order have theirs among the parameters: a page has no room for twelve columns.
-    """
-    names = [name for name in budget.combined if name not in LOW_ORDER_NAMES]
-
-    def cells(values: Mapping[str, float]) -> tuple[str, ...]:
-        return tuple(
-            "·"
-            if values[name] < NEGLIGIBLE * budget.combined[name]
-            else two_digits(small_unit(words_of(name).unit)[1] * values[name])
-            for name in names
-        )
-
-    sources = [
-        BudgetRow(line.source, line.type, line.degrees_of_freedom, cells(line.contributions), line.stated)
-        for line in budget.lines
-    ]
-    combined = BudgetRow("combined", "", None, cells(budget.combined), "")
-    expanded = BudgetRow("expanded (95 %)", "", None, cells(budget.expanded_95), "")
-    headings = tuple((words_of(name).label, small_unit(words_of(name).unit)[0]) for name in names)
-    return BudgetView(headings, (*sources, combined, expanded))
 
 
 def parameter_row(estimate: ParameterEstimate, sensitivity: float, truth: float | None) -> ParameterRow:

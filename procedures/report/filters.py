@@ -23,7 +23,8 @@ from procedures.report.figures import are_left_out
 from procedures.report.findings_in_short import significant_findings, test_name, tests_in_short
 from procedures.report.overview import overview_rows
 from procedures.report.rejected_rows import rejected_rows
-from procedures.report.view import AxisView, BudgetView, ParameterRow, RunView
+from procedures.report.view import AxisView, ParameterRow, RunView
+from procedures.solution.budget_view import BudgetView
 
 MOST_PARAMETERS: Final = 7
 """Columns of a budget beside its sources: with the coefficients of temperature the last stood outside the page."""

@@ -16,6 +16,7 @@ from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
 from procedures.report.section import sections_in_order
 from procedures.report.view import RunView
+from procedures.solution.budget_view import FORMS
 
 TEMPLATES = Path(__file__).parent / "templates"
 STYLE_SHEET = TEMPLATES / "page.css"
@@ -40,6 +41,7 @@ def report_environment(*folders: Path) -> Environment:
     """Return the templates that print their cells as the report does; each is compiled once, not once a document."""
     environment = page_environment(*folders)
     environment.filters.update(FILTERS)
+    environment.globals["budget_forms"] = FORMS
     return environment
 
 

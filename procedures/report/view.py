@@ -19,6 +19,7 @@ from ams.surveillance.adjustment import Adjustment
 from procedures.journal.audit_trail import Interruption, Note
 from procedures.kinds.section import Section
 from procedures.numbers import two_digits
+from procedures.solution.budget_view import BudgetView
 
 Trust = Literal["sound", "reserved", "unusable"]
 
@@ -76,28 +77,6 @@ class TestRow:
     tp_f_95: float
     is_explained: bool = False
     """Whether it is plain against precision alone, and the table or what else is known explains it."""
-
-
-@dataclass(frozen=True)
-class BudgetRow:
-    """One source of uncertainty, or what all combine to."""
-
-    source: str
-    type: str
-    """``A``, ``B``, or empty for the sums."""
-    degrees_of_freedom: float | None
-    cells: tuple[str, ...]
-    """Standard uncertainty put into each parameter, as printed; a dot where it is negligible."""
-    stated: str
-
-
-@dataclass(frozen=True)
-class BudgetView:
-    """The uncertainty budget of one axis."""
-
-    headings: tuple[tuple[str, str], ...]
-    """Label and unit of each parameter."""
-    rows: tuple[BudgetRow, ...]
 
 
 @dataclass(frozen=True)

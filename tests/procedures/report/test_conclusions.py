@@ -12,7 +12,7 @@ from ams.calibration_result import ParameterEstimate
 from ams.inputs.request import CalibrationRequest
 from procedures.report.conclusions import axis_view, by_replication, mean_residuals, parameter_row
 from procedures.report.filters import MOST_PARAMETERS, in_parts
-from procedures.report.view import BudgetRow, BudgetView
+from procedures.solution.budget_view import BudgetRow, BudgetView
 
 
 def test_the_coverage_factor_is_students_at_the_stated_degrees_of_freedom() -> None:
