@@ -41,6 +41,7 @@ BY_UNIT: Final[Mapping[str, Bound]] = {
     "degc": Bound(100.0, "°C", "the way from ice to steam"),
     "ohm": Bound(1e9, "Ω", "what an insulator has"),
     "mps2": Bound(0.2, "m/s²", "what gravity may be from place to place, 9.7 to 9.9"),
+    "dps_per_g": Bound(1000.0, "°/s/g", "more than any gyro's full range"),
     "ut": Bound(1e6, "µT", "what any coil makes, 1 T"),
     "shift": Bound(1.0, "", "the whole of it"),
 }
@@ -51,7 +52,7 @@ def implausible_limits(file: TomlFile, rig: RigDescription) -> Iterator[str]:
     """Yield every declared limit that is as large as nothing can be."""
     for key, name, value in _declared((), rig):
         bound = _bound(rig, key, name)
-        if abs(value) >= bound.largest:
+        if bound is not None and abs(value) >= bound.largest:
             unit = f" {bound.unit}" if bound.unit else ""
             yield file.complaint(
                 key,
@@ -76,16 +77,16 @@ def _declared(above: tuple[str, ...], table: object) -> Iterator[tuple[tuple[str
             yield from _declared((*above, name), value)
 
 
-def _bound(rig: RigDescription, key: tuple[str, ...], name: str) -> Bound:
-    """Return the bound of a key: that of the very sensor, coil or resistor where one is declared, else its unit's."""
-    unit = max((unit for unit in BY_UNIT if name.endswith(unit)), key=len)
+def _bound(rig: RigDescription, key: tuple[str, ...], name: str) -> Bound | None:
+    """Return the bound of a key: that of the very sensor or coil where one is declared, else its unit's, if known."""
+    unit = max((unit for unit in BY_UNIT if name.endswith(unit)), key=len, default="")
     if key[0] == "sensors" and unit in ("v", "v_per_degc"):
         swing_v = _swing_v(rig.sensors[key[1]])
         if swing_v is not None:
             return Bound(swing_v, BY_UNIT[unit].unit, "what its output swings by between +1 g and −1 g")
     if key[0] == "field" and unit == "ut":
         return Bound(max(map(abs, rig.field[key[1]].limits_ut)), "µT", "the largest level, by limits_ut")
-    return BY_UNIT[unit]
+    return BY_UNIT.get(unit)
 
 
 def _swing_v(sensor: Sensor) -> float | None:

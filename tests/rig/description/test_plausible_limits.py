@@ -45,6 +45,9 @@ def test_an_impossible_limit_is_refused_by_file_line_and_key(key: str, value: fl
     document, path = next((job.rig, path) for job in jobs().values() for path in paths_of(job.rig, key))
     if key.startswith("sensors.*.largest") and "_tc_" in key:
         document = changed(document, (*path[:-1], "use_temperature_degc"), [10.0, 35.0])
+    if key.endswith("_dps_per_g"):
+        document = changed(document, (*path[:-1], "measures"), "rate")
+        document = changed(document, (*path[:-1], "nominal_sensitivity_v_per_g"), None)
     if key.endswith("index_zero_uncertainty_arcsec"):
         document = changed(document, (*path[:-1], "index_zero_deg"), 0.0)
     file = tmp_path / "rig.toml"

@@ -1,0 +1,27 @@
+"""A key or table that stands in a file twice is told by file, line and key, and by the line of the first."""
+
+from pathlib import Path
+
+import pytest
+
+from rig.errors import DescriptionError
+from rig.toml_file import TomlFile
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("[a]\nb = 1\nc = 2\nb = 3\n", 4, "a.b: is written twice, first on line 2"),
+        ("[a]\nb = 1\nb = 3", 3, "a.b: is written twice, first on line 2"),
+        ("[a]\nb = 1\n\n[c]\nd = 1\n[a]\n", 6, "a: is written twice, first on line 1"),
+        ("[a]\nb = [1,\n2]\nb = [3,\n4,\n]\n", 4, "a.b: is written twice, first on line 2"),
+        ('[a]\n"b c" = 1\n"b c" = 2\n', 3, "a.b c: is written twice, first on line 2"),
+        ("[a]\nb.c = 1\nb.c = 2\n", 3, "a.b.c: is written twice, first on line 2"),
+        ("[a]\nb = { c = 1, c = 2 }\n", 2, "not valid TOML: Duplicate inline table key 'c'"),
+        ("[a]\nb = 1\nc =", 3, "not valid TOML"),
+    ],
+)
+def test_it_is_a_sentence(text: str, line: int, words: str) -> None:
+    with pytest.raises(DescriptionError) as refused:
+        TomlFile(Path("rig.toml"), text)
+    assert str(refused.value).startswith(f"rig.toml:{line}: {words}")
