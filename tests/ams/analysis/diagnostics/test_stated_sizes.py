@@ -75,10 +75,9 @@ def test_a_term_is_as_large_as_it_is_and_as_the_parameter_table_has_it(scene: st
 
 @pytest.mark.soak
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("size_ug", [1.0, 10.0, 100.0, 500.0, 1000.0])
+@pytest.mark.parametrize("size_ug", [100.0, 500.0, 1000.0])
 @pytest.mark.parametrize("scene", SCENES)
 def test_what_is_printed_holds_what_there_is_in_a_long_run(scene: str, size_ug: float) -> None:
-    """From where a term is plain; below, only those that chance made larger are told at all."""
+    """From where a term is plain; near its threshold one that only looks like it may be told."""
     told = list(_told(scene, 2.5e-6 * size_ug, 400, 2))
-    if size_ug >= 10.0:
-        assert np.mean([abs(error) <= expanded for _, error, expanded, _ in told]) >= 0.93
+    assert np.mean([abs(error) <= expanded for _, error, expanded, _ in told]) >= 0.93
