@@ -10,6 +10,7 @@ from ams.analysis.diagnostics.beliefs import AxisTests, BeliefTest
 from ams.analysis.diagnostics.drift_course import LikeliestCourse
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.wander import beside_wander
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.inputs.request import select_rows
@@ -87,7 +88,9 @@ class Believed:
 
     def tested(self, made: Mapping[str, BeliefTest], limit: TableLimit | None, family: int) -> AxisTests:
         """Return all tests, those of what is taken out as they were ``made``."""
-        return axis_tests(self.evidence, self.shared, self.index, made, limit, family, self._taken_from_points())
+        given = self._taken_from_points()
+        tests = axis_tests(self.evidence, self.shared, self.index, made, limit, family, given)
+        return beside_wander(self.evidence, self.index, tests, frozenset(made))
 
     def _taken_from_points(self) -> FloatArray:
         """Return (K, c) what the points have of what is taken out, the drift of the replications apart as theirs is."""

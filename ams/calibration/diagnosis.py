@@ -13,6 +13,7 @@ import numpy as np
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.axis_tests import shared_tests
 from ams.analysis.diagnostics.beliefs import (
+    AUTOCORRELATION,
     BY_POINT,
     BY_POINT_GAIN,
     BY_REPLICATION,
@@ -55,6 +56,9 @@ from ams.observations import Observations
 from ams.units import ARCSEC_PER_DEG, label_and_unit
 
 _NOTHING = 1e-9
+_STRONG = 0.1
+"""Of what differs between the replications: a course that leaves more while dwells still know of each other is a wander
+and no drift."""
 _RECORDED = (BY_POINT, BY_POINT_GAIN)
 _ALIKE = frozenset(column.name for column in COLUMNS)
 """Tests of what repeats in every replication: a transient that does is one of them."""
@@ -143,10 +147,13 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     plain = plain_courses(tests)
     course = likeliest_course(seen.evidence, seen.index) if plain else None
     if course is not None:
-        made |= plain if course.is_of_temperature else {name: plain[name] for name in plain if name != BY_REPLICATION}
-        made |= {name: tests.tests[name] for name in _RECORDED if course.is_of_temperature and name in tests.tests}
-        seen = seen.without_course(course)
-        tests = seen.tested(made, limit, family)
+        of_temperature = course.is_of_temperature
+        convicted_first = {name: test for name, test in plain.items() if of_temperature or name != BY_REPLICATION}
+        convicted_first |= {name: tests.tests[name] for name in _RECORDED if of_temperature and name in tests.tests}
+        without = seen.without_course(course)
+        beside = without.tested(made | convicted_first, limit, family)
+        if not beside.is_significant.get(AUTOCORRELATION) or _scatter(without) < _STRONG * _scatter(seen):
+            made, seen, tests = made | convicted_first, without, beside
     wrong, convicted = _convicted(seen.evidence, seen.index, tests), None
     if wrong is not None and wrong.dwells:
         made[WRONG_DWELL] = BeliefTest(WRONG_DWELL, "wrong-dwell", wrong.p_value)
@@ -166,6 +173,12 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     seen = seen.with_course()
     diagnosis = _diagnosis(seen, beside_the_dwell_before(with_steps(tests, steps)), convicted, circumstances, limit)
     return replace(diagnosis, findings=(*clipped, *steps.findings, *diagnosis.findings))
+
+
+def _scatter(seen: Believed) -> float:
+    """Return the sum of squares of what differs from replication to replication."""
+    departures = seen.evidence.departures[:, seen.index]
+    return float(departures @ departures)
 
 
 def _without_clipped(seen: Believed) -> tuple[tuple[Finding, ...], Believed]:

@@ -147,7 +147,7 @@ def _robust_words(test: BeliefTest, scale: Scale) -> str:
 def _not_significant(test: BeliefTest) -> str:
     if not test.is_explained:
         return "not significant"
-    if test.name in MEMORIES:
+    if test.name in (*MEMORIES, BY_REPLICATION, SETTLING, LACK_OF_FIT, ROBUST):
         return "explained by what a dwell knows of the one before it"
     return "explained by a drift" if test.name in (SLIP, STEP) else "explained by temperature"
 
