@@ -150,12 +150,42 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        line = re.search(r"line (\d+)", str(error))
-        raise DescriptionError(f"{path}:{line.group(1) if line else 1}: not valid TOML: {error}") from None
+        at = re.search(r"line (\d+)", str(error))
+        line = int(at[1]) if at else max(len(text.splitlines()), 1)
+        of_a_key = re.search("Cannot (overwrite|declare)", str(error))
+        line, said = (of_a_key and _written_twice(text, line)) or (line, f"not valid TOML: {error}")
+        raise DescriptionError(f"{path}:{line}: {said}") from None
     except RecursionError:
         raise DescriptionError(f"{path}: not valid TOML: brackets in brackets without an end") from None
     except ValueError as error:
         raise DescriptionError(f"{path}: not valid TOML: {error}") from None
+
+
+def _written_twice(text: str, line: int) -> tuple[int, str] | None:
+    """Return line and sentence of a key that stands in the file before; None where the line is wrong in another way.
+
+    ``line`` is where the value ends, which may be lines below its key.
+    """
+    lines = text.splitlines()
+    while line > 1 and not (_HEADER.match(lines[line - 1]) or _ASSIGNMENT.match(lines[line - 1].strip())):
+        line -= 1
+    header = _HEADER.match(lines[line - 1])
+    if header and "=" not in header["path"]:
+        found = _parts(header["path"])
+    elif match := _ASSIGNMENT.match(lines[line - 1].strip()):
+        found = (*_table_of(lines[: line - 1]), *_parts(match["key"]))
+    else:
+        return None
+    first = _lines_of_keys("\n".join(lines[: line - 1])).get(found)
+    if first is None:
+        return None
+    return line, f"{'.'.join(found)}: is written twice, first on line {first}; nothing was read; remove one of them"
+
+
+def _table_of(lines: Sequence[str]) -> KeyPath:
+    """Return the table that a line after these stands in."""
+    headers = (header for line in reversed(lines) if (header := _HEADER.match(line)) and "=" not in header["path"])
+    return next((_parts(header["path"]) for header in headers), ())
 
 
 def _hidden(value: object, key: KeyPath) -> Iterator[tuple[KeyPath, str]]:

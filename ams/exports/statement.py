@@ -24,8 +24,13 @@ def statement(coefficients: CoefficientSet) -> list[str]:
         *(_axis(name, table(section)) for name, section in table(document["axes"]).items()),
         *_use(document),
         *([f"verdict of the calibration: {document['verdict']}"] if "verdict" in document else []),
-        *(f"warning: {warning}" for warning in listed(document["warnings"])),
+        *(f"{kind_of_warning(document, text)}: {text}" for text in map(str, listed(document["warnings"]))),
     ]
+
+
+def kind_of_warning(document: Document, text: str) -> str:
+    """Return ``remark`` for what is no reservation; sets of before the key ``remarks`` call all of it a warning."""
+    return "remark" if text in listed(document.get("remarks", [])) else "warning"
 
 
 def check_status(read: str, text: str, part: str, where: str) -> None:

@@ -173,6 +173,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
         "test_vectors": make_vectors(numbers, _validity_of(provenance)),
         "verdict": calibration.verdict,
         "warnings": plain((*calibration.warnings, *calibration.remarks), "warnings"),
+        "remarks": plain(_remarks(calibration), "remarks"),
         **record_sections(provenance),
     }
     coefficients = _checked(with_checksum(document), provenance.sensor, is_built=True)
@@ -226,6 +227,12 @@ def _check_temperature_range(axes: Mapping[str, AxisNumbers], provenance: Proven
             f"{provenance.sensor}: axis {needing[0]}: has temperature coefficients but no temperature range "
             "to be valid in; nothing was built; give the provenance its temperature_range_degc"
         )
+
+
+def _remarks(calibration: Calibration) -> tuple[str, ...]:
+    """Return those of the warnings, of package and axes, that are no reservation."""
+    of_axes = (text for axis in calibration.axes.values() for text in axis.remarks)
+    return tuple(dict.fromkeys((*calibration.remarks, *of_axes)))
 
 
 def _inputs(axes: Mapping[str, AxisNumbers]) -> Json:

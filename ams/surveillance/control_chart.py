@@ -13,6 +13,7 @@ than 5 % chance of any false alarm in all that time.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import ceil
 from typing import Literal
 
 import numpy as np
@@ -22,13 +23,15 @@ from ams.errors import ArchiveUnknown
 from ams.parameter_words import words_of_characteristic
 from ams.statistics.distributions import chi_square_tail
 from ams.statistics.intervals import t_quantile
-from ams.surveillance.between_runs import Scatter, pooled_scatter
+from ams.surveillance.between_runs import DIFFERENCE_EFFICIENCY, Scatter, pooled_scatter
 from ams.surveillance.series import SECONDS_PER_YEAR, PointLabel, Population
 
 STEP_LEVEL = 0.002
 DRIFT_LEVEL = 0.001
 LEAST_DOF = 2.0
 """Below this a scatter is not known well enough to judge by."""
+LEAST_CALIBRATIONS = 1 + ceil(LEAST_DOF / DIFFERENCE_EFFICIENCY)
+"""Of a sensor alone, before its own scatter is known so well."""
 LEAST_POINTS_OF_DRIFT = 5
 _NEWEST_P, _OTHERS_P = 1e-6, 1e-4
 _REMEMBERED = 3
@@ -91,6 +94,22 @@ class History:
     @property
     def is_sound(self) -> bool:
         return not self.findings
+
+    @property
+    def conclusion(self) -> str:
+        """What can be said where nothing was found, and what cannot be judged yet; empty where something was."""
+        if not self.is_judged:
+            return (
+                f"cannot judge yet ({len(self.labels)} of {LEAST_CALIBRATIONS} calibrations): the scatter between runs "
+                "is not known of this kind of sensor"
+            )
+        if self.findings:
+            return ""
+        left = "no calibration left the prediction interval of the one before"
+        if len(self.labels) < LEAST_POINTS_OF_DRIFT:
+            known = f"{len(self.labels)} of {LEAST_POINTS_OF_DRIFT} calibrations"
+            return f"no step was found: {left}; of a drift it cannot judge yet ({known})"
+        return f"nothing was found: {left}, and nothing drifts"
 
 
 @dataclass

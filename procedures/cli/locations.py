@@ -13,6 +13,7 @@ from platformdirs import user_state_path
 
 from procedures.accounts.people import People
 from procedures.errors import RequestError
+from rig.plain_text import hidden_complaint
 
 JOURNAL = "journal.sqlite"
 
@@ -121,3 +122,16 @@ def login_name() -> str:
         return getpass.getuser()
     except (OSError, KeyError, ImportError):
         return f"uid {os.getuid()}" if hasattr(os, "getuid") else "unknown"
+
+
+def person_named(operator: str | None) -> str:
+    """Return who answers for it: by --operator, else who is logged in.
+
+    Raises: RequestError for a name that is empty or holds what nobody sees.
+    """
+    if operator is None:
+        return login_name()
+    complaint = hidden_complaint(operator) or ("" if operator.strip() else "is empty; give a name, or leave it out")
+    if complaint:
+        raise RequestError(f"--operator: got {operator!r}, which {complaint}; nothing was done")
+    return operator.strip()

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from procedures.certificate.issue import GroundsOf, issue
-from procedures.cli.locations import archive_url, login_name
+from procedures.cli.locations import archive_url, person_named
 from procedures.cli.options import Archive, Flag, Json, Operator, require_folder
 from procedures.cli.output import print_json, say
 from procedures.errors import RequestError
@@ -51,7 +51,7 @@ def certificate(
         raise RequestError("certificate: --amends and --reason belong together; nothing was issued; give both or none")
     day = SystemClock().now_utc() if issued is None else _day(issued)
     request = GroundsOf(number, day, amends, reason, specimen)
-    done = issue(archive_url(archive), key, request, operator or login_name(), out)
+    done = issue(archive_url(archive), key, request, person_named(operator), out)
     if json:
         files = {"page": str(done.page), "paper": str(done.paper), "paper_sha256": done.sha256}
         coefficients = done.grounds.coefficients

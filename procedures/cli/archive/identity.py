@@ -4,7 +4,7 @@ import sys
 from getpass import getpass
 from pathlib import Path
 
-from procedures.cli.locations import login_name, people_of_here
+from procedures.cli.locations import people_of_here, person_named
 from procedures.errors import RequestError
 
 IDENTIFIED_BY_NAME = "the secret of that name"
@@ -12,7 +12,7 @@ IDENTIFIED_BY_NAME = "the secret of that name"
 
 def signer(operator: str | None, secret_file: Path | None) -> str:
     """Return the name of who signs, once the secret was told. Raises: RequestError; then nothing was signed."""
-    people, name = people_of_here(), operator or login_name()
+    people, name = people_of_here(), person_named(operator)
     person = people.find(name)
     if person is None:
         raise RequestError(

@@ -195,10 +195,8 @@ def history_lines(found: SensorHistory) -> Iterator[str]:
     yield f"{history.sensor}: {count} calibrations, {first.created_utc:%Y-%m-%d} to {last.created_utc:%Y-%m-%d}"
     yield f"{'characteristic':<28}{'now':>16} {'scatter':>10} {'rate a year':>22}   as an angle"
     yield from (_chart_line(chart) for chart in history.charts)
-    if not history.is_judged:
-        yield "not judged yet: too few calibrations of this kind of sensor to know the scatter between runs"
-    elif history.is_sound:
-        yield "nothing was found: no calibration left the prediction interval of the one before, and nothing drifts"
+    if history.conclusion and (found.check is None or found.check.is_judged):
+        yield history.conclusion
     for finding in history.findings:
         yield f"{finding.kind}: {finding.sentence}"
         if finding.rig_cause is not None:

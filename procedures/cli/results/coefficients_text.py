@@ -1,10 +1,11 @@
 """Coefficients for a person: the parameters of a document (a set, a fit or a solved run) as lines of text."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
+from ams.exports.statement import kind_of_warning
 from ams.parameter_words import words_of
 from ams.units import dof_words, printed
 from procedures.cli.results.findings_text import findings_lines
@@ -21,16 +22,17 @@ def set_text(document: Mapping[str, Any], status: str) -> str:
         f"calibrated {calibrated}, run {provenance['run_id'] or 'none'}, "
         f"checksum {document['checksum']['sha256'][:12]}",
         *([f"verdict of the calibration: {document['verdict']}"] if "verdict" in document else []),
-        *axes_lines(document["axes"]),
-        *(f"warning: {text}" for text in document["warnings"]),
+        *axes_lines(document["axes"], document.get("remarks", ())),
+        *(f"{kind_of_warning(document, text)}: {text}" for text in document["warnings"]),
     ]
     return "\n".join(lines)
 
 
-def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
+def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> Iterator[str]:
     """Yield the lines of every axis.
 
-    Parameters with standard uncertainties, standard error, replication tests, warnings, remarks.
+    Parameters with standard uncertainties, standard error, replication tests, warnings, remarks. ``known_remarks``:
+    of a set, whose axes have their remarks among the warnings.
     """
     for name, axis in axes.items():
         yield ""
@@ -41,7 +43,7 @@ def axes_lines(axes: Mapping[str, Any]) -> Iterator[str]:
         if axis["replication"] is not None:
             yield f"  {replication_line(axis['replication'])}"
         yield from (f"  {line}" for line in findings_lines(axis))
-        yield from (f"  warning: {text}" for text in axis["warnings"])
+        yield from (f"  {'remark' if text in known_remarks else 'warning'}: {text}" for text in axis["warnings"])
         yield from (f"  remark: {text}" for text in axis.get("remarks", ()))
 
 
@@ -84,4 +86,6 @@ def with_uncertainty(value: float, uncertainty: float | None) -> str:
 def _test(name: str, test: Mapping[str, Any] | None) -> str:
     if test is None or test["t"] is None:
         return f"{name} untested"
-    return f"{name} {test['t']:.3g} ({'above' if test['t'] > test['f_95'] else 'below'} {test['f_95']:.3g})"
+    return (
+        f"{name} {test['t']:.3g} ({'above' if test['t'] > test['f_95'] else 'below'} its 95 % limit {test['f_95']:.3g})"
+    )

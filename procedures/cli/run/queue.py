@@ -8,7 +8,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from procedures.cli.locations import login_name, queues_of_here
+from procedures.cli.locations import login_name, person_named, queues_of_here
 from procedures.cli.options import RUNS, Archive, Json, NeededReason, Operator, Rig, RunsFolder
 from procedures.cli.output import note, print_json, say
 from procedures.cli.run.opening import tell_whom_it_concerns
@@ -63,7 +63,7 @@ def add(
         procedure,
         rig,
         out,
-        operator or login_name(),
+        person_named(operator),
         title=read_procedure(procedure).procedure.title,
         not_before=not_before,
         not_after=not_after,
@@ -92,13 +92,13 @@ def move(item: Number, /, *, before: int = 0, rig: OfRig = None, operator: Opera
     before
         The item that comes after it; without it, it is put at the end.
     """
-    _tell(people.move(_store(rig), item, before, operator or login_name()))
+    _tell(people.move(_store(rig), item, before, person_named(operator)))
 
 
 @app.command
 def remove(item: Number, /, *, rig: OfRig = None, operator: Operator = None) -> None:
     """Take out an item that has not begun."""
-    _tell(people.remove(_store(rig), item, operator or login_name()))
+    _tell(people.remove(_store(rig), item, person_named(operator)))
 
 
 @app.command
@@ -113,7 +113,7 @@ def arm(*, until: str, rig: OfRig = None, operator: Operator = None) -> None:
     clock = SystemClock()
     now = clock.now_utc()
     until_utc = moment(until, "--until", now)
-    _tell(people.arm(_store(rig), operator or login_name(), until_utc, boot(), now))
+    _tell(people.arm(_store(rig), person_named(operator), until_utc, boot(), now))
 
 
 @app.command
@@ -130,7 +130,7 @@ def attest(
 ) -> None:
     """Say, by name, what is mounted now; the check set of the next run verifies it by measurement."""
     parts = dict(_sensor(sensor) for sensor in mounted)
-    _tell(people.attest(_store(rig), operator or login_name(), parts))
+    _tell(people.attest(_store(rig), person_named(operator), parts))
 
 
 @app.command
@@ -144,7 +144,7 @@ def decide(
     choice
         resume goes on with its run, again measures it from the start, drop leaves it.
     """
-    _tell(people.decide(_store(rig), item, choice, reason, operator or login_name()))
+    _tell(people.decide(_store(rig), item, choice, reason, person_named(operator)))
 
 
 @app.command

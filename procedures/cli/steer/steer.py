@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
-from procedures.cli.locations import login_name
+from procedures.cli.locations import login_name, person_named
 from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
 from procedures.cli.output import print_json, say
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
@@ -135,7 +135,7 @@ def close(
 ) -> None:
     """Close a run that is not to be resumed, ever. What was measured stays, and its report can be made."""
     folder = run_in_state(run, out, RESUMABLE, "closed")
-    close_run(folder, Authorisation(operator or login_name(), reason))
+    close_run(folder, Authorisation(person_named(operator), reason))
     say(f"{folder}: closed; nothing resumes it")
 
 

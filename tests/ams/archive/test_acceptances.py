@@ -85,3 +85,13 @@ def test_a_released_set_counts_again_and_its_quarantine_stays_on_record(archive:
     assert [label.sha256 for label in history(url, "SN1").history.labels][:2] == [first, second]
     assert sign(url, second, "approved", "C. Lim", NOW).is_approved
     assert verify_archive(url).faults == ()
+
+
+@pytest.mark.parametrize(("name", "reason"), [("B.\u202eSoo", "small"), ("B. Soo", "small\n2026-06-01 approved")])
+def test_a_word_that_a_page_cannot_show_as_it_is_is_refused(archive: Any, name: str, reason: str) -> None:
+    publish(archive.url, [set_with_findings(approved_by=None)], NOW)
+    sign(archive.url, "SN1047", "prepared", "A. Ray", NOW)
+    with pytest.raises(ArchiveForbids, match=r"holds U\+(202E|000A), which nobody sees: .*; nothing was signed"):
+        accept(archive.url, "SN1047", "y.cubic", name, NOW, reason)
+    with pytest.raises(ArchiveForbids, match="which nobody sees"):
+        sign(archive.url, "SN1047", "reviewed", name, NOW, reason)

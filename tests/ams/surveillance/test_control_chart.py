@@ -173,3 +173,12 @@ def test_a_scatter_is_learned_from_a_thousand_calibrations_of_the_sensors_behind
     assert of_all.dof.max() < 0.37 * 3 * 1000
     truth = pooled_scatter(population, "nobody").variance  # another thousand
     assert np.all(np.abs(of_all.variance / truth - 1.0) < 0.2)
+
+
+def test_what_cannot_be_judged_yet_is_not_called_sound() -> None:
+    """A slope is tested from five calibrations on: with fewer of them nothing can be said to have stayed."""
+    two = History("SN1", tuple("ab"), (), np.zeros((2, 3)), (), is_judged=True)  # type: ignore[arg-type]
+    assert "nothing" not in two.conclusion
+    assert two.conclusion.endswith("of a drift it cannot judge yet (2 of 5 calibrations)")
+    assert replace(two, is_judged=False).conclusion.startswith("cannot judge yet (2 of 4 calibrations)")
+    assert replace(two, labels=tuple("abcde")).conclusion.startswith("nothing was found")  # type: ignore[arg-type]

@@ -97,6 +97,11 @@ def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_a
     ("arguments", "words"),
     [
         (["accept", "SN1047", "y.cubic", "--operator", "N. N.", "--reason", "small"], "N. N.: nobody of that name has"),
+        (["accept", "SN1047", "y.cubic", "--operator", "", "--reason", "small"], "--operator: got '', which is empty"),
+        (["accept", "SN1047", "y.cubic", "--operator", "  ", "--reason", "small"], "--operator: got '  ', which is"),
+        (["accept", "SN1047", "y.cubic", "--operator", "C.\x07Reader", "--reason", "small"], "holds <U+0007>, which"),
+        (["accept", "SN1047", "y.cubic", "--operator", "C. Reader", "--reason", "a\nb"], "holds <U+000A>, a line"),
+        (["certificate", "SN1047", "--operator", "", "--number", "7"], "--operator: got '', which is empty"),
         (["accept", "SN1047", "y.cubic", "--operator", "C. Reader"], "accept y.cubic: needs a reason"),
         (["accept", "SN1047", "x.drift", "--operator", "C. Reader", "--reason", "small"],
          "no such finding: its significant findings are y.cubic, y.wrong-dwell, y.wrong-dwell.2"),
@@ -114,7 +119,8 @@ def test_a_word_without_name_reason_or_object_is_a_sentence(
     publish(url, [set_with_findings()], MOMENT)
     sign(url, "SN1047", "prepared", "A. Operator", MOMENT)
     secret = with_accounts(tmp_path, monkeypatch, "C. Reader")
-    assert run_command(["archive", *arguments, "--archive", url, *secret]) == 2
+    command = arguments if arguments[0] == "certificate" else ["archive", *arguments, *secret]
+    assert run_command([*command, "--archive", url]) == 2
     assert words in capsys.readouterr().err
 
 

@@ -47,8 +47,9 @@ def test_a_quiet_past_is_told_as_such(archive: SyntheticArchive) -> None:
         for name in sorted({label.sensor for label in archive.population.labels})
         if history_of(archive.population, name).is_sound
     )
-    assert "No calibration left the prediction interval of the one before, and nothing drifts." in _text(
-        _view(archive, quiet)
+    assert (
+        "Nothing was found: no calibration left the prediction interval of the one before, and nothing drifts."
+        in _text(_view(archive, quiet))
     )
 
 

@@ -26,7 +26,7 @@ MISTAKES = [
         "range = 10.0",
         "readouts.dmm.channels.x.range: unknown key: the unit is missing",
     ),
-    ("duplicate key", "seed = 7", "seed = 7\nseed = 8", "not valid TOML"),
+    ("duplicate key", "seed = 7", "seed = 7\nseed = 8", "twin.seed: is written twice, first on line "),
     ("wrong type", "noise_v = 0.00002", 'noise_v = "small"', "twin.truth.SN1047.x.noise_v: got 'small'"),
     ("text for a number", "nplc = 10", 'nplc = "10"', "readouts.dmm.nplc: got '10'"),
     ("out of range", "coning_deg = 0.5", "coning_deg = 95.0", "twin.truth.SN1047.x.coning_deg: got 95.0"),

@@ -1,6 +1,7 @@
 """``calrig archive`` and ``calrig resolve`` as a user calls them, rightly and wrongly."""
 
 import json
+import re
 import sqlite3
 from dataclasses import dataclass
 from io import StringIO
@@ -74,6 +75,10 @@ def test_show_tells_coefficients_what_was_found_and_who_signed(archive) -> None:
     assert "as found: " in text
     assert "decision rule: pass where |error| + U is inside the limit" in text
     assert ": unsigned" in text
+    assert "  remark: " in text, "what is no reservation is not called a warning"
+    warned = {line.strip() for line in text.splitlines() if "warning: " in line}
+    assert all(line.startswith("warning: 2 replications only") for line in warned), warned
+    assert re.search(r"lack of fit \S+ \((above|below) its 95 % limit \S+\)", text)
     assert archive("show", "SN1", "--json").document["sensor"]["name"] == "SN1"
 
 
@@ -99,7 +104,8 @@ def test_history_is_told_and_drawn(archive, laboratory: Laboratory) -> None:  # 
     plot = laboratory.folder / "history.svg"
     text = archive("history", "SN1", "--plot", plot)
     assert text.status == 0
-    assert "not judged yet" in text.out
+    assert "cannot judge yet (2 of 4 calibrations): the scatter" in text.out
+    assert "nothing was found" not in text.out
     assert "next calibration, as advice" not in text.out  # two runs of one hour say nothing of an interval
     assert plot.read_bytes().startswith(b"<?xml")
     charts = archive("history", "SN1", "--json").document["history"]["charts"]
