@@ -57,6 +57,7 @@ OUTSIDE_ROLL: Final = 1 << 37
 """Above those of the attitude: an answer has it that a set is checked for it."""
 FAULTY: Final = 1 << 38
 """The row agrees with itself, and others prove that what it was read from is wrong: a suspect is named where one is."""
+FROZEN: Final = 1 << 39
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -96,6 +97,9 @@ WORDS: Final[Mapping[int, str]] = {
 FILTER_WORDS: Final[Mapping[int, str]] = {
     FILTER_BRIDGED: "reading missing: bridged by the filter",
     TRANSIENT: "filter not settled",
+}
+FROZEN_WORDS: Final[Mapping[int, str]] = {
+    FROZEN: "output frozen: taken as missing",
 }
 FIELD_WORDS: Final[Mapping[int, str]] = {
     FIELD_UNUSED: "field not used: disturbed",

@@ -18,7 +18,10 @@ from ams.inference.aided_rates import AidedAngles
 from ams.inference.alignment import load_alignment
 from ams.inference.angle_stream import AngleStream
 from ams.inference.doubts import doubts_of
+from ams.inference.frozen_outputs import FrozenOutputs, noise_by_column
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package, inference
+from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles
 from ams.inference.watched_axes import Stretch, watch_of, watched_axes
 from ams.inputs.hdf5_blocks import blocks_of
@@ -163,12 +166,16 @@ def attitude(
 
     angles = angles_with(None)
     watched = _watched(angles, package, reading_sd_v, is_alone=second is None and settings.gyro_set is None)
-    found = before.before(watched)
+    noise = noise_by_column(_packages_of(angles, package, second), reading_sd_v)
+    is_by_row = before.average_s is None or before.low_pass_hz is None
+    found = FrozenOutputs(before.before(watched), noise, is_by_row=is_by_row)
 
     def found_again() -> AngleStream | None:
         watch = watch_of(angles)
         proven = () if watch is None else watch.proven()
-        return before.before(angles_with(proven)) if proven or (watch is not None and watch.told) else None
+        if not proven and (watch is None or not watch.told):
+            return None
+        return FrozenOutputs(before.before(angles_with(proven)), noise, is_by_row=is_by_row)
 
     if package.follows_sting:
         note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
@@ -184,6 +191,8 @@ def attitude(
         note(assumed)
     answers = _Answers(out, view, plot, package.coefficients.sensor)
     is_told = _answer_all(found, found_again, data, wiring, for_s, answers)
+    for doubt in found.doubts():
+        note(f"{package.coefficients.sensor}: {doubt}")
     if isinstance(angles, AidedAngles):
         note(angles.consistency())
     for remark in remarks_on_rest(angles) if isinstance(angles, GyroAngles) else ():
@@ -200,6 +209,16 @@ def _watched(
     if not is_alone or not is_plain or len(package.columns) > 2:
         return angles
     return WatchedOutputs(angles, package, reading_sd_v)
+
+
+def _packages_of(angles: AngleStream, package: Package, second: Package | None) -> list[Package | GyroPackage]:
+    """Return every package that rows are read from."""
+    found: list[Package | GyroPackage] = [package, *([] if second is None else [second])]
+    if isinstance(angles, AidedAngles):
+        found.append(angles.accelerometers)
+    if isinstance(angles, MonitoredAngles) and isinstance(angles.gyros, GyroAngles):
+        found.append(angles.gyros.package)
+    return found
 
 
 def _which_of_two(package: Package, *, upright: bool, right_wing_down: bool) -> str:

@@ -96,3 +96,18 @@ def test_a_stream_flags_from_the_proof_on_and_says_which_rows_went_before(
     assert all(flags[40:])
     first = 1 + next(row for row, flag in enumerate(flags) if LATER in flag or "suspect y" in flag)
     assert f"rows 1 to {first - 1} were answered before that was proven" in found.err
+
+
+def test_an_output_that_hangs_has_no_angles_and_is_named(
+    stored: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    outputs = _readings(slice(0, 0), 0.0, seed=6)
+    # Readings of a package at rest, as those that steps and noise are seen in: attitudes of this file jump.
+    outputs[:100] = outputs[0] + SD_V * np.random.default_rng(7).standard_normal((100, 3))
+    outputs[200:400, 1] = outputs[200, 1]
+    found = call(capsys, "attitude", stored, _written(tmp_path / "data.csv", outputs), "--reading-sd-v", "1e-5")
+    rows = list(csv.DictReader(io.StringIO(found.out)))
+    assert found.status == 0
+    assert all(row["pitch_deg"] == "" and "output frozen" in row["flag"] for row in rows[201:400])
+    assert not any("frozen" in row["flag"] for row in rows[:201] + rows[400:])
+    assert "y_v repeats one number in 199 rows" in found.err
