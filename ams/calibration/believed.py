@@ -48,7 +48,11 @@ class Believed:
     def without(self, columns: FloatArray) -> "Believed":
         """Return the output less what (N, c) columns explain of it, beside the effects of points; solved anew."""
         without = replace(self, taken=np.hstack([self.taken, columns]))
-        return without.less(columns @ self._sizes(columns))
+        return without.less(self.part_of(columns))
+
+    def part_of(self, columns: FloatArray) -> FloatArray:
+        """Return (N,) what (N, c) columns explain of the output, beside the effects of points."""
+        return columns @ self._sizes(columns)
 
     def without_course(self, course: LikeliestCourse) -> "Believed":
         """Return the same of a course through the run, which :meth:`with_course` puts back."""

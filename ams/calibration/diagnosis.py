@@ -50,7 +50,7 @@ from ams.calibration.steps import NO_STEPS, StepsOfOutput, step_columns, with_st
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.shared_errors import SharedError
+from ams.inputs.shared_errors import SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
 from ams.units import ARCSEC_PER_DEG, label_and_unit
@@ -141,7 +141,9 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     if clipped:
         steps = NO_STEPS
     if steps.during:
-        seen = seen.without(step_columns(seen.evidence, seen.index, steps.during))
+        columns = step_columns(seen.evidence, seen.index, steps.during)
+        before, seen = seen, seen.without(columns)
+        steps = replace(steps, findings=_within_declared(steps.findings, before.part_of(columns), circumstances.shared))
     made = {test.name: test for test in steps.tests}
     tests = seen.tested(made, limit, family)
     plain = plain_courses(tests)
@@ -173,6 +175,21 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     seen = seen.with_course()
     diagnosis = _diagnosis(seen, beside_the_dwell_before(with_steps(tests, steps)), convicted, circumstances, limit)
     return replace(diagnosis, findings=(*clipped, *steps.findings, *diagnosis.findings))
+
+
+def _within_declared(
+    findings: tuple[Finding, ...], change_v: FloatArray, shared: Sequence[SharedError]
+) -> tuple[Finding, ...]:
+    """Return what is said of changes in mid-run, one of the sensor's offset within its declared limit as held."""
+    declared = [error.standard_uncertainty for error in shared if error.name == SHIFTS_WITHIN[0]]
+    limit_v = float(np.sqrt(3.0)) * max(declared, default=0.0)
+    if not float(np.abs(change_v).max()) <= limit_v:
+        return findings
+    held = "; it is within the declared `largest_offset_shift_v`, which the stated uncertainties hold"
+    return tuple(
+        replace(said, text=said.text + held, is_held=True) if said.kind == "sensor-change" else said
+        for said in findings
+    )
 
 
 def _scatter(seen: Believed) -> float:
