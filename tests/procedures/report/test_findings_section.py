@@ -79,3 +79,11 @@ def test_a_set_that_is_approved_though_not_usable_says_so_on_the_page_in_the_wor
     words = " ".join(re.sub(r"<[^>]+>", " ", page).split())
     assert "The set is approved though not usable, accepted by C. Head: a rehearsal" in words
     assert "the calibration is not usable. Accepted by C. Head, 2026-03-02 09:00:00 UTC: a rehearsal" in words
+
+
+def test_on_a_narrow_screen_the_sentences_of_findings_stand_below_their_tests() -> None:
+    """A table as wide as its sentences leaves a phone with the names of the tests alone."""
+    for sensors in (("SN1",), ("SN1", "SN2")):
+        page = _page(Scene(sensors=sensors, offset_drift_v=4e-6))
+        assert '<table class="told">' in page[page.index('<h2 id="findings">') :]
+        assert ".told td.w:last-child { flex: 1 0 100%" in page
