@@ -292,7 +292,7 @@ def _memory_text(test: BeliefTest, scale: Scale) -> str:
         f"{_per_g(test.size, test.uncertainty, scale)} of what the force along the axis changed by, fading from dwell "
         f"to dwell{_as_well(test)}; creep of the sensor, of its mount or its case, or a channel that has not settled; "
         "sensitivities hold most of it, and the stated uncertainties only a limit that is declared "
-        "(`largest_nonlinearity_v`): dwell longer, or wait longer before each reading, and measure again"
+        "(largest_nonlinearity_v): dwell longer, or wait longer before each reading, and measure again"
     )
 
 
