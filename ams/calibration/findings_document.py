@@ -69,6 +69,7 @@ def noted_findings(axis: AxisCalibration) -> Document:
     extension, curvature = axis.notes.get("extension"), axis.notes.get("residual_curvature")
     if isinstance(extension, Extension):
         found["extension"] = {
+            "terms": extension.terms,
             "is_accepted": extension.is_accepted,
             "f": number(extension.test.t),
             "f_95": number(extension.test.f_95),

@@ -17,7 +17,7 @@ from ams.models.model import Model
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
 from ams.observations import Observations
-from ams.solve.extension import Extension, blocks_of_angles, judge_extension
+from ams.solve.extension import Extension, blocks_of_angles, judge_extension, judge_rate_terms
 from ams.solve.layout import Layout
 
 DEFAULT_REFERENCE_DEGC = 20.0
@@ -97,9 +97,8 @@ def _with_extension(
     """``yes``: wherever the points determine the terms; ``test``: where the F-test accepts them."""
     if request.extended == "no":
         return ModelChoice(base)
-    if isinstance(base, Gyro) and request.extended == "yes":
-        bent = _extended(rows, layout, base)
-        return ModelChoice(bent or base, remarks=(RATES_NOT_ENOUGH if bent is None else WHICH_LINE,))
+    if isinstance(base, Gyro):
+        return _with_rate_terms(label, rows, layout, request, base)
     if base.name != PitchRoll.name:
         return ModelChoice(base, remarks=_not_of_this_model(label, request, base))
     extended = _extended(rows, layout, base)
@@ -115,6 +114,24 @@ def _with_extension(
     return ModelChoice(extended, extension, _found(label, extension), (WHICH_OFFSET,))
 
 
+def _with_rate_terms(
+    label: str, rows: Observations, layout: Layout, request: CalibrationRequest, base: Gyro
+) -> ModelChoice:
+    bent = with_rate_terms(base, rows, layout.points)
+    if bent is None:
+        return ModelChoice(base, remarks=(RATES_NOT_ENOUGH,))
+    if request.extended == "yes":
+        return ModelChoice(bent, remarks=(WHICH_LINE,))
+    if request.temperature != "none" or request.time_term:
+        return ModelChoice(
+            base, None, (f"axis {label}: nonlinearity not tested: temperature or time terms are asked for",)
+        )
+    extension = judge_rate_terms(rows, label, bent, layout=layout)
+    if not extension.is_accepted:
+        return ModelChoice(base, extension)
+    return ModelChoice(bent, extension, _found(label, extension), (WHICH_LINE,))
+
+
 def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchRoll | GyroWithTerms | None:
     if isinstance(base, Gyro):
         return with_rate_terms(base, rows, layout.points)
@@ -126,10 +143,8 @@ def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchR
 
 
 def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> tuple[str, ...]:
-    if request.extended == "test" and isinstance(base, Gyro):
-        return (f"axis {label}: the nonlinearity of a gyro is not let in by a test: left out; ask for yes",)
     if request.extended == "test":
-        return (f"axis {label}: extended model not tested: it extends pitch-roll only",)
+        return (f"axis {label}: extended model not tested: it extends pitch-roll and gyro only",)
     if base.name == PitchOnly.name:
         return (NOT_DETERMINED,)
     return ()
@@ -152,7 +167,7 @@ def _found(label: str, extension: Extension | None) -> tuple[str, ...]:
     if extension is None or not extension.is_accepted:
         return ()
     return (
-        f"axis {label}: terms of second order are significant: F = {extension.test.t:.3g} above "
+        f"axis {label}: {extension.terms} are significant: F = {extension.test.t:.3g} above "
         f"{extension.test.f_95:.3g}; standard error {extension.standard_error_before_v:.3g} V to "
         f"{extension.standard_error_after_v:.3g} V with them; {extension.remark}",
     )

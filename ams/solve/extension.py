@@ -19,6 +19,7 @@ from ams.frames import Attitude, specific_force
 from ams.inputs.table_uncertainty import TableUncertainty, index_columns, shown_rad
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import CONFOUNDED, quadratic_basis
+from ams.models.gyro import GyroWithTerms
 from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.layout import Layout, layout_of
@@ -36,14 +37,16 @@ class Extension:
 
     test: FTest
     q_v_per_g2: FloatArray
-    """(5,) in the order of ``ams.models.extended.Q_NAMES``."""
+    """(5,) in the order of ``ams.models.extended.Q_NAMES``; of a gyro its terms, per (°/s)² and (°/s)³."""
     q_covariance: FloatArray
-    """(5, 5), teeth of the table included."""
+    """(5, 5), teeth of the table included; of a gyro that of its terms."""
     is_accepted: bool
     standard_error_before_v: float
     standard_error_after_v: float
     """Of all rows about the pooled fit, without and with Q."""
     remark: str = CONFOUNDED
+    terms: str = "terms of second order"
+    """In words, what was tested."""
 
 
 @dataclass(frozen=True)
@@ -84,14 +87,60 @@ def judge_extension(
             f"extended model of {label}: {joined.shape[0]} points do not determine its {_TERMS} parameters and an "
             "error; nothing was decided; add pitch and roll angles (five or more of each, past ±45°)"
         )
-    dof = joined.shape[0] - _TERMS
+    test, q, q_covariance = _tested(joined, means, level)
+    before, after = _standard_errors(observations, label, means)
+    return Extension(test, q, q_covariance, test.is_significant, before, after)
+
+
+def judge_rate_terms(
+    observations: Observations, label: str, bent: GyroWithTerms, level: float = 0.95, *, layout: Layout | None = None
+) -> Extension:
+    """Test the terms of a gyro's scale factor that its rates determine, on the means of the points.
+
+    Rates that are measured differ from replication to replication, and so do the rows of a point. Raises: DesignError
+    where the points leave no error.
+    """
+    layout = layout or layout_of(observations)
+    rows, output = bent.basis(observations), np.asarray(observations.outputs[label], dtype=float)
+    linear, terms = rows[:, :4], rows[:, 4:]
+    scale = np.sqrt(np.mean(terms**2, axis=0))  # a cube of °/s beside volts would cost all digits
+    readings = layout.sum_by_point(np.ones(layout.rows))
+    level_output, precision, drift_left = without_drift(linear, output, layout, readings)
+
+    def mean(of_rows: FloatArray) -> FloatArray:
+        return np.asarray((layout.sum_by_point(of_rows).T / readings).T)
+
+    common = np.sqrt(precision) * drift_left
+    means = _PointMeans(mean(linear), mean(terms / scale), mean(level_output), readings, precision, common)
+    joined = np.hstack([means.basis, means.quadratic])
+    if joined.shape[0] <= joined.shape[1]:
+        raise DesignError(
+            f"nonlinearity of {label}: {joined.shape[0]} points do not determine {joined.shape[1]} parameters and an "
+            "error; nothing was decided; add rates"
+        )
+    test, q, q_covariance = _tested(joined, means, level)
+    before, after = _left_without_and_with(rows, output)
+    return Extension(
+        test,
+        q / scale,
+        q_covariance / np.outer(scale, scale),
+        test.is_significant,
+        before,
+        after,
+        "over few rates the square and an asymmetry of the scale factor are nearly one",
+        "terms of the scale factor",
+    )
+
+
+def _tested(joined: FloatArray, means: _PointMeans, level: float) -> tuple[FTest, FloatArray, FloatArray]:
+    """Return the test of the terms behind the four linear columns, with the terms and their covariance."""
+    count, dof = joined.shape[1] - 4, joined.shape[0] - joined.shape[1]
     generalised = _generalised(joined, means)
     variance = _scatter_variance(generalised, means.precision_v2, dof)
     estimate, covariance, _ = generalised.at(variance)
     q, q_covariance = estimate[4:], covariance[4:, 4:]
-    test = f_test(float(q @ np.linalg.solve(q_covariance, q)) / 5.0, 5, dof, level)
-    before, after = _standard_errors(observations, label, means)
-    return Extension(test, q, q_covariance, test.is_significant, before, after)
+    test = f_test(float(q @ np.linalg.solve(q_covariance, q)) / count, count, dof, level)
+    return test, q, q_covariance
 
 
 @remembered(16)
@@ -228,21 +277,22 @@ class _Generalised:
     """
 
     ordinary: FloatArray
-    """(9,)"""
+    """(p,)"""
     gram: FloatArray
     """Weighted products of the columns [parameters | residual | teeth]."""
 
     def at(self, variance: float) -> tuple[FloatArray, FloatArray, float]:
-        """Estimate (9,), covariance (9, 9) and χ² of the residuals."""
-        m = _TERMS + 1
+        """Estimate (p,), covariance (p, p) and χ² of the residuals."""
+        p = self.ordinary.size
+        m = p + 1
         gram = self.gram / variance
         reduced = gram[:m, :m]
         if gram.shape[0] > m:
             inner = np.eye(gram.shape[0] - m) + gram[m:, m:]
             reduced = reduced - gram[:m, m:] @ np.linalg.solve(inner, gram[m:, :m])
-        covariance = np.asarray(np.linalg.inv(reduced[:_TERMS, :_TERMS]), dtype=float)
-        change = covariance @ reduced[:_TERMS, _TERMS]
-        chi_square = float(reduced[_TERMS, _TERMS] - reduced[_TERMS, :_TERMS] @ change)
+        covariance = np.asarray(np.linalg.inv(reduced[:p, :p]), dtype=float)
+        change = covariance @ reduced[:p, p]
+        chi_square = float(reduced[p, p] - reduced[p, :p] @ change)
         return self.ordinary + change, covariance, chi_square
 
 
@@ -258,9 +308,10 @@ def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) 
 
     It is not below the precision of the replications.
     """
-    upper = float(generalised.gram[_TERMS, _TERMS]) / dof
+    p = generalised.ordinary.size
+    upper = float(generalised.gram[p, p]) / dof
     lower = max(precision_v2, 1e-12 * upper, float(np.finfo(float).tiny))
-    if generalised.gram.shape[0] == _TERMS + 1:  # without teeth χ² is in inverse proportion to the variance
+    if generalised.gram.shape[0] == p + 1:  # without teeth χ² is in inverse proportion to the variance
         return max(lower, upper)
     if upper <= lower or generalised.at(lower)[2] <= dof:
         return lower
@@ -284,10 +335,14 @@ def _standard_errors(observations: Observations, label: str, means: _PointMeans)
         return float(np.sqrt(before / (rows - 4))), float(np.sqrt(after / (rows - _TERMS)))
     force = specific_force(observations.pitch_rad, observations.roll_rad)
     joined = np.concatenate([np.ones((force.shape[0], 1)), force, quadratic_basis(force)], axis=1)
-    output = np.asarray(observations.outputs[label], dtype=float)
-    q, _ = np.linalg.qr(joined)
+    return _left_without_and_with(joined, np.asarray(observations.outputs[label], dtype=float))
+
+
+def _left_without_and_with(joined: FloatArray, output: FloatArray) -> tuple[float, float]:
+    """Return S_E of all rows about four linear columns, and about these and the terms behind them."""
+    q, _ = np.linalg.qr(joined / np.linalg.norm(joined, axis=0))
     along = q.T @ output
     left = output - q @ along
     after = float(left @ left)
     before = after + float(along[4:] @ along[4:])
-    return float(np.sqrt(before / (output.size - 4))), float(np.sqrt(after / (output.size - _TERMS)))
+    return float(np.sqrt(before / (output.size - 4))), float(np.sqrt(after / (output.size - joined.shape[1])))

@@ -33,7 +33,7 @@ def findings_lines(axis: Mapping[str, Any]) -> Iterator[str]:
         verdict = "significant" if found["is_accepted"] else "not significant"
         against = "above" if found["is_accepted"] else "against"
         yield (
-            f"terms of second order {verdict}: F = {found['f']:.3g} {against} {found['f_95']:.3g}; standard error "
+            f"{found['terms']} {verdict}: F = {found['f']:.3g} {against} {found['f_95']:.3g}; standard error "
             f"{found['standard_error_before_v']:.3g} V without and {found['standard_error_after_v']:.3g} V with them"
         )
     yield from (f"advice: {sentence}" for sentence in axis.get("advice", {}).get("sentences", ()))

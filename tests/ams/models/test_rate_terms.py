@@ -2,6 +2,7 @@
 
 import re
 from itertools import product
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.models.gyro import Gyro, GyroWithTerms, with_rate_terms
 from ams.models.model import Model
 from ams.observations import Observations
+from ams.solve.extension import Extension
 from ams.statistics.intervals import t_quantile
 
 
@@ -25,8 +27,8 @@ def turning(velocity_dps: np.ndarray) -> Attitude:
     return Attitude(still, still, still, euler_rate_rad_s=rates)
 
 
-def solved(rows: Observations) -> dict[str, AxisCalibration]:
-    request = CalibrationRequest(model="gyro", nominal_axes={axis: axis for axis in AXES})
+def solved(rows: Observations, extended: Literal["no", "test", "yes"] = "yes") -> dict[str, AxisCalibration]:
+    request = CalibrationRequest(model="gyro", nominal_axes={axis: axis for axis in AXES}, extended=extended)
     return dict(calibrate(rows, request).axes)
 
 
@@ -141,3 +143,46 @@ def test_what_the_scale_factor_bends_is_in_the_interval_of_a_reading(campaigns_d
             held["reading"] += (far < prediction_halfwidth_v(axis, at, reading_v)).tolist()
     rates = {name: float(np.mean(inside)) for name, inside in held.items()}
     assert min(rates.values()) > (0.90 if campaigns_drawn < 100 else 0.93), rates
+
+
+def test_a_test_lets_the_terms_in_where_they_are_and_leaves_them_out_where_they_are_not() -> None:
+    """F of two terms, by two fits of numpy to the means of the points: replications of the same rates weigh alike."""
+    for size_ppm, is_there in ((0.0, False), (10.0, True)):
+        rows = rows_of_gyros(campaigns("gyro-nonlinearity", size_ppm, np.random.default_rng(9), 1, replications=4))
+        velocity = np.rad2deg(body_rates_rad_s(np.zeros((rows.rows, 3)), rows.euler_rate_rad_s))[: rows.rows // 4]
+        for index, (label, axis) in enumerate(solved(rows, "test").items()):
+            extension = axis.notes["extension"]
+            assert isinstance(extension, Extension)
+            mean = rows.outputs[label].reshape(4, -1).mean(axis=0)
+            line = np.column_stack([np.ones(len(velocity)), velocity])
+            bent = np.column_stack([line, velocity[:, index] ** 2 / 1e4, velocity[:, index] ** 3 / 1e6])
+            left = [float(np.sum((mean - a @ np.linalg.lstsq(a, mean, rcond=None)[0]) ** 2)) for a in (line, bent)]
+            dof = len(velocity) - 6
+            f = (left[0] - left[1]) / 2.0 / (left[1] / dof)
+            assert extension.test.t <= f * (1.0 + 1e-6)  # never against less than the noise inside the replications
+            assert extension.test.t > 0.2 * f
+            assert extension.is_accepted == is_there
+            assert axis.primary_names == (GyroWithTerms(label, ((0.0,) * 4,) * 2).primary_names if is_there else
+                                          Gyro.primary_names)  # fmt: skip
+            assert any("terms of the scale factor are significant" in text for text in axis.warnings) == is_there
+
+
+@pytest.mark.parametrize("campaigns_drawn", [30, pytest.param(400, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("extended", ["no", "test", "yes"])
+def test_where_nothing_is_bent_all_three_ways_hold_their_intervals(
+    extended: Literal["no", "test", "yes"], campaigns_drawn: int
+) -> None:
+    drawn = campaigns("gyro-nonlinearity", 0.0, np.random.default_rng(10), campaigns_drawn, replications=6)
+    held: dict[str, list[bool]] = {"offset": [], "k": []}
+    for campaign in range(campaigns_drawn):
+        for index, axis in enumerate(solved(rows_of_gyros(drawn, campaign), extended).values()):
+            truth = np.concatenate(
+                [[drawn.truth.offset_v[campaign, index]], drawn.truth.matrix_v_per_dps[campaign, index]]
+            )
+            half = t_quantile(0.95, axis.primary_dof) * np.sqrt(np.diag(axis.primary_covariance))
+            inside = np.abs(axis.primary[:4] - truth) <= half[:4]
+            held["offset"].append(bool(inside[0]))
+            held["k"] += inside[1:].tolist()
+    shares = {name: float(np.mean(each)) for name, each in held.items()}
+    low, high = (0.86, 1.0) if campaigns_drawn < 100 else (0.93, 0.97)
+    assert all(low <= share <= high for share in shares.values()), shares
