@@ -185,7 +185,7 @@ def _within_declared(
     limit_v = float(np.sqrt(3.0)) * max(declared, default=0.0)
     if not float(np.abs(change_v).max()) <= limit_v:
         return findings
-    held = "; it is within the declared `largest_offset_shift_v`, which the stated uncertainties hold"
+    held = "; it is within the declared largest_offset_shift_v, which the stated uncertainties hold"
     return tuple(
         replace(said, text=said.text + held, is_held=True) if said.kind == "sensor-change" else said
         for said in findings
