@@ -83,6 +83,7 @@ DECLARED: Sequence[tuple[Sequence[str], Sequence[float], Mapping[str, float]]] =
     *((("k0-asymmetry",), (size,), {BENT: 0.5 * size}) for size in (2.0, 5.0)),
     (("k0-asymmetry",), (5.0,), {"pitch_limit_deg": 30.0, BENT: 2.5}),
     (("temperature-gradient",), (2.0,), {BENT: 2.0}),
+    (("fixture-play",), (0.5,), {BENT: 1.25}),
     *((AFTER_EFFECTS, (size,), {BENT: size}) for size in (1.0, 2.0, 3.0)),
     *((("sensor-offset",), (0.5,), {**alone, SHIFTED: 0.5}) for alone in (ALONE, {})),
     *((("field-undeclared",), (size,), {BESIDE: u_ut}) for size, u_ut in ((0.05, 0.015), (0.1, 0.03))),
