@@ -75,7 +75,7 @@ WORDS: Final[Mapping[int, str]] = {
     ROLL_ON_END: "roll singular: sting axis near vertical",
     NO_PITCH: "no pitch gives this output",
     REDUNDANCY: "redundancy: outputs disagree",
-    FAULTY: "redundancy: outputs proven wrong by other rows",
+    FAULTY: "redundancy: outputs in doubt by other rows",
     NOT_AFTER: "time is not after the row before: not used",
     SAMPLES_LOST: "samples missing before this row",
     RATE_BRIDGED: "rate missing: bridged",

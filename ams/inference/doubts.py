@@ -11,22 +11,22 @@ MOST_STRETCHES: Final = 3
 """That are told one by one."""
 
 
-def doubts_of(angles: AngleStream, *, is_told: bool) -> tuple[str, ...]:
+def doubts_of(angles: AngleStream, *, is_flagged_throughout: bool) -> tuple[str, ...]:
     """Say what the rows tell of each package whose axes are watched; nothing where nothing is wrong.
 
-    ``is_told`` is whether the rows were answered again with what all of them prove; else those answered before it was
-    known are named.
+    ``is_flagged_throughout`` is whether the rows were answered again with what all of them prove; else those answered
+    before it was known are named.
     """
     watched = watch_of(angles)
     if watched is None:
         return ()
     names = ("",) if len(watched.packages) == 1 else ("sting", "model")
     proven = watched.proven()
-    said, told = [], [stretch.judgements for stretch in proven]
+    said, of_stretches = [], [stretch.judgements for stretch in proven]
     for name, package, judgement in zip(names, watched.packages, watched.judgements(), strict=True):
         how = f"{judgement.rows} rows evenly spaced over all were judged together"
         # What is told of the stretches says more than that one cause does not explain all rows.
-        if judgement.cause is not Cause.UNEXPLAINED or not proven or watched.judgements() in told:
+        if judgement.cause is not Cause.UNEXPLAINED or not proven or watched.judgements() in of_stretches:
             said.append(in_words(name, package, judgement, how))
     for stretch in proven[:MOST_STRETCHES]:
         if stretch.judgements == watched.judgements():
@@ -39,7 +39,7 @@ def doubts_of(angles: AngleStream, *, is_told: bool) -> tuple[str, ...]:
         said += found if any(found) else [f"{watched.packages[0].coefficients.sensor}: {where}: {_APART}"]
     if len(proven) > MOST_STRETCHES:
         said.append(f"{watched.packages[0].coefficients.sensor}: {len(proven) - MOST_STRETCHES} more such stretches")
-    if not is_told:
+    if not is_flagged_throughout:
         said += [_untold(watched, stretch) for stretch in proven if stretch.is_proven]
     return tuple(text for text in said if text)
 
@@ -52,7 +52,9 @@ _APART: Final = "two packages contradict each other, each of which agrees with i
 
 def _untold(watched: WatchedAxes, stretch: Stretch) -> str:
     """Say which rows of a stretch were answered before it was proven; empty where none was."""
-    since = min((first for first, end in watched.told if end > stretch.first and first < stretch.end), default=None)
+    since = min(
+        (first for first, end in watched.flagged_rows if end > stretch.first and first < stretch.end), default=None
+    )
     until = stretch.end if since is None else since
     if until <= stretch.first:
         return ""

@@ -84,7 +84,7 @@ class FlaggedStretch:
         first, last = self.ends()
         return self.kept.finite(first - self.begun, last + 1 - self.begun)
 
-    def is_one_with(self, later: "FlaggedStretch") -> bool:
+    def joins(self, later: "FlaggedStretch") -> bool:
         """Return whether a later one lies no farther off than its own rows do from one another."""
         return int(later.outermost[0]) - self.last <= FAR * max(self.spacing, later.spacing)
 

@@ -6,7 +6,7 @@ none where they say that all outputs are wrong alike. Where one cause explains a
 them, also where the length of what is sensed does not show it: these are flagged as well. A fault that came later, or
 went, is looked for in the stretches in which rows are flagged too often for chance.
 
-What is proven by later rows can be told of earlier ones once all have come (:class:`ToldAxes`,
+What is proven by later rows can be told of earlier ones once all have come (:class:`ReflaggedAxes`,
 :func:`answered_at_once`).
 """
 
@@ -101,7 +101,7 @@ class WatchedAxes(_Around):
         self._open_judged: tuple[FlaggedStretch | None, int, tuple[Judgement, ...]] = (None, 0, ())
         self._flagged = 0
         self._judged_at = 0
-        self.told: list[tuple[int, int]] = []
+        self.flagged_rows: list[tuple[int, int]] = []
         """Rows, from one to before another, that were answered as wrong by what others proved."""
 
     def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
@@ -111,7 +111,7 @@ class WatchedAxes(_Around):
         self.take(found, readings)
         proven = self._proven_so_far(first, first + found.codes.size)
         for stretch in (stretch for stretch in proven if stretch.is_proven):
-            self._note_told(max(first, stretch.first), stretch.end)
+            self._note_flagged(max(first, stretch.first), stretch.end)
         return replace(found, codes=marked(self._inference, self.packages, found.codes, first, readings, proven))
 
     def take(self, found: Answer, readings: Mapping[str, FloatArray]) -> None:
@@ -183,18 +183,18 @@ class WatchedAxes(_Around):
             found.append(Stretch(running.reach(rows)[0], rows, judgements))
         return tuple(found)
 
-    def _note_told(self, first: int, end: int) -> None:
-        if self.told and self.told[-1][1] == first:
-            self.told[-1] = (self.told[-1][0], end)
+    def _note_flagged(self, first: int, end: int) -> None:
+        if self.flagged_rows and self.flagged_rows[-1][1] == first:
+            self.flagged_rows[-1] = (self.flagged_rows[-1][0], end)
         else:
-            self.told.append((first, end))
+            self.flagged_rows.append((first, end))
 
     def _end(self, stretch: FlaggedStretch) -> None:
         """Judge a stretch, or add it to the one before where both are one."""
         if stretch.rows < LEAST_ROWS:
             return
         last = self._ended[-1] if self._ended else None
-        if last is not None and (len(self._ended) >= MOST_STRETCHES or last[0].is_one_with(stretch)):
+        if last is not None and (len(self._ended) >= MOST_STRETCHES or last[0].joins(stretch)):
             both = replace(last[0], flagged=last[0].flagged + stretch.flagged - stretch.outermost.size)
             both.extended(stretch.outermost)
             self._ended[-1] = both, last[1] if _are_wrong(*last) else self._judged(stretch.finite())
@@ -222,7 +222,7 @@ class WatchedAxes(_Around):
         return tuple(found)
 
 
-class ToldAxes(_Around):
+class ReflaggedAxes(_Around):
     """An inference over rows that were judged before: what was proven of them is told of each."""
 
     def __init__(self, inference: Inference, stretches: Sequence[Stretch]) -> None:
@@ -256,7 +256,9 @@ def answered_at_once(inference: Inference, readings: Mapping[str, FloatArray]) -
     return replace(found, codes=marked(inference, watched.packages, found.codes, 0, readings, watched.proven()))
 
 
-def watched_axes(inference: Inference, proven: Sequence[Stretch] | None = None) -> Inference | WatchedAxes | ToldAxes:
+def watched_axes(
+    inference: Inference, proven: Sequence[Stretch] | None = None
+) -> Inference | WatchedAxes | ReflaggedAxes:
     """Return the inference with an eye on its axes, or with what was ``proven`` of its rows before.
 
     Only where every package has three axes.
@@ -264,7 +266,7 @@ def watched_axes(inference: Inference, proven: Sequence[Stretch] | None = None) 
     packages = [inference.package, *([inference.model_package] if inference.model_package else [])]
     if not all(can_be_watched(package) for package in packages):
         return inference
-    return WatchedAxes(inference) if proven is None else ToldAxes(inference, proven)
+    return WatchedAxes(inference) if proven is None else ReflaggedAxes(inference, proven)
 
 
 def watch_of(angles: AngleStream) -> WatchedAxes | None:

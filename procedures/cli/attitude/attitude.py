@@ -1,18 +1,11 @@
 """``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
 
-import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from io import BytesIO
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from shutil import copyfileobj
-from tempfile import SpooledTemporaryFile
-from typing import IO, Annotated, Final, cast
+from typing import Annotated
 
 from cyclopts import Parameter
-from rich.console import Console
-from threadpoolctl import threadpool_limits
 
 from ams.inference.aided_rates import AidedAngles
 from ams.inference.alignment import load_alignment
@@ -24,16 +17,10 @@ from ams.inference.inference import Package, inference
 from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles
 from ams.inference.watched_axes import Stretch, watch_of, watched_axes
-from ams.inputs.hdf5_blocks import blocks_of
-from ams.whole_file import whole_file
+from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, path_of
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
-from procedures.cli.attitude.lines import is_line, opened_source, opened_target
-from procedures.cli.attitude.plot import PlottedRows
-from procedures.cli.attitude.rig_stream import StreamWiring, opened_stream, stream_wiring
-from procedures.cli.attitude.rows import JsonRows, Rows, RowWriter, writer_named
-from procedures.cli.attitude.source import REMEDIES, Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
-from procedures.cli.attitude.stream import WriterOf, answer_blocks, answer_stream
-from procedures.cli.attitude.tally import TalliedRows
+from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
+from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude.untested import (
     SD_OF_A_READING,
     WatchedOutputs,
@@ -41,14 +28,9 @@ from procedures.cli.attitude.untested import (
     assumed_of_gyros,
     remarks_on_rest,
 )
-from procedures.cli.attitude.view import ViewedRows
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
 from procedures.errors import RequestError
-from rig.clock import SystemClock
-
-_IN_MEMORY_BYTES: Final = 1 << 26
-"""Of answers for standard output that wait until the last row is read; more wait on the disk."""
 
 
 def attitude(
@@ -134,8 +116,8 @@ def attitude(
         An SVG file: every angle along the rows with its band, and its standard deviation against pitch.
     """
     require_folder_of(plot, "--plot")
-    if not _is_sent(out):
-        require_folder_of(_path(out), "--out")
+    if not is_sent(out):
+        require_folder_of(path_of(out), "--out")
     wiring = _wiring(data, rig, stream, for_s)
     package = package_of(coefficient_set, axis, "--axis", "", wiring=wiring)
     if not package.senses_rates:
@@ -173,32 +155,61 @@ def attitude(
     def found_again() -> AngleStream | None:
         watch = watch_of(angles)
         proven = () if watch is None else watch.proven()
-        if not proven and (watch is None or not watch.told):
+        if not proven and (watch is None or not watch.flagged_rows):
             return None
         return FrozenOutputs(before.before(angles_with(proven)), noise, is_by_row=is_by_row)
 
-    if package.follows_sting:
-        note(f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0")
-    elif len(package.columns) == 2 and not package.senses_rates:
-        note(_which_of_two(package, upright=upright, right_wing_down=right_wing_down))
-    if isinstance(watched, WatchedOutputs):
-        note(assumed_gravity(package))
-    if package.alignment is not None and package.alignment.known_sd_rad is None:
-        note(f"alignment: {alignment}: {TAKEN_AS_EXACT}")
-    if reading_sd_v is None and (before.average_s, before.low_pass_hz) != (None, None) and not package.senses_rates:
-        note(SD_OF_A_READING)
-    for assumed in assumed_of_gyros(angles) if isinstance(angles, GyroAngles) else ():
-        note(assumed)
-    answers = _Answers(out, view, plot, package.coefficients.sensor)
-    is_told = _answer_all(found, found_again, data, wiring, for_s, answers)
-    for doubt in found.doubts():
-        note(f"{package.coefficients.sensor}: {doubt}")
-    if isinstance(angles, AidedAngles):
-        note(angles.consistency())
-    for remark in remarks_on_rest(angles) if isinstance(angles, GyroAngles) else ():
+    for remark in _assumptions(package, watched, angles, before, geometry, alignment, reading_sd_v):
         note(remark)
-    for doubt in watched.doubts() if isinstance(watched, WatchedOutputs) else doubts_of(angles, is_told=is_told):
-        note(doubt)
+    answers = Answers(out, view, plot, package.coefficients.sensor)
+    is_flagged_throughout = answer_all(found, found_again, data, wiring, for_s, answers)
+    for remark in _remarks_on_rows(package, found, watched, angles, is_flagged_throughout=is_flagged_throughout):
+        note(remark)
+
+
+def _assumptions(
+    package: Package,
+    watched: AngleStream | WatchedOutputs,
+    angles: AngleStream,
+    before: OfSamples,
+    geometry: Mapping[str, bool],
+    alignment: Path | None,
+    reading_sd_v: float | None,
+) -> Iterator[str]:
+    """Yield what the angles take for granted."""
+    if package.follows_sting:
+        yield f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0"
+    elif len(package.columns) == 2 and not package.senses_rates:
+        yield _which_of_two(package, upright=geometry["upright"], right_wing_down=geometry["right_wing_down"])
+    if isinstance(watched, WatchedOutputs):
+        yield assumed_gravity(package)
+    if package.alignment is not None and package.alignment.known_sd_rad is None:
+        yield f"alignment: {alignment}: {TAKEN_AS_EXACT}"
+    if reading_sd_v is None and (before.average_s, before.low_pass_hz) != (None, None) and not package.senses_rates:
+        yield SD_OF_A_READING
+    if isinstance(angles, GyroAngles):
+        yield from assumed_of_gyros(angles)
+
+
+def _remarks_on_rows(
+    package: Package,
+    found: FrozenOutputs,
+    watched: AngleStream | WatchedOutputs,
+    angles: AngleStream,
+    *,
+    is_flagged_throughout: bool,
+) -> Iterator[str]:
+    """Yield what all rows say of the package that they were read from."""
+    yield from (f"{package.coefficients.sensor}: {doubt}" for doubt in found.doubts())
+    if isinstance(angles, AidedAngles):
+        yield angles.consistency()
+    if isinstance(angles, GyroAngles):
+        yield from remarks_on_rest(angles)
+    yield from (
+        watched.doubts()
+        if isinstance(watched, WatchedOutputs)
+        else doubts_of(angles, is_flagged_throughout=is_flagged_throughout)
+    )
 
 
 def _watched(
@@ -260,16 +271,6 @@ def _wiring(data: str | None, rig: Path | None, stream: str | None, for_s: float
     return stream_wiring(rig, stream)
 
 
-def _require_channels(found: AngleStream, wiring: StreamWiring) -> None:
-    """Refuse what the angles need and no channel tells. Raises: RequestError."""
-    missing = [name for name in found.needed if name not in wiring.units]
-    if missing:
-        raise RequestError(
-            f"{wiring.rig}: the set needs {', '.join(missing)}, which the stream {wiring.name} does not tell; nothing "
-            "was opened"
-        )
-
-
 def _angles_of(
     package: Package,
     second: Package | None,
@@ -309,137 +310,3 @@ def _refuse_idle_geometry(package: Package, geometry: Mapping[str, bool]) -> Non
         raise RequestError(f"--no-upright: belongs to a package of x and y, got {axes}; nothing was read")
     if not geometry["right_wing_down"] and pair != {"x", "z"}:
         raise RequestError(f"--no-right-wing-down: belongs to a package of x and z, got {axes}; nothing was read")
-
-
-@dataclass(frozen=True)
-class _Answers:
-    """Where answers go: a file, datagrams, standard output, and the screen."""
-
-    out: str | None
-    view: bool
-    plot: Path | None
-    sensor: str
-
-    def writer(self, columns: Sequence[str], file: IO[bytes] | None) -> RowWriter:
-        """Return what takes the answers; ``file`` None: they are shown and not written."""
-        taken: RowWriter | None = None
-        if file is not None:
-            taken = JsonRows(file, columns) if _is_sent(self.out) else writer_named(_path(self.out), file, columns)
-            taken = taken if self.view else TalliedRows(self.sensor, taken)
-        if self.view:
-            taken = ViewedRows(self.sensor, Console(), SystemClock(), taken)
-        assert taken is not None
-        return taken if self.plot is None else PlottedRows(self.sensor, self.plot, taken)
-
-
-def _answer_all(
-    found: AngleStream,
-    found_again: Callable[[], AngleStream | None],
-    data: str | None,
-    wiring: StreamWiring | None,
-    for_s: float | None,
-    answers: _Answers,
-) -> bool:
-    """Answer every row of where rows come from: a rig's stream, standard input, a socket or a file.
-
-    Return whether every row was answered with what all of them prove, as those of a file are.
-    """
-    if wiring is not None:
-        _require_channels(found, wiring)
-        with opened_stream(wiring, for_s) as blocks:
-            _answer_stream(lambda writer_of: answer_blocks(found, writer_of, blocks), answers)
-    elif data is None or data == "-":
-        _answer_stream(lambda writer_of: answer_stream(found, writer_of, sys.stdin.buffer), answers)
-    elif is_line(data):
-        with opened_source(data) as source:
-            _answer_stream(lambda writer_of: answer_stream(found, writer_of, source), answers)
-    elif answers.view:
-        raise RequestError(
-            "--view: shows rows as they arrive: DATA is then -, socket://… or udp://…, or --rig and --stream are given;"
-            " nothing was read"
-        )
-    else:
-        return _answer_file(found, found_again, Path(data), answers)
-    return False
-
-
-def _answer_stream(answering: Callable[[WriterOf], None], answers: _Answers) -> None:
-    """Block by block, into a file as well: what was answered stays when the stream breaks."""
-    with _one_thread():
-        out = answers.out
-        if out is None:
-            to = None if answers.view else sys.stdout.buffer
-            answering(lambda columns: (answers.writer(columns, to), to or BytesIO()))
-        elif _is_sent(out):
-            with opened_target(out) as target:
-                answering(lambda columns: (answers.writer(columns, target), target))
-        elif out.endswith(".parquet"):
-            raise RequestError(f"--out {out}: a stream is written as .csv or .jsonl; nothing was written")
-        else:
-            with Path(out).open("wb") as file:
-                answering(lambda columns: (answers.writer(columns, file), file))
-
-
-def _one_thread() -> threadpool_limits:
-    """Keep the linear algebra to one thread: its blocks are small, and beside other work two wait for each other.
-
-    On a busy machine of two cores that made it five times as long.
-    """
-    return threadpool_limits(limits=1, user_api="blas")
-
-
-def _answer_file(
-    found: AngleStream, found_again: Callable[[], AngleStream | None], data: Path, answers: _Answers
-) -> bool:
-    """Answer a file piece by piece; nothing is written where one of them is wrong.
-
-    Where its rows prove something of earlier ones it is read and answered again; return whether that could be done.
-    """
-    with _output(answers.out) as target, _one_thread():
-        writer = _written(found, data, answers, target)
-        is_told = data.is_file() and not _is_sent(answers.out)
-        again = found_again() if is_told else None
-        if again is not None:
-            writer.discard()
-            target.seek(0)
-            target.truncate()
-            writer = _written(again, data, answers, target)
-        writer.close()
-    return is_told
-
-
-def _written(found: AngleStream, data: Path, answers: _Answers, target: IO[bytes]) -> RowWriter:
-    """Write every row of a file; what took them is still to be closed."""
-    writer = answers.writer(found.answers, target)
-    for readings in blocks_of(data, found.needed, found.optional, REMEDIES):
-        writer.write(Rows.of(found.answer(readings)))
-        if _is_sent(answers.out):
-            target.flush()
-    writer.write(Rows.of(found.finish()))
-    return writer
-
-
-def _is_sent(out: str | None) -> bool:
-    return out is not None and is_line(out)
-
-
-def _path(out: str | None) -> Path | None:
-    return None if out is None else Path(out)
-
-
-@contextmanager
-def _output(out: str | None) -> Iterator[IO[bytes]]:
-    """Yield what becomes the file, or goes to standard output, when all is written."""
-    if out is not None and is_line(out):
-        with opened_target(out) as target:
-            yield target
-        return
-    if out is not None:
-        with whole_file(Path(out)) as file:
-            yield file
-        return
-    with SpooledTemporaryFile(max_size=_IN_MEMORY_BYTES) as memory:
-        yield cast(IO[bytes], memory)
-        memory.seek(0)
-        copyfileobj(memory, sys.stdout.buffer)
-        sys.stdout.buffer.flush()

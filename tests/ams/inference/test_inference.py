@@ -150,7 +150,7 @@ def test_rows_of_many_attitudes_part_what_one_row_of_two_packages_does_not(name:
     others = [flag for flag, is_so in zip(flags, said, strict=True) if not is_so]
     assert all(f"redundancy: {who} proven wrong by other rows" in flag for flag in others)
     assert len(flags) == 80
-    (text,) = doubts_of(watched, is_told=True)
+    (text,) = doubts_of(watched, is_flagged_throughout=True)
     assert f"{('sting', 'model')[package]} package: 80 rows" in text
 
 

@@ -75,7 +75,7 @@ def test_all_outputs_wrong_alike_flag_every_row(
     found = call(capsys, "attitude", stored, _written(tmp_path / "data.csv", outputs), "--reading-sd-v", "1e-5")
     flags = _flags(found.out)
     assert all(flags)
-    assert "redundancy: outputs proven wrong by other rows" in flags
+    assert "redundancy: outputs in doubt by other rows" in flags
     assert "all outputs are wrong alike" in found.err
 
 
