@@ -1,6 +1,7 @@
 """What every text export says in words before its numbers: whose set, by which equations, where and how to use it."""
 
 import json
+from collections.abc import Mapping
 
 from ams.exports.plain_values import check_same
 from ams.sets.canonical import Document, Json, listed, table
@@ -28,7 +29,7 @@ def statement(coefficients: CoefficientSet) -> list[str]:
     ]
 
 
-def kind_of_warning(document: Document, text: str) -> str:
+def kind_of_warning(document: Mapping[str, Json], text: str) -> str:
     """Return ``remark`` for what is no reservation; sets of before the key ``remarks`` call all of it a warning."""
     return "remark" if text in listed(document.get("remarks", [])) else "warning"
 
