@@ -37,10 +37,9 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
 
         @wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
-            key = _key((*args, *kwargs.values()) if kwargs else args)
+            key = _key((*args, *kwargs.values(), *kwargs) if kwargs else args)
             if key is None:
                 return function(*args, **kwargs)
-            key = (*key, *kwargs)
             with lock:
                 entry = known.get(key)
                 if entry is not None:

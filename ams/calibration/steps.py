@@ -379,11 +379,14 @@ class _Search:
 
 def with_steps(tests: AxisTests, steps: StepsOfOutput) -> AxisTests:
     """Return the tests with those of changes as significant as they are told: a drift is told as what it is."""
-    flags = {name: name in steps.named if name in (SLIP, STEP) else flag for name, flag in tests.is_significant.items()}
+    searched = [name for name in (SLIP, STEP) if name in tests.tests]
+    if not any(tests.is_significant[name] or name in steps.named for name in searched):
+        return tests
+    flags = {**tests.is_significant, **{name: name in steps.named for name in searched}}
     explained = {
-        name: replace(test, is_explained=tests.is_significant[name])
-        for name, test in tests.tests.items()
-        if name in (SLIP, STEP) and name not in steps.named
+        name: replace(tests.tests[name], is_explained=tests.is_significant[name])
+        for name in searched
+        if name not in steps.named
     }
     return replace(tests, tests={**tests.tests, **explained}, is_significant=flags)
 

@@ -38,10 +38,11 @@ class LikeliestCourse:
 
 def plain_courses(tests: AxisTests) -> dict[str, BeliefTest]:
     """Return by name the tests of a drift through the run, and of the temperature, convicted whatever others say."""
+    level = tests.conviction_level
     return {
         name: test
         for name, test in tests.tests.items()
-        if (name in (OVER_TIME, BY_REPLICATION) or name.startswith(DRIFT_OF)) and test.p_value <= tests.conviction_level
+        if test.p_value <= level and (name in (OVER_TIME, BY_REPLICATION) or name.startswith(DRIFT_OF))
     }
 
 
