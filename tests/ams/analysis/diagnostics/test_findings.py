@@ -87,6 +87,7 @@ def test_in_clean_campaigns_some_test_rings_in_one_run_of_twenty() -> None:
 
 
 @pytest.mark.soak
+@pytest.mark.timeout(1800)
 @pytest.mark.parametrize("sensors", [1, 3])
 @pytest.mark.parametrize("design", [SMALL, {}, {"order": "random"}, {"pitch_limit_deg": 30.0}])
 def test_false_alarms_stay_at_five_percent_over_thousands_of_clean_campaigns(design, sensors: int) -> None:
