@@ -25,7 +25,7 @@ from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, 
 from procedures.solution.expected_readings import read_adaptively
 from procedures.solution.foreseen import foreseen_warnings, use_remarks
 from procedures.solution.request import joint_priors_in_words
-from procedures.solution.type_b import gravity_warnings, level_remarks
+from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings
 from rig.description.rig_file import RigDescription
 
 _NO_PARAMETERS = (TRACELESS_NAME, REFERENCE_NAME, "reference_temperature_degc")
@@ -181,6 +181,7 @@ def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
 
 def _reservations_of_rig_and_solution(rig: RigDescription, plan: Plan) -> Iterator[str]:
     """Yield what the report will hold against the result whatever the rows are."""
+    yield from level_warnings(rig)
     yield from dict.fromkeys(text for sensor in plan.sensors.values() for text in gravity_warnings(rig, sensor))
     if plan.solve.joint:
         priors = joint_priors_in_words(plan.solve)

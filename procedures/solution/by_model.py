@@ -34,7 +34,13 @@ from procedures.solution.request import (
     request_of,
 )
 from procedures.solution.run_findings import with_run_findings
-from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks, use_warnings
+from procedures.solution.type_b import (
+    gravity_on_gyros_remarks,
+    gravity_warnings,
+    level_remarks,
+    level_warnings,
+    use_warnings,
+)
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -68,7 +74,8 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         solved = calibrate_mountings(observations, request)
     # A tilted base does not turn what sensors of rates sense.
     model = MODELS.get(item.plan.solve.model)
-    on_level = () if model is not None and model.needs_rates else level_remarks(item.rig)
+    is_levelled = model is None or not model.needs_rates
+    on_level = level_remarks(item.rig) if is_levelled else ()
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (
         *solved.remarks,
@@ -80,6 +87,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     )
     warnings = (
         *solved.warnings,
+        *(level_warnings(item.rig) if is_levelled else ()),
         *gravity_warnings(item.rig, item.sensor),
         *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)),
     )

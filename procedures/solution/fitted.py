@@ -15,7 +15,7 @@ from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.solution.by_model import solve_observations
 from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.request import SolvedSensor, budgets_of
-from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks
+from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks, level_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
 BY_A_RIG_FILE: Final = f"{TABLE_NOT_COUNTED}; a rig file (--rig of calrig fit, rig of calrig.fit) brings them in"
@@ -37,11 +37,16 @@ def fitted(
     """
     refuse_copies(observations)
     solved = solve_observations(observations, request)
-    of_rig = (*_of_gravity(request, rig), *not_counted(request))
+    of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request))
     warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)
     remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)))
     calibration = replace(solved, warnings=warnings, remarks=remarks)
     return SolvedSensor(name, observations, calibration, None, budgets_of(calibration, request, rig, trials))
+
+
+def _of_level(request: CalibrationRequest, rig: RigDescription | None) -> tuple[str, ...]:
+    """Say it where attitudes are counted from the base; it does not turn what sensors of rates sense."""
+    return level_warnings(rig) if rig is not None and not MODELS[request.model].needs_rates else ()
 
 
 def _of_gravity(request: CalibrationRequest, rig: RigDescription | None) -> tuple[str, ...]:

@@ -149,6 +149,26 @@ def level_remarks(rig: RigDescription) -> tuple[str, ...]:
     )
 
 
+def level_warnings(rig: RigDescription) -> tuple[str, ...]:
+    """Say that the base moved between its two readings by more than the limits of the instrument explain."""
+    before, after, limit_arcsec = rig.level.before, rig.level.after, rig.level.uncertainty_arcsec
+    if before is None or after is None:
+        return ()
+    turned = {
+        "pitch": after.about_pitch_arcsec - before.about_pitch_arcsec,
+        "roll": after.about_roll_arcsec - before.about_roll_arcsec,
+    }
+    moved = [f"{by:+.3g}″ about {about}" for about, by in turned.items() if abs(by) > 2.0 * limit_arcsec]
+    if not moved:
+        return ()
+    return (
+        f"the base turned by {' and '.join(moved)} between the readings of its level before and after, more than the "
+        f"instrument may be wrong by (±{limit_arcsec:g}″ each, level.uncertainty_arcsec): the dwells do not stand at "
+        "one level; the uncertainties count the larger reading as a limit, and nothing tells when it moved; find what "
+        "moved and calibrate again",
+    )
+
+
 def gravity_warnings(rig: RigDescription, sensor: Sensor | None) -> tuple[str, ...]:
     """Say that the stated gravity is not that of the place; what a sensor gives per local g stands all the same.
 

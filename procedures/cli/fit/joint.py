@@ -14,7 +14,7 @@ from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
-from procedures.solution.type_b import gravity_warnings, table_uncertainty
+from procedures.solution.type_b import gravity_warnings, level_warnings, table_uncertainty
 from rig.description.rig_file import RigDescription
 
 PRIORS = {
@@ -49,7 +49,7 @@ def joint(
     )
     found = joint_fit(mountings, tuple(columns), stated, has_terms=request.extended == "yes")
     diagnosis = diagnose_joint(mountings, found, stated, declared=request.declared)
-    doubts = gravity_warnings(rig, None)
+    doubts = (*level_warnings(rig), *gravity_warnings(rig, None))
     if wish is not None:
         write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis, doubts))
     return {**joint_document(found, diagnosis, doubts), "model": "pitch-roll", "convention": "TP"}

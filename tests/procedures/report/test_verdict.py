@@ -1,14 +1,15 @@
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from report_scene import Scene, run_view
 
 from ams.findings import Finding
 from procedures.report.verdict import judge
 from procedures.report.view import RunView
-from procedures.solution.type_b import level_remarks
+from procedures.solution.type_b import level_remarks, level_warnings
 from rig.description.read import read_rig
-from rig.description.rig_file import Level
+from rig.description.rig_file import Level, LevelReading
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -108,3 +109,17 @@ def test_a_step_at_a_restart_is_a_reservation_although_it_was_accepted() -> None
     trust, text = _judged(run_view(Scene()), steps=("dmm.x at step 2 changed by 4e-05 V",))
     assert trust == "reserved"
     assert "A restart made a step: dmm.x at step 2" in text
+
+
+@pytest.mark.parametrize(("after_arcsec", "is_moved"), [(0.0, False), (1.9, False), (2.1, True), (400.0, True)])
+def test_a_base_that_moved_by_more_than_its_instrument_explains_is_told(after_arcsec: float, is_moved: bool) -> None:
+    level = Level(
+        uncertainty_arcsec=1.0,
+        before=LevelReading(about_pitch_arcsec=0.0, about_roll_arcsec=5.0),
+        after=LevelReading(about_pitch_arcsec=after_arcsec, about_roll_arcsec=5.0),
+    )
+    said = level_warnings(read_rig(EXAMPLES / "inclinometer" / "rig.toml").model_copy(update={"level": level}))
+    assert len(said) == is_moved
+    if is_moved:
+        assert f"turned by {after_arcsec:+.3g}″ about pitch between" in said[0]
+        assert "roll between" not in said[0]
