@@ -19,6 +19,7 @@ from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warning
 from rig.description.rig_file import RigDescription, Sensor
 
 BY_A_RIG_FILE: Final = f"{TABLE_NOT_COUNTED}; a rig file (--rig of calrig fit, rig of calrig.fit) brings them in"
+OF_THIS_RIG_FILE: Final = f"{TABLE_NOT_COUNTED}; the rig file states 0 of them ([axes.NAME] uncertainty_arcsec)"
 
 
 def fitted(
@@ -37,7 +38,7 @@ def fitted(
     """
     refuse_copies(observations)
     solved = solve_observations(observations, request)
-    of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request))
+    of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)
     remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)))
     calibration = replace(solved, warnings=warnings, remarks=remarks)
@@ -60,8 +61,11 @@ def rate_error(uncertainty_ppm: float) -> SharedError:
     return SharedError("rate of the table", "rate", 1e-6 * uncertainty_ppm, stated=f"u {uncertainty_ppm:g} ppm")
 
 
-def not_counted(request: CalibrationRequest) -> tuple[str, ...]:
-    """Say that nobody stated how far the table may be wrong, so that the uncertainties are too small by it."""
+def not_counted(request: CalibrationRequest, rig: RigDescription | None = None) -> tuple[str, ...]:
+    """Say that nobody stated how far the table may be wrong, so that the uncertainties are too small by it.
+
+    ``rig``: of the fit, where it was given one.
+    """
     if MODELS[request.model].needs_rates:
         is_known = any(error.effect == "rate" for errors in request.shared_errors.values() for error in errors)
         of_rates = (
@@ -69,7 +73,9 @@ def not_counted(request: CalibrationRequest) -> tuple[str, ...]:
             "--rate-uncertainty-ppm of calrig fit brings them in"
         )
         return () if is_known else (of_rates,)
-    return (BY_A_RIG_FILE,) if request.table is None else ()
+    if request.table is not None:
+        return ()
+    return (BY_A_RIG_FILE if rig is None else OF_THIS_RIG_FILE,)
 
 
 def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:

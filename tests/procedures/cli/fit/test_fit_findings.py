@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
@@ -184,6 +185,11 @@ def test_a_fit_without_a_table_says_so_wherever_its_numbers_go(
     assert TABLE_NOT_COUNTED in calrig.fit(rows, {"x": "sx_v"}).document["axes"]["x"]["warnings"][0]
     assert TABLE_NOT_COUNTED not in json.dumps(call(capsys, *line, "--rig", rig, "--json").document)
     assert TABLE_NOT_COUNTED not in stored.read_text(encoding="utf-8")
+    rig.write_text(
+        re.sub(r"(?m)^uncertainty_arcsec = .*$", "uncertainty_arcsec = 0.0", rig.read_text(encoding="utf-8"))
+    )
+    zero = call(capsys, *line, "--rig", rig, "--json").document["axes"]["x"]["warnings"][0]
+    assert zero == f"{TABLE_NOT_COUNTED}; the rig file states 0 of them ([axes.NAME] uncertainty_arcsec)"
 
 
 def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
