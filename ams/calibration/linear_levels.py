@@ -5,7 +5,7 @@ for one (an empty cell: the row says nothing about this axis), and a reading per
 the columns say, and the answers carry them: real = gain·measured + offset. Source: SR 4.1.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +14,7 @@ import numpy as np
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import Document, to_document
 from ams.calibration.findings_document import findings_document
-from ams.calibration_result import Calibration
+from ams.calibration_result import Calibration, SensorVerdict
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, labels, numbers, parse_csv, refuse_missing_columns
 from ams.inputs.request import CalibrationRequest
@@ -56,13 +56,18 @@ def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -
     """
     request = replace(request, tested_axes=len(levels))
     axes = {axis: _axis_document(axis, found, request) for axis, found in levels.items()}
-    is_reserved = any(document["warnings"] for document in axes.values())
     return {
         "axes": axes,
-        "verdict": "usable" if is_reserved else "sound",
+        "verdict": _verdict_of(axes.values()),
         "model": "linear",
         "convention": "SR",
     }
+
+
+def _verdict_of(axes: Iterable[Document]) -> SensorVerdict:
+    """Return the verdict of axes each solved by itself: that of the worst."""
+    verdicts = [axis.pop("verdict", "usable") for axis in axes]
+    return next(verdict for verdict in ("not usable", "usable", "sound") if verdict in verdicts)
 
 
 def calibrated_levels(levels: Mapping[str, Levels], request: CalibrationRequest) -> Calibration:
@@ -173,6 +178,7 @@ def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Do
         for estimate in calibration.axes[axis].parameters
     }
     document["findings"] = findings_document(calibration.axes[axis])
+    document["verdict"] = calibration.verdict
     document[f"standard_error_{measured}"] = solved["standard_error_v"]
     document[f"residuals_{measured}"] = calibration.axes[axis].residuals_v.tolist()
     return _renamed(document, {gain: "gain", offset: "offset"}, measured)

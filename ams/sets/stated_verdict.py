@@ -1,8 +1,10 @@
 """What a set states of its own calibration in one word, and what an approval over that word is called everywhere."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from ams.findings import UNUSABLE_AXIS
 from ams.sets.canonical import Document, listed, table
 
 NOT_USABLE: Final = "not usable"
@@ -31,6 +33,34 @@ def stated_verdict(document: Document) -> str | None:
         for finding in listed(table(section).get("findings", []))
     )
     return NOT_USABLE if exceeded else None
+
+
+def verdict_in_words(document: Document) -> str | None:
+    """Return the verdict of a set or of a fit with its ground, such as ``not usable: … (x: sensor-change)``.
+
+    None where the document tells none.
+    """
+    verdict = stated_verdict(document)
+    if verdict is None:
+        return None
+    if verdict == NOT_USABLE:
+        exceeded = _named(document, lambda finding: "stated_uncertainties" in finding)
+        if exceeded:
+            return f"{verdict}: the stated uncertainties do not hold what the data show ({exceeded})"
+        forbidding = _named(document, lambda finding: finding["kind"] in (*UNUSABLE_AXIS, "table-rotation"))
+        return f"{verdict}: nothing rests on what the data show ({forbidding})" if forbidding else verdict
+    return f"{verdict}: {'the warnings must be read first' if verdict == 'usable' else 'nothing speaks against it'}"
+
+
+def _named(document: Document, is_meant: Callable[[Document], bool]) -> str:
+    """Return the significant findings that are meant, by axis and kind, each once."""
+    found = (
+        f"{axis}: {entry['kind']}"
+        for axis, section in table(document["axes"]).items()
+        for entry in map(table, listed(table(section).get("findings", [])))
+        if entry["significant"] and is_meant(entry)
+    )
+    return ", ".join(dict.fromkeys(found))
 
 
 def standing_in_words(status: str, verdict: str | None, accepted: AcceptedVerdict | None) -> str:

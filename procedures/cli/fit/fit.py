@@ -25,7 +25,7 @@ from procedures.cli.fit.joint import check_joint, joint_lines, parse_priors
 from procedures.cli.fit.joint import joint as fit_jointly
 from procedures.cli.options import Flag, Json, require_folder_of
 from procedures.cli.output import note, print_json, say
-from procedures.cli.results.coefficients_text import axes_lines
+from procedures.cli.results.coefficients_text import axes_lines, verdict_lines
 from procedures.cli.results.findings_text import check_trials
 from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
@@ -197,6 +197,9 @@ def _show(document: dict[str, Any], *, as_json: bool, is_joint: bool) -> None:
         print_json(document)
         return
     for line in (*axes_lines(document["axes"]), *(joint_lines(document) if is_joint else ())):
+        say(line)
+    say()
+    for line in verdict_lines(document):
         say(line)
 
 

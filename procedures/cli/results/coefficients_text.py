@@ -7,6 +7,7 @@ from typing import Any
 
 from ams.exports.statement import kind_of_warning
 from ams.parameter_words import words_of
+from ams.sets.stated_verdict import verdict_in_words
 from ams.units import dof_words, printed
 from procedures.cli.results.findings_text import findings_lines
 from rig.local_time import at_both
@@ -21,11 +22,18 @@ def set_text(document: Mapping[str, Any], status: str) -> str:
         f"{sensor['name']}: {document['model']} ({document['convention']['name']}), {stamp}",
         f"calibrated {calibrated}, run {provenance['run_id'] or 'none'}, "
         f"checksum {document['checksum']['sha256'][:12]}",
-        *([f"verdict of the calibration: {document['verdict']}"] if "verdict" in document else []),
+        *verdict_lines(document),
         *axes_lines(document["axes"], document.get("remarks", ())),
         *(f"{kind_of_warning(document, text)}: {text}" for text in document["warnings"]),
     ]
     return "\n".join(lines)
+
+
+def verdict_lines(document: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the verdict of a set or of a fit with its ground; nothing where it tells none."""
+    verdict = verdict_in_words(dict(document))
+    if verdict is not None:
+        yield f"verdict of the calibration: {verdict}"
 
 
 def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> Iterator[str]:

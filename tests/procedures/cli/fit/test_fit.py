@@ -7,6 +7,8 @@ import pytest
 from command import call
 from package_outputs import TRUTH, write_observations
 
+from ams.exports.formats import load_set
+
 NAMES = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
 AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
 
@@ -42,6 +44,27 @@ def test_the_document_has_the_form_others_rely_on(tmp_path: Path, capsys: pytest
     for name in NAMES:
         index = NAMES.index(name)
         assert x["covariance"][index][index] == pytest.approx(x["parameters"][name]["standard_uncertainty"] ** 2)
+
+
+def test_a_person_reads_the_verdict_with_its_ground_as_the_set_states_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    noisy = write_observations(tmp_path / "obs.csv", range(-90, 91, 30), range(-180, 181, 60), 4, noise_v=6e-6)
+    stated = "\nverdict of the calibration: "
+    text = call(capsys, "fit", noisy, *AXES).out
+    assert text.endswith(f"{stated}usable: the warnings must be read first\n")
+    head, *rows = noisy.read_text().splitlines()
+    column = head.split(",").index("sx_v")
+    cells = [row.split(",") for row in rows]
+    for row in cells[110:]:
+        row[column] = repr(float(row[column]) + 60e-6)
+    stepped = tmp_path / "stepped.csv"
+    stepped.write_text("\n".join([head, *map(",".join, cells)]) + "\n")
+    where = ("--set", tmp_path / "s.json", "--sensor", "SN1", "--gravity-mps2", "9.8")
+    text = call(capsys, "fit", stepped, *AXES, *where).out
+    verdict = text[text.index(stated) + len(stated) :].strip()
+    assert verdict == "not usable: the stated uncertainties do not hold what the data show (x: sensor-change)"
+    assert load_set(tmp_path / "s.json").verdict == "not usable"
 
 
 def test_one_replication_has_no_replication_analysis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
