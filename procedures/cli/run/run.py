@@ -16,6 +16,7 @@ from procedures.cli.locations import (
     left_out_where_empty,
     login_name,
     new_run_folder,
+    person_named,
     shared_archive_url,
 )
 from procedures.cli.options import (
@@ -97,7 +98,7 @@ def run(
     with opening(procedure.stem, alerts, is_virtual=rehearse) as begins:
         described = read_rig_of_site(rig)
         begins.rig = described.rig.name
-        procedure_description = read_procedure(procedure)
+        procedure_description, who = read_procedure(procedure), person_named(operator)
         performed = described.all_on_twins() if rehearse else described
         begins.is_virtual = isinstance(choose_clock(performed), VirtualClock)
         past = archive_of(out, archive, is_simulated=performed.is_simulated)
@@ -112,7 +113,6 @@ def run(
             return detached("run", [str(procedure)], options, flags, out, json=json)
 
         def header_of(run_id: str, now: datetime) -> RunHeader:
-            who = operator or login_name()
             return make_header(run_id, plan, performed, rig, procedure, who, now, is_rehearsal=rehearse)
 
         rig_file = None if rehearse else rig
@@ -183,7 +183,8 @@ def resume(
     with opening(folder.name, alerts, folder) as begins:
         begins.title, begins.rig, begins.is_virtual = title_rig_and_time(folder)
         state = status(folder).state
-        if operator is None and state in ANSWERED_FOR:
+        by = None if operator is None else person_named(operator)
+        if by is None and state in ANSWERED_FOR:
             raise RequestError(
                 f"{folder}: the run is {state}: a person must answer for it; give --operator and --reason"
             )
@@ -200,7 +201,7 @@ def resume(
                 at_last.callback(attendance.ring_out, folder)
                 outcome = resume_run(
                     folder,
-                    operator or ("" if accept_changes else login_name()),
+                    by or ("" if accept_changes else login_name()),
                     reason or "",
                     attendance.observer,
                     services=replace(attendance.services, claim=lease.claim, lease_news=lease.news),

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from procedures.cli.locations import find_run, login_name
+from procedures.cli.locations import find_run, person_named
 from procedures.cli.options import (
     RUNS,
     AnyRun,
@@ -53,7 +53,7 @@ def note(
     named, words = (None, run) if text is None else (run, text)
     if not words.strip() or (named is None and _is_run(words, out)):
         raise RequestError(f"note: got {words!r}, needed is what to write down; nothing was noted")
-    folder, by = alive_or_latest(named, out), operator or login_name()
+    folder, by = alive_or_latest(named, out), person_named(operator)
     if is_owned(folder):
         ask(folder, "note", by, datetime.now(UTC), words)
     else:
@@ -70,7 +70,7 @@ def ack(
     operator: Operator = None,
 ) -> None:
     """Acknowledge the alarm of a run: repeats and escalation end; the run stays as it is."""
-    by = operator or login_name()
+    by = person_named(operator)
     try:
         folder = alive_or_latest(run, out)
     except RequestError:
@@ -106,7 +106,7 @@ def void(
         Step of the first dwell that counts no more, as the report and `calrig handover` name it.
     """
     folder = run_in_state(run, out, TAKES_BACK, "taken back from")
-    count = void_from(folder, from_, Authorisation(operator, reason, remounted))
+    count = void_from(folder, from_, Authorisation(person_named(operator), reason, remounted))
     say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
 
 
@@ -128,7 +128,7 @@ def redo(
         Number of the replication, from 1.
     """
     folder = run_in_state(run, out, TAKES_BACK, "taken back from")
-    count = redo_replication(folder, replication, Authorisation(operator, reason, remounted))
+    count = redo_replication(folder, replication, Authorisation(person_named(operator), reason, remounted))
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
 
 

@@ -102,7 +102,7 @@ def _with_last_words(found: RunStatus, folder: Path) -> RunStatus:
 
 def attach(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> int:
     """Show a run that another process runs, with its keys; leaving the screen ends nothing."""
-    return attach_to(alive_or_latest(run, out), operator or login_name())
+    return attach_to(alive_or_latest(run, out), person_named(operator))
 
 
 def pause(run: AnyRun = None, /, *, out: RunsFolder = RUNS, operator: Operator = None) -> None:
@@ -142,8 +142,10 @@ def close(
 def _ask(
     run: str | None, runs: Path, kind: Literal["pause", "continue", "stop", "abort"], operator: str | None
 ) -> None:
+    # A name is no reason not to stop.
+    by = operator or login_name() if kind in ("stop", "abort") else person_named(operator)
     folder = alive_or_latest(run, runs)
-    ask(folder, kind, operator or login_name(), datetime.now(UTC))
+    ask(folder, kind, by, datetime.now(UTC))
     say(f"{folder}: asked to {kind}; `calrig status {folder}` shows when it did")
 
 

@@ -43,6 +43,20 @@ def test_what_has_no_name_or_no_reason_is_refused(finished: Path, capsys: pytest
     assert call(capsys, "void", finished, "--from", 9999, "--reason", "x", "--operator", "anna").status == 2
 
 
+@pytest.mark.parametrize("name", ["", " ", "\u200b"])
+@pytest.mark.parametrize("words", [
+    ("void", "--from", 20, "--reason", "door"), ("redo", "--replication", 2, "--reason", "door"), ("ack", "seen"),
+    ("note", "seen"), ("resume", "--reason", "door"), ("pause",), ("continue",),
+])  # fmt: skip
+def test_nobody_is_a_name_that_nobody_can_read(
+    finished: Path, capsys: pytest.CaptureFixture[str], words: tuple[str | int, ...], name: str
+) -> None:
+    """Found later: 204 dwells of a finished run were taken back by ``""``."""
+    refused = call(capsys, words[0], finished, *words[1:], "--operator", name)
+    assert (refused.status, refused.out) == (2, "")
+    assert "operator" in refused.err or "<U+200B>" in refused.err
+
+
 def test_a_line_break_in_a_name_or_a_reason_makes_no_line_of_its_own(
     finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
