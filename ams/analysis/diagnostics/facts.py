@@ -101,7 +101,8 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str) -> Iterator[F
     text = (
         f"the output drifts evenly through the run, by {signed(an_hour, 2)} {printed(unit)} an hour, and the order of "
         f"the points lets that into the estimate: {shown}; the stated uncertainties do not hold it: take the drift "
-        "into the solution (--time-term linear; [solve] time_term), or measure in an order such as there-and-back"
+        "into the solution (--time-term linear; [solve] time_term), or measure in an order that lets less of it in "
+        "(calrig check compares them)"
     )
     details: dict[str, float | str | None] = {
         "test": "drift in the parameters",
