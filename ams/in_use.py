@@ -4,6 +4,7 @@
 >>> package.attitude([0.1, -0.2, -2.4]).pitch_deg                      # doctest: +SKIP
 """
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
-from ams.errors import OutsideValidity
+from ams.errors import OutsideValidity, SetNotUsable
 from ams.exports.formats import load_set
 from ams.inference.aided_rates import AidedAngles, Aiding
 from ams.inference.angle_stream import AngleStream, Answer
@@ -172,14 +173,30 @@ def load(
 ) -> PackageInUse:
     """Return the set of a file, of any format, its test vectors recomputed; with ``model`` CR's two packages.
 
+    Warns: SetNotUsable for a set whose calibration has the verdict ``not usable``.
+
     Raises: SetError, VectorsDisagree; OutsideValidity for a set that tells no angles.
     """
-    sets = [load_set(file) for file in (path, model) if file is not None]
-    for name, coefficients in zip((path, model), sets, strict=False):
-        coefficients.check_vectors(str(name))
+    sets = _loaded(path, model)
     package = PackageInUse(sets[0], sets[1] if model is not None else None, reading_sd_v, upright, right_wing_down)
     _ = package._inference  # a set that tells no angles is refused here, not at the first reading
     return package
+
+
+def _loaded(*paths: str | Path | None) -> list[CoefficientSet]:
+    """Return the sets as whoever calls the caller uses them, with a warning of each that is not usable.
+
+    Raises: SetError, VectorsDisagree.
+    """
+    sets = []
+    for path in paths:
+        if path is not None:
+            sets.append(load_set(path))
+            sets[-1].check_vectors(str(path))
+    for coefficients in sets:
+        if coefficients.doubt is not None:
+            warnings.warn(coefficients.doubt, SetNotUsable, stacklevel=3)
+    return sets
 
 
 class GyroStream:
@@ -226,11 +243,11 @@ def load_gyros(
 ) -> GyroStream:
     """Return the stream of a set of gyros from the start of a motion; with a set of accelerometers both by a filter.
 
+    Warns: SetNotUsable for a set whose calibration has the verdict ``not usable``.
+
     Raises: SetError, VectorsDisagree; OutsideValidity for sets that tell no rates or no force.
     """
-    sets = [load_set(file) for file in (path, accelerometers) if file is not None]
-    for name, coefficients in zip((path, accelerometers), sets, strict=False):
-        coefficients.check_vectors(str(name))
+    sets = _loaded(path, accelerometers)
     rates_set = sets[0]
     gyros = GyroPackage(rates_set, {axis: axis for axis in rates_set.axes}, reading_sd_v)
     start = motion or Motion()

@@ -20,7 +20,7 @@ from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
 from ams.sets.schema import FORMAT, VERSION, check_identity, check_schema
 from ams.sets.sensed_quantity import FIELDS
-from ams.sets.stated_verdict import AcceptedVerdict, standing_in_words, stated_verdict
+from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, standing_in_words, stated_verdict, verdict_in_words
 from ams.sets.triad_section import check_triad, triad_section
 from ams.sets.vectors import LEVEL, Validity, VectorAgreement, check_vectors, make_vectors, outputs_key
 
@@ -75,6 +75,15 @@ class CoefficientSet:
     def verdict(self) -> str | None:
         """``sound``, ``usable`` or ``not usable``; None where a set of an earlier version tells none."""
         return stated_verdict(self.document)
+
+    @property
+    def doubt(self) -> str | None:
+        """What whoever uses it must know: that its calibration is not usable, why, and who accepted that; else None."""
+        if self.verdict != NOT_USABLE:
+            return None
+        word = self.accepted_verdict
+        accepted = "" if word is None else f"; accepted by {word.name}: {word.reason}"
+        return f"{self.sensor}: verdict of the calibration: {verdict_in_words(self.document)}{accepted}"
 
     @property
     def standing(self) -> str:

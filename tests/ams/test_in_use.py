@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, accelerometer_v
+from not_usable import set_not_usable
 from package_outputs import TRUTH
 from scipy.spatial.transform import Rotation
 from solved_sets import bent_set, gyro_set, package_set, tp_set
 
 import ams
-from ams.errors import OutsideValidity
+from ams.errors import OutsideValidity, SetNotUsable
 from ams.exports.formats import export_set
 from ams.inference.inference import Inference, Package
 from ams.sets.coefficients import CoefficientSet
@@ -41,6 +42,18 @@ def test_a_scalar_gives_a_scalar_and_an_array_its_shape(stored: str | Path) -> N
     assert entry.flags == ("",)
     by_name = package.attitude(dict(zip("zyx", volts[0, 1, ::-1].tolist(), strict=True)))
     assert by_name.pitch_deg == pytest.approx(pitch[0, 1], abs=1e-9)
+
+
+def test_a_set_that_is_not_usable_warns_once_where_it_is_loaded_and_answers(tmp_path: Path) -> None:
+    export_set(set_not_usable(), "json", tmp_path / "s.json")
+    with pytest.warns(SetNotUsable) as told:
+        package = ams.load(tmp_path / "s.json", reading_sd_v=1e-5)
+    (warning,) = told
+    ground = "not usable: the stated uncertainties do not hold what the data show (x: cubic)"
+    assert str(warning.message) == f"SN1047: verdict of the calibration: {ground}"
+    assert warning.filename == __file__, "it names the line that loads"
+    volts = outputs(package.coefficients, np.array([20.0]), np.array([30.0]))
+    assert np.isfinite(package.attitude(volts).pitch_deg).all()
 
 
 def outputs(coefficients: CoefficientSet, pitch_deg: np.ndarray, roll_deg: np.ndarray) -> np.ndarray:

@@ -26,6 +26,11 @@ def set_not_usable(**declared: object) -> CoefficientSet:
     return entry
 
 
+def set_usable() -> CoefficientSet:
+    """Return the same without the finding."""
+    return build_set(solved_package(), provenance(**RELEASED))  # type: ignore[arg-type]
+
+
 def accept_findings(url: str, moment: datetime) -> None:
     """Prepare the set of SN1047, accept its finding and review it: all but the verdict."""
     sign(url, "SN1047", "prepared", "A. Operator", moment)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from command import call
 from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, TABLE_4, accelerometer_v, gyro_v
+from not_usable import set_not_usable, set_usable
 from package_outputs import ATTITUDES, TRUTH, output_v, write_observations
 from scipy.spatial.transform import Rotation
 from solved_sets import gyro_set, package_set, tp_set
@@ -39,6 +40,21 @@ def test_angles_come_back_and_a_singular_one_is_an_empty_cell(
         assert (float(row["pitch_deg"]), float(row["roll_deg"])) == pytest.approx((pitch, roll), abs=1e-7)
         assert row["flag"] == ""
     assert (rows[2]["roll_deg"], rows[2]["roll_sd_deg"], rows[2]["flag"]) == ("", "", "roll singular")
+
+
+def test_a_set_that_is_not_usable_is_told_beside_its_answers_and_not_in_them(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answers = []
+    for name, coefficients in (("beyond", set_not_usable()), ("plain", set_usable())):
+        export_set(coefficients, "json", tmp_path / f"{name}.json")
+        answers.append(call(capsys, "attitude", tmp_path / f"{name}.json", data))
+    beyond, plain = answers
+    ground = "not usable: the stated uncertainties do not hold what the data show (x: cubic)"
+    assert beyond.err.splitlines()[0] == f"SN1047: verdict of the calibration: {ground}"
+    assert beyond.err.count("not usable") == 1
+    assert "verdict" not in plain.err
+    assert (beyond.status, beyond.out) == (0, plain.out)
 
 
 def test_a_set_of_fit_serves_at_once(tmp_path: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
