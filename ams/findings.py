@@ -26,6 +26,7 @@ FindingKind = Literal[
     "meter-offset",
     "sensor-change",
     "level-undeclared",
+    "meter-undeclared",
     "time-confounded",
     "axis-undetermined",
     "axis-contradicted",

@@ -9,14 +9,17 @@ from datetime import date
 
 from ams.archive.sign_offs import SignOff
 from ams.archive.signatures import how_to_close
+from ams.findings import FindingKind
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import NO_CERTIFICATE_WITH
 from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import NOBODY_APPROVED, OF_A_TWIN, Declared, declared_gaps
+from procedures.records.declared_gaps import NO_METER, NOBODY_APPROVED, OF_A_TWIN, VOLTS, Declared, declared_gaps
 from rig.local_time import local_day
+
+METER_UNDECLARED: FindingKind = "meter-undeclared"
 
 
 @dataclass(frozen=True)
@@ -89,6 +92,7 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
             level=table(grounds.coefficients.provenance["level"] or {}),
             has_standards=bool(grounds.standards),
             senses_gravity=grounds.coefficients.senses_gravity,
+            meters=meters_undeclared(grounds),
         )
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))
@@ -98,6 +102,25 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
     for finding in grounds.signed.unaccepted:
         yield f"axis {finding.axis}: {finding.text} ({finding.name}, which nobody has accepted)"
     yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))
+
+
+def meters_undeclared(grounds: Grounds) -> tuple[str, ...]:
+    """Return what is to be said of volts that no standard is behind; nothing where no output is in volts.
+
+    A set says it itself. Of one that does not, such as an earlier one, it is read from its standards.
+    """
+    coefficients = grounds.coefficients
+    sections = [table(section) for section in table(coefficients.document["axes"]).values()]
+    findings = [table(finding) for section in sections for finding in listed(section.get("findings", []))]
+    sentences = dict.fromkeys(str(finding["text"]) for finding in findings if finding["kind"] == METER_UNDECLARED)
+    is_in_volts = any(numbers.form.measured_unit == VOLTS for numbers in coefficients.axes.values())
+    is_counted = any("uncertainty_v" in table(standard["uncertainty"] or {}) for standard in grounds.standards)
+    if sentences or is_counted or not is_in_volts:
+        return tuple(sentences)
+    return (
+        f"{NO_METER}: none of the standards states uncertainty_v, so that what the zero and the gain of the meter are "
+        "wrong by is in no figure stated here (readouts.NAME.standard)",
+    )
 
 
 def _is_overdue(standard: Mapping[str, Json], grounds: Grounds) -> bool:

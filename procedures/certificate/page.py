@@ -11,7 +11,7 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
-from procedures.certificate.grounds import Grounds, gaps_of
+from procedures.certificate.grounds import Grounds, gaps_of, meters_undeclared
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
 from procedures.numbers import angle
 from procedures.pages import page_style
@@ -46,6 +46,7 @@ def certificate_page(grounds: Grounds) -> str:
         lines=grounds.coefficients.is_of_lines,
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(gaps_of(grounds)) if grounds.is_specimen else [],
+        meters=list(meters_undeclared(grounds)),
         conditions=_conditions(grounds.coefficients.document),
         began=_began(grounds),
         shift=_shift_in_words(grounds.coefficients),

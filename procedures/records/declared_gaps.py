@@ -3,12 +3,18 @@
 Source: ISO/IEC 17025:2017, 7.8.2.1, 7.8.4.1.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rig.description.rig_file import RigDescription, Sensor
+
 NOBODY_APPROVED = "nobody has signed the set as approved"
 OF_A_TWIN = "the readings come from a twin (SIMULATED)"
+NO_METER = "no uncertainty of the meter is declared"
+"""How it is said of a meter without a standard that states volts: in remark, verdict and gap."""
+VOLTS = "v"
+"""As it is written in a key."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +26,8 @@ class Declared:
     level: Mapping[str, Any]
     has_standards: bool
     senses_gravity: bool
+    meters: Sequence[str]
+    """What is to be said of meters without a declared uncertainty, a sentence each."""
 
 
 def declared_gaps(declared: Declared) -> Iterator[str]:
@@ -34,3 +42,29 @@ def declared_gaps(declared: Declared) -> Iterator[str]:
         yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
     if declared.senses_gravity and not (declared.level.get("before") or declared.level.get("after")):
         yield "the level of the base was not read ([level] before and after)"
+    yield from declared.meters
+
+
+def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[str, ...]:
+    """Say that nobody declared how far the volts of a sensor's meters may be wrong, where its outputs are volts.
+
+    Without a sensor the caller does not know which meter measured: none is in its uncertainties.
+    """
+    if sensor is None:
+        return (f"{NO_METER}: which sensor of the rig file was measured is not told, so that no meter is counted",)
+    units = rig.channel_units()
+    in_volts = [channel for channel in sensor.channels.values() if units.get(channel) == VOLTS]
+    readouts = dict.fromkeys(channel.partition(".")[0] for channel in in_volts)
+    unknown = [name for name in readouts if name in rig.readouts and not _states_volts(rig, name)]
+    if not unknown:
+        return ()
+    return (
+        f"{NO_METER} ({', '.join(unknown)}): what its zero and its gain are wrong by is in no figure stated here; "
+        f"declare {' and '.join(f'readouts.{name}.standard' for name in unknown)} and uncertainty_v of that standard "
+        "under [standards.NAME] of the rig file",
+    )
+
+
+def _states_volts(rig: RigDescription, readout: str) -> bool:
+    standard = rig.standards.get(rig.readouts[readout].standard or "")
+    return standard is not None and standard.uncertainty_v is not None

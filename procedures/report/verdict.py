@@ -14,6 +14,7 @@ from ams.arrays import FloatArray
 from ams.findings import Finding, beyond_the_stated, significant_texts, turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
+from procedures.records.declared_gaps import NO_METER
 from procedures.report.overview import Statement, stated_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
 from procedures.solution.type_b import NO_LEVEL
@@ -52,10 +53,15 @@ def judge(
         *_rejected(counts),
         *stated_once((remark for sensor in sensors for remark in _remarks(sensor)), names),
     ]
-    is_level_read = not any(doubt.startswith(NO_LEVEL) for doubt in _remark_texts(sensors))
+    undeclared = [
+        what
+        for begins, what in ((NO_LEVEL, "the level of the base"), (NO_METER, "the uncertainty of the meter"))
+        if any(text.startswith(begins) for text in _remark_texts(sensors))
+    ]
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
-    result += "" if is_level_read else ", without the level of the base, which is not declared"
+    if undeclared:
+        result += f", without {' and '.join(undeclared)}, which {'is' if len(undeclared) == 1 else 'are'} not declared"
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
     if turned:

@@ -20,6 +20,7 @@ from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.sequential import stopped_in_words
+from procedures.records.declared_gaps import meter_remarks
 from procedures.records.dwells import DwellRecord
 from procedures.solution.adaptive_words import adaptive_in_words
 from procedures.solution.earth_turn import earth_remarks, mean_rotations, with_turned_earth
@@ -76,11 +77,13 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     model = MODELS.get(item.plan.solve.model)
     is_levelled = model is None or not model.needs_rates
     on_level = level_remarks(item.rig) if is_levelled else ()
+    on_meter = meter_remarks(item.rig, item.sensor)
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (
         *solved.remarks,
         *_remarks(item.plan.solve, item.dwells),
         *on_level,
+        *on_meter,
         *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
         *gravity_on_gyros_remarks(request.shared_errors, senses_rates=model is not None and model.needs_rates),
         *(text for text in (stopped, adaptive_in_words(item)) if text is not None),
@@ -94,7 +97,9 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     calibration = replace(solved, remarks=remarks, warnings=warnings)
     budgets = budgets_of(solved, request, item.rig, priors_in_words=joint_priors_in_words(solve))
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
-    return with_run_findings(sensor, [Finding("level-undeclared", text, False) for text in on_level])
+    undeclared: list[Finding] = [Finding("level-undeclared", text, False) for text in on_level]
+    undeclared += [Finding("meter-undeclared", text, False) for text in on_meter]
+    return with_run_findings(sensor, undeclared)
 
 
 def solve_observations(observations: Observations, request: CalibrationRequest) -> Calibration:

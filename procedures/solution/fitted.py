@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+from ams.findings import Finding
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.request import CalibrationRequest
@@ -12,9 +13,11 @@ from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
+from procedures.records.declared_gaps import meter_remarks
 from procedures.solution.by_model import solve_observations
 from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.request import SolvedSensor, budgets_of
+from procedures.solution.run_findings import with_run_findings
 from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks, level_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -40,9 +43,12 @@ def fitted(
     solved = solve_observations(observations, request)
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)
-    remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)))
+    on_meter = () if rig is None else meter_remarks(rig, sensor_of(rig, name))
+    remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)), *on_meter)
     calibration = replace(solved, warnings=warnings, remarks=remarks)
-    return SolvedSensor(name, observations, calibration, None, budgets_of(calibration, request, rig, trials))
+    budgets = budgets_of(calibration, request, rig, trials)
+    undeclared = [Finding("meter-undeclared", text, False) for text in on_meter]
+    return with_run_findings(SolvedSensor(name, observations, calibration, None, budgets), undeclared)
 
 
 def _of_level(request: CalibrationRequest, rig: RigDescription | None) -> tuple[str, ...]:

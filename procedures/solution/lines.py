@@ -29,6 +29,7 @@ from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.solve.layout import layout_of
+from procedures.records.declared_gaps import meter_remarks
 from procedures.solution.declared_directions import declared_in_package
 from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
@@ -73,9 +74,11 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     remarks = gravity_on_gyros_remarks(
         {label: line.errors for label, line in lines.items()}, senses_rates=item.sensor.measures == "rate"
     )
-    calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)
+    on_meter = meter_remarks(item.rig, item.sensor)
+    calibration = Calibration(axes, "linear", "SR", tuple(warnings), (*remarks, *on_meter))
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
-    return with_run_findings(solved_sensor, list(_field_findings(item, lines)))
+    undeclared = [Finding("meter-undeclared", text, False) for text in on_meter]
+    return with_run_findings(solved_sensor, [*_field_findings(item, lines), *undeclared])
 
 
 @dataclass(frozen=True)

@@ -175,7 +175,7 @@ def fit(
             _refuse_curvature(hessian)
             document = _linear(file, form, columns, request, wish)
         else:
-            document = _solved(file, form, columns, request, wish, reference, description, monte_carlo)
+            document = _solved(file, form, columns, request, wish, reference, description, sensor, monte_carlo)
     _show(document, as_json=json, is_joint=joint)
     if wish is not None:
         note(f"coefficient set: {wish.path}")
@@ -211,6 +211,7 @@ def _solved(
     wish: WishedSet | None,
     sting: Package | None,
     rig: RigDescription | None,
+    sensor: str | None,
     trials: int,
 ) -> dict[str, Any]:
     if sting is None:
@@ -219,7 +220,7 @@ def _solved(
     else:
         observations = read_with_sting(file, columns, sting, form)
     doubts = (WARNING,) if sting else ()
-    solved = fitted("", observations, columns, request, rig, doubts=doubts, trials=trials)
+    solved = fitted(sensor or "", observations, columns, request, rig, doubts=doubts, trials=trials)
     assert solved.calibration is not None
     if wish is not None:
         write_set(wish, observations, solved.calibration)

@@ -7,20 +7,21 @@ from html import unescape
 
 import numpy as np
 import pytest
-from certificate_scene import JOB, LABORATORY, RELEASED, STANDARD, set_with_findings
+from certificate_scene import JOB, LABORATORY, METER, RELEASED, STANDARD, set_with_findings
 from line_sets import line_set
 from solved import PARAMETERS, provenance, solved_package
 from solved_sets import gyro_set
 
 from ams.archive.sign_offs import AcceptedFinding, Release, Signature, SignOff
 from ams.calibration_result import VarianceComponent
+from ams.findings import Finding
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.stated_findings import LACKING, significant_findings
 from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
-from procedures.certificate.grounds import Amendment, Grounds, check_grounds
+from procedures.certificate.grounds import Amendment, Grounds, check_grounds, gaps_of
 from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
 from procedures.certificate.results import coefficients_of
 from procedures.cli.archive.text import sign_off_lines
@@ -160,6 +161,7 @@ def test_a_calculated_uncertainty_above_the_capability_is_stated_with_its_k() ->
         ({"laboratory": {**LABORATORY, "capability_deg": None}}, "[laboratory] capability_deg"),
         ({"job": {"item": "x"}}, "[job] customer"),
         ({"standards": ()}, "no standard is declared"),
+        ({"standards": (STANDARD,)}, "no uncertainty of the meter is declared: none of the standards states"),
         ({"standards": (replace(STANDARD, due=date(2026, 2, 1)),)}, "standard table was due on 2026-02-01"),
     ],
 )
@@ -171,6 +173,31 @@ def test_a_gap_is_refused_by_name(changes: dict[str, object], words: str) -> Non
 def test_without_an_approval_there_is_no_certificate() -> None:
     with pytest.raises(RequestError, match="nobody has signed the set as approved"):
         check_grounds(_grounds(signed=SignOff("", (Signature("prepared", "A. Operator", SIGNED, ""),), ())))
+
+
+def test_volts_without_a_standard_are_not_called_traceable() -> None:
+    """The table's certificate tells of angles: VIM 2.41 wants an unbroken chain for the quantity that is stated."""
+    whole = "The results are traceable to the International System of Units through the certificates named."
+    assert whole in _text(_grounds())
+    of_table = _text(_grounds(coefficients=_set(standards=(STANDARD,)), is_specimen=True))
+    assert whole not in of_table
+    assert (
+        "The voltages are not, nor is any result stated in volts: no uncertainty of the meter is declared" in of_table
+    )
+
+
+def test_a_meter_that_the_set_names_is_a_gap_whatever_another_standard_states() -> None:
+    plain = solved_package()
+    said = Finding("meter-undeclared", "no uncertainty of the meter is declared (second).", False)
+    axes = {**plain.axes, "y": replace(plain.axes["y"], findings=(said,))}
+    entry = build_set(replace(plain, axes=axes), provenance(**{**RELEASED, "standards": (STANDARD, METER)}))
+    with pytest.raises(RequestError, match=re.escape("no uncertainty of the meter is declared (second).")):
+        check_grounds(_grounds(coefficients=entry))
+
+
+def test_counts_need_no_standard_of_volts() -> None:
+    entry = line_set({"x": (0.032, -0.4)})
+    assert not any("the meter" in gap for gap in gaps_of(_grounds(coefficients=entry, adjustment=None)))
 
 
 def test_a_complete_ground_is_not_refused() -> None:

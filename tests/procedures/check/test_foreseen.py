@@ -76,16 +76,20 @@ def test_the_reservations_of_a_finished_run_stood_in_check(finished_job: Finishe
     assert _untold(rig, finished_job.folder / "procedure.toml", finished_job.run) == {"SN1047": set()}
 
 
-def test_a_level_that_is_not_declared_is_said_in_the_words_of_the_report_and_held_against_nothing(
+def test_a_level_and_a_meter_not_declared_are_said_in_the_words_of_the_report_and_held_against_nothing(
     finished_job: FinishedJob,
 ) -> None:
     rig = read_rig(finished_job.folder / "rig.toml")
     forecast = check(rig, read_procedure(finished_job.folder / "procedure.toml")).forecast
     solved = solve_run(finished_job.run).sensors["SN1047"].calibration
     assert solved is not None
-    (remark,) = forecast.remarks
-    assert remark in solved.remarks
-    assert not any("level of the base" in one for one in (*forecast.reservations, *_held_against(solved)))
+    level, meter = forecast.remarks
+    assert level.startswith("the level of the base is not declared")
+    assert meter.startswith("no uncertainty of the meter is declared (dmm)")
+    assert {level, meter} <= set(solved.remarks)
+    assert not any(
+        "level of the base" in one or "meter" in one for one in (*forecast.reservations, *_held_against(solved))
+    )
 
 
 def test_a_serpentine_and_plateaus_from_one_side_are_foreseen(tmp_path: Path) -> None:

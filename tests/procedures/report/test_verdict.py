@@ -5,6 +5,7 @@ import pytest
 from report_scene import Scene, run_view
 
 from ams.findings import Finding
+from procedures.records.declared_gaps import meter_remarks
 from procedures.report.verdict import judge
 from procedures.report.view import RunView
 from procedures.solution.type_b import level_remarks, level_warnings
@@ -59,6 +60,22 @@ def test_a_band_without_the_level_says_so_in_the_verdict() -> None:
         .endswith("or better (95 %), without the level of the base, which is not declared.")
     )
     assert "without the level" not in _judged(view)[1]
+
+
+def test_a_band_without_the_meter_says_so_in_the_verdict_and_is_as_sound_as_one_without_the_level() -> None:
+    view = run_view(Scene())
+    rig = read_rig(EXAMPLES / "inclinometer" / "rig.toml")
+    of_both = (
+        *level_remarks(rig.model_copy(update={"level": Level()})),
+        *meter_remarks(rig.model_copy(update={"standards": {}}), rig.sensors["SN1047"]),
+    )
+    for remarks, ending in (
+        (of_both[1:], ", without the uncertainty of the meter, which is not declared."),
+        (of_both, ", without the level of the base and the uncertainty of the meter, which are not declared."),
+    ):
+        found = replace(view, sensors=(replace(view.sensors[0], remarks=remarks), *view.sensors[1:]))
+        assert _judged(found)[0] == _judged(view)[0] == "sound"
+        assert _judged(found)[1].splitlines()[0].endswith(ending)
 
 
 def test_what_the_stated_uncertainties_do_not_hold_is_not_called_usable_with_them() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from planning_files import AIR, rig_file
 
+from procedures.records.declared_gaps import meter_remarks
 from procedures.solution.type_b import (
     gravity_of,
     shared_errors,
@@ -66,6 +67,18 @@ def test_each_certificate_is_divided_as_it_states(tmp_path: Path) -> None:
     }
     assert "load resistor" not in {error.name for error in errors["x"]}
     assert next(e.stated for e in errors["x"]) == "standards.meter: expanded 12 µV, k = 2"
+
+
+def test_a_meter_is_told_of_wherever_its_volts_bring_no_error_into_the_budget(tmp_path: Path) -> None:
+    """The budget is asked: a remark stands exactly where it has no line of the meter."""
+    without_volts = STANDARDS.replace("uncertainty_v", "uncertainty_degc")
+    for changes, more in (((METER,), STANDARDS), ((), STANDARDS), ((METER,), without_volts), ((), "")):
+        rig = rig_file(tmp_path, *changes, more=more)
+        counted = {error.name for error in shared_errors(rig, rig.sensors["SN1"])["x"]}
+        said = meter_remarks(rig, rig.sensors["SN1"])
+        assert len(said) == ("multimeter zero" not in counted), (changes, more)
+        assert all("readouts.dmm.standard" in text for text in said)
+    assert len(meter_remarks(declared(tmp_path), None)) == 1
 
 
 def test_gravity_is_carried_with_its_uncertainty(tmp_path: Path) -> None:
