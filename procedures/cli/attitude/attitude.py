@@ -136,8 +136,6 @@ def attitude(
     beside |= {"what belongs to gyros": gyros, "filters and averages": samples}
     known = known_attitudes(data, solve_alignment, known_sd_deg, [name for name, given in beside.items() if given])
     if known is not None:
-        for doubt in _doubts_of_sets([package]):
-            note(doubt)
         known.store_alignment_of(package, reading_sd_v)
         return
     settings, before = gyros or OfGyros(), samples or OfSamples()
@@ -150,8 +148,7 @@ def attitude(
 
     angles = angles_with(None)
     watched = _watched(angles, package, reading_sd_v, is_alone=second is None and settings.gyro_set is None)
-    packages = _packages_of(angles, package, second)
-    noise = noise_by_column(packages, reading_sd_v)
+    noise = noise_by_column(_packages_of(angles, package, second), reading_sd_v)
     is_by_row = before.average_s is None or before.low_pass_hz is None
     found = FrozenOutputs(before.before(watched), noise, is_by_row=is_by_row)
 
@@ -162,7 +159,7 @@ def attitude(
             return None
         return FrozenOutputs(before.before(angles_with(proven)), noise, is_by_row=is_by_row)
 
-    for remark in _assumptions(package, watched, angles, before, geometry, alignment, reading_sd_v, packages):
+    for remark in _assumptions(package, watched, angles, before, geometry, alignment, reading_sd_v, second):
         note(remark)
     answers = Answers(out, view, plot, package.coefficients.sensor)
     is_flagged_throughout = answer_all(found, found_again, data, wiring, for_s, answers)
@@ -178,11 +175,11 @@ def _assumptions(
     geometry: Mapping[str, bool],
     alignment: Path | None,
     reading_sd_v: float | None,
-    packages: Sequence[Package | GyroPackage],
+    second: Package | None,
 ) -> Iterator[str]:
     """Yield what the angles take for granted, a set that is not usable first."""
     field = angles.field if isinstance(angles, AidedAngles) else None
-    yield from _doubts_of_sets([*packages, *([] if field is None else [field.package])])
+    yield from _doubts_of_sets([*_packages_of(angles, package, second), *([] if field is None else [field.package])])
     if package.follows_sting:
         yield f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0"
     elif len(package.columns) == 2 and not package.senses_rates:

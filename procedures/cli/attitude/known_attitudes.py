@@ -34,6 +34,8 @@ class KnownAttitudes:
     def store_alignment_of(self, package: Package, reading_sd_v: float | None) -> None:
         """Solve how a package sits in the model, store it and tell it. Raises: ams.errors.AmsError."""
         require_folder_of(self.out, "--solve-alignment")
+        if package.coefficients.doubt is not None:
+            note(package.coefficients.doubt)
         found = inference(replace(package, alignment=None), None, reading_sd_v)
         known_deg: list[FloatArray] = []
         for readings in blocks_of(self.data, (*found.needed, "pitch_deg", "roll_deg"), found.optional, REMEDIES):
