@@ -8,7 +8,7 @@ found and left are published by :mod:`ams.archive.runs`; this file holds what is
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from datetime import datetime
-from typing import Any
+from typing import Any, get_args
 
 from sqlalchemy import ColumnElement, Connection, Select, case, select
 
@@ -17,6 +17,7 @@ from ams.archive.connection import reading, writing
 from ams.archive.ledger import Written, write
 from ams.archive.quarantines import quarantined
 from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS
+from ams.calibration_result import SensorVerdict
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.exports.json_text import from_json, parsed, to_json
 from ams.sets.canonical import Document, table
@@ -42,6 +43,8 @@ class ArchivedSet:
     """``engineering``, ``approved`` (by the rig file or by signatures since) or ``withdrawn``."""
     standing: str
     """The status in words; of a set that is approved though not usable, with who accepted that and why."""
+    verdict: str | None
+    """Of the calibration: ``sound``, ``usable`` or ``not usable``; None where an earlier version tells none."""
     is_signed: bool
     """Approved by signature, as a certificate needs it; the rig file's ``approved_by`` is of rig and procedure."""
     simulated: bool
@@ -111,6 +114,7 @@ def list_sets(
             (SETS.c.sha256.in_(approved()), "approved"),
             else_=SETS.c.status,
         ),
+        "verdict": _stated_verdict(),
         "is_signed": case((SETS.c.sha256.in_(approved()), True), else_=False),
     }
     names = [field.name for field in fields(ArchivedSet) if field.name != "standing"]
@@ -121,7 +125,7 @@ def list_sets(
         accepted = accepted_verdicts(connection)
     for row in rows:
         word = accepted.get(row["sha256"])
-        row["standing"] = standing_in_words(row["status"], None if word is None else NOT_USABLE, word)
+        row["standing"] = standing_in_words(row["status"], row["verdict"], word)
     return tuple(ArchivedSet(**row) for row in rows)
 
 
@@ -263,6 +267,16 @@ def _conditions(search: Search) -> list[ColumnElement[bool]]:
     if search.until_utc is not None:
         wanted.append(SETS.c.created_utc < search.until_utc)
     return wanted
+
+
+def _stated_verdict() -> ColumnElement[Any]:
+    """Return what :func:`ams.sets.stated_verdict.stated_verdict` reads, looked for in the text of the stored set.
+
+    A list would take seconds to parse every set. Inside a text of the document quotes are escaped: none looks like it.
+    """
+    stated = {verdict: SETS.c.document.contains(f'"verdict": "{verdict}"') for verdict in get_args(SensorVerdict)}
+    exceeded = SETS.c.document.contains('"stated_uncertainties": "exceeded"')
+    return case(*((found, verdict) for verdict, found in stated.items()), (exceeded, NOT_USABLE))
 
 
 def _set_row(coefficients: CoefficientSet, published_utc: datetime) -> dict[str, Any]:

@@ -50,6 +50,7 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
         stamp = f"{status}{', simulated' if row.simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
         judged = f", {', '.join(verdicts)}" if verdicts else ""
+        judged += f", verdict {row.verdict}" if row.verdict is not None else ""
         judged += ", in quarantine" if row.quarantine else ""
         yield f"{row.sha256[:12]}  {row.sensor:<16} {at_both(row.created_utc)}  {row.model}, {stamp}{judged}"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from certificate_scene import set_with_findings
 from command import call
-from not_usable import FINDING, REASON, STANDING, accept_findings, approve_not_usable, set_not_usable
+from not_usable import FINDING, REASON, STANDING, accept_findings, approve_not_usable, set_not_usable, set_usable
 from programs import require_program
 from signers import with_accounts
 
@@ -101,6 +101,18 @@ def test_a_set_of_before_the_verdict_tells_it_by_its_finding(archive: str) -> No
     entry = show(archive, "SN1047")
     document = {name: value for name, value in entry.document.items() if name != "verdict"}
     assert type(entry)(document, entry.axes, entry.validity).verdict == "not usable"
+
+
+def test_a_list_tells_the_verdict_of_every_set_before_anybody_signed(
+    archive: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    publish(archive, [set_usable()], MOMENT)
+    lines = call(capsys, "archive", "list", "--archive", archive).out.splitlines()[1:]
+    told = {entry.sha256: entry.verdict for entry in list_sets(archive)}
+    assert told == {sha256: show(archive, sha256).verdict for sha256 in told}
+    assert len(lines) == len(told) == len(set(told.values())) == 2
+    assert all(line.endswith(f", verdict {told[sha256]}") for line in lines for sha256 in told if line[:12] in sha256)
+    assert sum("engineering, verdict not usable" in line for line in lines) == 1
 
 
 def test_the_same_words_stand_in_archive_and_certificate(
