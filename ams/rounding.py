@@ -31,3 +31,8 @@ def with_uncertainty(value: float, uncertainty: float | None) -> tuple[str, str]
     decimal_place = last_place(uncertainty)
     printed = to_place(uncertainty, decimal_place) if decimal_place >= -MOST_DECIMALS else f"{uncertainty:.1e}"
     return to_place(value, decimal_place), printed
+
+
+def two_digits(value: float) -> str:
+    """Return two significant digits without an exponent where that is readable."""
+    return f"{float(f'{value:.2g}'):g}".replace("-", "−")

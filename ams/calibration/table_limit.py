@@ -1,6 +1,7 @@
 """The declared limit of a table's index errors against what all solved axes of one package saw of them."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations_with_replacement
 
 import numpy as np
 
@@ -8,7 +9,7 @@ from ams.analysis.diagnostics.table_curves import SeenPoints, TableLimit, beyond
 from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns
-from ams.frames import Attitude
+from ams.frames import Attitude, specific_force
 from ams.inputs.table_uncertainty import TableUncertainty, shown_rad
 from ams.observations import Observations
 from ams.solve.extension import angles_of_points
@@ -44,6 +45,15 @@ def slopes_at_points(
     return base.angle_jacobian(primary, Attitude(pitch, roll))
 
 
+def _of_higher_order(pitch: FloatArray, roll: FloatArray) -> FloatArray:
+    """Return the (K, 25) products of three and of four components of the specific force."""
+    components = specific_force(pitch, roll).T
+    return np.stack(
+        [np.prod(chosen, axis=0) for order in (3, 4) for chosen in combinations_with_replacement(components, order)],
+        axis=1,
+    )
+
+
 def _seen(solved: SolvedColumns, indices: Sequence[int], pitch: FloatArray, roll: FloatArray) -> Iterator[SeenPoints]:
     sums, problem, layout = solved.mixed.sums, solved.problem, solved.layout
     if sums is None or problem.form.weights is not None:
@@ -60,6 +70,7 @@ def _seen(solved: SolvedColumns, indices: Sequence[int], pitch: FloatArray, roll
         yield SeenPoints(
             linear=np.hstack([basis[:, :_LINEAR], sums.drift_left]),
             terms=basis[:, _LINEAR:],
+            higher=_of_higher_order(pitch, roll),
             mean=sums.point_effects[:, index] + basis[:, _LINEAR:] @ coefficients,
             weight=np.sqrt(readings / variance),
             slopes=slopes_at_points(solved, index, pitch, roll),

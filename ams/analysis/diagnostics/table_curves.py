@@ -13,10 +13,16 @@ of Wollan and Dykstra 1986 for inequalities).
 What the sensors do by themselves must not be blamed on the table. A cosine of pitch is K₂ of one axis and K_ip of the
 others; so D is made beside the sensors' own terms of low order as well, where that curve is not seen at all. Without
 the terms D counts only where two outputs or more see the same curve and, beside it, no sensor asks for terms.
+
+A term of higher order of one sensor is a curve as well: K f_x² f_y of y is sin α cos α of pitch, which the others do
+not see, and a free curve takes half of it. So two explanations are compared: a curve of any size, seen by all; and a
+curve within the limit, with one output that has all terms up to fourth order of its own. Where the second has the less
+χ² + p ln n, p parameters of n points (Schwarz 1978), D is that of the other outputs, without the one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 
@@ -43,6 +49,8 @@ class SeenPoints:
     """(K, 4 or more) a linear sensor, and what is not known of the drift between replications that lack points."""
     terms: FloatArray
     """(K, t) of second and third order."""
+    higher: FloatArray
+    """(K, h) all of third and fourth order."""
     mean: FloatArray
     """(K,) less any fit by ``linear``."""
     weight: FloatArray
@@ -76,6 +84,8 @@ class TableLimit:
     """Axis of the table to ``Indices.columns``."""
     outputs: int = 1
     """Of the package, all of which have this one test."""
+    is_of_single_output: bool = False
+    """Whether the points of all outputs speak against the limit only for one that departs by terms of its own."""
 
     def effects(self, slopes: Mapping[str, FloatArray], known: FloatArray) -> FloatArray:
         """Return (K, c) orthonormal columns of what any index errors do to an output, beside the ``known`` ones."""
@@ -126,6 +136,34 @@ class _Normal:
         curve = vectors[:, seen] @ (along / values[seen])
         return curve, self.square - float(along @ (along / values[seen])), int(seen.sum())
 
+    def at(self, curve: FloatArray) -> float:
+        return self.square - 2.0 * float(self.right @ curve) + float(curve @ self.matrix @ curve)
+
+    def plus(self, other: "_Normal") -> "_Normal":
+        return _Normal(
+            self.matrix + other.matrix,
+            self.right + other.right,
+            self.square + other.square,
+            self.rows + other.rows,
+            self.unshared + other.unshared,
+        )
+
+
+@dataclass(frozen=True)
+class _Output:
+    """Of one output: linear, with terms of its own of low order, and with those of higher order as well."""
+
+    plain: _Normal
+    beside: _Normal
+    higher: _Normal
+    precision_dof: float
+
+    @classmethod
+    def of(cls, output: SeenPoints, indices: Mapping[str, Indices]) -> "_Output":
+        bases = [output.linear, np.hstack([output.linear, output.terms])]
+        bases.append(np.hstack([bases[1], output.higher]))
+        return cls(*(_normal(output, indices, basis) for basis in bases), output.precision_dof)
+
 
 def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) -> TableLimit:
     """Test the limit; a p-value of one where the points do not even ask for index errors."""
@@ -138,28 +176,46 @@ def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) 
     )
     if not outputs or not indices:
         return nothing
-    dof = float(sum(output.precision_dof for output in outputs))
-    plain = _normal(outputs, indices, with_terms=False)
-    left = plain.rows - plain.unshared
-    if left <= 0 or not f_tail(plain.square / left, left, dof) < _SUSPICIOUS:
-        return nothing
     bound = np.concatenate([index.bound_rad for index in indices.values()])
-    beside = _normal(outputs, indices, with_terms=True)
-    judged = [(_tested(beside, bound, dof), beside)]
-    if len(outputs) > 1 and not _asks_for_terms(plain, beside, dof):
-        judged.append((_tested(plain, bound, dof), plain))
-    p_value, normal = min(judged, key=lambda pair: pair[0])
+    seen = [_Output.of(output, indices) for output in outputs]
+    p_value, normal = _of_outputs(seen, bound)
+    if normal is None:
+        return nothing
+    alone = _departing_alone(seen, bound)
+    of_others = 0.0 if alone is None else _of_outputs([*seen[:alone], *seen[alone + 1 :]], bound)[0]
     found = np.linalg.solve(normal.matrix + np.diag((_LIKELY * bound) ** -2.0), normal.right)
     edges = np.cumsum([index.bound_rad.size for index in indices.values()])[:-1]
     largest = {
         name: float(np.abs(index.columns @ curve).max())
         for (name, index), curve in zip(indices.items(), np.split(found, edges), strict=True)
     }
-    return replace(nothing, p_value=min(1.0, len(judged) * p_value), largest_rad=largest)
+    is_of_single_output = p_value < _TERMS_NEEDED_P <= of_others
+    return replace(
+        nothing, p_value=max(p_value, of_others), largest_rad=largest, is_of_single_output=is_of_single_output
+    )
 
 
-def _asks_for_terms(plain: _Normal, beside: _Normal, dof: float) -> bool:
+def _of_outputs(outputs: Sequence[_Output], bound: FloatArray) -> tuple[float, _Normal | None]:
+    """Return the p-value of the limit by some outputs, and the least squares that it is of.
+
+    None where a linear sensor on an exact table does.
+    """
+    dof = float(sum(output.precision_dof for output in outputs))
+    plain, beside = _sum(output.plain for output in outputs), _sum(output.beside for output in outputs)
+    left = plain.rows - plain.unshared
+    if left <= 0 or not f_tail(plain.square / left, left, dof) < _SUSPICIOUS:
+        return 1.0, None
+    judged = [(_tested(beside, bound, dof), beside)]
+    if len(outputs) > 1 and not _asks_for_terms(outputs):
+        judged.append((_tested(plain, bound, dof), plain))
+    p_value, normal = min(judged, key=lambda pair: pair[0])
+    return min(1.0, len(judged) * p_value), normal
+
+
+def _asks_for_terms(outputs: Sequence[_Output]) -> bool:
     """Tell whether the sensors ask for terms of their own beside a curve of any size."""
+    dof = float(sum(output.precision_dof for output in outputs))
+    plain, beside = _sum(output.plain for output in outputs), _sum(output.beside for output in outputs)
     _, without, rank = plain.unbounded()
     _, with_terms, rank_beside = beside.unbounded()
     left = beside.rows - beside.unshared - rank_beside
@@ -169,13 +225,39 @@ def _asks_for_terms(plain: _Normal, beside: _Normal, dof: float) -> bool:
     return bool(f_tail((without - with_terms) / added, added, dof) < _TERMS_NEEDED_P)
 
 
+def _departing_alone(outputs: Sequence[_Output], bound: FloatArray) -> int | None:
+    """Return which of several outputs departs by terms of its own; None where a curve that all see explains better."""
+    if len(outputs) < 2:
+        return None
+    forms = [[output.plain for output in outputs], [output.beside for output in outputs]]
+    of_the_table = min(_of_any_curve(_sum(form)) for form in forms)
+    of_sensor = [
+        min(_of_curve_within(_sum([*form[:index], output.higher, *form[index + 1 :]]), bound) for form in forms)
+        for index, output in enumerate(outputs)
+    ]
+    best = int(np.argmin(of_sensor))
+    return best if of_sensor[best] < of_the_table else None
+
+
+def _of_any_curve(normal: _Normal) -> float:
+    """Return χ² + p ln n of a curve of any size."""
+    _, least, rank = normal.unbounded()
+    return least + (normal.unshared + rank) * float(np.log(normal.rows))
+
+
+def _of_curve_within(normal: _Normal, bound: FloatArray) -> float:
+    """Return χ² + p ln n of a curve within the limit, which is known so far and counts as no parameter."""
+    curve, _ = _bounded(normal.matrix, normal.right, bound)
+    return normal.at(curve) + normal.unshared * float(np.log(normal.rows))
+
+
 def _tested(normal: _Normal, bound: FloatArray, dof: float) -> float:
     _, least, rank = normal.unbounded()
     left = normal.rows - normal.unshared - rank
     if left <= 0:
         return 1.0
     curve, at_bound = _bounded(normal.matrix, normal.right, bound)
-    within = normal.square - 2.0 * float(normal.right @ curve) + float(curve @ normal.matrix @ curve)
+    within = normal.at(curve)
     active = min(int(at_bound.sum()), rank)
     if active == 0 or not within > least:
         return 1.0
@@ -184,23 +266,21 @@ def _tested(normal: _Normal, bound: FloatArray, dof: float) -> float:
     return float(f_tail((within - least) / active, active, dof))
 
 
-def _normal(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices], *, with_terms: bool) -> _Normal:
-    size = sum(index.bound_rad.size for index in indices.values())
-    matrix, right, square, rows, unshared = np.zeros((size, size)), np.zeros(size), 0.0, 0, 0
-    for output in outputs:
-        basis = np.hstack([output.linear, output.terms]) if with_terms else output.linear
-        weight = output.weight[:, None]
-        q, r = np.linalg.qr(weight * basis)
-        q = q[:, np.abs(np.diag(r)) > _ROUNDING * np.abs(np.diag(r)).max()]
-        columns = np.hstack([output.slopes[name][:, None] * seen.columns for name, seen in indices.items()])
-        columns = weight * columns
-        columns = columns - q @ (q.T @ columns)
-        y = output.weight * output.mean
-        y = y - q @ (q.T @ y)
-        matrix += columns.T @ columns
-        right += columns.T @ y
-        square, rows, unshared = square + float(y @ y), rows + y.size, unshared + q.shape[1]
-    return _Normal(matrix, right, square, rows, unshared)
+def _sum(normals: Iterable[_Normal]) -> _Normal:
+    """Return the least squares of several outputs that see the same E."""
+    return reduce(_Normal.plus, normals)
+
+
+def _normal(output: SeenPoints, indices: Mapping[str, Indices], basis: FloatArray) -> _Normal:
+    weight = output.weight[:, None]
+    q, r = np.linalg.qr(weight * basis)
+    q = q[:, np.abs(np.diag(r)) > _ROUNDING * np.abs(np.diag(r)).max()]
+    columns = np.hstack([output.slopes[name][:, None] * seen.columns for name, seen in indices.items()])
+    columns = weight * columns
+    columns = columns - q @ (q.T @ columns)
+    y = output.weight * output.mean
+    y = y - q @ (q.T @ y)
+    return _Normal(columns.T @ columns, columns.T @ y, float(y @ y), y.size, q.shape[1])
 
 
 def _bounded(matrix: FloatArray, right: FloatArray, bound: FloatArray) -> tuple[FloatArray, BoolArray]:

@@ -33,11 +33,12 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TERMS
 from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.table_limit_wording import of_table_limit
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
 from ams.models.extended import CONFOUNDED
 from ams.observations import Observations
-from ams.rounding import with_uncertainty
+from ams.rounding import two_digits, with_uncertainty
 from ams.units import ARCSEC_PER_DEG, printed
 
 MOST_LISTED: Final = 5
@@ -61,8 +62,8 @@ class Scale:
 
     def words(self, size: float) -> str:
         if self.volts_per_radian is None:
-            return f"{_two(size)} {printed(self.unit)}"
-        return f"{_two(np.rad2deg(size / self.volts_per_radian) * ARCSEC_PER_DEG)}″"
+            return f"{two_digits(size)} {printed(self.unit)}"
+        return f"{two_digits(np.rad2deg(size / self.volts_per_radian) * ARCSEC_PER_DEG)}″"
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ def findings_of(
         is_significant = tests.is_significant[name]
         details = {"test": name, **_numbers(test)}
         if name == TABLE_LIMIT and limit is not None:
-            found.append(_of_table_limit(test, limit, is_significant=is_significant))
+            found.append(of_table_limit(test, limit, is_significant=is_significant))
             continue
         if name in (SLIP, STEP) and is_significant:
             continue  # told in the words of the diagnosis
@@ -203,10 +204,11 @@ def _of_residuals(test: BeliefTest, scale: Scale, lack_is: str, *, has_table: bo
             "channel"
         ),
         SQUARENESS: lambda: (
-            f"the axes of the table are not at right angles: {_two(np.rad2deg(abs(test.size)) * ARCSEC_PER_DEG)}″ ± "
-            f"{_two(np.rad2deg(2.0 * test.uncertainty) * ARCSEC_PER_DEG)}″, which this output sees at high pitch; "
-            "predictions hold part of it: have the table looked at, or solve package and table together ([solve] "
-            "joint = true with a prior of squareness)"
+            f"the axes of the table are not at right angles: "
+            f"{two_digits(np.rad2deg(abs(test.size)) * ARCSEC_PER_DEG)}″ ± "
+            f"{two_digits(np.rad2deg(2.0 * test.uncertainty) * ARCSEC_PER_DEG)}″, which this output sees at high "
+            "pitch; predictions hold part of it: have the table looked at, or solve package and table together "
+            "([solve] joint = true with a prior of squareness)"
         ),
     }
 
@@ -252,26 +254,6 @@ def _of_temperature(test: BeliefTest, scale: Scale) -> dict[str, Callable[[], st
             "solve with terms of second order ([solve] temperature_order = 2)"
         ),
     }
-
-
-def _of_table_limit(test: BeliefTest, limit: TableLimit, *, is_significant: bool) -> Finding:
-    """Return the finding on the table: it names the axes of the table whose index errors are beyond the limit."""
-    sizes = {axis: np.rad2deg(size) * ARCSEC_PER_DEG for axis, size in limit.largest_rad.items()}
-    limits = {axis: np.rad2deg(size) * ARCSEC_PER_DEG for axis, size in limit.limit_rad.items()}
-    details: dict[str, float | str | None] = {"test": test.name}
-    details |= {f"{axis}_arcsec": float(size) for axis, size in sizes.items()}
-    details |= {f"{axis}_limit_arcsec": float(size) for axis, size in limits.items()}
-    beyond = [axis for axis, size in sizes.items() if size > limits[axis]] or list(sizes)
-    shown = " and ".join(f"{axis} by {_two(sizes[axis])}″ (declared ±{_two(limits[axis])}″)" for axis in beyond)
-    text = (
-        f"the table is off by more than is declared: its index errors in {shown}, as far as the attitudes show them, "
-        "alike for every output of this package; offset and sensitivities hold part of it that the stated "
-        "uncertainties do not: look at the table, its coupling and its last certificate, and declare the limit, or the "
-        "errors at angles, that it has"
-        if is_significant
-        else f"{test.name}: index errors within it explain the points"
-    )
-    return Finding(test.kind, text, is_significant, test.p_value, details=details, is_held=False)
 
 
 def _turned_text(test: BeliefTest, scale: Scale, where: str, drift_is: str) -> str:
@@ -326,7 +308,7 @@ def _wrong(
     rows, found = convicted.rows, convicted.found
     dwells = [
         f"{dwell_words(observations, row)} is off by {scale.words(size)}"
-        f" ({_two(abs(deviations))} standard deviations of a dwell)"
+        f" ({two_digits(abs(deviations))} standard deviations of a dwell)"
         for row, size, deviations in zip(rows, found.sizes, found.deviations, strict=True)
     ]
     more = len(dwells) - MOST_LISTED
@@ -365,13 +347,8 @@ def _signed(value: float) -> str:
     return f"{round(value, 4) + 0.0:g}".replace("-", "−")
 
 
-def _two(value: float) -> str:
-    """Return two significant digits without an exponent where that is readable."""
-    return f"{float(f'{value:.2g}'):g}".replace("-", "−")
-
-
 def _within(value: float, expanded: float) -> str:
     """Return a value to the last of the two digits of its ±, which a rounder value would lie outside of."""
     if not (isfinite(value) and isfinite(expanded)) or expanded <= 0.0:
-        return f"{_two(value)} ± {_two(expanded)}"
+        return f"{two_digits(value)} ± {two_digits(expanded)}"
     return " ± ".join(with_uncertainty(value, expanded)).replace("-", "−")

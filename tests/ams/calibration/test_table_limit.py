@@ -8,11 +8,13 @@ from physics_scenes import campaigns
 from scipy.optimize import lsq_linear
 from solved_campaigns import columns_of, rows_of, table_of
 
-from ams.analysis.diagnostics.beliefs import TABLE_LIMIT
-from ams.analysis.diagnostics.table_curves import _bounded, indices_of
+from ams.analysis.diagnostics.beliefs import TABLE_LIMIT, AxisTests, BeliefTest
+from ams.analysis.diagnostics.table_curves import TableLimit, _bounded, indices_of
+from ams.analysis.diagnostics.wording import Scale, findings_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding
+from ams.frames import specific_force
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import TableUncertainty
 
@@ -76,6 +78,55 @@ def test_one_output_alone_never_blames_the_table_for_its_own_terms() -> None:
     """A cosine of pitch is K₂ of x: nothing of one output tells them apart."""
     for scene in ("k2", "soft-mount"):
         assert _share(_solved(scene, 20.0, 8, table_of(), axes="x")) == 0.0
+
+
+def _with_term(limit_arcsec: float, output: str, powers: tuple[int, int, int], micro: float, axes: str, count: int):
+    """Solve clean campaigns of which one output has a term of its own, in µg."""
+    drawn = campaigns("clean", 0.0, np.random.default_rng(12), count, axes=axes, pitch_limit_deg=60.0)
+    rows = rows_of(drawn)
+    force = specific_force(rows.pitch_rad, rows.roll_rad)
+    for index in range(count):
+        outputs = {axis: columns_of(drawn, axis)[:, index] for axis in drawn.setup.axes}
+        linear = np.column_stack([np.ones(rows.rows), force])
+        volts_per_g = np.linalg.norm(np.linalg.lstsq(linear, outputs[output], rcond=None)[0][1:])
+        outputs[output] = outputs[output] + 1e-6 * micro * volts_per_g * np.prod(force ** np.array(powers), axis=1)
+        yield calibrate(replace(rows, outputs=outputs), CalibrationRequest(table=table_of(limit_arcsec)))
+
+
+@pytest.mark.parametrize(
+    ("limit_arcsec", "output", "powers"),
+    [(0.3, "y", (2, 1, 0)), (0.5, "y", (2, 1, 0)), (0.1, "x", (4, 0, 0)), (0.01, "x", (4, 0, 0))],
+)
+def test_a_term_of_one_output_alone_is_told_of_that_output_and_of_no_other(
+    limit_arcsec: float, output: str, powers: tuple[int, int, int]
+) -> None:
+    """Beside a free curve of the table a term of third or fourth order of y is half explained; x and z see no curve."""
+    for solved in _with_term(limit_arcsec, output, powers, 50.0, "xyz", 4):
+        assert not any(finding.is_significant for finding in _of_table(solved))
+        said = {axis: [each for each in found.findings if each.is_significant] for axis, found in solved.axes.items()}
+        assert said.pop(output)
+        assert all(each.is_held for findings in said.values() for each in findings)
+
+
+def test_of_one_output_alone_table_and_sensor_are_both_named() -> None:
+    found = list(_with_term(0.01, "y", (2, 1, 0), 200.0, "y", 4))
+    named = [finding for solved in found for finding in _of_table(solved) if finding.is_significant]
+    assert named
+    for finding in named:
+        assert "either the table " in finding.text
+        assert "or the sensor has a nonlinearity of its own of higher order" in finding.text
+
+
+@pytest.mark.parametrize("outputs", [1, 3])
+def test_what_is_within_the_declared_limit_is_not_called_more(outputs: int) -> None:
+    """The size is the least that the points ask for; what is tested is how much better larger ones explain them."""
+    within = TableLimit(1e-6, {"pitch": 3e-8, "roll": 2e-8}, {"pitch": 5e-8, "roll": 5e-8}, {}, outputs)
+    tests = AxisTests({TABLE_LIMIT: BeliefTest(TABLE_LIMIT, "lack-of-fit", 1e-6)}, {TABLE_LIMIT: True})
+    rows = rows_of(campaigns("clean", 0.0, np.random.default_rng(1), 1))
+    (finding,) = findings_of(tests, Scale("V", 1.0), rows, None, {}, has_table=True, limit=within)
+    assert "more than is declared" not in finding.text
+    assert "no index errors within the declared ±0.01″ in pitch and ±0.01″ in roll explain the points" in finding.text
+    assert "p = 1e−06" in finding.text
 
 
 @pytest.mark.parametrize("zero_deg", [0.0, 17.0])

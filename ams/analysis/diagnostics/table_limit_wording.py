@@ -1,0 +1,57 @@
+"""What is said of a table against its declared limit: that it is off, and what else it may be."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ams.analysis.diagnostics.beliefs import BeliefTest
+from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.findings import Finding
+from ams.rounding import two_digits
+from ams.units import ARCSEC_PER_DEG
+
+
+def of_table_limit(test: BeliefTest, limit: TableLimit, *, is_significant: bool) -> Finding:
+    """Return the finding on the table: it names the axes of the table whose index errors are beyond the limit."""
+    sizes = {axis: np.rad2deg(size) * ARCSEC_PER_DEG for axis, size in limit.largest_rad.items()}
+    limits = {axis: np.rad2deg(size) * ARCSEC_PER_DEG for axis, size in limit.limit_rad.items()}
+    details: dict[str, float | str | None] = {"test": test.name}
+    details |= {f"{axis}_arcsec": float(size) for axis, size in sizes.items()}
+    details |= {f"{axis}_limit_arcsec": float(size) for axis, size in limits.items()}
+    text = _beyond_the_table(sizes, limits, limit) if is_significant else f"{test.name}: {_within_the_table(limit)}"
+    return Finding(test.kind, text, is_significant, test.p_value, details=details, is_held=False)
+
+
+def _within_the_table(limit: TableLimit) -> str:
+    if limit.is_of_single_output:
+        return "index errors within it explain all outputs but one, which departs alone: that is none of the table"
+    return "index errors within it explain the points"
+
+
+def _beyond_the_table(sizes: Mapping[str, float], limits: Mapping[str, float], limit: TableLimit) -> str:
+    beyond = [axis for axis, size in sizes.items() if size > limits[axis]]
+    shown = " and ".join(
+        f"{axis} by {two_digits(sizes[axis])}″ (declared ±{two_digits(limits[axis])}″)" for axis in beyond
+    )
+    declared = " and ".join(f"±{two_digits(size)}″ in {axis}" for axis, size in limits.items())
+    index_errors = f"its index errors in {shown}, as far as the attitudes show them"
+    compared = (
+        f"no index errors within the declared {declared} explain the points as larger ones do "
+        f"(p = {two_digits(limit.p_value)})"
+    )
+    unheld = (
+        "offset and sensitivities hold part of it that the stated uncertainties do not: look at the table, its "
+        "coupling and its last certificate, and declare the limit, or the errors at angles, that it has"
+    )
+    if limit.outputs == 1:
+        either = (
+            f"either the table is off by more than is declared, {index_errors},"
+            if beyond
+            else (f"{compared}: either the table has larger ones,")
+        )
+        return (
+            f"{either} or the sensor has a nonlinearity of its own of higher order: one output alone does not tell the "
+            f"two apart; {unheld}, or measure a second output on the same table"
+        )
+    first = f"the table is off by more than is declared: {index_errors}" if beyond else f"the table: {compared}"
+    return f"{first}, alike for every output of this package; {unheld}"
