@@ -1,8 +1,9 @@
 """Outputs that repeat one number though noise is to be seen: taken as missing, and told.
 
 A digitiser that hangs goes on sending its last number. Where the noise of a reading is no less than the step of the
-output, one reading in four repeats the one before at most, and a run of repeats is none of chance. A meter whose step
-is wider than the noise repeats itself at rest: nothing is told of it.
+output, one reading in four repeats the one before at most, moving or not, and a run of repeats is none of chance. A
+meter whose step is wider than the noise repeats itself at rest: nothing is told of it. The step is seen between all
+readings, not between neighbours: between those lies what the package moved.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,10 +21,20 @@ from ams.sets.canonical import table
 
 LEAST_REPEATS: Final = 25
 """Of a run: a quarter to this power is 10⁻¹⁵."""
-_PIECE: Final = 16
-_LEAST_PIECES: Final = 4
+_PIECE: Final = 32
+"""Rows whose fourth differences tell a noise: of a smooth motion hardly anything is left in them."""
+_LEAST_PIECES: Final = 2
+_MANY_PIECES: Final = 16
+_QUIETEST: Final = 0.67
+"""Of many pieces of one noise the quietest shows no more than this share of it."""
 _LOOKED_AT: Final = 4096
-"""Rows of a block from which step and noise are taken."""
+"""Rows of a block, and readings of the newest ones, from which step and noise are taken."""
+_LEAST_GAPS: Final = 16
+_GAPS_LOOKED_AT: Final = 512
+_MOST_COUNTS: Final = 256
+_MOST_DIGITS: Final = 8
+_ROUNDING: Final = 1.2e-7
+"""Of a number in single precision, relative: readings are taken to be no better than that."""
 
 
 def noise_by_column(packages: Sequence[Package | GyroPackage], reading_sd_v: float | None) -> dict[str, float]:
@@ -43,9 +54,13 @@ class _Output:
     """One output: its step, its noise where it is quietest, and how long it stands at its last number."""
 
     def __init__(self) -> None:
-        self.step = np.inf
-        self.noise = np.inf
         self.pieces = 0
+        self._quietest = np.inf
+        self._step = np.inf
+        """It was seen that the output has no wider one."""
+        self._digits: int | None = None
+        self._newest = np.empty(0)
+        self._is_judged = False
         self._rest = np.empty(0)
         self._last = np.nan
         self._repeats = 0
@@ -65,25 +80,105 @@ class _Output:
         return in_run
 
     def look(self, values: FloatArray) -> None:
-        """Take the step and the noise of further values, of many the first ones."""
-        is_whole = values.size <= _LOOKED_AT
-        values = np.concatenate([self._rest, values[:_LOOKED_AT]])
-        self._rest = values[values.size // _PIECE * _PIECE :] if is_whole else np.empty(0)
-        steps = np.abs(np.diff(values))
-        steps = steps[steps > 0.0]
-        if steps.size:
-            self.step = min(self.step, float(steps.min()))
+        """Take further values, NaN where they repeat; of many those after the first that does not."""
+        if values.size > _LOOKED_AT:
+            first = int(np.argmax(np.isfinite(values)))
+            values, before = values[first : first + _LOOKED_AT], np.empty(0)
+        else:
+            before = self._rest
+        finite = values[np.isfinite(values)]
+        if finite.size:
+            self._newest = np.concatenate([self._newest, finite])[-_LOOKED_AT:]
+            self._is_judged = False
+        values = np.concatenate([before, values])
+        self._rest = values[values.size // _PIECE * _PIECE :]
         pieces = values[: values.size // _PIECE * _PIECE].reshape(-1, _PIECE)
         with np.errstate(invalid="ignore"):
             pieces = pieces[np.isfinite(pieces).all(axis=1) & (np.ptp(pieces, axis=1) > 0.0)]
         if len(pieces):
-            bends = np.diff(pieces, n=2, axis=1)
-            self.noise = min(self.noise, float(np.sqrt(np.mean(bends**2, axis=1) / 6.0).min()))
+            bends = np.diff(pieces, n=4, axis=1)
+            self._quietest = min(self._quietest, float(np.sqrt(np.mean(bends**2, axis=1) / 70.0).min()))
             self.pieces += len(pieces)
 
     def shows_noise(self, stated: float) -> bool:
         """Return whether noise is to be seen at its step, by what it showed and what is stated."""
-        return self.pieces >= _LEAST_PIECES and self.step <= min(self.noise, stated)
+        if self.pieces < _LEAST_PIECES:
+            return False
+        noise = self._noise(stated)
+        if self._step > noise and not self._is_judged:
+            self._judge(noise)
+        return self._step <= noise
+
+    def is_resolved(self, values: FloatArray, stated: float) -> BoolArray:
+        """Return where (n,) values have digits enough for noise to be seen: six of them end at 10 µV above 1 V."""
+        if self._digits is None:
+            return np.ones(values.size, dtype=bool)
+        return np.asarray(_last_place(values, self._digits) <= self._noise(stated))
+
+    def _noise(self, stated: float) -> float:
+        return min(stated, self._quietest / (_QUIETEST if self.pieces >= _MANY_PIECES else 1.0))
+
+    def _judge(self, noise: float) -> None:
+        """Find whether the newest readings lie closer than ``noise``, or on no scale whose step is wider."""
+        self._is_judged = True
+        distinct = np.unique(self._newest)
+        largest = float(np.abs(distinct[[0, -1]]).max())
+        self._digits = _digits_of(distinct)
+        gaps = np.diff(distinct)
+        gaps = gaps[gaps > 1e-13 * largest]
+        if not gaps.size:
+            return
+        least = float(gaps.min())
+        self._step = min(self._step, least)
+        if least <= noise or gaps.size < _LEAST_GAPS or least > _MOST_COUNTS * noise:
+            return
+        rounding = _ROUNDING * largest
+        if self._digits is not None:
+            rounding = max(rounding, float(_last_place(np.array([largest]), self._digits)[0]))
+        if not _lie_on_a_scale(gaps, noise, rounding):
+            self._step = min(self._step, noise)
+
+
+def _lie_on_a_scale(gaps: FloatArray, finest: float, rounding: float) -> bool:
+    """Return whether (n,) gaps may all be multiples of one step, wider than ``finest``, whose readings were rounded.
+
+    Such a step goes a whole number of times into the least gap, and what rounding leaves beside the multiples has a
+    root mean square of no more than half of it. Of a step hardly wider than the rounding only exact multiples tell.
+    """
+    gaps = np.sort(gaps)[:_GAPS_LOOKED_AT]
+    least = float(gaps[0])
+    unsure = rounding * np.hypot(1.0, 0.3 * gaps / least)
+    for count in range(1, int(least / finest) + 1):
+        step = least / count
+        if step < 2.4 * rounding:
+            if (np.abs(gaps - step * np.rint(gaps / step)) <= 0.1 * rounding).all():
+                return True
+            continue
+        is_told = unsure <= max(0.3 * step, 1.1 * rounding)
+        told = gaps[is_told]
+        if told.size < _LEAST_GAPS:
+            return True
+        steps = step + rounding / count * np.linspace(-1.0, 1.0, 9)[:, np.newaxis]
+        beside = (told - steps * np.rint(told / steps)) / unsure[is_told]
+        if (np.sqrt(np.mean(beside**2, axis=1)) <= 0.52 + 0.4 / np.sqrt(told.size)).any():
+            return True
+    return False
+
+
+def _digits_of(values: FloatArray) -> int | None:
+    """Return with how many significant digits (n,) values are written, None where they are more than is looked for."""
+    values = values[values != 0.0]
+    for digits in range(1, _MOST_DIGITS + 1):
+        places = values / _last_place(values, digits)
+        if (np.abs(places - np.rint(places)) < 1e-6).all():
+            return digits
+    return None
+
+
+def _last_place(values: FloatArray, digits: int) -> FloatArray:
+    """Return what one in the last of so many digits of (n,) values is worth, 0 of zero."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(10.0 ** (np.floor(np.log10(np.abs(values))) - digits + 1))
 
 
 class FrozenOutputs:
@@ -128,10 +223,12 @@ class FrozenOutputs:
         for name, in_run in runs.items():
             self._outputs[name].look(np.where(in_run, np.nan, readings[name]) if in_run.any() else readings[name])
         for name, in_run in runs.items():
-            if in_run.any() and self._is_frozen(name):
-                changed[name] = np.where(in_run, np.nan, readings[name])
-                codes[in_run] = flag_codes.FROZEN
-                self.frozen[name] += int(np.count_nonzero(in_run))
+            if not in_run.any() or not self._is_frozen(name):
+                continue
+            is_frozen = in_run & self._outputs[name].is_resolved(readings[name], self.noise[name])
+            changed[name] = np.where(is_frozen, np.nan, readings[name])
+            codes[is_frozen] = flag_codes.FROZEN
+            self.frozen[name] += int(np.count_nonzero(is_frozen))
         if CARRIED_CODES in self.inner.optional:
             return self._answered(self.inner.answer({**changed, CARRIED_CODES: codes.astype(float)}))
         if self._is_by_row:

@@ -1,6 +1,6 @@
 """An output that hangs is taken as missing and told; a coarse meter at rest, which repeats itself rightly, is not."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import pytest
@@ -74,3 +74,46 @@ def test_an_output_that_repeats_by_its_step_is_not(step: float, pieces: int) -> 
 def test_a_package_at_rest_without_noise_is_not() -> None:
     readings = {name: np.full(ROWS, 0.5) for name in COLUMNS}
     assert not _frozen(readings, 1).any()
+
+
+MOTIONS: dict[str, tuple[int, Callable[[np.ndarray], np.ndarray]]] = {
+    "slow ramp": (1200, lambda row: 2.5 * np.sin(np.radians(0.003 * row - 30.0))),
+    "ramp": (1200, lambda row: 2.5 * np.sin(np.radians(0.01 * row - 30.0))),
+    "fast ramp": (1200, lambda row: 2.5 * np.sin(np.radians(0.05 * row - 30.0))),
+    "short sweep": (600, lambda row: 2.5 * np.sin(np.radians(35.0 * np.sin(row / 600.0 * 14.5)))),
+    "long sweep": (60_000, lambda row: 2.5 * np.sin(np.radians(35.0 * np.sin(row / 60_000.0 * 14.5)))),
+}
+
+
+def _alone(values: FloatArray, sd: float) -> np.ndarray:
+    """Return where an output without others is taken as missing."""
+    stream = FrozenOutputs(Seen(), {"x_v": sd})
+    answer = stream.answer(dict.fromkeys(COLUMNS, values))
+    return np.isnan(answer.columns["x_v"])
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("decimals", [5, 7, 9])
+def test_one_output_that_hangs_while_the_package_moves_is_taken_as_missing(motion: str, decimals: int) -> None:
+    """Between neighbours lies what the package moved: that is no step of the meter."""
+    rows, moved = MOTIONS[motion]
+    for seed in range(3):
+        chance, sd = np.random.default_rng(seed), 4e-5
+        values = np.round(moved(np.arange(rows)) + sd * chance.standard_normal(rows), decimals)
+        begin, end = rows // 3, rows // 3 + rows // 5
+        values[begin:end] = values[begin]
+        is_frozen = _alone(values, sd)
+        assert is_frozen[begin + 1 : end].all()
+        assert is_frozen.sum() <= end - begin
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("step", [1e-4, 10.0 / 65536.0, 20.0 / 65536.0, 1e-3])
+@pytest.mark.parametrize("decimals", [5, 7, 12])
+def test_one_coarse_output_at_rest_after_a_motion_is_not(motion: str, step: float, decimals: int) -> None:
+    """However its readings are rounded when they are written: all are multiples of a step that is wider than noise."""
+    rows, moved = MOTIONS[motion]
+    for seed in range(3):
+        chance, sd = np.random.default_rng(seed), 2e-5
+        at = moved(np.minimum(np.arange(rows), rows // 2)) + sd * chance.standard_normal(rows)
+        assert not _alone(np.round(step * np.rint(at / step), decimals), sd).any()

@@ -1,5 +1,6 @@
 """One and two axes have nothing that tests them: the g that is assumed, and outputs that are dead, are said."""
 
+import csv
 from collections.abc import Callable
 from pathlib import Path
 
@@ -61,6 +62,31 @@ def test_an_output_that_never_changes_and_one_at_its_offset_are_named(
         "--reading-sd-v", "1e-5",
     )  # fmt: skip
     assert f"x_v lies at its offset in all {ROWS} rows" in dead
+
+
+@pytest.mark.parametrize("axes", ["x", "xy"])
+@pytest.mark.parametrize("is_swept", [False, True])
+def test_no_row_of_an_output_that_hangs_while_the_package_moves_has_an_angle(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], axes: str, *, is_swept: bool
+) -> None:
+    rows, sd_v, chance = np.arange(600), 2e-5, np.random.default_rng(4)
+    pitch = 35.0 * np.sin(rows / 600.0 * 14.5) if is_swept else 0.05 * rows - 30.0
+    roll = 20.0 * np.sin(rows / 600.0 * 6.3) if is_swept else np.zeros(rows.size)
+    true_v = {axis: [output_v(axis, TRUTH[axis], *at) for at in zip(pitch, roll, strict=True)] for axis in axes}
+    read = {axis: np.array(values) + sd_v * chance.standard_normal(rows.size) for axis, values in true_v.items()}
+    read["x"][200:320] = read["x"][200]
+    data, stored, out = tmp_path / "data.csv", tmp_path / "tp.json", tmp_path / "a.csv"
+    table = np.column_stack([*read.values(), roll])
+    header = ",".join([*(f"{axis}_v" for axis in axes), "roll_deg"])
+    np.savetxt(data, table, fmt="%.7f", delimiter=",", header=header, comments="")
+    export_set(tp_set(), "json", stored)
+    named = [part for axis in axes for part in ("--axis", f"{axis}={axis}_v")]
+    said = call(capsys, "attitude", stored, data, *named, "--reading-sd-v", sd_v, "--out", out).err
+    with out.open() as file:
+        answers = list(csv.DictReader(file))
+    assert all(row["pitch_deg"] == "" and "output frozen" in row["flag"] for row in answers[201:320])
+    assert not any("output frozen" in row["flag"] for row in answers[:201] + answers[320:])
+    assert "x_v repeats one number in 119 rows" in said
 
 
 def test_three_axes_test_themselves(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
