@@ -44,6 +44,7 @@ from ams.analysis.diagnostics.wording import Convicted, Scale, dwell_words, find
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import BoolArray, FloatArray
+from ams.calibration import step_words
 from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.steps import NO_STEPS, StepsOfOutput, step_columns, with_steps
@@ -52,6 +53,7 @@ from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.shared_errors import SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
+from ams.models.model import Model
 from ams.observations import Observations
 from ams.units import ARCSEC_PER_DEG, label_and_unit
 
@@ -143,7 +145,8 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     if steps.during:
         columns = step_columns(seen.evidence, seen.index, steps.during)
         before, seen = seen, seen.without(columns)
-        steps = replace(steps, findings=_within_declared(steps.findings, before.part_of(columns), circumstances.shared))
+        part, model = before.part_of(columns), before.solved.problem.models[before.index]
+        steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
     made = {test.name: test for test in steps.tests}
     tests = seen.tested(made, limit, family)
     plain = plain_courses(tests)
@@ -178,18 +181,28 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
 
 
 def _within_declared(
-    findings: tuple[Finding, ...], change_v: FloatArray, shared: Sequence[SharedError]
+    findings: tuple[Finding, ...], change_v: FloatArray, shared: Sequence[SharedError], model: Model
 ) -> tuple[Finding, ...]:
-    """Return what is said of changes in mid-run, one of the sensor's offset within its declared limit as held."""
+    """Return what is said of changes in mid-run, one of the sensor's offset within its declared limit as held.
+
+    A step of the offset alone is held against the limit by its estimate; of another change all that it does counts.
+    """
     declared = [error.standard_uncertainty for error in shared if error.name == SHIFTS_WITHIN[0]]
     limit_v = float(np.sqrt(3.0)) * max(declared, default=0.0)
-    if not float(np.abs(change_v).max()) <= limit_v:
-        return findings
-    held = "; it is within the declared largest_offset_shift_v, which the stated uncertainties hold"
-    return tuple(
-        replace(said, text=said.text + held, is_held=True) if said.kind == "sensor-change" else said
-        for said in findings
-    )
+    is_small = float(np.abs(change_v).max()) <= limit_v
+    is_alone = sum(said.kind == "sensor-change" for said in findings) == 1
+
+    def sized(said: Finding) -> Finding:
+        if said.kind != "sensor-change":
+            return said
+        offset = step_words.offset_of(said, model.nominal_axis, limit_v) if is_alone else None
+        if offset is not None:
+            text = step_words.with_size(said.text, offset, model.measured_unit)
+            return replace(said, text=text, is_held=offset.is_within)
+        held = "; it is within the declared largest_offset_shift_v, which the stated uncertainties hold"
+        return replace(said, text=said.text + held, is_held=True) if is_small else said
+
+    return tuple(sized(said) for said in findings)
 
 
 def _scatter(seen: Believed) -> float:

@@ -1,10 +1,47 @@
 """Between which dwells a change was, and how the dwells in doubt are measured again, in words."""
 
+from dataclasses import dataclass
+from typing import Final
+
 import numpy as np
 
 from ams.analysis.diagnostics.step_scan import Change, Course
 from ams.analysis.diagnostics.wording import dwell_words
+from ams.findings import Finding
 from ams.observations import Observations
+
+_OWN_OFFSET: Final = "own_offset"
+_UNCERTAINTY: Final = "_standard_uncertainty"
+"""How numbers are called in what the diagnosis of two visits tells of a lone sensor."""
+_MEND: Final = "measure them again"
+
+
+@dataclass(frozen=True)
+class Offset:
+    """A step of the offset of a sensor, in the unit of its output."""
+
+    size: float
+    standard_uncertainty: float
+    limit: float
+    """Declared; 0 where none is."""
+
+    @property
+    def is_within(self) -> bool:
+        """Whether a step of the size of the limit may be estimated so: 98 of 100 are."""
+        return self.limit > 0.0 and abs(self.size) <= self.limit + 2.0 * self.standard_uncertainty
+
+
+def offset_of(finding: Finding, axis: str, limit: float) -> Offset | None:
+    """Return the step of the offset of an axis that a finding tells; None where it tells another change."""
+    own = [name for name in finding.details if name.startswith(_OWN_OFFSET) and name.endswith(f"_{axis}")]
+    if finding.kind != "sensor-change" or len(own) != 1 or sum(map(_is_own, finding.details)) != 1:
+        return None
+    size, u = finding.details[own[0]], finding.details[f"{own[0]}{_UNCERTAINTY}"]
+    return Offset(float(size or 0.0), float(u or 0.0), limit)
+
+
+def _is_own(name: str) -> bool:
+    return name.startswith("own_") and not name.endswith(_UNCERTAINTY)
 
 
 def when(change: Change, course: Course, rows: Observations) -> str:
@@ -28,8 +65,18 @@ def doubt(change: Change, course: Course, rows: Observations) -> str:
     where, which = ("since", "of one side") if change.end is None else ("in between", "outside")
     return (
         f"; {int(changed.sum())} of {changed.size} dwells were measured {where}, and the result is a mixture of both: "
-        f"measure them again{_command(change, course, rows)}, or solve those {which}"
+        f"{_MEND}{_command(change, course, rows)}, or solve those {which}"
     )
+
+
+def with_size(text: str, offset: Offset, unit: str) -> str:
+    """Return what is said of a step of an offset with its size and the declared limit; within it, nothing is mended."""
+    factor, name = (1e6, "µV") if unit == "v" else (1.0, unit)
+    size = f"; by {factor * offset.size:+.3g} ± {2.0 * factor * offset.standard_uncertainty:.2g} {name}"
+    limit = f"the declared largest_offset_shift_v of {factor * offset.limit:.4g} {name}"
+    if not offset.is_within:
+        return f"{text}{size}, beyond {limit}" if offset.limit > 0.0 else f"{text}{size}"
+    return f"{text.partition(f': {_MEND}')[0]}{size}, within {limit}, which the stated uncertainties hold"
 
 
 def _command(change: Change, course: Course, rows: Observations) -> str:
