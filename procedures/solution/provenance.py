@@ -51,7 +51,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         journal_sha256=record.hashes["journal content"],
         approved_by=_approved_by(record),
         environment=_environment(record.dwells),
-        standards=tuple(_standards(rig)),
+        standards=tuple(standards_pointed_to(rig)),
         mount=sensor.mount.model_dump(mode="json"),
         temperature_conversion=sensor.temperature.model_dump(mode="json") if sensor.temperature else None,
         level=rig.level.model_dump(mode="json", exclude_none=True),
@@ -132,7 +132,13 @@ def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
     }
 
 
-def _standards(rig: RigDescription) -> Iterable[Standard]:
+def standards_of_table(rig: RigDescription) -> Iterable[Standard]:
+    """Yield the standards behind the attitudes, each once."""
+    reference = [] if rig.attitude_reference is None else [rig.attitude_reference.standard]
+    return _named(rig, [*(axis.standard for axis in rig.axes.values()), *reference])
+
+
+def standards_pointed_to(rig: RigDescription) -> Iterable[Standard]:
     """Yield the standards that a device or a resistor of this rig points to, each once."""
     pointed = [
         *(axis.standard for axis in rig.axes.values()),
@@ -143,6 +149,10 @@ def _standards(rig: RigDescription) -> Iterable[Standard]:
         *(coil.standard for coil in rig.field.values()),
         rig.attitude_reference.standard if rig.attitude_reference else None,
     ]
+    return _named(rig, pointed)
+
+
+def _named(rig: RigDescription, pointed: Iterable[str | None]) -> Iterable[Standard]:
     for name in dict.fromkeys(name for name in pointed if name is not None):
         declared = rig.standards[name]
         stated = {key: getattr(declared, key) for key in UNCERTAINTIES if getattr(declared, key) is not None}

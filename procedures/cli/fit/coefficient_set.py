@@ -1,6 +1,6 @@
 """A coefficient set from a fit: what the file and the command say about where the numbers come from."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -16,9 +16,10 @@ from ams.frames import body_rates_rad_s
 from ams.models.convert import STANDARD_GRAVITY_MPS2
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
-from ams.sets.provenance import NO_GRAVITY_STATED, Provenance, level_ranges
+from ams.sets.provenance import NO_GRAVITY_STATED, Provenance, Standard, level_ranges
 from procedures.errors import RequestError
-from procedures.solution.provenance import roll_range_deg
+from procedures.solution.fitted import sensor_of
+from procedures.solution.provenance import roll_range_deg, standards_of_table, standards_pointed_to
 from rig.description.rig_file import RigDescription
 
 ROUNDING_DIGITS = 9
@@ -34,6 +35,9 @@ class WishedSet:
     """None: not stated, and the model senses none."""
     gravity_source: str
     rig: str
+    standards: tuple[Standard, ...] = ()
+    level: Mapping[str, object] | None = None
+    """As the rig file has it; None without one."""
 
 
 def wished_set(
@@ -54,12 +58,21 @@ def wished_set(
     if rig is not None and gravity_mps2 is not None:
         raise RequestError("--gravity-mps2: the rig file states gravity already; give one of the two")
     if rig is not None:
-        return WishedSet(path, sensor, rig.rig.gravity_mps2, rig.rig.gravity_source, rig.rig.name)
+        gravity = rig.rig
+        return WishedSet(
+            path, sensor, gravity.gravity_mps2, gravity.gravity_source, gravity.name, *_counted(rig, sensor)
+        )
     if gravity_mps2 is None:
         return WishedSet(path, sensor, None, "", "")
     if not 9.7 <= gravity_mps2 <= 9.9:
         raise RequestError(f"--gravity-mps2: got {gravity_mps2:g} m/s², allowed 9.7 to 9.9 m/s²")
     return WishedSet(path, sensor, gravity_mps2, "stated on the command line", "")
+
+
+def _counted(rig: RigDescription, sensor: str) -> tuple[tuple[Standard, ...], Mapping[str, object]]:
+    """Return the standards and the level in the uncertainties: of a sensor that the rig file has not, no meter's."""
+    standards = standards_of_table(rig) if sensor_of(rig, sensor) is None else standards_pointed_to(rig)
+    return tuple(standards), rig.level.model_dump(mode="json", exclude_none=True)
 
 
 def refuse_per_g(wish: WishedSet, units: Iterable[str]) -> None:
@@ -98,6 +111,8 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         procedure=f"fit of {Path(rows.source).name}",
         simulated=False,
         serial=wish.sensor,
+        standards=wish.standards,
+        level=wish.level,
     )
 
 

@@ -1,6 +1,7 @@
 """``calrig fit --joint``: package and table in one fit, under what the rig and the operator state of the table."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
+from procedures.solution.provenance import standards_of_table
 from procedures.solution.type_b import gravity_warnings, level_warnings, table_uncertainty
 from rig.description.rig_file import RigDescription
 
@@ -51,6 +53,9 @@ def joint(
     diagnosis = diagnose_joint(mountings, found, stated, declared=request.declared)
     doubts = (*level_warnings(rig), *gravity_warnings(rig, None))
     if wish is not None:
+        # Of the rig file only the table is counted here, and a tilt of the base by its prior.
+        level = wish.level if "base-tilt" in priors else None
+        wish = replace(wish, standards=tuple(standards_of_table(rig)), level=level)
         write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis, doubts))
     return {**joint_document(found, diagnosis, doubts), "model": "pitch-roll", "convention": "TP"}
 

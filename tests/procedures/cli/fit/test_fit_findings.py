@@ -192,6 +192,26 @@ def test_a_fit_without_a_table_says_so_wherever_its_numbers_go(
     assert zero == f"{TABLE_NOT_COUNTED}; the rig file states 0 of them ([axes.NAME] uncertainty_arcsec)"
 
 
+@pytest.mark.parametrize("joint", [(), ("--joint",)])
+def test_a_set_of_a_fit_names_the_standards_and_the_level_that_its_budget_counts(
+    joint: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows, rig = rows_and_rig_at(tmp_path, 37.09)
+    level = "[level]\nuncertainty_arcsec = 0.2\nbefore = { about_pitch_arcsec = 0.1, about_roll_arcsec = 0.1 }\n"
+    rig.write_text(rig.read_text(encoding="utf-8").replace(*METER) + STANDARD + level, encoding="utf-8")
+    stored = tmp_path / "set.json"
+    line = ("fit", rows, *AXES, "--rig", rig, *joint, "--set", stored, "--sensor", "SN1047", "--json")
+    told = json.dumps(call(capsys, *line).document)
+    entry = load_set(stored)
+    named = {str(standard["name"]) for standard in entry.provenance["standards"]}
+    gaps = " ".join(gaps_of(Grounds("1", date(2026, 3, 2), entry, None, SignOff(entry.sha256, (), ()))))
+    assert "no standard is declared" not in gaps
+    assert ("meter" in named, "meter" in gaps) == (("standards.meter: " in told), ("standards.meter: " not in told))
+    assert ("level of the base" in gaps) == ("level of the base about" not in told)
+    assert ("standards.meter: " in told) == (not joint)
+    assert "table" in named
+
+
 def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
     outcome = call(capsys, "fit", drifting, "--axis", "y=sy_v", "--monte-carlo", 20_000, "--json").document
     check = outcome["axes"]["y"]["budget"]["monte_carlo"]
