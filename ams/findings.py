@@ -44,6 +44,8 @@ HOLDING_ARCSEC: Final = 3.0
 """A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""
 ON_ONE_SIDE: Final = "all_dwells_on_one_side"
 """Of a finding's details, 1 where it is so."""
+ALL_AFTER: Final = "all_dwells_after"
+"""Of a finding's details, 1 where all dwells that count stand after it: nothing ties them to the declared zero."""
 
 FINDING_KINDS: Final[tuple[str, ...]] = get_args(FindingKind)
 
@@ -92,8 +94,8 @@ def beyond_the_stated(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return the findings of a table, base or fixture that turned so far that nothing measured stands.
 
-    What a change of a lone sensor or of the meter would look like as well is not among them, nor what all dwells that
-    count stand on one side of.
+    What a change of a lone sensor or of the meter would look like as well is not among them, nor what dwells that count
+    stand on one side of and are tied to the declared zero of the axes.
     """
     return tuple(
         finding

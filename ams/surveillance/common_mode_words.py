@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ams.findings import ON_ONE_SIDE, Finding
+from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, turned_the_table
 from ams.surveillance.common_mode import LIKE_AXES, Cause, CommonMode
 from ams.surveillance.common_mode_columns import BASE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
 from ams.units import ARCSEC_PER_DEG
@@ -155,3 +155,18 @@ def on_one_side(finding: Finding) -> Finding:
         return finding
     text = f"{finding.text}; all dwells that count stand on one side of it: prove the level and the zero of the axes"
     return replace(finding, text=text, details={**finding.details, ON_ONE_SIDE: 1.0})
+
+
+def all_after(finding: Finding) -> Finding:
+    """Return a turn of the table that all dwells that count stand after as one that parts them from the declared zero.
+
+    A turn too small to stop a run, or that may be something else, is what :func:`on_one_side` makes of it.
+    """
+    if not turned_the_table([finding]):
+        return on_one_side(finding)
+    text = (
+        f"{finding.text}; all dwells that count stand after it, by as much off the zero of the axes and the level that "
+        "the rig file declares, and no stated uncertainty holds that: set the zero and read the level anew and "
+        "calibrate again from the start, in a new run, or have the set released from quarantine by name and reason"
+    )
+    return replace(finding, text=text, details={**finding.details, ALL_AFTER: 1.0})

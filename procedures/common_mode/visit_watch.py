@@ -8,7 +8,7 @@ earlier ones measured of it, whole or not.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
@@ -17,8 +17,8 @@ import numpy as np
 from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
-from ams.surveillance.common_mode_words import findings_of, on_one_side
-from procedures.common_mode.check_sets import check_set_pairs
+from ams.surveillance.common_mode_words import all_after, findings_of, on_one_side
+from procedures.common_mode.check_sets import check_set_pairs, first_checks
 from procedures.common_mode.opening_checks import OpeningChecks
 from procedures.common_mode.sensed_axes import KnownAxes, attitude_of, sensed_axes
 from procedures.plan.plan import Plan
@@ -211,8 +211,9 @@ def judge_run(
 ) -> tuple[Judged, ...]:
     """Return every reference visit and every later check set of a run as it is judged.
 
-    ``dwells``: in the order in which they were measured. A turn of the table that all that counts stands after, or
-    before, is told and spoils nothing.
+    ``dwells``: in the order in which they were measured. A turn of the table that all that counts stands before is told
+    and spoils nothing; one that all stands after parts it from the declared zero, until check sets show the table as it
+    stood in the first.
     """
     pairs = {pair.epoch: pair for pair in check_set_pairs(dwells, events) if pair.is_alike}
     if not pairs and not any(dwell.purpose == "reference" for dwell in dwells):
@@ -225,27 +226,66 @@ def judge_run(
         is_check = dwell.accepted and dwell.purpose == "check"
         if pair is not None and is_check and dwell.step == list(pair.after)[-1]:
             found.append(watch.compare_check_sets(pair.before, pair.after, since_check_set(pair.since)))
-    design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
-    return tuple(
-        _unspoilt(finding) if _stands_on_one_side(finding, design) else finding
-        for finding in found
-        if finding is not None
-    )
+
+    def first_start() -> VisitWatch:
+        """Return what knows the rig's scatter from the first start alone: a turn between starts is no seating."""
+        first = VisitWatch(plan, chains)
+        for dwell in dwells:
+            if dwell.epoch == 1:
+                first.take(dwell)
+        return first
+
+    return tuple(_as_it_bears(judged, dwells, pairs, first_start) for judged in found if judged is not None)
 
 
-def _stands_on_one_side(judged: Judged, design: Sequence[DwellRecord]) -> bool:
-    """Return whether no mounting's dwells of the design stand on both sides of what changed, or in between.
+def _as_it_bears(
+    judged: Judged, dwells: Sequence[DwellRecord], alike_epochs: Collection[int], first_start: Callable[[], VisitWatch]
+) -> Judged:
+    """Return the comparison with its turns of the table as they bear on the dwells that count.
 
     A package that was moved is solved with a mount of its own: its dwells are not compared with those of before.
     """
+    design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
     after = {dwell.mounting for dwell in design if dwell.ended_utc >= judged.since_utc}
     before = {dwell.mounting for dwell in design if dwell.started_utc < judged.until_utc}
-    return not after & before
+    if after & before or not judged.findings:
+        return judged
+    is_tied = (
+        not after
+        or bool(before)
+        or _is_a_lone_package_moved(judged, dwells, after)
+        or _is_put_right(judged, dwells, design, alike_epochs, first_start)
+    )
+    bears = on_one_side if is_tied else all_after
+    return replace(judged, findings=tuple(bears(finding) for finding in judged.findings))
 
 
-def _unspoilt(judged: Judged) -> Judged:
-    """Return the comparison with its turns of the table named as what no result rests on."""
-    return replace(judged, findings=tuple(on_one_side(finding) for finding in judged.findings))
+def _is_a_lone_package_moved(judged: Judged, dwells: Sequence[DwellRecord], mountings: Collection[int]) -> bool:
+    """Return whether a person said of the only package that it was moved: of several it was what they stand on."""
+    stood = (dwell.mounting for dwell in dwells if dwell.ended_utc <= judged.until_utc)
+    return len(judged.common.agreeing) == 1 and min(mountings) > max(stood, default=0)
+
+
+def _is_put_right(
+    judged: Judged,
+    dwells: Sequence[DwellRecord],
+    design: Sequence[DwellRecord],
+    alike_epochs: Collection[int],
+    first_start: Callable[[], VisitWatch],
+) -> bool:
+    """Return whether each start that dwells count of has a check set after the turn as the first of the run was."""
+    watch = first_start()
+    for epoch in {dwell.epoch for dwell in design}:
+        of_epoch = [dwell for dwell in dwells if dwell.purpose == "check" and dwell.accepted and dwell.epoch == epoch]
+        if epoch not in alike_epochs or any(dwell.started_utc < judged.until_utc for dwell in of_epoch):
+            return False
+        before = first_checks(dwells, of_epoch[0].mounting, 1, epoch)
+        if len(before) < len(of_epoch) or any(dwell.epoch > 1 for dwell in before.values()):
+            return False
+        again = watch.compare_check_sets(before, {dwell.step: dwell for dwell in of_epoch}, since_check_set(1))
+        if again is None or again.findings:
+            return False
+    return True
 
 
 def _warmer_degc(before: Sequence[DwellRecord], after: Sequence[DwellRecord]) -> float:

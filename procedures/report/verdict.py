@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.findings import Finding, beyond_the_stated, significant_texts, turned_the_table
+from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_texts, turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.records.declared_gaps import NO_METER
@@ -65,7 +65,12 @@ def judge(
     if failures:
         return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
     if turned:
-        sentence = "Not to be used as it stands: the table, its base or the fixture turned while the run measured."
+        table = "the table, its base or the fixture"
+        sentence = (
+            f"Not to be used as it stands: {table} turned away from the declared zero before what counts was measured."
+            if all(finding.details.get(ALL_AFTER) for finding in turned)
+            else f"Not to be used as it stands: {table} turned while the run measured."
+        )
         return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
     if beyond:
         sentence = f"At least one sensor does not meet its limits as left. {result}."

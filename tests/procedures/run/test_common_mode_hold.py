@@ -10,7 +10,8 @@ from small_run import RIG, Bench, bench, dwells_of
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
 from ams.archive.sets import list_sets
-from procedures.common_mode.visit_watch import VisitWatch
+from ams.findings import turned_the_table
+from procedures.common_mode.visit_watch import VisitWatch, judge_run
 from procedures.delivery.deliver import sets_of, solve_run
 from procedures.delivery.publish import publish_solved
 from procedures.journal.corrections import Authorisation, void_from
@@ -158,33 +159,82 @@ def test_what_was_in_doubt_is_measured_again_after_void_and_resume(three: Bench,
     assert run_findings(solve_run(unattended.run_dir).record) == ()
 
 
-def test_a_turn_that_all_dwells_stand_after_is_told_and_spoils_nothing(three: Bench, tmp_path: Path) -> None:
-    """The seam tripped, every dwell was taken back as of a package that was moved, and the run measured all again."""
+def slipped_and_taken_back(three: Bench, run_dir: Path, *, is_remounted: bool) -> None:
+    """Roll slips by 72″ and is not put right: the seam trips, and every dwell of the design is taken back."""
+    unattended = UnattendedRun(run_dir, at={5: asks("stop")}, after={7: slips("roll", -0.02)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+    (noted,) = events(run_dir, "common_mode")
+    doubtful = noted.detail["doubtful"]
+    assert isinstance(doubtful, list)
+    void_from(run_dir, min(doubtful), Authorisation("bert", "the coupling is tight again"))
+    assert resumed(three, run_dir, -0.02) is State.TRIPPED
+    first = next(step.step for step in three.plan.steps if step.step and getattr(step, "purpose", "") == "design")
+    void_from(run_dir, first, Authorisation("bert", "all again", is_remounted=is_remounted))
+
+
+def resumed(three: Bench, run_dir: Path, roll_off_deg: float, reason: str = "") -> State:
+    with open_rig(three.rig) as rig:  # a twin of its own stands where its zero is: it is put where the run left it
+        world = rig.chance
+        assert isinstance(world, World)
+        world.slip("roll", roll_off_deg, rig.clock.monotonic_s(), seen=False)
+        return resume_on(run_dir, rig, "bert", *([reason] if reason else [])).state
+
+
+@pytest.mark.parametrize("is_remounted", [False, True])
+def test_a_turn_that_all_dwells_stand_after_parts_them_from_the_declared_zero(
+    three: Bench, tmp_path: Path, is_remounted: bool
+) -> None:
+    """All is measured again on the slipped table: it all agrees, and stands 72″ of roll off the truth."""
+    run_dir = tmp_path / "run"
+    slipped_and_taken_back(three, run_dir, is_remounted=is_remounted)
+    assert resumed(three, run_dir, -0.02, "all is measured again") is State.FINISHED
+    solved = solve_run(run_dir)
+    view = assemble_view(solved.record, solved.sensors)
+    (finding,) = run_findings(solved.record)
+    assert finding.text.startswith("all three sensors turned by -7")
+    assert "about roll since the check set of epoch 1" in finding.text
+    assert "all dwells that count stand after it" in finding.text
+    assert "set the zero and read the level anew and calibrate again from the start" in finding.text
+    assert view.verdict.trust == "unusable"
+    assert "turned away from the declared zero" in view.verdict.sentence
+    assert {row.verdict for row in overview_rows(view)} == {"not usable"}
+    url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
+    publish_solved(url, run_dir, solved.record, solved.sensors, sets)
+    assert [coefficients.quarantine for coefficients in list_sets(url)] == [finding.text] * 3
+
+
+def test_a_turn_put_right_before_any_dwell_that_counts_is_told_and_spoils_nothing(three: Bench, tmp_path: Path) -> None:
+    """The check set of the dwells that count stands as the first did: what turned is back at the declared zero."""
+    run_dir = tmp_path / "run"
+    slipped_and_taken_back(three, run_dir, is_remounted=False)
+    assert resumed(three, run_dir, 0.0, "the zero of roll is set back") is State.TRIPPED
+    assert resumed(three, run_dir, 0.0, "as it was at first") is State.FINISHED
+    solved = solve_run(run_dir)
+    view = assemble_view(solved.record, solved.sensors)
+    found = run_findings(solved.record)
+    assert {one.kind for one in found} == {"table-rotation"}, "it did turn, and that is told"
+    assert view.verdict.trust == "reserved"
+    assert any("stand on one side of it" in ground for ground in view.verdict.grounds)
+    url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
+    publish_solved(url, run_dir, solved.record, solved.sensors, sets)
+    assert [coefficients.quarantine for coefficients in list_sets(url)] == [None] * 3
+
+
+def test_a_turn_that_all_dwells_stand_before_is_told_and_spoils_nothing(three: Bench, tmp_path: Path) -> None:
+    """What was measured after it was taken back and is not measured again."""
     unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={7: slips("roll", -0.02)})
     assert run_unattended(three, unattended).state is State.STOPPED
     (noted,) = events(unattended.run_dir, "common_mode")
+    record = solve_run(unattended.run_dir).record
     doubtful = noted.detail["doubtful"]
     assert isinstance(doubtful, list)
-    void_from(unattended.run_dir, min(doubtful), Authorisation("bert", "the coupling is tight again"))
-    with open_rig(three.rig) as rig:  # it was not: the rig's twin still stands where it slipped to
-        world = rig.chance
-        assert isinstance(world, World)
-        world.slip("roll", -0.02, rig.clock.monotonic_s(), seen=False)
-        assert resume_on(unattended.run_dir, rig, "bert").state is State.TRIPPED
-        first = next(step.step for step in three.plan.steps if step.step and getattr(step, "purpose", "") == "design")
-        void_from(unattended.run_dir, first, Authorisation("bert", "it was moved", is_remounted=True))
-        assert resume_on(unattended.run_dir, rig, "bert", "all is measured again").state is State.FINISHED
-    solved = solve_run(unattended.run_dir)
-    view = assemble_view(solved.record, solved.sensors)
-    assert [run_finding.kind for run_finding in run_findings(solved.record)] == ["table-rotation"], (
-        "it did turn, and that is told"
-    )
-    assert view.verdict.trust == "reserved"
-    assert any("stand on one side of it" in ground for ground in view.verdict.grounds)
-    assert "not usable" not in {row.verdict for row in overview_rows(view)}
-    url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
-    publish_solved(url, unattended.run_dir, solved.record, solved.sensors, sets)
-    assert [coefficients.quarantine for coefficients in list_sets(url)] == [None] * 3
+    kept = [
+        replace(dwell, accepted=dwell.accepted and dwell.step not in doubtful)
+        for dwell in dwells_of(unattended.run_dir)
+    ]
+    told = [finding for judged in judge_run(record.plan, {}, kept, ()) for finding in judged.findings]
+    assert ["stand on one side of it" in finding.text for finding in told] == [True]
+    assert not turned_the_table(told)
 
 
 def changed(channel: str, by: Callable[[Burst], Burst], since: int) -> Callable[[int, Burst], Burst]:
