@@ -37,6 +37,7 @@ from ams.analysis.diagnostics.facts import (
     temperature_confounded,
     time_confounded,
 )
+from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
 from ams.analysis.diagnostics.memories import beside_the_dwell_before, plainest_memory
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, settling
@@ -51,7 +52,7 @@ from ams.calibration.steps import NO_STEPS, StepsOfOutput, step_columns, with_st
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.shared_errors import SHIFTS_WITHIN, SharedError
+from ams.inputs.shared_errors import G_SENSITIVITY, SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.observations import Observations
@@ -283,6 +284,9 @@ def _diagnosis(
         for finding in (*circumstances.order, *drifted)
         if finding.kind == "time-confounded" and finding.is_significant
     ]
+    gravity = gravity_finding(
+        gravity_on_zero(evidence, index), tests.conviction_level, _declared_g_sensitivity(circumstances.shared)
+    )
     findings = findings_of(
         tests,
         scale,
@@ -292,8 +296,16 @@ def _diagnosis(
         has_table=circumstances.table is not None,
         limit=limit,
         is_contained=not passes,
+        follows_gravity=gravity is not None,
     )
-    return Diagnosis((*findings, *drifted), solved, index, tests)
+    of_gravity = () if gravity is None else (gravity,)
+    return Diagnosis((*of_gravity, *findings, *drifted), solved, index, tests)
+
+
+def _declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:
+    """Return the limit of what gravity does to a gyro, °/s per g; None where none is declared."""
+    declared = (error.standard_uncertainty for error in shared if error.name == G_SENSITIVITY)
+    return next((float(np.sqrt(3.0)) * u for u in declared), None)
 
 
 def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, level: float) -> Iterator[Finding]:

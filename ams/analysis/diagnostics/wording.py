@@ -31,6 +31,7 @@ from ams.analysis.diagnostics.beliefs import (
     AxisTests,
     BeliefTest,
 )
+from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
 from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TERMS
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.table_limit_wording import of_table_limit
@@ -47,6 +48,7 @@ _CONTAINED: Final = "it is contained in the stated uncertainties"
 _BESIDE_MEMORY: Final = (
     "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
 )
+_OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
 _NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG, *MEMORIES})
 """What is alike in every replication, or passes for a sensitivity: no scatter between replications holds it."""
@@ -84,15 +86,17 @@ def findings_of(
     has_table: bool,
     limit: TableLimit | None = None,
     is_contained: bool = True,
+    follows_gravity: bool = False,
 ) -> tuple[Finding, ...]:
     """Return a finding for every test that was made; ``drifts``: how far each quantity moved, in words.
 
     ``is_contained``: whether a drift is in the uncertainties; not where the order of the points lets it pass.
+    ``follows_gravity``: whether the zero of a gyro is told to follow gravity, beyond what is declared.
     """
     found = []
     is_remembering = any(tests.is_significant.get(name) for name in MEMORIES)
     drift_is = _held(is_remembering=is_remembering, is_contained=is_contained)
-    lack_is = _held(is_remembering=is_remembering, is_contained=True)
+    lack_is = _OF_GRAVITY if follows_gravity else _held(is_remembering=is_remembering, is_contained=True)
     for name, test in tests.tests.items():
         is_significant = tests.is_significant[name]
         details = {"test": name, **_numbers(test)}
@@ -117,6 +121,8 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
     """Return whether lack of fit, or a drift, is in the stated uncertainties: the words that the findings have."""
     significant = [finding for finding in findings if finding.is_significant]
     is_remembering = any(finding.details.get("test") in MEMORIES for finding in significant)
+    if not is_drift and any(finding.details.get("test") == GRAVITY for finding in significant):
+        return _OF_GRAVITY
     passes = is_drift and any(finding.kind == "time-confounded" for finding in significant)
     return _held(is_remembering=is_remembering, is_contained=not passes)
 

@@ -1,0 +1,98 @@
+"""Whether the zero of a gyro follows the specific force, where the attitudes of its calibration differ in it.
+
+v = b + k·ω + S·G·f: the three components of the force, about their mean over the points, are tested together beside the
+model and the nonlinearity of the scale factor. A row that turns is taken to have turned whole turns: of the force what
+lies along the axis of turning is left, unless the mean attitude of the row is known. Source: IEEE Std 528, 1431.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.point_means import LEAST_DOF, eliminate, independent
+from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
+from ams.arrays import FloatArray
+from ams.findings import Finding
+from ams.frames import from_level_axes
+from ams.models.gyro import Gyro, GyroWithTerms, velocity_of_dps
+from ams.observations import Observations
+from ams.rounding import two_digits
+from ams.statistics.distributions import f_tail
+
+GRAVITY: Final = "gravity on the zero"
+_ALIKE_G: Final = 1e-3
+"""Attitudes whose forces differ by less say nothing."""
+_STILL: Final = 1e-3
+"""Of the largest rate."""
+
+
+@dataclass(frozen=True)
+class GravityTest:
+    """Of one gyro."""
+
+    p_value: float
+    size_dps_per_g: float
+    """Length of G, as far as the attitudes show it."""
+    counts_earth: bool
+    """Whether the rates have the Earth's: along the vertical that looks like gravity."""
+
+
+def gravity_on_zero(evidence: Evidence, output: int) -> GravityTest | None:
+    """Test the zero of a gyro for gravity; None for other sensors, and where the attitudes say nothing."""
+    base = tested_base(evidence.models[output])
+    if not isinstance(base, Gyro | GyroWithTerms) or not evidence.precision_variance[output] > 0.0:
+        return None
+    force = evidence.layout.mean_by_point(_mean_force_g(evidence.rows))
+    _, lengths, along = np.linalg.svd(force - force.mean(axis=0), full_matrices=False)
+    columns = (force - force.mean(axis=0)) @ along[lengths > _ALIKE_G * np.sqrt(force.shape[0])].T
+    terms = terms_of_gyro(evidence, output, base)
+    given = independent(np.hstack([evidence.basis, terms[:, terms.any(axis=0)]]))
+    left = columns - given @ (given.T @ columns)
+    if columns.shape[1] == 0 or np.linalg.matrix_rank(left, tol=_ALIKE_G) < columns.shape[1]:
+        return None
+    tested = eliminate(evidence.means(output, given), columns, np.zeros((force.shape[0], 0)))
+    if tested.dof < LEAST_DOF:
+        return None
+    known, count = given.shape[1], columns.shape[1]
+    across = tested.gram[:known, known:]
+    rest = tested.gram[known:, known:] - across.T @ np.linalg.solve(tested.gram[:known, :known], across)
+    coefficients = np.linalg.solve(rest[:count, :count], rest[:count, count])
+    p_value = float(f_tail(float(coefficients @ rest[:count, count]) / count, float(count), float(tested.dof)))
+    volts_per_dps = float(np.linalg.norm(evidence.primary[output][1:4]))
+    return GravityTest(
+        p_value, float(np.linalg.norm(coefficients)) / volts_per_dps, evidence.rows.from_level is not None
+    )
+
+
+def gravity_finding(found: GravityTest | None, level: float, limit_dps_per_g: float | None) -> Finding | None:
+    """Return that the zero follows gravity beyond the declared limit, or where none is declared; None elsewhere."""
+    if found is None or not found.p_value <= level or found.size_dps_per_g <= (limit_dps_per_g or 0.0):
+        return None
+    beyond = (
+        "and no limit of it is declared (largest_g_sensitivity_dps_per_g of the sensor, or of calrig fit)"
+        if limit_dps_per_g is None
+        else f"beyond the declared {two_digits(limit_dps_per_g)} °/s per g (largest_g_sensitivity_dps_per_g)"
+    )
+    earth = "" if found.counts_earth else "; the Earth's rotation, 0.0042 °/s at most, looks alike where rates lack it"
+    text = (
+        f"the zero follows the attitude to gravity: {two_digits(found.size_dps_per_g)} °/s per g, {beyond}; the offset "
+        "holds for the mean force of the calibration only and the stated uncertainties do not hold what it changes by "
+        f"elsewhere: declare the limit that the gyro has{earth}"
+    )
+    details: dict[str, float | str | None] = {"test": GRAVITY, "size": found.size_dps_per_g, "unit": "dps per g"}
+    return Finding("lack-of-fit", text, True, found.p_value, details=details, is_held=False)
+
+
+def _mean_force_g(rows: Observations) -> FloatArray:
+    """Return (N, 3) the mean specific force on each row along the package axes."""
+    if rows.from_level is not None:
+        return -rows.from_level[:, :, 2]
+    yaw = np.zeros_like(rows.pitch_rad) if rows.yaw_rad is None else rows.yaw_rad
+    force = -from_level_axes(rows.pitch_rad, yaw, rows.roll_rad)[:, :, 2]
+    velocity = velocity_of_dps(rows)
+    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+    turns = speed > _STILL * speed.max(initial=0.0)
+    unit = velocity / np.where(turns, speed, 1.0)
+    return np.where(turns, unit * np.sum(unit * force, axis=1, keepdims=True), force)
