@@ -10,7 +10,7 @@ from ams.analysis.diagnostics.wording import dwell_words
 from ams.findings import Finding
 from ams.observations import Observations
 
-_OWN_OFFSET: Final = "own_offset"
+_OFFSET: Final = "own_offset"
 _UNCERTAINTY: Final = "_standard_uncertainty"
 """How numbers are called in what the diagnosis of two visits tells of a lone sensor."""
 _MEND: Final = "measure them again"
@@ -33,14 +33,14 @@ class Offset:
 
 def offset_of(finding: Finding, axis: str, limit: float) -> Offset | None:
     """Return the step of the offset of an axis that a finding tells; None where it tells another change."""
-    own = [name for name in finding.details if name.startswith(_OWN_OFFSET) and name.endswith(f"_{axis}")]
-    if finding.kind != "sensor-change" or len(own) != 1 or sum(map(_is_own, finding.details)) != 1:
+    steps = [name for name in finding.details if name.startswith(_OFFSET) and name.endswith(f"_{axis}")]
+    if finding.kind != "sensor-change" or len(steps) != 1 or sum(map(_is_of_output, finding.details)) != 1:
         return None
-    size, u = finding.details[own[0]], finding.details[f"{own[0]}{_UNCERTAINTY}"]
+    size, u = finding.details[steps[0]], finding.details[f"{steps[0]}{_UNCERTAINTY}"]
     return Offset(float(size or 0.0), float(u or 0.0), limit)
 
 
-def _is_own(name: str) -> bool:
+def _is_of_output(name: str) -> bool:
     return name.startswith("own_") and not name.endswith(_UNCERTAINTY)
 
 
