@@ -77,7 +77,7 @@ def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
 
 
 def replication_line(replication: Mapping[str, Any]) -> str:
-    """Describe the replication tests in one line, each against its 95 % limit."""
+    """Describe the replication tests in one line: significant among all tests of the run, or not."""
     fit = _test("lack of fit", replication["lack_of_fit"])
     drift = ", ".join(_test(words_of(name).label, test) for name, test in replication["drift"].items())
     return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
@@ -94,6 +94,6 @@ def with_uncertainty(value: float, uncertainty: float | None) -> str:
 def _test(name: str, test: Mapping[str, Any] | None) -> str:
     if test is None or test["t"] is None:
         return f"{name} untested"
-    return (
-        f"{name} {test['t']:.3g} ({'above' if test['t'] > test['f_95'] else 'below'} its 95 % limit {test['f_95']:.3g})"
-    )
+    judgement = "significant" if test["is_significant"] else "not significant"
+    chance = "" if test["p_value"] is None else f", p {test['p_value']:.2g}"
+    return f"{name} {judgement} (T {test['t']:.3g}{chance})"

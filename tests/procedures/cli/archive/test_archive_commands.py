@@ -78,7 +78,7 @@ def test_show_tells_coefficients_what_was_found_and_who_signed(archive) -> None:
     assert "  remark: " in text, "what is no reservation is not called a warning"
     warned = {line.strip() for line in text.splitlines() if "warning: " in line}
     assert all(line.startswith("warning: 2 replications only") for line in warned), warned
-    assert re.search(r"lack of fit \S+ \((above|below) its 95 % limit \S+\)", text)
+    assert re.search(r"lack of fit (not )?significant \(T \S+, p \S+\)", text)
     assert archive("show", "SN1", "--json").document["sensor"]["name"] == "SN1"
 
 

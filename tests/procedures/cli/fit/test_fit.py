@@ -53,6 +53,8 @@ def test_a_person_reads_the_verdict_with_its_ground_as_the_set_states_it(
     stated = "\nverdict of the calibration: "
     text = call(capsys, "fit", noisy, *AXES).out
     assert text.endswith(f"{stated}usable: the warnings must be read first\n")
+    assert "lack of fit not significant (T " in text
+    assert "limit" not in text, "no single limit is held against a test that is one of many"
     head, *rows = noisy.read_text().splitlines()
     column = head.split(",").index("sx_v")
     cells = [row.split(",") for row in rows]
