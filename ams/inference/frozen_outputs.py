@@ -113,7 +113,7 @@ class _Output:
         """Return where (n,) values have digits enough for noise to be seen: six of them end at 10 µV above 1 V."""
         if self._digits is None:
             return np.ones(values.size, dtype=bool)
-        return np.asarray(_last_place(values, self._digits) <= self._noise(stated))
+        return np.asarray(_last_digit_worth(values, self._digits) <= self._noise(stated))
 
     def _noise(self, stated: float) -> float:
         return min(stated, self._quietest / (_QUIETEST if self.pieces >= _MANY_PIECES else 1.0))
@@ -134,7 +134,7 @@ class _Output:
             return
         rounding = _ROUNDING * largest
         if self._digits is not None:
-            rounding = max(rounding, float(_last_place(np.array([largest]), self._digits)[0]))
+            rounding = max(rounding, float(_last_digit_worth(np.array([largest]), self._digits)[0]))
         if not _lie_on_a_scale(gaps, noise, rounding):
             self._step = min(self._step, noise)
 
@@ -154,13 +154,13 @@ def _lie_on_a_scale(gaps: FloatArray, finest: float, rounding: float) -> bool:
             if (np.abs(gaps - step * np.rint(gaps / step)) <= 0.1 * rounding).all():
                 return True
             continue
-        is_told = unsure <= max(0.3 * step, 1.1 * rounding)
-        told = gaps[is_told]
-        if told.size < _LEAST_GAPS:
+        is_sure = unsure <= max(0.3 * step, 1.1 * rounding)
+        sure = gaps[is_sure]
+        if sure.size < _LEAST_GAPS:
             return True
         steps = step + rounding / count * np.linspace(-1.0, 1.0, 9)[:, np.newaxis]
-        beside = (told - steps * np.rint(told / steps)) / unsure[is_told]
-        if (np.sqrt(np.mean(beside**2, axis=1)) <= 0.52 + 0.4 / np.sqrt(told.size)).any():
+        beside = (sure - steps * np.rint(sure / steps)) / unsure[is_sure]
+        if (np.sqrt(np.mean(beside**2, axis=1)) <= 0.52 + 0.4 / np.sqrt(sure.size)).any():
             return True
     return False
 
@@ -169,13 +169,13 @@ def _digits_of(values: FloatArray) -> int | None:
     """Return with how many significant digits (n,) values are written, None where they are more than is looked for."""
     values = values[values != 0.0]
     for digits in range(1, _MOST_DIGITS + 1):
-        places = values / _last_place(values, digits)
-        if (np.abs(places - np.rint(places)) < 1e-6).all():
+        in_last_digits = values / _last_digit_worth(values, digits)
+        if (np.abs(in_last_digits - np.rint(in_last_digits)) < 1e-6).all():
             return digits
     return None
 
 
-def _last_place(values: FloatArray, digits: int) -> FloatArray:
+def _last_digit_worth(values: FloatArray, digits: int) -> FloatArray:
     """Return what one in the last of so many digits of (n,) values is worth, 0 of zero."""
     with np.errstate(divide="ignore"):
         return np.asarray(10.0 ** (np.floor(np.log10(np.abs(values))) - digits + 1))
