@@ -160,9 +160,10 @@ class _Output:
 
     @classmethod
     def of(cls, output: SeenPoints, indices: Mapping[str, Indices]) -> "_Output":
-        bases = [output.linear, np.hstack([output.linear, output.terms])]
-        bases.append(np.hstack([bases[1], output.higher]))
-        return cls(*(_normal(output, indices, basis) for basis in bases), output.precision_dof)
+        with_terms = np.hstack([output.linear, output.terms])
+        with_higher = np.hstack([with_terms, output.higher])
+        plain, beside, higher = (_normal(output, indices, basis) for basis in (output.linear, with_terms, with_higher))
+        return cls(plain, beside, higher, output.precision_dof)
 
 
 def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) -> TableLimit:
