@@ -328,13 +328,14 @@ def _plateaus_of(plan: Plan) -> dict[int, int]:
 def way_out(judged: Judged, plan: Plan) -> str:
     """Name the dwells in doubt, and what takes them back."""
     if not judged.doubtful:
-        return "calrig continue goes on, and compares with this visit from then on"
+        return "calrig continue RUN goes on, and compares with this visit from then on"
     first, last = min(judged.doubtful), max(judged.doubtful)
     in_doubt = set(judged.doubtful)
     labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in in_doubt})
-    redone = " and ".join(f"calrig redo --replication {label}" for label in labels)
+    who = "--operator NAME --reason TEXT"
+    redone = " and ".join(f"calrig redo RUN --replication {label} {who}" for label in labels)
     return (
         f"in doubt are the {len(judged.doubtful)} dwells of steps {first} to {last}: to measure them again put the "
-        f"table right, calrig stop, then calrig void --from {first}, or {redone}, and calrig resume; "
-        "calrig continue keeps them and compares with this visit from then on"
+        f"table right, calrig stop RUN, then calrig void RUN --from {first} {who}, or {redone}, and calrig resume RUN; "
+        "calrig continue RUN keeps them and compares with this visit from then on"
     )

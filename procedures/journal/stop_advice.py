@@ -75,13 +75,16 @@ ADVICE: Mapping[str, str] = {
     "process": "This process grew too far and ended the run in time: calrig resume RUN goes on; send its folder.",
     "identity": "Other devices answer than at the start: swapped cables or a replaced device. Put it right; resume.",
     "seam": (
-        "The check set differs from the one before: look at mount, sensor and meter. If the package was moved, calrig "
-        "void RUN --from STEP --remounted; a resume with name and reason accepts the step."
+        "The check set differs from the one before: look at what is named above. If the table turned, put it right "
+        "first: dwells measured after a turn stand off the declared zero. If the package was moved, calrig void RUN "
+        "--from STEP --remounted --operator NAME --reason TEXT; calrig resume RUN --operator NAME --reason TEXT "
+        "accepts the step."
     ),
     "table": (
         "All sensors turned together: look at the table's coupling, its base and the common fixture. To measure the "
-        "dwells in doubt again: calrig stop RUN, then calrig void RUN --from STEP (or calrig redo RUN --replication N) "
-        "and calrig resume RUN; calrig continue RUN keeps them, and the report says so."
+        "dwells in doubt again put it right, calrig stop RUN, then calrig void RUN --from STEP --operator NAME "
+        "--reason TEXT (or calrig redo RUN --replication N --operator NAME --reason TEXT) and calrig resume RUN; "
+        "calrig continue RUN keeps them, and the report says so."
     ),
     "mount": "Package, wiring and rig file contradict each other as told. Correct it; a changed file needs a new run.",
 }

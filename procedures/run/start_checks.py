@@ -64,10 +64,12 @@ def require_no_step(
     progress_log.event("seam", {**detail, **whole, "against_epoch": since})
     if steps or is_turned:
         measured = f"{sentence}, allowed {worst.t_limit:.3g}"
+        is_table = judged is not None and any(finding.kind == "table-rotation" for finding in judged.findings)
+        where = "the table's coupling, its base and the common fixture" if is_table else "mount, sensor and meter"
         raise RunEnds(
             Ending(
                 State.TRIPPED,
-                f"the restart made a step: {'; '.join([*sentences, measured])}; look at mount, sensor and meter; "
+                f"the restart made a step: {'; '.join([*sentences, measured])}; look at {where}; "
                 "a resume with a name and a reason accepts it",
                 cause="seam",
             )

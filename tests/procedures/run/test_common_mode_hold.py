@@ -113,7 +113,7 @@ def test_fault_88_a_slip_in_mid_run_is_held_at_the_next_reference_visit_with_the
     assert f"about {axis} between visits 2 and 3: the table, its base or the common fixture, not the sensors" in reason
     assert reason.startswith("all eight sensors turned by " + ("-7" if by_deg < 0 else "+7"))
     assert "in doubt are the 3 dwells of steps" in reason
-    assert "calrig redo --replication 1" in reason
+    assert "calrig redo RUN --replication 1 --operator NAME --reason TEXT" in reason
     ((kinds, is_held, _),) = told_by(unattended.run_dir)
     assert (kinds, is_held) == (["table-rotation"], True)
 
@@ -177,7 +177,7 @@ def resumed(three: Bench, run_dir: Path, roll_off_deg: float, reason: str = "") 
         world = rig.chance
         assert isinstance(world, World)
         world.slip("roll", roll_off_deg, rig.clock.monotonic_s(), seen=False)
-        return resume_on(run_dir, rig, "bert", *([reason] if reason else [])).state
+        return resume_on(run_dir, rig, "bert", reason).state
 
 
 @pytest.mark.parametrize("is_remounted", [False, True])
@@ -301,6 +301,7 @@ def test_fault_87_a_partial_check_set_is_judged_when_the_next_one_stands(eight: 
     assert outcome.state is State.TRIPPED
     assert "all eight sensors turned by +720″" in outcome.reason
     assert "about roll since the check set of epoch 1: the table, its base or the common fixture" in outcome.reason
+    assert "look at the table's coupling, its base and the common fixture; a resume" in outcome.reason
     (seam,) = events(unattended.run_dir, "seam")
     assert (seam.detail["tested"], seam.detail["attitudes"], seam.detail["of"]) == (True, 4, 6)
 
@@ -378,7 +379,7 @@ def test_fault_88_a_slip_before_the_first_visit_is_held_there_by_the_check_set(
     assert f"about {axis} between the check set and visit 1: {whose}" in reason
     assert reason.startswith("all eight sensors turned by " + ("-7" if by_deg < 0 else "+7"))
     assert "in doubt are the 3 dwells of steps 6 to 8" in reason
-    assert "calrig void --from 6" in reason
+    assert "calrig void RUN --from 6 --operator NAME --reason TEXT" in reason
     solved = solve_run(unattended.run_dir)
     assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"
 
