@@ -65,9 +65,11 @@ UNSEARCHED = """
 were held against each other: their *named* and *rings* lack that.
 """
 RECENT = """
-{recent}, those of after-effects apart, were computed before some of these were looked for: changes that return, what a
-sensor remembers, outputs at a rail, the scatter of a term between replications. Nothing of their estimates has changed
-since, but *named* and *rings* are those of the tests of then.
+{recent}, those of after-effects and of `fixture-play` at 0.5″ apart, were computed before some of these were looked
+for: changes that return, what a sensor remembers, outputs at a rail, the scatter of a term between replications. All
+were computed before tests that say the same counted for what they add (decision 48), a plain drift was told before what
+it resembles (decision 52) and one output was held against the table (decision 53). Nothing of their estimates has
+changed since, but *named* and *rings* are those of the tests of then.
 """
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
