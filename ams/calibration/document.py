@@ -73,12 +73,7 @@ def _tests(tests: Mapping[str, FTest]) -> Document:
 
 
 def _test(test: FTest) -> Document:
-    return {
-        "t": number(test.t),
-        "f_95": number(test.f_95),
-        "p_value": number(test.p_value),
-        "is_significant": bool(test.is_significant),
-    }
+    return {"t": number(test.t), "f_95": number(test.f_95)}
 
 
 def degrees_of_freedom(dof: float | None) -> float | None:

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
+from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT
 from ams.exports.statement import kind_of_warning
 from ams.parameter_words import words_of
 from ams.sets.stated_verdict import verdict_in_words
@@ -49,7 +50,7 @@ def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> It
         for parameter, estimate in axis["parameters"].items():
             yield f"  {parameter_line(parameter, estimate)}"
         if axis["replication"] is not None:
-            yield f"  {replication_line(axis['replication'])}"
+            yield f"  {replication_line(axis['replication'], axis.get('findings', ()))}"
         yield from (f"  {line}" for line in findings_lines(axis))
         yield from (f"  {'remark' if text in known_remarks else 'warning'}: {text}" for text in axis["warnings"])
         yield from (f"  remark: {text}" for text in axis.get("remarks", ()))
@@ -76,10 +77,14 @@ def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
     return text
 
 
-def replication_line(replication: Mapping[str, Any]) -> str:
-    """Describe the replication tests in one line: significant among all tests of the run, or not."""
-    fit = _test("lack of fit", replication["lack_of_fit"])
-    drift = ", ".join(_test(words_of(name).label, test) for name, test in replication["drift"].items())
+def replication_line(replication: Mapping[str, Any], findings: Sequence[Mapping[str, Any]] = ()) -> str:
+    """Describe the replication tests in one line, as the findings judge them among all tests of the run."""
+    judged = {finding["test"]: finding for finding in findings if "test" in finding}
+    fit = _test("lack of fit", replication["lack_of_fit"], judged.get(LACK_OF_FIT))
+    drift = ", ".join(
+        _test(words_of(name).label, test, judged.get(f"{DRIFT_OF}{name}"))
+        for name, test in replication["drift"].items()
+    )
     return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
 
 
@@ -91,9 +96,11 @@ def with_uncertainty(value: float, uncertainty: float | None) -> str:
     return f"{value:+.{min(digits, 15)}f}"
 
 
-def _test(name: str, test: Mapping[str, Any] | None) -> str:
+def _test(name: str, test: Mapping[str, Any] | None, judged: Mapping[str, Any] | None) -> str:
     if test is None or test["t"] is None:
         return f"{name} untested"
-    judgement = "significant" if test["is_significant"] else "not significant"
-    chance = "" if test["p_value"] is None else f", p {test['p_value']:.2g}"
+    if judged is None:  # a set of before the findings
+        return f"{name} T {test['t']:.3g}"
+    judgement = "significant" if judged["significant"] else "not significant"
+    chance = "" if judged["p_value"] is None else f", p {judged['p_value']:.2g}"
     return f"{name} {judgement} (T {test['t']:.3g}{chance})"
