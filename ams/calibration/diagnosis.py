@@ -10,26 +10,15 @@ from math import hypot
 
 import numpy as np
 
-from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.axis_tests import shared_tests
 from ams.analysis.diagnostics.beliefs import (
-    AUTOCORRELATION,
-    BY_POINT,
-    BY_POINT_GAIN,
-    BY_REPLICATION,
-    COLUMNS,
     DRIFT_OF,
     LACK_OF_FIT,
-    LAG,
-    MEMORIES,
-    SETTLING,
-    WRONG_DWELL,
     AxisTests,
     BeliefTest,
 )
 from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
-from ams.analysis.diagnostics.drift_course import likeliest_course, plain_courses
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import (
     Moved,
@@ -38,16 +27,22 @@ from ams.analysis.diagnostics.facts import (
     time_confounded,
 )
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
-from ams.analysis.diagnostics.memories import beside_the_dwell_before, plainest_memory
+from ams.analysis.diagnostics.memories import beside_the_dwell_before
 from ams.analysis.diagnostics.table_curves import TableLimit
-from ams.analysis.diagnostics.time_order import even_drift, settling
+from ams.analysis.diagnostics.time_order import even_drift
 from ams.analysis.diagnostics.wording import Convicted, Scale, dwell_words, findings_of
-from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.analysis.replication import ReplicationColumns, quantity
-from ams.arrays import BoolArray, FloatArray
+from ams.arrays import FloatArray
 from ams.calibration import step_words
 from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
+from ams.calibration.explained import (
+    Explained,
+    without_course,
+    without_memory,
+    without_transient,
+    without_wrong_dwells,
+)
 from ams.calibration.steps import NO_STEPS, StepsOfOutput, step_columns, with_steps
 from ams.findings import Finding
 from ams.frames import wrap_deg
@@ -57,14 +52,6 @@ from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.units import ARCSEC_PER_DEG, label_and_unit
-
-_NOTHING = 1e-9
-_STRONG = 0.1
-"""Of what differs between the replications: a course that leaves more while dwells still know of each other is a wander
-and no drift."""
-_RECORDED = (BY_POINT, BY_POINT_GAIN)
-_ALIKE = frozenset(column.name for column in COLUMNS)
-"""Tests of what repeats in every replication: a transient that does is one of them."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +126,7 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
 
 def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis:
     """Return the diagnosis of one output; ``index`` is its own among those of the group."""
-    limit, family, steps = circumstances.limit_of(index), circumstances.family, circumstances.steps_of(index)
+    limit, steps = circumstances.limit_of(index), circumstances.steps_of(index)
     clipped, seen = _without_clipped(seen)
     if clipped:
         steps = NO_STEPS
@@ -149,35 +136,11 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         part, model = before.part_of(columns), before.solved.problem.models[before.index]
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
     made = {test.name: test for test in steps.tests}
-    tests = seen.tested(made, limit, family)
-    plain = plain_courses(tests)
-    course = likeliest_course(seen.evidence, seen.index) if plain else None
-    if course is not None:
-        of_temperature = course.is_of_temperature
-        convicted_first = {name: test for name, test in plain.items() if of_temperature or name != BY_REPLICATION}
-        convicted_first |= {name: tests.tests[name] for name in _RECORDED if of_temperature and name in tests.tests}
-        without = seen.without_course(course)
-        beside = without.tested(made | convicted_first, limit, family)
-        if not beside.is_significant.get(AUTOCORRELATION) or _scatter(without) < _STRONG * _scatter(seen):
-            made, seen, tests = made | convicted_first, without, beside
-    wrong, convicted = _convicted(seen.evidence, seen.index, tests), None
-    if wrong is not None and wrong.dwells:
-        made[WRONG_DWELL] = BeliefTest(WRONG_DWELL, "wrong-dwell", wrong.p_value)
-        kept, convicted = _rows_of(seen.evidence, wrong)
-        seen = seen.of(kept, 0.0)
-        tests = seen.tested(made, limit, family)
-    if settles(tests):
-        made[SETTLING] = tests.tests[SETTLING]
-        seen = seen.less(made[SETTLING].size * settling(seen.evidence))
-        tests = seen.tested(made, limit, family)
-    memory = plainest_memory(tests, circumstances.memory_of(index))
-    if memory is not None:
-        made[memory.name] = memory
-        column = previous_attitude.memories(seen.evidence, seen.nominal_axis)[:, MEMORIES.index(memory.name)]
-        seen = seen.less(memory.size * column)
-        tests = replace(seen.tested(made, limit, family), memories=tests.memories)
-    seen = seen.with_course()
-    diagnosis = _diagnosis(seen, beside_the_dwell_before(with_steps(tests, steps)), convicted, circumstances, limit)
+    left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
+    left, convicted = without_wrong_dwells(without_course(left))
+    left = without_memory(without_transient(left), circumstances.memory_of(index))
+    tests = beside_the_dwell_before(with_steps(left.tests, steps))
+    diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit)
     return replace(diagnosis, findings=(*clipped, *steps.findings, *diagnosis.findings))
 
 
@@ -188,8 +151,7 @@ def _within_declared(
 
     A step of the offset alone is held against the limit by its estimate; of another change all that it does counts.
     """
-    declared = [error.standard_uncertainty for error in shared if error.name == SHIFTS_WITHIN[0]]
-    limit_v = float(np.sqrt(3.0)) * max(declared, default=0.0)
+    limit_v = max((error.limit for error in shared if error.name == SHIFTS_WITHIN[0]), default=0.0)
     is_small = float(np.abs(change_v).max()) <= limit_v
     is_alone = sum(said.kind == "sensor-change" for said in findings) == 1
 
@@ -204,12 +166,6 @@ def _within_declared(
         return replace(said, text=said.text + held, is_held=True) if is_small else said
 
     return tuple(sized(said) for said in findings)
-
-
-def _scatter(seen: Believed) -> float:
-    """Return the sum of squares of what differs from replication to replication."""
-    departures = seen.evidence.departures[:, seen.index]
-    return float(departures @ departures)
 
 
 def _without_clipped(seen: Believed) -> tuple[tuple[Finding, ...], Believed]:
@@ -233,15 +189,6 @@ def _without_clipped(seen: Believed) -> tuple[tuple[Finding, ...], Believed]:
     return (clipped_finding(rails, output, model.measured_unit, dwells, seen.rows.step),), without
 
 
-def settles(tests: AxisTests) -> bool:
-    """Return whether a transient at the start of every replication is plain; what a lag explains is none."""
-    test = tests.tests.get(SETTLING)
-    plainest = min((test.p_value for test in tests.tests.values() if test.name in _ALIKE), default=1.0)
-    return (
-        test is not None and test.p_value <= min(tests.conviction_level, plainest) and not tests.is_significant.get(LAG)
-    )
-
-
 def _of_direction(solved: SolvedColumns, index: int, circumstances: Circumstances) -> Iterator[Finding]:
     model, declared = solved.problem.models[index], circumstances.declared
     return direction_findings(
@@ -250,23 +197,6 @@ def _of_direction(solved: SolvedColumns, index: int, circumstances: Circumstance
         solved.primary_covariance[index],
         declared[index] if declared else DeclaredDirection(model.nominal_axis),
     )
-
-
-def _convicted(evidence: Evidence, output: int, tests: AxisTests) -> WrongDwells | None:
-    level = tests.conviction_level
-    if tests.grid is None or WRONG_DWELL not in tests.tests or not tests.tests[WRONG_DWELL].p_value <= level:
-        return None
-    other_view = np.zeros(evidence.grid.present.size)
-    other_view[evidence.dwell] = evidence.left[:, output]
-    return convict(tests.grid, level, other_view)
-
-
-def _rows_of(evidence: Evidence, wrong: WrongDwells) -> tuple[BoolArray, Convicted]:
-    row_of = dict(zip(evidence.dwell.tolist(), range(evidence.layout.rows), strict=True))
-    rows = tuple(row_of[dwell] for dwell in wrong.dwells)
-    kept = np.ones(evidence.layout.rows, dtype=bool)
-    kept[list(rows)] = False
-    return kept, Convicted(wrong, rows)
 
 
 def _diagnosis(
@@ -304,8 +234,7 @@ def _diagnosis(
 
 def _declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:
     """Return the limit of what gravity does to a gyro, °/s per g; None where none is declared."""
-    declared = (error.standard_uncertainty for error in shared if error.name == G_SENSITIVITY)
-    return next((float(np.sqrt(3.0)) * u for u in declared), None)
+    return next((error.limit for error in shared if error.name == G_SENSITIVITY), None)
 
 
 def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, level: float) -> Iterator[Finding]:

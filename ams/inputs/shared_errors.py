@@ -74,6 +74,11 @@ class SharedError:
                 "solved; correct the rig file"
             )
 
+    @property
+    def limit(self) -> float:
+        """Half width of the rectangular distribution that has its standard uncertainty, in the unit of the effect."""
+        return float(np.sqrt(3.0)) * self.standard_uncertainty
+
 
 def shared_columns(
     errors: Sequence[SharedError], model: Model, primary: FloatArray, rows: Stimulus

@@ -87,7 +87,7 @@ RIGHT = {
     # the number 1
     "BEYOND_ONE_G", "ONE_AXIS_WORDS", "ONE_LINE_ONLY", "ON_ONE_SIDE", "OneAxis", "_ONE", "_ONE_OF_TWO", "_ONE_SIDE",
     "_ON_ONE_LINE", "_at_one_gravity", "_is_one_of_many", "_is_one_plain_line", "_of_one_and_two", "_one_axis",
-    "_of_one_temperature", "_one_or_several", "_one_replication", "_one_sided", "_one_thread", "_stands_on_one_side",
+    "_of_one_temperature", "_one_or_several", "_one_replication", "_one_sided", "_one_thread",
     "_stop_one_after_the_other", "_tells_its_unit_in_one_way", "draw_one_axis", "dwells_on_one_clock",
     "is_of_one_channel", "is_of_one_quantity", "on_one_clock", "on_one_line", "on_one_side", "one_axis",
     "one_axis_codes", "one_axis_factor", "one_line", "one_thread",

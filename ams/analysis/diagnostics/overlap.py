@@ -55,13 +55,13 @@ class Overlap:
 
 def significant(made: Mapping[str, BeliefTest], level: float, overlap: Overlap | None) -> dict[str, bool]:
     """Return by name which tests are significant at the ``level`` of all of them."""
-    p_values = [test.p_value / test.axes for test in made.values()]
+    p_values = np.array([test.p_value / test.axes for test in made.values()])
     # As how many tests they count at the very least: where none passes that, as in clean data, none is significant.
     least = len(made) if overlap is None else len(made) - sum(name in made for name in overlap.names) + 1
-    known = [value for value in p_values if value == value]
-    if not any(value * min(least, len(known)) <= level for value in known):
+    known = p_values[~np.isnan(p_values)]
+    if not np.any(known * min(least, known.size) <= level):
         return dict.fromkeys(made, False)
-    flags = holm(np.array(p_values), level)
-    if overlap is not None and np.any(holm(np.array(p_values), level, least) != flags):
-        flags = holm(np.array(p_values), level, len(made) - overlap.spared(made, level / len(made)))
+    flags = holm(p_values, level)
+    if overlap is not None and np.any(holm(p_values, level, least) != flags):
+        flags = holm(p_values, level, len(made) - overlap.spared(made, level / len(made)))
     return dict(zip(made, map(bool, flags), strict=True))

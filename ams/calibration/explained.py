@@ -1,0 +1,133 @@
+"""One output less what explains a part of it: a course, wrong dwells, a transient, a memory, each taken out once told.
+
+In this order: what is plainest first, so that nothing else is blamed for it. After each all other tests are made again.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ams.analysis.diagnostics import previous_attitude
+from ams.analysis.diagnostics.beliefs import (
+    AUTOCORRELATION,
+    BY_POINT,
+    BY_POINT_GAIN,
+    BY_REPLICATION,
+    COLUMNS,
+    LAG,
+    MEMORIES,
+    SETTLING,
+    WRONG_DWELL,
+    AxisTests,
+    BeliefTest,
+)
+from ams.analysis.diagnostics.drift_course import likeliest_course, plain_courses
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.memories import plainest_memory
+from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.time_order import settling
+from ams.analysis.diagnostics.wording import Convicted
+from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
+from ams.arrays import BoolArray
+from ams.calibration.believed import Believed
+
+_STRONG = 0.1
+"""Of what differs between the replications: a course that leaves more while dwells still know of each other is a wander
+and no drift."""
+_RECORDED = (BY_POINT, BY_POINT_GAIN)
+_ALIKE = frozenset(column.name for column in COLUMNS)
+"""Tests of what repeats in every replication: a transient that does is one of them."""
+
+
+@dataclass(frozen=True)
+class Explained:
+    """One output less what is told of it, and the tests of what is left."""
+
+    seen: Believed
+    made: Mapping[str, BeliefTest]
+    """The tests of what was taken out, as they stood before."""
+    tests: AxisTests
+    limit: TableLimit | None
+    family: int
+
+    def then(self, made: Mapping[str, BeliefTest], seen: Believed) -> "Explained":
+        """Return what is left when something more, told by its tests, is taken out: all other tests made again."""
+        made = {**self.made, **made}
+        return replace(self, seen=seen, made=made, tests=seen.tested(made, self.limit, self.family))
+
+
+def without_course(left: Explained) -> Explained:
+    """Return the output without its plain drift or temperature, unless what is left wanders as it did before."""
+    plain = plain_courses(left.tests)
+    course = likeliest_course(left.seen.evidence, left.seen.index) if plain else None
+    if course is None:
+        return left
+    tests, of_temperature = left.tests.tests, course.is_of_temperature
+    made = {name: test for name, test in plain.items() if of_temperature or name != BY_REPLICATION}
+    made |= {name: tests[name] for name in _RECORDED if of_temperature and name in tests}
+    without = left.then(made, left.seen.without_course(course))
+    wanders = without.tests.is_significant.get(AUTOCORRELATION, False)
+    return left if wanders and _scatter(without.seen) >= _STRONG * _scatter(left.seen) else without
+
+
+def without_wrong_dwells(left: Explained) -> tuple[Explained, Convicted | None]:
+    """Return the output without the dwells that the other replications contradict, and which they are."""
+    seen = left.seen
+    wrong = _convicted(seen.evidence, seen.index, left.tests)
+    if wrong is None or not wrong.dwells:
+        return left, None
+    kept, convicted = _rows_of(seen.evidence, wrong)
+    test = BeliefTest(WRONG_DWELL, "wrong-dwell", wrong.p_value)
+    return left.then({WRONG_DWELL: test}, seen.of(kept, 0.0)), convicted
+
+
+def without_transient(left: Explained) -> Explained:
+    """Return the output without its plain transient at the start of every replication."""
+    if not _settles(left.tests):
+        return left
+    test = left.tests.tests[SETTLING]
+    return left.then({SETTLING: test}, left.seen.less(test.size * settling(left.seen.evidence)))
+
+
+def without_memory(left: Explained, shown: BeliefTest | None) -> Explained:
+    """Return the output without its plainest memory of attitudes before; ``shown``: what its whole package has."""
+    memory = plainest_memory(left.tests, shown)
+    if memory is None:
+        return left
+    seen = left.seen
+    column = previous_attitude.memories(seen.evidence, seen.nominal_axis)[:, MEMORIES.index(memory.name)]
+    without = left.then({memory.name: memory}, seen.less(memory.size * column))
+    return replace(without, tests=replace(without.tests, memories=left.tests.memories))
+
+
+def _settles(tests: AxisTests) -> bool:
+    """Return whether a transient at the start of every replication is plain; what a lag explains is none."""
+    test = tests.tests.get(SETTLING)
+    plainest = min((test.p_value for test in tests.tests.values() if test.name in _ALIKE), default=1.0)
+    return (
+        test is not None and test.p_value <= min(tests.conviction_level, plainest) and not tests.is_significant.get(LAG)
+    )
+
+
+def _scatter(seen: Believed) -> float:
+    """Return the sum of squares of what differs from replication to replication."""
+    departures = seen.evidence.departures[:, seen.index]
+    return float(departures @ departures)
+
+
+def _convicted(evidence: Evidence, output: int, tests: AxisTests) -> WrongDwells | None:
+    level = tests.conviction_level
+    if tests.grid is None or WRONG_DWELL not in tests.tests or not tests.tests[WRONG_DWELL].p_value <= level:
+        return None
+    other_view = np.zeros(evidence.grid.present.size)
+    other_view[evidence.dwell] = evidence.left[:, output]
+    return convict(tests.grid, level, other_view)
+
+
+def _rows_of(evidence: Evidence, wrong: WrongDwells) -> tuple[BoolArray, Convicted]:
+    row_of = dict(zip(evidence.dwell.tolist(), range(evidence.layout.rows), strict=True))
+    rows = tuple(row_of[dwell] for dwell in wrong.dwells)
+    kept = np.ones(evidence.layout.rows, dtype=bool)
+    kept[list(rows)] = False
+    return kept, Convicted(wrong, rows)
