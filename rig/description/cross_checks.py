@@ -32,6 +32,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _undeclared_sensitivities(file, rig, voltages)
     yield from _volts_of_other_units(file, rig, units)
     yield from implausible_limits(file, rig)
+    yield from _approved_by_nobody(file, rig)
     yield from _unusable_reference(file, rig, units)
     yield from _ranges_too_small(file, rig)
     yield from _unknown_interlocks(file, rig, voltages)
@@ -48,6 +49,16 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     if not rig.uses_twins and rig.twin is not None and rig.twin.control is None:
         yield file.complaint(
             ("twin",), 'stands there, but no port says "twin" and no control address is given; remove it'
+        )
+
+
+def _approved_by_nobody(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Yield a complaint about an approval without a name. A run that was stored with one stays one."""
+    if rig.approved_by is not None and not rig.approved_by.strip():
+        yield file.complaint(
+            ("approved_by",),
+            f"got {rig.approved_by!r}, allowed is the name of whoever approved rig and procedure; write it, or leave "
+            "the key out: then everything is stamped 'engineering'",
         )
 
 

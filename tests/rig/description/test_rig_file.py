@@ -223,3 +223,12 @@ def test_a_run_that_was_stored_with_any_words_for_that_day_is_still_read(tmp_pat
     before = rig_from_json(stored).level.before
     assert before is not None
     assert before.taken == "this morning"
+
+
+@pytest.mark.parametrize("name", ["", "   "])
+def test_an_approval_needs_a_name(tmp_path: Path, name: str) -> None:
+    """Such a rig passed for approved in check and at a run's begin, and its sets for engineering."""
+    path = tmp_path / "rig.toml"
+    path.write_text(f'approved_by = "{name}"\n' + EXAMPLE_RIG.read_text(encoding="utf-8"), encoding="utf-8")
+    with pytest.raises(DescriptionError, match=r"rig\.toml:1: approved_by: .*allowed is the name of whoever approved"):
+        read_rig(path)
