@@ -4,7 +4,7 @@ A set that was cut short by a lost link counts as far as it goes. Nothing counts
 moved, or from before a step that a person accepted by resuming.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from procedures.records.dwells import DwellRecord, Event
@@ -41,7 +41,8 @@ def first_checks(
 
 def check_set_pairs(dwells: Sequence[DwellRecord], events: Iterable[Event]) -> tuple[CheckSetPair, ...]:
     """Return every check set of a run after the first that has something to be compared with."""
-    first_epochs, other_plateau = _breaks(events)
+    events = tuple(events)
+    first_epochs, other_plateau = (1, *accepted_epochs(events)), _at_another_plateau(events)
     found = []
     for epoch in sorted({dwell.epoch for dwell in dwells if dwell.purpose == "check"}):
         after = {
@@ -59,14 +60,24 @@ def check_set_pairs(dwells: Sequence[DwellRecord], events: Iterable[Event]) -> t
     return tuple(found)
 
 
-def _breaks(events: Iterable[Event]) -> tuple[list[int], set[int]]:
-    """Return the epochs from which check sets count anew, and those whose set stood at another temperature."""
-    epoch, first_epochs, other_plateau = 0, [1], set[int]()
+def accepted_epochs(events: Iterable[Event]) -> tuple[int, ...]:
+    """Return the epochs whose check set showed a step that whoever resumes accepts: nothing counts from before them."""
+    return tuple(
+        epoch for epoch, event in _by_epoch(events) if event.kind == "state" and event.detail.get("cause") == "seam"
+    )
+
+
+def _at_another_plateau(events: Iterable[Event]) -> set[int]:
+    """Return the epochs whose check set stood at another temperature."""
+    return {
+        epoch
+        for epoch, event in _by_epoch(events)
+        if event.kind == "seam" and "plateau" in str(event.detail.get("reason", ""))
+    }
+
+
+def _by_epoch(events: Iterable[Event]) -> Iterator[tuple[int, Event]]:
+    epoch = 0
     for event in events:
-        if event.kind == "opened":
-            epoch += 1
-        elif event.kind == "state" and event.detail.get("cause") == "seam":
-            first_epochs.append(epoch)
-        elif event.kind == "seam" and "plateau" in str(event.detail.get("reason", "")):
-            other_plateau.add(epoch)
-    return first_epochs, other_plateau
+        epoch += event.kind == "opened"
+        yield epoch, event

@@ -119,6 +119,10 @@ class KnownAxes:
             self._learn_difference(dwell, means - self._last[key])
         self._last[key] = means
 
+    def forget_attitudes(self) -> None:
+        """Learn no difference between what was measured so far and what comes: a step in between is accepted."""
+        self._last.clear()
+
     def scatter(self, until: int) -> tuple[FloatArray, float, float]:
         """Return (A,) variances of a dwell's mean, their degrees of freedom, and the seating of one dwell, rad.
 

@@ -4,13 +4,13 @@ The engine takes every accepted dwell in as it comes; the report takes them in a
 order, and so says the same. A visit is the dwells that stand together at the reference attitudes; each is compared with
 the one before it, and where that shows nothing with the first, so that what creeps is seen as well; the first of all
 with the check set before it, at the attitudes that both have. A check set is compared attitude by attitude with what
-earlier ones measured of it, whole or not.
+earlier ones measured of it, whole or not. From an epoch whose step a person accepted on, nothing is compared with what
+was measured before: its check set and its visits begin anew.
 """
 
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from datetime import datetime
 
 import numpy as np
 
@@ -18,9 +18,9 @@ from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
 from ams.surveillance.common_mode_words import all_after, findings_of, on_one_side
-from procedures.common_mode.check_sets import check_set_pairs, first_checks
+from procedures.common_mode.check_sets import accepted_epochs, check_set_pairs, first_checks
 from procedures.common_mode.opening_checks import OpeningChecks
-from procedures.common_mode.sensed_axes import KnownAxes, attitude_of, sensed_axes
+from procedures.common_mode.sensed_axes import Attitude, KnownAxes, attitude_of, sensed_axes
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak
 from procedures.records.declared_supply import at_declared
@@ -34,6 +34,10 @@ LARGEST_TC_PER_DEGC = 1e-4
 _AXES = frozenset(("pitch", "roll"))
 
 
+Moment = tuple[int, float]
+"""Epoch and rig seconds within it: dates of two starts may overlap, where the clock was set or time is virtual."""
+
+
 @dataclass(frozen=True)
 class Judged:
     """One comparison."""
@@ -45,9 +49,9 @@ class Judged:
     findings: tuple[Finding, ...]
     doubtful: tuple[int, ...]
     """Steps of the design measured in between."""
-    since_utc: datetime
+    since: Moment
     """When the last dwell before it ended."""
-    until_utc: datetime
+    until: Moment
     """When the first dwell after it began."""
     is_slow: bool = False
     """Whether it crept from visit to visit and shows only against the first."""
@@ -65,11 +69,19 @@ class _Visit:
     taken: int
     """Dwells learned from when it began."""
 
+    @property
+    def at(self) -> dict[Attitude, DwellRecord]:
+        """Its dwells by where they were to stand."""
+        return {attitude_of(dwell): dwell for dwell in self.dwells}
+
 
 class VisitWatch:
-    """Of one run. Anything but accelerometers at rest on a table of pitch and roll is not judged."""
+    """Of one run. Anything but accelerometers at rest on a table of pitch and roll is not judged.
 
-    def __init__(self, plan: Plan, chains: Mapping[str, Chain]) -> None:
+    ``accepted``: the epochs whose step a person accepted.
+    """
+
+    def __init__(self, plan: Plan, chains: Mapping[str, Chain], accepted: Iterable[int] = ()) -> None:
         self._chains = chains
         axes, channels = sensed_axes(plan.sensors if plan.is_at_rest and set(plan.axes) <= _AXES else {})
         self._is_watching = bool(channels)
@@ -85,6 +97,9 @@ class VisitWatch:
         self._superseded: list[_Visit] = []
         self._since: list[int] = []
         """Steps of the design since the last visit."""
+        self._accepted = frozenset(accepted)
+        self._first_epoch = 0
+        """The last of these that was reached: nothing is compared with what was measured before it."""
 
     def take(self, dwell: DwellRecord) -> Judged | None:
         """Take a dwell in; what a visit shows that it completes, where it can be compared.
@@ -93,6 +108,7 @@ class VisitWatch:
         """
         if not self._is_watching:
             return None
+        self._reach(dwell.epoch)
         taken = self.known.taken
         if not dwell.accepted:
             self._opening.saw(dwell, taken)
@@ -110,7 +126,8 @@ class VisitWatch:
         self._open[dwell.step] = dwell
         if len(self._open) < self._attitudes[visit_number]:
             return None
-        visit = _Visit(visit_number, tuple(self._open[step] for step in sorted(self._open)), taken)
+        measured = (self._open[step] for step in sorted(self._open))
+        visit = _Visit(visit_number, tuple(dwell for dwell in measured if dwell.epoch >= self._first_epoch), taken)
         self._open.clear()
         self._visits = [visit for visit in self._visits if visit.number != visit_number]  # one that was taken back
         judged = self._judged(visit)
@@ -120,6 +137,18 @@ class VisitWatch:
         self._visits.append(visit)
         self._since.clear()
         return judged
+
+    def _reach(self, epoch: int) -> None:
+        """Begin anew where a person accepted a step: what comes stands as its check set stood.
+
+        Of a visit that was begun before it only what is measured from then on is compared.
+        """
+        accepted = max((first for first in self._accepted if first <= epoch), default=0)
+        if accepted > self._first_epoch:
+            self._first_epoch = accepted
+            self._visits, self._superseded = [], []
+            self._since.clear()
+            self.known.forget_attitudes()
 
     def take_back(self, steps: Iterable[int]) -> None:
         """Forget voided dwells, which are measured again; what is left of a visit of theirs waits for them."""
@@ -153,12 +182,21 @@ class VisitWatch:
             return self._judged_by_checks(visit)
         last, first = alike[-1], alike[0]
         between = f"between visits {last.number} and {visit.number}"
-        found = self._compared(last.dwells, visit.dwells, between, last.taken, self._since)
+        found = self._compared_at_shared(last, visit, between, last.taken, self._since)
         if first is last or found is None or found.findings:
             return found
         slowly = f"between visits {first.number} and {visit.number}, little by little"
-        crept = self._compared(first.dwells, visit.dwells, slowly, last.taken, ())
+        crept = self._compared_at_shared(first, visit, slowly, last.taken, ())
         return None if crept is None else replace(crept, is_slow=True)
+
+    def _compared_at_shared(
+        self, earlier: _Visit, later: _Visit, between: str, until: int, doubtful: Sequence[int]
+    ) -> Judged | None:
+        before, after = earlier.at, later.at
+        shared = [attitude for attitude in after if attitude in before]
+        pairs = [before[attitude] for attitude in shared], [after[attitude] for attitude in shared]
+        found = self._compared(*pairs, between, until, doubtful)
+        return None if found is None else replace(found, step=later.dwells[-1].step)
 
     def _judged_by_checks(self, visit: _Visit) -> Judged | None:
         """Compare the first visit of a mounting and a plateau with the check set before it."""
@@ -169,14 +207,13 @@ class VisitWatch:
         return None if found is None else replace(found, step=visit.dwells[-1].step)
 
     def _is_alike(self, visit: _Visit, other: _Visit) -> bool:
-        """Return whether the same mounting stood at the same temperature and at the same attitudes."""
+        """Return whether the same mounting stood at the same temperature and at an attitude that both have."""
 
-        def key(visit: _Visit) -> tuple[object, ...]:
+        def key(visit: _Visit) -> tuple[int, int]:
             first = visit.dwells[0]
-            plateau = self._plateau_of.get(first.step, 0)
-            return first.mounting, plateau, tuple(attitude_of(dwell) for dwell in visit.dwells)
+            return first.mounting, self._plateau_of.get(first.step, 0)
 
-        return key(visit) == key(other)
+        return key(visit) == key(other) and not visit.at.keys().isdisjoint(other.at)
 
     def _compared(
         self,
@@ -202,8 +239,16 @@ class VisitWatch:
             dict.fromkeys(name for name, is_read in zip(self.known.axes.sensor, read, strict=True) if is_read)
         )
         findings = findings_of(common, sensors, between, self._unit, steps)
-        since_utc, until_utc = max(visit.ended_utc for visit in before), min(visit.started_utc for visit in after)
-        return Judged(after[-1].step, between, common, findings, steps, since_utc, until_utc)
+        since, until_then = max(map(_ended, before)), min(map(_began, after))
+        return Judged(after[-1].step, between, common, findings, steps, since, until_then)
+
+
+def _began(dwell: DwellRecord) -> Moment:
+    return dwell.epoch, dwell.started_s
+
+
+def _ended(dwell: DwellRecord) -> Moment:
+    return dwell.epoch, dwell.ended_s
 
 
 def judge_run(
@@ -215,10 +260,11 @@ def judge_run(
     and spoils nothing; one that all stands after parts it from the declared zero, until check sets show the table as it
     stood in the first.
     """
+    events = tuple(events)
     pairs = {pair.epoch: pair for pair in check_set_pairs(dwells, events) if pair.is_alike}
     if not pairs and not any(dwell.purpose == "reference" for dwell in dwells):
         return ()
-    watch = VisitWatch(plan, chains)
+    watch = VisitWatch(plan, chains, accepted_epochs(events))
     found: list[Judged | None] = []
     for dwell in dwells:
         found.append(watch.take(dwell))
@@ -246,8 +292,8 @@ def _as_it_bears(
     A package that was moved is solved with a mount of its own: its dwells are not compared with those of before.
     """
     design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
-    after = {dwell.mounting for dwell in design if dwell.ended_utc >= judged.since_utc}
-    before = {dwell.mounting for dwell in design if dwell.started_utc < judged.until_utc}
+    after = {dwell.mounting for dwell in design if _ended(dwell) >= judged.since}
+    before = {dwell.mounting for dwell in design if _began(dwell) < judged.until}
     if after & before or not judged.findings:
         return judged
     is_tied = (
@@ -262,7 +308,7 @@ def _as_it_bears(
 
 def _is_a_lone_package_moved(judged: Judged, dwells: Sequence[DwellRecord], mountings: Collection[int]) -> bool:
     """Return whether a person said of the only package that it was moved: of several it was what they stand on."""
-    stood = (dwell.mounting for dwell in dwells if dwell.ended_utc <= judged.until_utc)
+    stood = (dwell.mounting for dwell in dwells if _ended(dwell) <= judged.until)
     return len(judged.common.agreeing) == 1 and min(mountings) > max(stood, default=0)
 
 
@@ -277,7 +323,7 @@ def _is_put_right(
     watch = first_start()
     for epoch in {dwell.epoch for dwell in design}:
         of_epoch = [dwell for dwell in dwells if dwell.purpose == "check" and dwell.accepted and dwell.epoch == epoch]
-        if epoch not in alike_epochs or any(dwell.started_utc < judged.until_utc for dwell in of_epoch):
+        if epoch not in alike_epochs or any(_began(dwell) < judged.until for dwell in of_epoch):
             return False
         before = first_checks(dwells, of_epoch[0].mounting, 1, epoch)
         if len(before) < len(of_epoch) or any(dwell.epoch > 1 for dwell in before.values()):

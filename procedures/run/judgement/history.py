@@ -7,7 +7,7 @@ that an interrupted run judges alike.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from procedures.common_mode.check_sets import first_checks
+from procedures.common_mode.check_sets import accepted_epochs, first_checks
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.voids import DROPPED
 from procedures.journal.voids import KIND as VOIDED
@@ -34,8 +34,8 @@ class History:
     """Of the package, 1-based."""
     dropped: frozenset[str] = frozenset()
     """Sensors that are measured no more."""
-    counts_from_epoch: int = 1
-    """The last epoch whose step a person accepted: no check set before it counts any more."""
+    accepted_epochs: tuple[int, ...] = ()
+    """Whose step a person accepted: nothing is compared with what was measured before the last of them."""
     integrations: Mapping[str, float] = field(default_factory=dict)
     """Channel to the power-line cycles that were chosen for it; empty where nothing was left open or tried."""
 
@@ -52,7 +52,7 @@ class History:
     @property
     def earlier_checks(self) -> dict[int, DwellRecord]:
         """Step to what a check set is compared with, whole or not."""
-        return first_checks(self.dwells, self.mounting, self.counts_from_epoch, self.epoch)
+        return first_checks(self.dwells, self.mounting, max(self.accepted_epochs, default=1), self.epoch)
 
     def check_set(self, epoch: int) -> dict[int, DwellRecord]:
         """Step to accepted check dwell of one epoch."""
@@ -92,12 +92,14 @@ def history_of(
     dwells: Iterable[DwellRecord],
     epochs_opened: int,
     plan: Plan,
-    accepted_break: int | None = None,
+    accepted: tuple[int, ...] = (),
     mounting: int = 1,
     remounted_after: int = 0,
     dropped: frozenset[str] = frozenset(),
 ) -> History:
-    """``accepted_break``: the epoch whose step a person accepted with name and reason; its check set counts from
+    """Return where dwells leave a run.
+
+    ``accepted``: the epochs whose step a person accepted with name and reason; the check set of the last counts from
     then on. ``remounted_after``: how many epochs were opened before the package was last moved.
     """
     found = tuple(dwells)
@@ -105,8 +107,9 @@ def history_of(
     bare = History(found, epochs_opened + 1, None, None)
     whole = [epoch for epoch in range(1, epochs_opened + 1) if wanted and wanted <= bare.check_set(epoch).keys()]
     alike = [epoch for epoch in whole if epoch > remounted_after]
-    baseline = accepted_break if accepted_break in alike else next(iter(alike), None)
-    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped, accepted_break or 1)
+    last_accepted = max(accepted, default=None)
+    baseline = last_accepted if last_accepted in alike else next(iter(alike), None)
+    return History(found, epochs_opened + 1, next(iter(whole), None), baseline, mounting, dropped, accepted)
 
 
 def read_history(reader: JournalReader, plan: Plan) -> History:
@@ -118,8 +121,8 @@ def read_history(reader: JournalReader, plan: Plan) -> History:
         epochs += event.kind == "opened"
         if event.kind == VOIDED and event.detail.get("remounted"):
             remounted_after, mounting = epochs, mounting + 1
-    accepted_break = _accepted_break(reader.events())
-    found = history_of(reader.dwells(), epochs, plan, accepted_break, mounting, remounted_after, frozenset(dropped))
+    accepted = accepted_epochs(reader.events())
+    found = history_of(reader.dwells(), epochs, plan, accepted, mounting, remounted_after, frozenset(dropped))
     tried = reader.last_event(INTEGRATION)
     return found if tried is None else replace(found, integrations=_integrations(tried))
 
@@ -128,16 +131,6 @@ def _integrations(event: Event) -> dict[str, float]:
     chosen = event.detail["nplc"]
     assert isinstance(chosen, dict)
     return {str(channel): float(nplc) for channel, nplc in chosen.items()}
-
-
-def _accepted_break(events: Iterable[Event]) -> int | None:
-    """Return the epoch whose trip for a step a person is accepting now or accepted before: whoever resumes accepts."""
-    epoch, tripped = 0, None
-    for event in events:
-        epoch += event.kind == "opened"
-        if event.kind == "state" and event.detail.get("cause") == "seam":
-            tripped = epoch
-    return tripped
 
 
 def agenda(steps: Sequence[Step], accepted: frozenset[int]) -> tuple[Step, ...]:

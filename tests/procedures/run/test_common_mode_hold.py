@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 from faulty_rig import FaultyRig
-from small_run import RIG, Bench, bench, dwells_of
+from small_run import Bench, bench, dwells_of
+from turned_table import common_mode_events, several_sensors, slips
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
 from ams.archive.sets import list_sets
@@ -35,40 +36,6 @@ from rig.devices.abilities import Burst
 from rig.errors import LinkLost
 from rig.twins.world import World
 
-TWO = (
-    ("reference_every = 7", "reference_every = 3\npitch_deg = [0.0, 30.0]\nroll_deg = [0.0, 60.0]"),
-    ("replications = 2", "replications = 1"),
-)
-
-
-def several_sensors(folder: Path, count: int) -> Bench:
-    """Packages on one meter, each a little different."""
-    names = tuple(f"SN{index}" for index in range(1, count + 1))
-    channels = ", ".join(
-        f"{name}{axis} = {{ scanner = {100 * (1 + index // 3) + 3 * (index % 3) + number}, range_v = 10.0 }}"
-        for index, name in enumerate(names)
-        for number, axis in enumerate("xyz")
-    )
-    meter = next(line for line in RIG.splitlines() if line.startswith("channels = { x = { scanner"))
-    sensors = "".join(
-        f'[sensors.{name}]\nmodel = "three-axis package"\nnominal_sensitivity_v_per_g = 2.5\n'
-        f'channels = {{ x = "dmm.{name}x", y = "dmm.{name}y", z = "dmm.{name}z" }}\n'
-        for name in names
-    )
-    truths = "".join(
-        f"[twin.truth.{name}]\n"
-        + "".join(
-            f"{axis} = {{ offset_v = {0.002 * index - 0.005}, sensitivity_v_per_g = {2.5 + 0.004 * index}, "
-            f"coning_deg = 0.4, azimuth_deg = {40.0 * index - 150.0}, noise_v = 2e-5 }}\n"
-            for axis in "xyz"
-        )
-        for index, name in enumerate(names)
-    )
-    old_sensor = RIG[RIG.index("[sensors.SN1]") : RIG.index("[twin]")]
-    old_truth = RIG[RIG.index("[twin.truth.SN1]") :]
-    rig = ((meter, f"channels = {{ {channels} }}"), (old_sensor, sensors), (old_truth, truths))
-    return bench(folder, rig=rig, procedure=TWO)
-
 
 @pytest.fixture(scope="module")
 def eight(tmp_path_factory: pytest.TempPathFactory) -> Bench:
@@ -78,22 +45,6 @@ def eight(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 @pytest.fixture(scope="module")
 def three(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return several_sensors(tmp_path_factory.mktemp("three"), 3)
-
-
-def slips(axis: str, by_deg: float) -> Callable[[UnattendedRun], None]:
-    def slip(unattended: UnattendedRun) -> None:
-        world = unattended.rig.chance
-        assert isinstance(world, World)
-        world.slip(axis, by_deg, unattended.rig.clock.monotonic_s(), seen=False)
-
-    return slip
-
-
-def told_by(run_dir: Path) -> list[tuple[list[str], bool, str]]:
-    return [
-        (list(event.detail["kinds"]), bool(event.detail["held"]), str(event.detail["text"]))  # type: ignore[call-overload]
-        for event in events(run_dir, "common_mode")
-    ]
 
 
 @pytest.mark.parametrize(("axis", "by_deg"), [("roll", -0.02), ("pitch", 0.02)])
@@ -114,7 +65,7 @@ def test_fault_88_a_slip_in_mid_run_is_held_at_the_next_reference_visit_with_the
     assert reason.startswith("all eight sensors turned by " + ("-7" if by_deg < 0 else "+7"))
     assert "in doubt are the 3 dwells of steps" in reason
     assert "calrig redo RUN --replication 1 --operator NAME --reason TEXT" in reason
-    ((kinds, is_held, _),) = told_by(unattended.run_dir)
+    ((kinds, is_held, _),) = common_mode_events(unattended.run_dir)
     assert (kinds, is_held) == (["table-rotation"], True)
 
 
@@ -124,7 +75,7 @@ def test_whoever_continues_is_held_once_and_nothing_of_the_run_passes_for_good(t
     assert run_unattended(three, unattended).state is State.FINISHED
     assert states(unattended.run_dir).count("held") == 1
     solved = solve_run(unattended.run_dir)
-    ((_, _, text),) = told_by(unattended.run_dir)
+    ((_, _, text),) = common_mode_events(unattended.run_dir)
     url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
     for name, sensor in solved.sensors.items():
         assert sensor.calibration is not None
@@ -155,7 +106,7 @@ def test_what_was_in_doubt_is_measured_again_after_void_and_resume(three: Bench,
     assert voided == len(doubtful) + 2, "and the visit at two attitudes"
     with open_rig(three.rig) as rig:
         assert resume_on(unattended.run_dir, rig, "bert").state is State.FINISHED
-    assert len(told_by(unattended.run_dir)) == 1
+    assert len(common_mode_events(unattended.run_dir)) == 1
     assert run_findings(solve_run(unattended.run_dir).record) == ()
 
 
@@ -270,7 +221,7 @@ def test_a_drift_of_one_sensor_is_blamed_on_it_and_the_meters_gain_and_offset_on
 ) -> None:
     unattended = UnattendedRun(tmp_path / "run")
     assert run_unattended(three, unattended, rig_of=around(spoil)).state is State.FINISHED
-    found = told_by(unattended.run_dir)
+    found = common_mode_events(unattended.run_dir)
     assert {kind} == {kind for kinds, _, _ in found for kind in kinds}
     assert not any(held for _, held, _ in found)
     assert words in found[0][2]
@@ -279,7 +230,7 @@ def test_a_drift_of_one_sensor_is_blamed_on_it_and_the_meters_gain_and_offset_on
 def test_a_quiet_run_says_nothing(three: Bench, tmp_path: Path) -> None:
     unattended = UnattendedRun(tmp_path / "run")
     assert run_unattended(three, unattended).state is State.FINISHED
-    assert told_by(unattended.run_dir) == []
+    assert common_mode_events(unattended.run_dir) == []
 
 
 def test_fault_87_a_partial_check_set_is_judged_when_the_next_one_stands(eight: Bench, tmp_path: Path) -> None:
@@ -310,7 +261,7 @@ def test_a_lone_sensor_at_one_attitude_is_not_held_for_what_may_be_its_own_drift
     small = bench(tmp_path)
     unattended = UnattendedRun(tmp_path / "run", after={9: slips("roll", -0.02)})
     assert run_unattended(small, unattended).state is State.FINISHED
-    ((kinds, is_held, text),) = told_by(unattended.run_dir)
+    ((kinds, is_held, text),) = common_mode_events(unattended.run_dir)
     assert (kinds, is_held) == (["table-rotation"], False)
     assert "a change of SN1 itself" in text
 
@@ -331,7 +282,7 @@ def test_air_that_warms_in_mid_run_holds_no_lone_package_for_a_turn_of_the_table
     small = bench(tmp_path, rig=truths)
     unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={8: warms_to(24.0)})
     assert run_unattended(small, unattended).state is State.FINISHED
-    found = told_by(unattended.run_dir)
+    found = common_mode_events(unattended.run_dir)
     assert found
     assert not any(is_held for _, is_held, _ in found)
     assert "a change of SN1 itself" in found[0][2]
@@ -391,7 +342,7 @@ def test_a_run_stopped_before_its_second_visit_is_not_usable_with_a_slip_before_
         tmp_path / "run", at={5: asks("continue")}, after={1: slips("roll", -0.02), 5: asks("stop")}
     )
     assert run_unattended(three, unattended).state is State.STOPPED
-    ((kinds, _, text),) = told_by(unattended.run_dir)
+    ((kinds, _, text),) = common_mode_events(unattended.run_dir)
     assert kinds == ["table-rotation"]
     assert [finding.text for finding in run_findings(solve_run(unattended.run_dir).record)] == [text]
 
@@ -407,11 +358,11 @@ def test_the_first_visit_measured_again_after_void_is_compared_with_the_check_se
     with open_rig(three.rig) as rig:
         again.rig = rig
         assert resume_on(unattended.run_dir, rig, "bert", observer=again, idle_clock=again).state is State.STOPPED
-    assert "between the check set of epoch 2 and visit 1" in told_by(unattended.run_dir)[1][2]
+    assert "between the check set of epoch 2 and visit 1" in common_mode_events(unattended.run_dir)[1][2]
     void_from(unattended.run_dir, 6, Authorisation("bert", "the coupling is a new one"))
     with open_rig(three.rig) as rig:
         assert resume_on(unattended.run_dir, rig, "bert").state is State.FINISHED
-    assert len(told_by(unattended.run_dir)) == 2
+    assert len(common_mode_events(unattended.run_dir)) == 2
     assert run_findings(solve_run(unattended.run_dir).record) == ()
 
 
@@ -431,7 +382,7 @@ def test_before_the_first_visit_too_a_drift_is_blamed_on_what_drifted(
 ) -> None:
     unattended = UnattendedRun(tmp_path / "run")
     assert run_unattended(three, unattended, rig_of=around(spoil)).state is State.FINISHED
-    ((kinds, is_held, text),) = told_by(unattended.run_dir)
+    ((kinds, is_held, text),) = common_mode_events(unattended.run_dir)
     assert (kinds, is_held) == ([kind], False)
     assert words in text
     assert "between the check set and visit 1" in text
@@ -463,7 +414,7 @@ def test_fault_88_a_slip_behind_real_ports_is_held_at_the_next_visit(three: Benc
         with open_rig(described) as rig:
             outcome = begin(run_dir, header, plan, rig, SlipsOnce(served.world, clock, run_dir))
     assert outcome.state is State.STOPPED
-    ((kinds, is_held, text),) = told_by(run_dir)
+    ((kinds, is_held, text),) = common_mode_events(run_dir)
     assert (kinds, is_held) == (["table-rotation"], True)
     assert text.startswith("all three sensors turned by -7")
     assert "about roll between visits 2 and 3: the table, its base or the common fixture, not the sensors" in text

@@ -1,0 +1,166 @@
+"""From an epoch on whose step a person accepted, nothing is compared with what was measured before it."""
+
+from pathlib import Path
+
+import pytest
+from small_run import Bench
+from turned_table import common_mode_events, several_sensors, slips
+from unattended_run import Happening, UnattendedRun, asks, events, run_unattended, states
+
+from ams.archive.sets import list_sets
+from procedures.delivery.deliver import sets_of, solve_run
+from procedures.delivery.publish import publish_solved
+from procedures.journal.corrections import Authorisation, redo, void_from
+from procedures.records.progress import Progress
+from procedures.records.states import State
+from procedures.report.assemble import assemble_view
+from procedures.run.resume import resume_on
+from procedures.solution.run_findings import run_findings
+from rig.assembly.open_rig import open_rig
+from rig.twins.world import World
+
+SLIPPED_DEG = -0.02
+BEFORE_VISIT_1, BEFORE_VISIT_3 = 2, 7
+"""Dwells of the design done; a visit follows every third."""
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return several_sensors(tmp_path_factory.mktemp("three"), 3)
+
+
+def resumed(
+    three: Bench, run_dir: Path, *, reason: str = "", after: dict[int, Happening] | None = None, off_deg: float
+) -> State:
+    """Take the run up on a table that stands ``off_deg`` off; whoever comes by a held run stops it."""
+    with open_rig(three.rig) as rig:
+        world = rig.chance
+        assert isinstance(world, World)
+        world.slip("roll", off_deg, rig.clock.monotonic_s(), seen=False)
+        unattended = UnattendedRun(run_dir, at={5: asks("stop")}, after=after)
+        unattended.rig = rig
+        return resume_on(run_dir, rig, "bert", reason, observer=unattended, idle_clock=unattended).state
+
+
+def slipped_while_it_stood(three: Bench, run_dir: Path, done: int) -> None:
+    """The run is stopped, roll slips by 72″, and the restart finds it."""
+    assert run_unattended(three, UnattendedRun(run_dir, after={done: asks("stop")})).state is State.STOPPED
+    assert resumed(three, run_dir, off_deg=SLIPPED_DEG) is State.TRIPPED
+
+
+def accepted(three: Bench, run_dir: Path, after: dict[int, Happening] | None = None) -> State:
+    return resumed(three, run_dir, reason="the table stays as it is", after=after, off_deg=SLIPPED_DEG)
+
+
+def found_in(run_dir: Path) -> list[str]:
+    return [finding.text for finding in run_findings(solve_run(run_dir).record)]
+
+
+def test_visits_after_an_accepted_step_are_not_held_for_it_again(three: Bench, tmp_path: Path) -> None:
+    """The turn is told once, of the check sets; sets and verdict stay what a turn in mid-run makes them."""
+    run_dir = tmp_path / "run"
+    slipped_while_it_stood(three, run_dir, BEFORE_VISIT_3)
+    assert accepted(three, run_dir) is State.FINISHED
+    assert "held" not in states(run_dir)
+    assert common_mode_events(run_dir) == []
+    solved = solve_run(run_dir)
+    (turn,) = run_findings(solved.record)
+    assert turn.text.startswith("all three sensors turned by -7")
+    assert "about roll since the check set of epoch 1" in turn.text
+    assert "stand after it" not in turn.text, "seven dwells of the design stand before it"
+    assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    publish_solved(url, run_dir, solved.record, solved.sensors, sets_of(solved))
+    assert [coefficients.quarantine for coefficients in list_sets(url)] == [turn.text] * 3
+
+
+def test_what_was_in_doubt_and_is_measured_again_on_the_table_as_it_was_accepted_is_not_held(
+    three: Bench, tmp_path: Path
+) -> None:
+    run_dir = tmp_path / "run"
+    unattended = UnattendedRun(run_dir, at={5: asks("stop")}, after={BEFORE_VISIT_3: slips("roll", SLIPPED_DEG)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+    (noted,) = events(run_dir, "common_mode")
+    doubtful = noted.detail["doubtful"]
+    assert isinstance(doubtful, list)
+    void_from(run_dir, min(doubtful), Authorisation("bert", "all of it again"))
+    assert resumed(three, run_dir, off_deg=SLIPPED_DEG) is State.TRIPPED
+    assert accepted(three, run_dir) is State.FINISHED
+    assert states(run_dir).count("held") == 1
+    (text,) = found_in(run_dir)
+    assert "since the check set of epoch 1" in text
+
+
+@pytest.mark.parametrize(
+    ("stopped_after", "slips_after", "between"),
+    [
+        (BEFORE_VISIT_1, 2, "between the check set of epoch 3 and visit 1"),
+        (BEFORE_VISIT_3, 8, "between the check set of epoch 3 and visit 3"),
+        (BEFORE_VISIT_3, 10, "between visits 3 and 4"),
+    ],
+)
+def test_a_further_step_after_the_accepted_one_is_held_with_its_own_size(
+    three: Bench, tmp_path: Path, stopped_after: int, slips_after: int, between: str
+) -> None:
+    """By 36″ to the other side; with the accepted one it would be -36″. Few visits were made before: none is needed."""
+    run_dir = tmp_path / "run"
+    slipped_while_it_stood(three, run_dir, stopped_after)
+    again = {slips_after + (slips_after == stopped_after): slips("roll", 0.01)}
+    assert accepted(three, run_dir, again) is State.STOPPED
+    ((kinds, is_held, text),) = common_mode_events(run_dir)
+    assert (kinds, is_held) == (["table-rotation"], True)
+    assert text.startswith("all three sensors turned by +3")
+    assert f"about roll {between}" in text
+    told = found_in(run_dir)
+    assert len(told) == 2
+    assert text in told
+
+
+class StoppedWithinVisit(UnattendedRun):
+    """Somebody asks for a stop when so many dwells of any purpose are done."""
+
+    def __init__(self, run_dir: Path, dwells: int) -> None:
+        super().__init__(run_dir)
+        self._left = dwells
+
+    def on_event(self, progress: Progress) -> None:
+        super().on_event(progress)
+        self._left -= progress.event == "dwell"
+        if progress.event == "dwell" and self._left == 0:
+            asks("stop")(self)
+
+
+@pytest.mark.parametrize("slips_again", [False, True])
+def test_of_a_visit_begun_before_an_accepted_step_only_what_came_after_it_is_compared(
+    three: Bench, tmp_path: Path, slips_again: bool
+) -> None:
+    """Six check dwells, three of the design, visit 1, three of the design, and the first half of visit 2."""
+    run_dir = tmp_path / "run"
+    assert run_unattended(three, StoppedWithinVisit(run_dir, 6 + 3 + 2 + 3 + 1)).state is State.STOPPED
+    assert resumed(three, run_dir, off_deg=SLIPPED_DEG) is State.TRIPPED
+    again = {7: slips("roll", 0.01)} if slips_again else {}
+    assert accepted(three, run_dir, again) is (State.STOPPED if slips_again else State.FINISHED)
+    told = common_mode_events(run_dir)
+    assert [is_held for _, is_held, _ in told] == [True] * slips_again
+    assert all("turned by +3" in text and "about roll between visits 2 and 3" in text for *_, text in told)
+    assert len(found_in(run_dir)) == 1 + slips_again
+
+
+def test_what_is_redone_on_the_table_set_right_is_compared_with_what_counts_and_not_held(
+    three: Bench, tmp_path: Path
+) -> None:
+    """With the check set of its own start, which stands as the first of the run does."""
+    run_dir = tmp_path / "run"
+    unattended = UnattendedRun(run_dir, at={5: asks("stop")}, after={BEFORE_VISIT_3: slips("roll", SLIPPED_DEG)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+    redo(run_dir, 1, Authorisation("bert", "the coupling is tight again"))
+    assert resumed(three, run_dir, off_deg=0.0) is State.FINISHED
+    assert states(run_dir).count("held") == 1
+    solved = solve_run(run_dir)
+    judged = [visit.between for visit in solved.record.judged_visits]
+    assert judged[:3] == [
+        "since the check set of epoch 1",
+        "between the check set of epoch 2 and visit 1",
+        "between visits 1 and 2",
+    ]
+    assert run_findings(solved.record) == ()
