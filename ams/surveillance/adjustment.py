@@ -173,14 +173,10 @@ def _sentence(
 ) -> str:
     error, expanded = decisive
     side = "inside" if abs(error) <= limit_deg else "beyond"
-    verdict_text = {
-        "pass": "inside the limit",
-        "fail": "beyond the limit",
-        "conditional": f"{side} the limit, but closer to it than its uncertainty",
-    }[verdict]
+    reservation = f", but by less than its uncertainty of {expanded:.4f}°" if verdict == "conditional" else ""
     return (
         f"{angle} {verdict}: error {error:+.4f}° with U {expanded:.4f}° at pitch {where[0]:g}°, roll "
-        f"{where[1]:g}° is {verdict_text} of {limit_deg:g}°"
+        f"{where[1]:g}° is {side} the limit of {limit_deg:g}°{reservation}"
     )
 
 

@@ -100,6 +100,23 @@ def test_the_verdict_follows_the_rule(error_deg: float, expanded_deg: float, gua
     assert "0.1°" in judge(errors, 0.1, "guard-band").sentence
 
 
+@pytest.mark.parametrize(("error_deg", "side"), [(0.0121, "beyond"), (-0.0121, "beyond"), (0.0052, "inside")])
+def test_a_conditional_verdict_says_the_limit_and_the_uncertainty_each_by_its_own_figure(
+    error_deg: float, side: str
+) -> None:
+    sentence = judge(an_error(error_deg, 0.0191), 0.01, "guard-band").sentence
+    assert sentence.endswith(f"is {side} the limit of 0.01°, but by less than its uncertainty of 0.0191°")
+
+
+@pytest.mark.parametrize(("error_deg", "verdict", "side"), [(0.002, "pass", "inside"), (0.05, "fail", "beyond")])
+def test_a_verdict_without_reservation_says_the_side_of_the_limit_alone(
+    error_deg: float, verdict: Verdict, side: str
+) -> None:
+    for rule in ("guard-band", "simple"):
+        judged = judge(an_error(error_deg, 0.001), 0.01, rule)
+        assert (judged.verdict, judged.sentence.split(" is ")[1]) == (verdict, f"{side} the limit of 0.01°")
+
+
 def test_the_attitude_that_decides_is_the_one_that_is_told() -> None:
     at = np.array([0.0, 10.0, 20.0])
     errors = AngleErrors("pitch", at, at, np.array([0.02, -0.3, 0.1]), np.array([0.01, 0.01, 0.2]), 2.0, 0)
