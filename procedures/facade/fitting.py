@@ -19,7 +19,7 @@ from procedures.data.solved import Solved
 from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.solution.declared_directions import declared_directions
-from procedures.solution.fitted import fitted, sensor_of
+from procedures.solution.fitted import fitted, require_sensor, sensor_of
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import shared_errors, table_uncertainty
 
@@ -36,22 +36,24 @@ def fit(
     extended: Literal["no", "test", "yes"] = "yes",
     time_term: Literal["none", "linear"] = "none",
     rig: str | Path | None = None,
-    sensor: str = "sensor",
+    sensor: str | None = None,
 ) -> Solved:
     """Solve observations of a CSV file, or of a table with the same columns; equals ``calrig fit`` to the last bit.
 
     ``axes`` maps a sensor axis to its column, such as ``{"x": "sx_v"}``. ``rig``: a rig file whose certificates are
-    carried into the result. ``linear``: known levels in reference_<unit>, no attitudes and no rig; two levels once have
-    gain and offset in the document alone, since nothing tells an uncertainty.
+    carried into the result. ``sensor``: one of that file, where there is one. ``linear``: known levels in
+    reference_<unit>, no attitudes and no rig; two levels once have gain and offset in the document alone, since nothing
+    tells an uncertainty.
 
     Raises: ams.errors.AmsError for observations that say something impossible or determine nothing; RequestError for
-    another model; rig.errors.DescriptionError for a wrong rig file.
+    another model, or a sensor that the rig file has not; rig.errors.DescriptionError for a wrong rig file.
     """
     if model not in MODELS:
         raise RequestError(f"fit: model: got {model!r}, allowed are {', '.join(MODELS)}; nothing was solved")
     if MODELS[model].takes_levels and rig is not None:
         raise RequestError(f"fit: rig: carries the indices of a table at rest: not allowed with model {model!r}")
     described = None if rig is None else read_rig_of_site(Path(rig))
+    require_sensor(described, sensor, str(rig))
     request = CalibrationRequest(
         model=model,
         nominal_axes={label: label for label in axes},
@@ -69,12 +71,13 @@ def fit(
         table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")
     else:
         table = parse_csv(Path(observations))
+    name = sensor or "sensor"
     if MODELS[model].takes_levels:
-        return _lines(levels_of_table(table, axes), request, sensor)
+        return _lines(levels_of_table(table, axes), request, name)
     rows = observations_of_table(table, axes, MODELS[model].columns, rates=MODELS[model].needs_rates)
-    solved = fitted(sensor, rows, axes, request, described)
+    solved = fitted(name, rows, axes, request, described)
     assert solved.calibration is not None
-    return Solved({sensor: solved}, full_document(solved.calibration, rows, solved.budgets))
+    return Solved({name: solved}, full_document(solved.calibration, rows, solved.budgets))
 
 
 def _lines(levels: Mapping[str, Levels], request: CalibrationRequest, sensor: str) -> Solved:

@@ -13,6 +13,7 @@ from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
+from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks
 from procedures.solution.by_model import solve_observations
 from procedures.solution.earth_turn import EARTH_DPS
@@ -94,6 +95,15 @@ def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:
         "heading_deg of the rig file",
         *gravity_on_gyros_remarks(request.shared_errors, senses_rates=True),
     )
+
+
+def require_sensor(rig: RigDescription | None, name: str | None, source: str) -> None:
+    """Check that a sensor that is named stands in the rig file ``source``. Raises: RequestError where it does not."""
+    if rig is not None and name is not None and name not in rig.sensors:
+        raise RequestError(
+            f"sensor {name!r}: {source} has no [sensors.{name}] (allowed: {', '.join(sorted(rig.sensors))}); nothing "
+            "was solved; name one of these, or add it to the rig file"
+        )
 
 
 def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:

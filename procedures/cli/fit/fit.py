@@ -30,7 +30,7 @@ from procedures.cli.results.findings_text import check_trials
 from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.solution.declared_directions import declared_directions
-from procedures.solution.fitted import fitted, rate_error, sensor_of
+from procedures.solution.fitted import fitted, rate_error, require_sensor, sensor_of
 from procedures.solution.type_b import g_sensitivity_error, shared_errors, table_uncertainty
 from rig.description.rig_file import RigDescription
 
@@ -128,7 +128,7 @@ def fit(
     set_
         Write a coefficient set to this JSON file.
     sensor
-        The sensor's name in that set.
+        The sensor's name in that set; with --rig one of the rig file.
     gravity_mps2
         Local gravity of the calibration, for the set, where no rig file states it; what senses no gravity (gyros,
         straight lines of rates or fields) needs none.
@@ -143,6 +143,7 @@ def fit(
     _refuse_shared(columns)
     name = _model_name(model, package)
     description = None if rig is None else read_rig_of_site(rig)
+    require_sensor(description, sensor, str(rig))
     check_trials(monte_carlo, is_possible=not takes_levels(model) and not joint)
     takes_rig = not (senses_rates(model) or takes_levels(model))
     if description is not None and not takes_rig:

@@ -20,6 +20,7 @@ from ams.errors import ObservationsError
 from ams.exports.formats import load_set
 from ams.sets.stated_findings import TABLE_NOT_COUNTED
 from procedures.certificate.grounds import Grounds, gaps_of
+from procedures.errors import RequestError
 from rig.errors import DescriptionError
 
 AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
@@ -190,6 +191,21 @@ def test_a_fit_without_a_table_says_so_wherever_its_numbers_go(
     )
     zero = call(capsys, *line, "--rig", rig, "--json").document["axes"]["x"]["warnings"][0]
     assert zero == f"{TABLE_NOT_COUNTED}; the rig file states 0 of them ([axes.NAME] uncertainty_arcsec)"
+
+
+@pytest.mark.parametrize("joint", [(), ("--joint",)])
+def test_a_sensor_that_the_rig_file_has_not_is_refused_with_those_that_it_has(
+    joint: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A set of it would state another sensor's rig as its own, or none of its meters."""
+    rows, rig = rows_and_rig_at(tmp_path, 37.09)
+    stored = tmp_path / "set.json"
+    done = call(capsys, "fit", rows, *AXES, "--rig", rig, *joint, "--set", stored, "--sensor", "NOSUCH")
+    assert (done.status, done.out) == (2, "")
+    assert f"sensor 'NOSUCH': {rig} has no [sensors.NOSUCH] (allowed: SN1047)" in done.err
+    assert not stored.exists()
+    with pytest.raises(RequestError, match=r"moved\.toml has no \[sensors\.NOSUCH\] \(allowed: SN1047\)"):
+        calrig.fit(rows, {"x": "sx_v"}, rig=rig, sensor="NOSUCH")
 
 
 @pytest.mark.parametrize("joint", [(), ("--joint",)])

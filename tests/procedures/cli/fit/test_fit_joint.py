@@ -109,7 +109,7 @@ def test_a_wrong_dwell_and_a_cubic_sensor_are_named_in_the_joint_fit(
     assert "replication 3" in found["z"][0]
     bent = write_mounts(tmp_path / "bent.csv", mounts, 10.0, extra_v=lambda r, p, f: 2e-4 * float(f[2]) ** 3)
     stored = tmp_path / "bent.json"
-    document = call(capsys, "fit", bent, *AXES, *TWO, "--json", "--set", stored, "--sensor", "J1").document
+    document = call(capsys, "fit", bent, *AXES, *TWO, "--json", "--set", stored, "--sensor", "SN1047").document
     kinds = [entry["kind"] for entry in document["axes"]["z"]["findings"] if entry["significant"]]
     assert kinds.count("cubic") == len(mounts), "seen in both"
     assert set(significant(document)["z"]) <= set(document["axes"]["z"]["warnings"])
@@ -154,7 +154,7 @@ def test_a_joint_fit_makes_a_set_that_carries_what_the_table_left(
     file = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), 10.0)
     where = ("--joint", "--rig", RIG, "--prior", "roll-zero=30", "--prior", "seat=0.5", "--mount", "mount")
     path = tmp_path / "joint.json"
-    document = call(capsys, "fit", file, *AXES, *where, "--set", path, "--sensor", "J1", "--json").document
+    document = call(capsys, "fit", file, *AXES, *where, "--set", path, "--sensor", "SN1047", "--json").document
     assert call(capsys, "verify", path).status == 0
     stored = json.loads(path.read_text())
     for axis, solved in document["axes"].items():
@@ -169,7 +169,7 @@ def test_a_joint_fit_makes_a_set_that_carries_what_the_table_left(
     assert abs(found.pitch_deg + 25.0) < 4 * found.pitch_sd_deg < 0.01
     assert abs(found.roll_deg - 40.0) < 4 * found.roll_sd_deg < 0.03
     for form in FORMATS.values():
-        written = tmp_path / form.file_name("J1")
+        written = tmp_path / form.file_name("SN1047")
         export_set(ams.load_set(path), form.name, written)
         assert ams.load_set(written).document == stored
 
