@@ -60,12 +60,14 @@ def read_mountings(
     return [Mounting(select_rows(observations, named == word), MOUNTS[word]) for word in dict.fromkeys(words)]
 
 
-def joint_document(fit: JointFit, diagnosis: JointDiagnosis, doubts: Sequence[str] = ()) -> Document:
+def joint_document(
+    fit: JointFit, diagnosis: JointDiagnosis, doubts: Sequence[str] = (), remarks: Sequence[str] = ()
+) -> Document:
     """Return ``{"axes": …, "nuisances": …, "confounded": […]}``, axes and verdict in the shape of any fit.
 
     Angles of the table are in arc seconds.
     """
-    solved = joint_calibration(fit, diagnosis, doubts)
+    solved = joint_calibration(fit, diagnosis, doubts, remarks)
     return {
         "axes": {label: _axis(axis) for label, axis in solved.axes.items()},
         "verdict": solved.verdict,
@@ -90,18 +92,20 @@ def _order(fit: JointFit) -> tuple[tuple[str, str], ...]:
     return tuple((axis, name) for axis in fit.axes for name in fit.sensors[axis].model.primary_names)
 
 
-def joint_calibration(fit: JointFit, diagnosis: JointDiagnosis, doubts: Sequence[str] = ()) -> Calibration:
+def joint_calibration(
+    fit: JointFit, diagnosis: JointDiagnosis, doubts: Sequence[str] = (), remarks: Sequence[str] = ()
+) -> Calibration:
     """Return the package of a joint fit as a coefficient set takes it, the table's errors in its covariance.
 
-    ``doubts``: what the caller warns of beside, for every axis. Raises: DesignError where a sensitivity is not
-    determined.
+    ``doubts``: what the caller warns of beside, for every axis; ``remarks``: what it says beside. Raises: DesignError
+    where a sensitivity is not determined.
     """
     solved = {axis: joint_axis(fit, axis, diagnosis.findings[axis]) for axis in fit.axes}
     axes = {axis: replace(found, warnings=(*found.warnings, *doubts)) for axis, found in solved.items()}
     warnings = dict.fromkeys(sentence for axis in axes.values() for sentence in axis.warnings)
     package = PackageCovariance(_order(fit), fit.components) if len(fit.axes) > 1 else None
-    remarks = (*diagnosis.untested, *contained(fit))
-    return Calibration(axes, PitchRoll.name, PitchRoll.convention, tuple(warnings), remarks, package)
+    said = (*diagnosis.untested, *contained(fit), *remarks)
+    return Calibration(axes, PitchRoll.name, PitchRoll.convention, tuple(warnings), said, package)
 
 
 def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisCalibration:

@@ -42,7 +42,7 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
     refuse_unusable(observations, request)
     _refuse_what_it_has_not(observations, request)
     rows = replace(observations, mounting=None)
-    mountings, stated = [Mounting(rows)], _with_level(priors, request)
+    mountings, stated = [Mounting(rows)], with_level(priors, request.shared_errors)
     fit = joint_fit(mountings, tuple(request.axes_of(rows)), stated, has_terms=request.extended == "yes")
     diagnosis = diagnose_joint(mountings, fit, stated, request.tested_axes, request.declared)
     fit = _with_courses(_with_channels(fit, request.shared_errors), rows, request.shared_errors)
@@ -74,9 +74,9 @@ def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequ
             raise DesignError(f"{observations.source}: joint fit: got {what}; nothing was solved; solve without joint")
 
 
-def _with_level(priors: TablePriors, request: CalibrationRequest) -> TablePriors:
+def with_level(priors: TablePriors, shared: Mapping[str, Sequence[SharedError]]) -> TablePriors:
     """Return the priors with those of the level where none is given: a tilted base is an error of the table."""
-    read = {error.effect: error.standard_uncertainty for errors in request.shared_errors.values() for error in errors}
+    read = {error.effect: error.standard_uncertainty for errors in shared.values() for error in errors}
     return replace(
         priors,
         pitch_zero_rad=priors.pitch_zero_rad or read.get("pitch", 0.0),

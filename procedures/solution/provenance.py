@@ -54,12 +54,19 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         standards=tuple(standards_pointed_to(rig)),
         mount=sensor.mount.model_dump(mode="json"),
         temperature_conversion=sensor.temperature.model_dump(mode="json") if sensor.temperature else None,
-        level=rig.level.model_dump(mode="json", exclude_none=True),
         chain={name: rig.chain[name].model_dump(mode="json", exclude_none=True) for name in _chained(sensor, rig)},
-        job=rig.job.model_dump(mode="json", exclude_none=True, exclude=None if rig.job.fields else {"fields"}),
-        acceptance=rig.acceptance.model_dump(mode="json", exclude_none=True),
-        laboratory=rig.laboratory.model_dump(mode="json", exclude_none=True) if rig.laboratory else None,
+        **declared_tables(rig),
     )
+
+
+def declared_tables(rig: RigDescription) -> dict[str, Any]:
+    """Return the tables of a rig file that a set has as they are declared, by the names of its provenance."""
+    return {
+        "level": rig.level.model_dump(mode="json", exclude_none=True),
+        "job": rig.job.model_dump(mode="json", exclude_none=True, exclude=None if rig.job.fields else {"fields"}),
+        "acceptance": rig.acceptance.model_dump(mode="json", exclude_none=True),
+        "laboratory": rig.laboratory.model_dump(mode="json", exclude_none=True) if rig.laboratory else None,
+    }
 
 
 def _approved_by(record: RunRecord) -> str | None:

@@ -1,7 +1,7 @@
 """A coefficient set from a fit: what the file and the command say about where the numbers come from."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -18,8 +18,7 @@ from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import NO_GRAVITY_STATED, Provenance, Standard, level_ranges
 from procedures.errors import RequestError
-from procedures.solution.fitted import sensor_of
-from procedures.solution.provenance import roll_range_deg, standards_of_table, standards_pointed_to
+from procedures.solution.provenance import declared_tables, roll_range_deg, standards_pointed_to
 from rig.description.rig_file import RigDescription
 
 ROUNDING_DIGITS = 9
@@ -36,8 +35,8 @@ class WishedSet:
     gravity_source: str
     rig: str
     standards: tuple[Standard, ...] = ()
-    level: Mapping[str, object] | None = None
-    """As the rig file has it; None without one."""
+    declared: Mapping[str, Any] = field(default_factory=dict)
+    """The level, the job and what else the rig file declares of a calibration; nothing without one."""
 
 
 def wished_set(
@@ -60,19 +59,19 @@ def wished_set(
     if rig is not None:
         gravity = rig.rig
         return WishedSet(
-            path, sensor, gravity.gravity_mps2, gravity.gravity_source, gravity.name, *_counted(rig, sensor)
+            path,
+            sensor,
+            gravity.gravity_mps2,
+            gravity.gravity_source,
+            gravity.name,
+            tuple(standards_pointed_to(rig)),
+            {**declared_tables(rig), "sensor_model": rig.sensors[sensor].model},
         )
     if gravity_mps2 is None:
         return WishedSet(path, sensor, None, "", "")
     if not 9.7 <= gravity_mps2 <= 9.9:
         raise RequestError(f"--gravity-mps2: got {gravity_mps2:g} m/s², allowed 9.7 to 9.9 m/s²")
     return WishedSet(path, sensor, gravity_mps2, "stated on the command line", "")
-
-
-def _counted(rig: RigDescription, sensor: str) -> tuple[tuple[Standard, ...], Mapping[str, object]]:
-    """Return the standards and the level in the uncertainties: of a sensor that the rig file has not, no meter's."""
-    standards = standards_of_table(rig) if sensor_of(rig, sensor) is None else standards_pointed_to(rig)
-    return tuple(standards), rig.level.model_dump(mode="json", exclude_none=True)
 
 
 def refuse_per_g(wish: WishedSet, units: Iterable[str]) -> None:
@@ -112,7 +111,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         simulated=False,
         serial=wish.sensor,
         standards=wish.standards,
-        level=wish.level,
+        **wish.declared,
     )
 
 

@@ -3,10 +3,11 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from ams.calibration.joint_diagnosis import diagnose_joint
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
+from ams.calibration.jointly import with_level
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
 from ams.inputs.request import CalibrationRequest
@@ -16,7 +17,7 @@ from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
 from procedures.solution.provenance import standards_of_table
-from procedures.solution.type_b import gravity_warnings, level_warnings, table_uncertainty
+from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
 from rig.description.rig_file import RigDescription
 
 PRIORS = {
@@ -28,6 +29,8 @@ PRIORS = {
     "seat": "seat_rad",
 }
 """Name on the command line to its prior."""
+_TILTS: Final = frozenset({"pitch-zero", "base-tilt"})
+"""By which the tilt of a base is declared whose level nobody read."""
 
 
 def joint(
@@ -45,19 +48,17 @@ def joint(
     mountings = read_mountings(file, columns, mount, form)
     for mounting in mountings:
         refuse_copies(mounting.observations)
-    stated = TablePriors(
-        table=table_uncertainty(rig),
-        **{PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()},
-    )
+    given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
+    stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found = joint_fit(mountings, tuple(columns), stated, has_terms=request.extended == "yes")
     diagnosis = diagnose_joint(mountings, found, stated, declared=request.declared)
     doubts = (*level_warnings(rig), *gravity_warnings(rig, None))
+    remarks = () if set(priors) >= _TILTS else level_remarks(rig)
     if wish is not None:
-        # Of the rig file only the table is counted here, and a tilt of the base by its prior.
-        level = wish.level if "base-tilt" in priors else None
-        wish = replace(wish, standards=tuple(standards_of_table(rig)), level=level)
-        write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis, doubts))
-    return {**joint_document(found, diagnosis, doubts), "model": "pitch-roll", "convention": "TP"}
+        # Of the rig file's standards only those of the table are counted here.
+        wish = replace(wish, standards=tuple(standards_of_table(rig)))
+        write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis, doubts, remarks))
+    return {**joint_document(found, diagnosis, doubts, remarks), "model": "pitch-roll", "convention": "TP"}
 
 
 def check_joint(request: CalibrationRequest, rig: RigDescription | None) -> RigDescription:

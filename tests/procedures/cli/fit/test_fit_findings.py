@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import tomllib
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
@@ -21,6 +22,7 @@ from ams.exports.formats import load_set
 from ams.sets.stated_findings import TABLE_NOT_COUNTED
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.errors import RequestError
+from procedures.solution.type_b import NO_LEVEL
 from rig.errors import DescriptionError
 
 AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
@@ -124,6 +126,7 @@ def rows_and_rig_at(folder: Path, latitude_deg: float) -> tuple[Path, Path]:
     assert "\nlatitude_deg = 37.09" in text
     rig = folder / "moved.toml"
     moved = text.replace("\nlatitude_deg = 37.09", f"\nlatitude_deg = {latitude_deg}\nheight_m = 50.0")
+    moved = re.sub(r"(?m)^due = .*$", "due = 2099-12-31", moved)
     rig.write_text(moved, encoding="utf-8")
     return rows, rig
 
@@ -212,20 +215,71 @@ def test_a_sensor_that_the_rig_file_has_not_is_refused_with_those_that_it_has(
 def test_a_set_of_a_fit_names_the_standards_and_the_level_that_its_budget_counts(
     joint: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """A joint fit counts the level as the prior of the table's tilts: of 0.1″ read with ±0.2″, √(0.1² + 0.2²)/√3."""
     rows, rig = rows_and_rig_at(tmp_path, 37.09)
     level = "[level]\nuncertainty_arcsec = 0.2\nbefore = { about_pitch_arcsec = 0.1, about_roll_arcsec = 0.1 }\n"
     rig.write_text(rig.read_text(encoding="utf-8").replace(*METER) + STANDARD + level, encoding="utf-8")
     stored = tmp_path / "set.json"
     line = ("fit", rows, *AXES, "--rig", rig, *joint, "--set", stored, "--sensor", "SN1047", "--json")
-    told = json.dumps(call(capsys, *line).document)
+    document = call(capsys, *line).document
+    told = json.dumps(document)
     entry = load_set(stored)
     named = {str(standard["name"]) for standard in entry.provenance["standards"]}
     gaps = " ".join(gaps_of(Grounds("1", date(2026, 3, 2), entry, None, SignOff(entry.sha256, (), ()))))
     assert "no standard is declared" not in gaps
     assert ("meter" in named, "meter" in gaps) == (("standards.meter: " in told), ("standards.meter: " not in told))
-    assert ("level of the base" in gaps) == ("level of the base about" not in told)
+    assert "level of the base" not in gaps
+    assert NO_LEVEL not in told
+    if joint:
+        priors = [document["nuisances"][name]["prior_arcsec"] for name in ("pitch zero", "base tilt")]
+        assert priors == pytest.approx([(0.05 / 3) ** 0.5] * 2)
+    else:
+        assert "level of the base about" in told
     assert ("standards.meter: " in told) == (not joint)
     assert "table" in named
+
+
+def test_a_joint_fit_whose_base_nobody_levelled_says_so_but_where_priors_declare_its_tilts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows, rig = rows_and_rig_at(tmp_path, 37.09)
+    line = ("fit", rows, *AXES, "--rig", rig, "--joint", "--json")
+    assert any(text.startswith(NO_LEVEL) for text in call(capsys, *line).document["remarks"])
+    priors = ("--prior", "pitch-zero=1", "--prior", "base-tilt=1")
+    assert not any(text.startswith(NO_LEVEL) for text in call(capsys, *line, *priors).document["remarks"])
+
+
+@pytest.mark.parametrize("joint", [(), ("--joint",)])
+def test_a_set_of_a_fit_carries_what_the_rig_file_declares_of_laboratory_job_and_acceptance(
+    joint: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows, rig = rows_and_rig_at(tmp_path, 37.09)
+    declared = """
+[laboratory]
+name = "Dimensional laboratory"
+address = "1 Main Street"
+capability_deg = 0.001
+[job]
+number = "26-0117"
+customer = "Tunnel 2"
+item = "three-axis package"
+[acceptance]
+pitch_limit_deg = 0.01
+decision_rule = "simple"
+"""
+    rig.write_text(rig.read_text(encoding="utf-8") + declared, encoding="utf-8")
+    stored = tmp_path / "set.json"
+    assert call(capsys, "fit", rows, *AXES, "--rig", rig, *joint, "--set", stored, "--sensor", "SN1047").status == 0
+    entry = load_set(stored)
+    stated = {name: entry.provenance[name] for name in ("laboratory", "job", "acceptance")}
+    assert stated == {
+        name: tomllib.loads(declared)[name] | added
+        for name, added in {"laboratory": {"accreditation": ""}, "job": {"remarks": ""}, "acceptance": {}}.items()
+    }
+    assert entry.document["sensor"]["model"] == "three-axis package"
+    gaps = " ".join(gaps_of(Grounds("1", date(2026, 3, 2), entry, None, SignOff(entry.sha256, (), ()))))
+    assert "[laboratory]" not in gaps
+    assert "[job]" not in gaps
 
 
 def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
