@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
@@ -18,10 +19,12 @@ from ams.models.thermal import TemperatureCoefficients
 from procedures.data.solved import Solved
 from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
+from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fitted import fitted, require_sensor, sensor_of
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import shared_errors, table_uncertainty
+from rig.local_time import local_day
 
 
 def fit(
@@ -75,7 +78,8 @@ def fit(
     if MODELS[model].takes_levels:
         return _lines(levels_of_table(table, axes), request, name)
     rows = observations_of_table(table, axes, MODELS[model].columns, rates=MODELS[model].needs_rates)
-    solved = fitted(name, rows, axes, request, described)
+    overdue = () if described is None else overdue_warnings(described, local_day(datetime.now(UTC)))
+    solved = fitted(name, rows, axes, request, described, doubts=overdue)
     assert solved.calibration is not None
     return Solved({name: solved}, full_document(solved.calibration, rows, solved.budgets))
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import date, datetime, timedelta
 
 from procedures.errors import RequestError
+from procedures.records.overdue_standards import overdue_standards
 from rig.description.rig_file import LevelReading, RigDescription
 
 FRESH = timedelta(days=7)
@@ -51,9 +52,7 @@ def _missing(rig: RigDescription, today: date) -> Iterator[str]:
 
 
 def _contradictions(rig: RigDescription, today: date) -> Iterator[str]:
-    for name, standard in rig.standards.items():
-        if standard.due < today:
-            yield f"standards.{name}.due: {standard.due} is past (today is {today}), certificate {standard.certificate}"
+    yield from overdue_standards(rig, today)
     yield from days_to_come(rig, today)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
@@ -29,10 +30,12 @@ from procedures.cli.results.coefficients_text import axes_lines, verdict_lines
 from procedures.cli.results.findings_text import check_trials
 from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
+from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fitted import fitted, rate_error, require_sensor, sensor_of
 from procedures.solution.type_b import g_sensitivity_error, shared_errors, table_uncertainty
 from rig.description.rig_file import RigDescription
+from rig.local_time import local_day
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
@@ -220,7 +223,8 @@ def _solved(
         observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates, form=form)
     else:
         observations = read_with_sting(file, columns, sting, form)
-    doubts = (WARNING,) if sting else ()
+    overdue = () if rig is None else overdue_warnings(rig, local_day(datetime.now(UTC)))
+    doubts = (*((WARNING,) if sting else ()), *overdue)
     solved = fitted(sensor or "", observations, columns, request, rig, doubts=doubts, trials=trials)
     assert solved.calibration is not None
     if wish is not None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,9 +17,11 @@ from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
+from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.provenance import standards_of_table
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
 from rig.description.rig_file import RigDescription
+from rig.local_time import local_day
 
 PRIORS = {
     "pitch-zero": "pitch_zero_rad",
@@ -52,7 +55,8 @@ def joint(
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found = joint_fit(mountings, tuple(columns), stated, has_terms=request.extended == "yes")
     diagnosis = diagnose_joint(mountings, found, stated, declared=request.declared)
-    doubts = (*level_warnings(rig), *gravity_warnings(rig, None))
+    overdue = overdue_warnings(rig, local_day(datetime.now(UTC)))
+    doubts = (*level_warnings(rig), *gravity_warnings(rig, None), *overdue)
     remarks = () if set(priors) >= _TILTS else level_remarks(rig)
     if wish is not None:
         # Of the rig file's standards only those of the table are counted here.

@@ -5,7 +5,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable
-from datetime import date
+from datetime import UTC, date, datetime
 from pathlib import Path
 
 import calrig
@@ -22,8 +22,11 @@ from ams.exports.formats import load_set
 from ams.sets.stated_findings import TABLE_NOT_COUNTED
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.errors import RequestError
+from procedures.run.readiness import readiness
 from procedures.solution.type_b import NO_LEVEL
+from rig.description.read import read_rig
 from rig.errors import DescriptionError
+from rig.local_time import local_day
 
 AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
 DRIFT_V_PER_H = 30e-6
@@ -280,6 +283,25 @@ decision_rule = "simple"
     gaps = " ".join(gaps_of(Grounds("1", date(2026, 3, 2), entry, None, SignOff(entry.sha256, (), ()))))
     assert "[laboratory]" not in gaps
     assert "[job]" not in gaps
+
+
+@pytest.mark.parametrize("joint", [(), ("--joint",)])
+def test_a_standard_that_is_overdue_is_a_reservation_of_a_fit_in_the_words_of_a_run(
+    joint: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows, rig = rows_and_rig_at(tmp_path, 37.09)
+    rig.write_text(rig.read_text(encoding="utf-8").replace("2099-12-31", "2020-02-29"), encoding="utf-8")
+    (refused,) = readiness(read_rig(rig), local_day(datetime.now(UTC))).contradictions
+    assert refused.startswith("standards.table.due: 2020-02-29 is past (today is ")
+    stored = tmp_path / "set.json"
+    line = ("fit", rows, *AXES, "--rig", rig, *joint, "--set", stored, "--sensor", "SN1047", "--json")
+    document = call(capsys, *line).document
+    assert document["verdict"] == "usable"
+    for axis in document["axes"].values():
+        assert any(warning.startswith(refused) for warning in axis["warnings"])
+    assert any(warning.startswith(refused) for warning in load_set(stored).document["warnings"])
+    if not joint:
+        assert any(refused in text for text in calrig.fit(rows, {"x": "sx_v"}, rig=rig).warnings)
 
 
 def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:

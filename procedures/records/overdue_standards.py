@@ -1,0 +1,22 @@
+"""Standards whose certificate no longer holds: asked before a run, and of what a fit takes from a rig file."""
+
+from collections.abc import Iterator
+from datetime import date
+
+from rig.description.rig_file import RigDescription
+
+
+def overdue_standards(rig: RigDescription, today: date) -> Iterator[str]:
+    """Yield a sentence for every standard that is past; one holds through its due day, by the calendar at the wall."""
+    for name, standard in rig.standards.items():
+        if standard.due < today:
+            yield f"standards.{name}.due: {standard.due} is past (today is {today}), certificate {standard.certificate}"
+
+
+def overdue_warnings(rig: RigDescription, today: date) -> tuple[str, ...]:
+    """Say it of observations from a file: when they were taken stands nowhere, so that it is a reservation."""
+    return tuple(
+        f"{sentence}; a file of observations tells no day: what was measured after the due day is not known to the "
+        "stated uncertainty; renew the certificate and measure again, or let whoever signs the set answer for it"
+        for sentence in overdue_standards(rig, today)
+    )
