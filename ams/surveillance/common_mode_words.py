@@ -170,3 +170,14 @@ def all_after(finding: Finding) -> Finding:
         "calibrate again from the start, in a new run, or have the set released from quarantine by name and reason"
     )
     return replace(finding, text=text, details={**finding.details, ALL_AFTER: 1.0})
+
+
+def still_in_doubt(finding: Finding, steps: tuple[int, ...]) -> Finding:
+    """Return what a visit showed that was taken back since, with the steps in doubt whose dwells still count."""
+    counting = (
+        f"the dwell in doubt of step {steps[0]} still counts"
+        if len(steps) == 1
+        else f"{len(steps)} dwells in doubt, of steps {steps[0]} to {steps[-1]}, still count"
+    )
+    text = f"{finding.text}; the visit that showed it was taken back, and {counting}: take them back as well"
+    return replace(finding, text=text.replace("them back", "it back") if len(steps) == 1 else text, steps=steps)

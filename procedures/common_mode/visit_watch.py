@@ -27,6 +27,8 @@ from procedures.records.declared_supply import at_declared
 from procedures.records.dwells import DwellRecord, Event
 from rig.description.signal_chain import Chain
 
+COMMON_MODE = "common_mode"
+"""The event of what a reference visit shows over all sensors."""
 FALSE_ALARM = 1e-4
 """Of each of the two tests of a visit or a check set; a night has some fifty of them."""
 LARGEST_TC_PER_DEGC = 1e-4

@@ -15,7 +15,7 @@ from collections import defaultdict, deque
 from functools import partial
 from itertools import count
 
-from procedures.common_mode.visit_watch import Judged, VisitWatch, way_out
+from procedures.common_mode.visit_watch import COMMON_MODE, Judged, VisitWatch, way_out
 from procedures.journal.voids import DROPPED, void_detail
 from procedures.plan.adaptive import Readings
 from procedures.plan.steps import Dwell, Soak, Step
@@ -43,9 +43,6 @@ from procedures.run.watch.watch import suspended
 from rig.crash_points import CrashPoint, crash_point
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.motion.move import home_and_arrive
-
-COMMON_MODE = "common_mode"
-"""What a reference visit shows over all sensors."""
 
 
 class Epoch:

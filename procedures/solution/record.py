@@ -13,6 +13,7 @@ from procedures.plan.plan import Plan
 from procedures.records.declared_supply import correcting
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import ACTIVE, State
+from procedures.solution.taken_back_visits import left_in_doubt
 from rig.description.rig_file import RigDescription
 
 
@@ -38,9 +39,14 @@ class RunRecord:
 
     @cached_property
     def judged_visits(self) -> tuple[Judged, ...]:
-        """Every reference visit and later check set as it is judged; solution, archive and report all ask."""
+        """Every reference visit and later check set as it is judged; solution, archive and report all ask.
+
+        A visit that was taken back is among them where dwells that are in doubt by it still count.
+        """
         dwells = sorted(self.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))
-        return judge_run(self.plan, correcting(self.rig.chain), dwells, self.events)
+        chains = correcting(self.rig.chain)
+        found = judge_run(self.plan, chains, dwells, self.events)
+        return (*found, *left_in_doubt(self.plan, chains, dwells, self.events, found))
 
     @property
     def ended_utc(self) -> datetime:

@@ -48,6 +48,12 @@ def slipped_while_it_stood(three: Bench, run_dir: Path, done: int) -> None:
     assert resumed(three, run_dir, off_deg=SLIPPED_DEG) is State.TRIPPED
 
 
+def slipped_in_mid_run(three: Bench, run_dir: Path) -> None:
+    """Visit 3 holds the run, and somebody stops it."""
+    unattended = UnattendedRun(run_dir, at={5: asks("stop")}, after={BEFORE_VISIT_3: slips("roll", SLIPPED_DEG)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+
+
 def accepted(three: Bench, run_dir: Path, after: dict[int, Happening] | None = None) -> State:
     return resumed(three, run_dir, reason="the table stays as it is", after=after, off_deg=SLIPPED_DEG)
 
@@ -78,8 +84,7 @@ def test_what_was_in_doubt_and_is_measured_again_on_the_table_as_it_was_accepted
     three: Bench, tmp_path: Path
 ) -> None:
     run_dir = tmp_path / "run"
-    unattended = UnattendedRun(run_dir, at={5: asks("stop")}, after={BEFORE_VISIT_3: slips("roll", SLIPPED_DEG)})
-    assert run_unattended(three, unattended).state is State.STOPPED
+    slipped_in_mid_run(three, run_dir)
     (noted,) = events(run_dir, "common_mode")
     doubtful = noted.detail["doubtful"]
     assert isinstance(doubtful, list)
@@ -151,8 +156,7 @@ def test_what_is_redone_on_the_table_set_right_is_compared_with_what_counts_and_
 ) -> None:
     """With the check set of its own start, which stands as the first of the run does."""
     run_dir = tmp_path / "run"
-    unattended = UnattendedRun(run_dir, at={5: asks("stop")}, after={BEFORE_VISIT_3: slips("roll", SLIPPED_DEG)})
-    assert run_unattended(three, unattended).state is State.STOPPED
+    slipped_in_mid_run(three, run_dir)
     redo(run_dir, 1, Authorisation("bert", "the coupling is tight again"))
     assert resumed(three, run_dir, off_deg=0.0) is State.FINISHED
     assert states(run_dir).count("held") == 1
@@ -164,3 +168,25 @@ def test_what_is_redone_on_the_table_set_right_is_compared_with_what_counts_and_
         "between visits 1 and 2",
     ]
     assert run_findings(solved.record) == ()
+
+
+def test_a_turn_is_told_while_dwells_in_doubt_by_a_visit_that_was_taken_back_still_count(
+    three: Bench, tmp_path: Path
+) -> None:
+    """The last of the three is measured again on the table set right, and the visit with it: that agrees with all."""
+    run_dir = tmp_path / "run"
+    slipped_in_mid_run(three, run_dir)
+    (noted,) = events(run_dir, "common_mode")
+    doubtful = noted.detail["doubtful"]
+    assert isinstance(doubtful, list)
+    void_from(run_dir, max(doubtful), Authorisation("bert", "the coupling is tight again"))
+    assert resumed(three, run_dir, off_deg=0.0) is State.FINISHED
+    solved = solve_run(run_dir)
+    (turn,) = run_findings(solved.record)
+    assert turn.text.startswith(str(noted.detail["text"]))
+    first, last = sorted(doubtful)[:2]
+    assert f"the visit that showed it was taken back, and 2 dwells in doubt, of steps {first} to {last}" in turn.text
+    assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"
+    void_from(run_dir, first, Authorisation("bert", "those as well"))
+    assert resumed(three, run_dir, off_deg=0.0) is State.FINISHED
+    assert found_in(run_dir) == []
