@@ -40,7 +40,7 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import squareness_of_points
-from ams.analysis.diagnostics.overlap import Overlap, significant
+from ams.analysis.diagnostics.overlap import Overlap, significant, with_neighbours
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, gram_of, independent
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter, is_unsteady
 from ams.analysis.diagnostics.residuals import GridResiduals
@@ -337,20 +337,20 @@ def _decided(
     The recorded temperature goes first where it is significant: what was measured before what is only imagined.
     """
     names = {column.name: index for index, column in enumerate(tested_columns)}
-    known: list[str] = []
+    known, dof = list[str](), inf if scatter is None else scatter.terms.dof
     while True:
         is_significant = significant(made, level, None if scatter is None else Overlap(scatter, between, names, known))
         still_open = [name for name in names if is_significant.get(name) and name not in known]
         if scatter is None or not still_open:
-            free = [name for name in known if name not in convicted]
-            stated = made if scatter is None or not free else stated_sizes(made, names, free, scatter, between)
-            return AxisTests(stated, is_significant, level=level)
-        columns = scatter.terms
-        known.append(_next(still_open, made, columns, tuple(names[name] for name in known)))
+            if scatter is not None and known:
+                made = stated_sizes(made, names, [name for name in known if name not in convicted], scatter, between)
+                made = with_neighbours(made, names, known, scatter.terms)
+            return AxisTests(made, is_significant, level=level)
+        known.append(_next(still_open, made, scatter.terms, tuple(names[name] for name in known)))
         beside = tuple(names[name] for name in known)
         for name, column_index in names.items():
             if name in made and name not in known and name not in convicted:
-                tested = _term(tested_columns[column_index], columns.test(column_index, beside), columns.dof)
+                tested = _term(tested_columns[column_index], scatter.terms.test(column_index, beside), dof)
                 tested = between.with_means(scatter.referred(tested, column_index, beside))
                 made[name] = replace(tested, p_value=tested.p_value if np.isfinite(tested.p_value) else 1.0)
 

@@ -2,21 +2,28 @@
 
 The columns that the means of the points are tested for overlap: K₂ and K₁′, K₃ and K₀′, a memory and the next longer
 one. Their correlation is that of what the linear sensor leaves of them, so that it is known from the design and nothing
-is estimated. Holm's correction takes their tests for as many as they count (:mod:`ams.statistics.tests_alike`).
+is estimated. Holm's correction takes their tests for as many as they count (:mod:`ams.statistics.tests_alike`). Of two
+terms so alike that the points hold either, the one that is told has the name of the other beside it.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.beliefs import MEMORIES, BeliefTest
+from ams.analysis.diagnostics.point_means import Elimination
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter
 from ams.analysis.diagnostics.settling import Between
 from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.statistics.intervals import holm
 from ams.statistics.tests_alike import counted
+
+_NEIGHBOUR: Final = {"K2": "K1'", "K1'": "K2", "K3": "K0'", "K0'": "K3"}
+_APART: Final = 0.01
+"""Chance of a term beside its neighbour: where it is larger, the neighbour explains the points as well."""
 
 
 @dataclass(frozen=True)
@@ -65,3 +72,23 @@ def significant(made: Mapping[str, BeliefTest], level: float, overlap: Overlap |
     if overlap is not None and np.any(holm(p_values, level, least) != flags):
         flags = holm(p_values, level, len(made) - overlap.spared(made, level / len(made)))
     return dict(zip(made, map(bool, flags), strict=True))
+
+
+def with_neighbours(
+    made: Mapping[str, BeliefTest], names: Mapping[str, int], known: Sequence[str], terms: Elimination
+) -> dict[str, BeliefTest]:
+    """Return the tests, the ``known`` terms with the name of their neighbour where the points hold that one as well.
+
+    They do where the term is not needed beside it: in one of a hundred campaigns at most in which the neighbour is
+    what there is, the term alone is told. ``names``: of the tests, to their columns.
+    """
+    found = dict(made)
+    for name in known:
+        other = _NEIGHBOUR.get(name)
+        if other is None or other in known or other not in made:
+            continue
+        beside = tuple(names[term] for term in known if term != name)
+        is_there = np.isfinite(terms.test(names[other], beside).p_value)
+        if is_there and not terms.test(names[name], (*beside, names[other])).p_value <= _APART:
+            found[name] = replace(found[name], fit_as_well=(other,))
+    return found

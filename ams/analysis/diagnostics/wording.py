@@ -40,6 +40,7 @@ from ams.findings import Finding
 from ams.models.extended import CONFOUNDED
 from ams.observations import Observations
 from ams.rounding import two_digits, with_uncertainty
+from ams.statistics.distributions import normal_quantile, normal_share
 from ams.units import ARCSEC_PER_DEG, printed
 
 MOST_LISTED: Final = 5
@@ -110,6 +111,7 @@ def findings_of(
             continue
         if is_significant:
             text = _significant(test, scale, drifts, has_table=has_table, drift_is=drift_is, lack_is=lack_is)
+            text += _barely_significant(test, tests.conviction_level) if name in _SYMBOLS else ""
         else:
             text = f"{name}: {_not_significant(test)}{_beside(test, scale)}"
         is_held = name not in _NOT_HELD
@@ -160,6 +162,8 @@ def _not_significant(test: BeliefTest) -> str:
 
 
 _UNTOLD: Final = "; it is plain by itself, and beside the other terms of the model the attitudes do not tell its size"
+_BARELY: Final = "; only just told: such sizes come out too large on average, and the term may be much smaller"
+_BIASED_SD: Final = 2.0
 
 
 def _significant(
@@ -167,12 +171,16 @@ def _significant(
 ) -> str:
     name, size = test.name, test.size
     if test.unit == PPM:
-        return f"{_SYMBOLS[name][0]} = {_within(size, 2.0 * test.uncertainty)} ppm: {_of_gyro(name)}"
+        shown = f"{_SYMBOLS[name][0]} = {_within(size, 2.0 * test.uncertainty)} ppm{_or_neighbour(test)}: "
+        return shown + ", or ".join(map(_of_gyro, (name, *test.fit_as_well)))
     if name in _SYMBOLS:
         symbol, unit = _SYMBOLS[name]
-        shown = f"{symbol} = {_within(1e6 * size, 2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))}): "
+        shown = f"{symbol} = {_within(1e6 * size, 2e6 * test.uncertainty)} µ{unit} ({scale.words(abs(size))})"
         untold = "" if abs(size) > 2.0 * test.uncertainty else _UNTOLD
-        return shown + IN_WORDS[name] + untold + (f"; {CONFOUNDED}" if test.kind == "quadratic" else "")
+        bends = ", or ".join(IN_WORDS[term] for term in (name, *test.fit_as_well))
+        return f"{shown}{_or_neighbour(test)}: {bends}{untold}" + (
+            f"; {CONFOUNDED}" if test.kind == "quadratic" else ""
+        )
     if name.startswith(DRIFT_OF):
         quantity = name.removeprefix(DRIFT_OF)
         moved = f" by {drifts[quantity]} (largest less smallest)" if quantity in drifts else ""
@@ -183,6 +191,22 @@ def _significant(
         **_of_temperature(test, scale),
     }
     return sentences[name]()
+
+
+def _or_neighbour(test: BeliefTest) -> str:
+    """Return the term that nothing tells from this one: a bend from an asymmetry."""
+    others = " and ".join(_SYMBOLS[name][0] for name in test.fit_as_well)
+    return f", or {others}: this design does not tell them apart" if others else ""
+
+
+def _barely_significant(test: BeliefTest, level: float) -> str:
+    """Return what is said of a size that chance lifted over the bound of its test, in good part; else nothing.
+
+    A size that is told because it is beyond a bound is too large on average: at the bound by more than one and a half
+    standard deviations, two beyond it by less than a tenth (the mean of a normal distribution cut off there).
+    """
+    beyond = normal_quantile(1.0 - 0.5 * level) + _BIASED_SD
+    return _BARELY if test.p_value > 2.0 * normal_share(-beyond) else ""
 
 
 def _of_gyro(name: str) -> str:

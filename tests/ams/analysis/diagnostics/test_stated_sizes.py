@@ -10,6 +10,7 @@ from solved_campaigns import columns_of, rows_of
 
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import AxisCalibration
+from ams.findings import Finding
 from ams.frames import specific_force
 from ams.inputs.request import CalibrationRequest
 
@@ -29,11 +30,27 @@ SCENES = {
 }
 """What a sensor adds for each volt a gⁿ, by the accelerations along i, p and o, and the coefficients that this is."""
 
+SYMBOLS = ("K2", "Kpp", "Kip", "Kio", "Kpo", "K3", "K0'", "K1'")
+
 
 def _told(scene: str, size: float, count: int, seed: int, **design) -> Iterator[tuple[str, float, float, float | None]]:
     """Yield of each significant term its name, its error and ± as printed, V/gⁿ, and how far off the table it is."""
+    truth = SCENES[scene][1]
+    for axis, found, findings in _findings(scene, size, count, seed, **design):
+        in_table = _in_table(found, axis)
+        for finding in findings:
+            name = str(finding.details["test"])
+            said, u = float(finding.details["size"]), float(finding.details["standard_uncertainty"])
+            off_table = (said - in_table[name]) / u if name in in_table else None
+            yield name, said - size * truth.get(name, 0.0), 2.0 * u, off_table
+
+
+def _findings(
+    scene: str, size: float, count: int, seed: int, **design
+) -> Iterator[tuple[str, AxisCalibration, list[Finding]]]:
+    """Yield every axis with its significant terms."""
     drawn = campaigns("clean", 0.0, np.random.default_rng(seed), count, **design)
-    rows, (added, truth) = rows_of(drawn), SCENES[scene]
+    rows, (added, _) = rows_of(drawn), SCENES[scene]
     force = specific_force(rows.pitch_rad, rows.roll_rad)
     for index in range(count):
         outputs = {}
@@ -42,13 +59,8 @@ def _told(scene: str, size: float, count: int, seed: int, **design) -> Iterator[
             outputs[axis] = columns_of(drawn, axis)[:, index] + size * added(i, p, o)
         solved = calibrate(replace(rows, outputs=outputs), CalibrationRequest())
         for axis, found in solved.axes.items():
-            in_table = _in_table(found, axis)
-            for finding in found.findings:
-                name = str(finding.details.get("test"))
-                if finding.is_significant and name in ("K2", "Kpp", "Kip", "Kio", "Kpo", "K3", "K0'", "K1'"):
-                    said, u = float(finding.details["size"]), float(finding.details["standard_uncertainty"])
-                    off_table = (said - in_table[name]) / u if name in in_table else None
-                    yield name, said - size * truth.get(name, 0.0), 2.0 * u, off_table
+            terms = [one for one in found.findings if one.is_significant and one.details.get("test") in SYMBOLS]
+            yield axis, found, terms
 
 
 def _in_table(found: AxisCalibration, axis: str) -> dict[str, float]:
@@ -71,6 +83,48 @@ def test_a_term_is_as_large_as_it_is_and_as_the_parameter_table_has_it(scene: st
     assert max(abs(error) / expanded for _, error, expanded, _ in told) < 2.0
     if not {"K0'", "K1'"} & {name for name, *_ in told}:
         assert max(abs(off) for *_, off in told if off is not None) < 0.05
+
+
+ALIKE = [("K1'", "K₁′", 20.0), ("K_ii", "K₂", 10.0), ("K0'", "K₀′", 20.0), ("K3", "K₃", 30.0)]
+
+
+@pytest.mark.parametrize(("scene", "symbol", "size_ug"), ALIKE)
+def test_a_term_that_is_there_is_named_where_its_neighbour_looks_like_it(
+    scene: str, symbol: str, size_ug: float
+) -> None:
+    """|a| and a², sgn a and a³: whichever of the two rings, the true one stands in the sentence."""
+    told = [terms for _, _, terms in _findings(scene, 2.5e-6 * size_ug, 12, 3, **SMALL) if terms]
+    assert len(told) >= 8
+    named = [any(symbol in finding.text for finding in terms) for terms in told]
+    assert np.mean(named) >= 0.9
+    assert all(finding.kind in ("quadratic", "cubic", "asymmetry") for terms in told for finding in terms)
+
+
+def test_a_bend_that_no_asymmetry_explains_is_told_alone() -> None:
+    told = [finding.text for _, _, terms in _findings("K_ii", 2.5e-4, 4, 3, **SMALL) for finding in terms]
+    assert any(text.startswith("K₂ = ") for text in told)
+    assert not any("K₁′" in text for text in told)
+
+
+def test_positions_that_have_one_sign_of_gravity_tell_no_asymmetry_from_a_bend() -> None:
+    """At three values of a_i, −1, 0 and 1, |a| is a² in every reading."""
+    positions = {"pitch_count": 3, "roll_count": 8, "replications": 6, "pitch_limit_deg": 90.0}
+    told = [one for axis, _, terms in _findings("K_ii", 2.5e-3, 2, 3, **positions) if axis == "x" for one in terms]
+    assert told
+    assert all(", or K₁′: this design does not tell them apart" in one.text for one in told if one.kind == "quadratic")
+
+
+def test_a_term_that_is_only_just_told_is_said_to_be_told_too_large() -> None:
+    """Told because chance lifted it over its bound: the mean of the sizes that are told lies above the truth."""
+    size_v = 2.5e-6 * 5.0
+    just = [one for _, _, terms in _findings("K_ii", size_v, 30, 3, **SMALL) for one in terms if "K₂" in one.text]
+    assert len(just) >= 8
+    assert all("only just told" in one.text for one in just)
+    sizes = np.array([float(one.details["size"]) for one in just])
+    assert sizes.mean() - size_v > 3.0 * sizes.std(ddof=1) / np.sqrt(sizes.size)
+    plain = [one for _, _, terms in _findings("K_ii", 2.5e-4, 4, 3, **SMALL) for one in terms if one.text[:2] == "K₂"]
+    assert plain
+    assert not any("only just told" in one.text for one in plain)
 
 
 @pytest.mark.soak
