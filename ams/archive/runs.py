@@ -20,13 +20,21 @@ from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import quarantine, quarantined
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
-from ams.archive.tables import ADJUSTMENTS, RUNS, SETS, STANDARDS, STANDARDS_USED, USES
+from ams.archive.tables import ADJUSTMENTS, QUARANTINES, RUNS, SETS, STANDARDS, STANDARDS_USED, USES
 from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
 from ams.findings import Finding, significant_texts, turned_the_table
 from ams.observations import Observations
 from ams.sets.canonical import Document, canonical_bytes, listed, table
 from ams.sets.coefficients import CoefficientSet
-from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust, from_document, to_document
+from ams.sets.stated_verdict import no_conformity
+from ams.surveillance.adjustment import (
+    Adjustment,
+    acceptance_of,
+    adjust,
+    from_document,
+    to_document,
+    without_conformity,
+)
 
 
 @dataclass(frozen=True)
@@ -365,4 +373,8 @@ def _previous(connection: Connection, new: CoefficientSet) -> CoefficientSet | N
 
 def _stored_adjustment(connection: Connection, sha256: str) -> Adjustment | None:
     text = connection.execute(select(ADJUSTMENTS.c.document).where(ADJUSTMENTS.c.sha256 == sha256)).scalar()
-    return None if text is None else from_document(json.loads(text))
+    if text is None:
+        return None
+    is_held = connection.execute(quarantined().where(QUARANTINES.c.sha256 == sha256)).first() is not None
+    why = no_conformity(stored_set(connection, sha256).verdict, is_in_quarantine=is_held)
+    return without_conformity(from_document(json.loads(text)), why)

@@ -23,7 +23,7 @@ from ams.exports.json_text import from_json, parsed, to_json
 from ams.sets.canonical import Document, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.schema import check_identity
-from ams.sets.stated_verdict import NOT_USABLE, standing_in_words
+from ams.sets.stated_verdict import NOT_USABLE, no_conformity, standing_in_words
 from ams.surveillance.history_points import point_row
 
 BUSY_TIMEOUT_S = 10.0
@@ -56,6 +56,7 @@ class ArchivedSet:
     as_found: str | None
     """Verdict; None where there was nothing to find or no limit."""
     as_left: str | None
+    """Verdict; None where there is no limit, or none is judged: not usable, or in quarantine."""
     quarantine: str | None
     """Why it is in quarantine; None where it is not, or was released."""
 
@@ -126,6 +127,8 @@ def list_sets(
     for row in rows:
         word = accepted.get(row["sha256"])
         row["standing"] = standing_in_words(row["status"], row["verdict"], word)
+        if no_conformity(row["verdict"], is_in_quarantine=row["quarantine"] is not None):
+            row["as_left"] = None
     return tuple(ArchivedSet(**row) for row in rows)
 
 

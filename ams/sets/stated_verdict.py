@@ -52,6 +52,13 @@ def verdict_in_words(document: Document) -> str | None:
     return f"{verdict}: {'the warnings must be read first' if verdict == 'usable' else 'nothing speaks against it'}"
 
 
+def no_conformity(verdict: str | None, *, is_in_quarantine: bool) -> str | None:
+    """Return why no limit is judged of a sensor as left: its stated uncertainties do not hold; else None."""
+    if verdict == NOT_USABLE:
+        return "the calibration is not usable"
+    return "the set was put in quarantine" if is_in_quarantine else None
+
+
 def _named(document: Document, is_meant: Callable[[Document], bool]) -> str:
     """Return the significant findings that are meant, by axis and kind, each once."""
     found = (

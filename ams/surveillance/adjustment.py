@@ -12,7 +12,7 @@ Decision rules, U being the expanded uncertainty of the error (95 %):
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Literal
 
@@ -22,6 +22,7 @@ from ams.errors import OutsideValidity
 from ams.observations import Observations
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.stated_verdict import no_conformity
 from ams.surveillance.attitude_errors import AngleErrors, errors_of
 from ams.surveillance.level_errors import LevelErrors, level_errors_of
 from ams.surveillance.level_errors import from_document as read_level_errors
@@ -107,6 +108,8 @@ class Adjustment:
     no_as_found: str | None
     """Why there is none."""
     as_left: Condition
+    not_judged: str | None = None
+    """Why the limits that are declared are not judged as left; None where they are, or where there is none."""
 
 
 def adjust(
@@ -119,7 +122,8 @@ def adjust(
 ) -> Adjustment:
     """Judge a sensor as found by the previous set and as left by the new one, both on the data of the new run.
 
-    ``run_at_fault``: why this run says nothing of how a sensor was found, such as a table that turned.
+    ``run_at_fault``: why this run says nothing of how a sensor was found, such as a table that turned. Limits are not
+    judged as left by such a run, nor where the new calibration is not usable.
 
     Of straight lines the errors are those of what they sense.
 
@@ -134,7 +138,18 @@ def adjust(
             as_found = _condition("as-found", previous, new, observations, acceptance, usage_pitch_deg)
         except OutsideValidity as error:
             why = str(error)
-    return Adjustment(new.sensor, usage_pitch_deg, acceptance, as_found, why, as_left)
+    found = Adjustment(new.sensor, usage_pitch_deg, acceptance, as_found, why, as_left)
+    return without_conformity(found, no_conformity(new.verdict, is_in_quarantine=run_at_fault is not None))
+
+
+def without_conformity(adjustment: Adjustment, why: str | None) -> Adjustment:
+    """Return the adjustment with its errors as left and no judgement of them, where there is a reason for that.
+
+    A decision rule rests on U: where the calibration says that U does not hold, nothing is inside a limit by it.
+    """
+    if why is None or not adjustment.acceptance.limits_deg:
+        return adjustment
+    return replace(adjustment, as_left=replace(adjustment.as_left, judgements=()), not_judged=why)
 
 
 def acceptance_of(declared: Mapping[str, Json] | None) -> Acceptance:
@@ -208,6 +223,7 @@ def to_document(adjustment: Adjustment) -> Document:
         "as_found": None if adjustment.as_found is None else _condition_document(adjustment.as_found),
         "no_as_found": adjustment.no_as_found,
         "as_left": _condition_document(adjustment.as_left),
+        **({"not_judged": adjustment.not_judged} if adjustment.not_judged else {}),
     }
 
 
@@ -218,8 +234,8 @@ def from_document(document: Document) -> Adjustment:
         {f"{angle}_limit_deg": limit for angle, limit in table(accepted["limits_deg"]).items()}
         | {"decision_rule": accepted["rule"]}
     )
-    found, why = document["as_found"], document["no_as_found"]
-    return Adjustment(
+    found, why, not_judged = document["as_found"], document["no_as_found"], document.get("not_judged")
+    read = Adjustment(
         str(document["sensor"]),
         None if usage is None else (number(listed(usage)[0]), number(listed(usage)[1])),
         acceptance,
@@ -227,6 +243,7 @@ def from_document(document: Document) -> Adjustment:
         None if why is None else str(why),
         _read_condition("as-left", table(document["as_left"]), acceptance),
     )
+    return without_conformity(read, None if not_judged is None else str(not_judged))
 
 
 def _condition_document(condition: Condition) -> Document:

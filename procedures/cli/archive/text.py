@@ -88,15 +88,16 @@ def adjustment_lines(adjustment: Adjustment | None) -> Iterator[str]:
     if adjustment.as_found is None:
         yield f"as found: none ({adjustment.no_as_found})"
     else:
-        yield from _condition_lines(adjustment.as_found)
-    yield from _condition_lines(adjustment.as_left)
+        yield from _condition_lines(adjustment.as_found, None)
+    yield from _condition_lines(adjustment.as_left, adjustment.not_judged)
     if adjustment.acceptance.limits_deg:
         yield f"decision rule: {adjustment.acceptance.rule_text}"
 
 
-def _condition_lines(condition: Condition) -> Iterator[str]:
+def _condition_lines(condition: Condition, not_judged: str | None) -> Iterator[str]:
     name = condition.kind.replace("-", " ")
-    yield f"{name}: {condition.verdict or 'no limit to judge by'} (set {condition.set_sha256[:12]})"
+    judged = f"not judged, {not_judged}" if not_judged else condition.verdict or "no limit to judge by"
+    yield f"{name}: {judged} (set {condition.set_sha256[:12]})"
     for errors in condition.errors.values():
         worst = errors.worst
         left_out = f", {errors.left_out} attitudes do not tell it" if errors.left_out else ""

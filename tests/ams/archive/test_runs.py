@@ -236,6 +236,14 @@ def test_a_run_whose_table_turned_does_not_say_how_a_sensor_was_found(archive: A
     assert adjustment.as_found is None
     assert str(adjustment.no_as_found).startswith("this run does not tell: all three sensors turned by -72″")
     assert show(archive.url, "SN1").sha256 == list_sets(archive.url)[0].sha256, "the latest that is trusted"
+    sha256 = published.publications[0].sha256
+    (held,) = [entry for entry in list_sets(archive.url) if entry.sha256 == sha256]
+    for told in (adjustment, adjustment_of(archive.url, sha256)):
+        assert told is not None
+        assert (told.as_left.verdict, told.as_left.judgements) == (None, ())
+        assert told.not_judged == "the set was put in quarantine"
+        assert told.as_left.largest_error_deg is not None, "the errors stand, only their judgement does not"
+    assert (held.as_left, bool(held.quarantine)) == (None, True)
     again = publish_run(archive.url, a_run(10), [turned(a_sensor(10, gain=1.01))], NOW)
     assert not again.publications[0].is_new
     assert verify_archive(archive.url).faults == ()

@@ -147,6 +147,19 @@ def test_as_found_fails_and_as_left_passes_where_the_sensor_had_changed() -> Non
     assert found.as_left.largest_error_deg < 1e-3
 
 
+def test_a_calibration_that_is_not_usable_is_not_judged_as_left_though_its_errors_are_told() -> None:
+    rows = measured("xyz", noise_v=1e-6)
+    usable = solved(rows)
+    new = set_from_document(changed(usable, lambda document: document.update(verdict="not usable")), "not usable")
+    limits = Acceptance({"pitch": 0.02})
+    found, sound = adjust(None, new, rows, limits), adjust(None, usable, rows, limits)
+    assert (sound.as_left.verdict, sound.not_judged) == ("pass", None)
+    assert (found.as_left.verdict, found.as_left.judgements) == (None, ())
+    assert found.not_judged == "the calibration is not usable"
+    assert found.as_left.largest_error_deg == sound.as_left.largest_error_deg
+    assert adjust(None, new, rows, Acceptance({})).not_judged is None, "where no limit is declared none is missing"
+
+
 def test_an_adjustment_comes_back_from_its_document() -> None:
     before, rows = solved(measured("xyz", noise_v=1e-6)), measured("xyz", 0.05, noise_v=1e-6)
     found = adjust(before, solved(rows), rows, acceptance_of({"pitch_limit_deg": 0.05, "decision_rule": "simple"}))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from certificate_scene import JOB, LABORATORY, METER, RELEASED, STANDARD, set_with_findings
 from line_sets import line_set
+from not_usable import set_not_usable
 from solved import PARAMETERS, provenance, solved_package
 from solved_sets import gyro_set
 
@@ -211,6 +212,13 @@ def test_a_specimen_says_on_every_page_that_it_is_none_and_what_is_missing() -> 
     text = _text(grounds)
     assert SPECIMEN in text
     assert "[job] customer" in text
+
+
+def test_a_calibration_that_is_not_usable_states_no_conformity_as_left() -> None:
+    entry = set_not_usable()
+    text = _text(_grounds(coefficients=entry, adjustment=_adjustment(entry), signed=SignOff(entry.sha256, (), ())))
+    assert "As left: not judged, the calibration is not usable. Decision rule:" in text
+    assert "Pitch pass" not in text
 
 
 @pytest.mark.parametrize(("off_deg", "verdict"), [(0.0, "pass"), (0.0099, "conditional"), (0.02, "fail")])

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 from report_scene import Scene, run_view
 
-from ams.surveillance.adjustment import Acceptance, Adjustment, Condition, judge
+from ams.sets.stated_verdict import no_conformity
+from ams.surveillance.adjustment import Acceptance, Adjustment, Condition, judge, without_conformity
 from ams.surveillance.attitude_errors import AngleErrors
+from procedures.cli.archive.text import adjustment_lines
 from procedures.report.angle_figures import angle_error_figure
 from procedures.report.canvas import style
 from procedures.report.figures import Figures
+from procedures.report.overview import overview_rows
 from procedures.report.page import render_page
 from procedures.report.verdict import judge as judge_run
 from procedures.report.view import RunView
@@ -75,6 +78,22 @@ def test_the_largest_error_stands_in_the_table_with_its_uncertainty_and_place() 
     assert "as left, this run pitch 0.0030° 0.0020°" in text
     assert "pitch −60° to 60°" in text
     assert "ILAC-G8" in text
+
+
+def test_a_calibration_that_is_not_usable_passes_nowhere_on_the_page() -> None:
+    view = _run(0.003)
+    sensor = view.sensors[0]
+    assert sensor.adjustment is not None
+    held = without_conformity(sensor.adjustment, no_conformity("not usable", is_in_quarantine=False))
+    view = replace(view, sensors=(replace(sensor, adjustment=held, verdict="not usable"),))
+    (row,) = overview_rows(view)
+    assert row.as_left == "0.0030°"
+    text = _text(view)
+    assert re.search(r"as left, this run pitch 0\.0030° 0\.0020° 2\.00 pitch 0°, roll 0° 5 ±0\.01° not judged", text)
+    assert "As left: not judged (the calibration is not usable)." in text
+    lines = list(adjustment_lines(held))
+    assert lines[1].startswith("as left: not judged, the calibration is not usable (set ")
+    assert not re.search(r"\bpass\b(?! where)|inside the limit(?! at)", " ".join(lines))
 
 
 def test_a_first_calibration_says_that_nothing_was_found() -> None:
