@@ -7,6 +7,7 @@ from ams.exports.dcc_elements import NOT_STATED, Element, Elements, clean, conta
 from ams.sets.canonical import Document, Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
+from ams.sets.stated_findings import axis_reservations
 
 UNKNOWN_COUNTRY = "XX"
 """User-assigned in ISO 3166-1, used for 'unknown'."""
@@ -101,12 +102,18 @@ def _statements(coefficients: CoefficientSet) -> Elements:
         "validity": json.dumps(document["validity"]),
         **{name.replace("_", " "): value for name, value in (use_of(document) or {}).items()},
         **({"verdict of the calibration": document["verdict"]} if "verdict" in document else {}),
-        **{f"warning {index}": text for index, text in enumerate(listed(document["warnings"]), 1)},
+        **{f"warning {index}": text for index, text in enumerate(_warnings(document), 1)},
     }
     return [
         Element("dcc:statement", [content("dcc:name", name), content("dcc:declaration", _flat(text))])
         for name, text in said.items()
     ]
+
+
+def _warnings(document: Document) -> list[str]:
+    """Return those of the package, remarks among them, then those of single axes."""
+    of_axes = (f"axis {axis}: {text}" for axis, text in axis_reservations(document))
+    return [*map(str, listed(document["warnings"])), *of_axes]
 
 
 def _flat(value: object) -> str:

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ams.sets.canonical import listed, table
+from ams.sets.canonical import Document, listed, table
 from ams.sets.coefficients import CoefficientSet
 
 LACKING = "missing for a calibration when the run began: "
@@ -36,3 +36,18 @@ def significant_findings(coefficients: CoefficientSet) -> Iterator[StatedFinding
                 seen[kind] += 1
                 suffix = f".{seen[kind]}" if seen[kind] > 1 else ""
                 yield StatedFinding(f"{axis}.{kind}{suffix}", axis, str(finding["text"]))
+
+
+def package_reservations(document: Document) -> Iterator[str]:
+    """Yield what must be read before the package of a set's document is used; remarks are none of it."""
+    remarks = listed(document.get("remarks", []))
+    yield from (str(text) for text in listed(document["warnings"]) if text not in remarks)
+
+
+def axis_reservations(document: Document) -> Iterator[tuple[str, str]]:
+    """Yield axis and sentence of what must be read before a single axis is used and is not said of the package."""
+    said = [*listed(document["warnings"]), *listed(document.get("remarks", []))]
+    for axis, section in table(document["axes"]).items():
+        for text in listed(table(section).get("warnings", [])):
+            if text not in said:
+                yield axis, str(text)

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.rounding import to_place
-from ams.sets.canonical import Document, listed, number, table
+from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.stated_findings import axis_reservations, package_reservations
 from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
@@ -22,6 +23,8 @@ from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 TEMPLATES = Path(__file__).with_name("templates")
 TURN_DEG = 360.0
 SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
+USED_AT = "temperature of use, "
+"""What the names of the parts of U for use at other temperatures than that of the calibration begin with."""
 NOT_USABLE = "CALIBRATION NOT USABLE"
 """Printed on every page, whoever accepted it: a page that is taken out of the paper must say it too."""
 
@@ -50,6 +53,7 @@ def certificate_page(grounds: Grounds) -> str:
         conditions=_conditions(grounds.coefficients.document),
         began=_began(grounds),
         shift=_shift_in_words(grounds.coefficients),
+        reservations=_reservations(grounds),
         specimen=SPECIMEN,
         not_usable=NOT_USABLE,
         standing_sentence=_standing_sentence(grounds),
@@ -81,9 +85,10 @@ def _conditions(document: Document) -> dict[str, str]:
         for name, ends in ranges.items()
         if ends is not None
     }
+    use_degc = validity.get("temperature_degc")
+    use = {} if use_degc is None else {"Valid for temperature": _degc_in_words(listed(use_degc))}
     air = {
-        f"Temperature, {name}": f"{to_place(number(table(condition)['min_degc']), -2)} to "
-        f"{to_place(number(table(condition)['max_degc']), -2)} °C"
+        f"Temperature, {name}": _degc_in_words([table(condition)["min_degc"], table(condition)["max_degc"]])
         for name, condition in table(document["environment"]).items()
     }
     gravity = f"{unit['value_mps2']} m/s²" + (f" ({unit['source']})" if unit["source"] else "")
@@ -93,7 +98,12 @@ def _conditions(document: Document) -> dict[str, str]:
         for name, (low, high) in ((name, listed(ends)) for name, ends in validity.items() if name.startswith(LEVEL))
         for quantity, unit in [name.rsplit("_", 1)]
     }
-    return {**(levels or attitude_ranges), **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
+    return {**(levels or attitude_ranges), **use, **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
+
+
+def _degc_in_words(ends: Sequence[Json]) -> str:
+    low, high = (to_place(number(end), -2) for end in ends)
+    return f"{low} to {high} °C".replace("-", "−")
 
 
 def _range_in_words(low_deg: float, high_deg: float) -> str:
@@ -108,6 +118,9 @@ def _shift_in_words(coefficients: CoefficientSet) -> str:
     names = {name for axis in axes for name in table(table(axis["primary"])["components"])}
     counted, within = names & {*SHIFTS}, "during the calibration and " if names & {*SHIFTS_WITHIN} else ""
     bent = " It counts how far a reading may be from the equation, as declared." if NONLINEARITY in names else ""
+    used = table(coefficients.document["validity"]).get("temperature_degc")
+    if any(name.startswith(USED_AT) for name in names) and used is not None:
+        bent += f" It counts use at {_degc_in_words(listed(used))}, as declared."
     if G_SENSITIVITY in names:
         bent += " It counts what gravity does to the zero of a gyro at any attitude of use, as declared."
     if counted:
@@ -116,6 +129,15 @@ def _shift_in_words(coefficients: CoefficientSet) -> str:
             f"U counts what {of_what} may shift by {within}until the next calibration, as declared for the item.{bent}"
         )
     return f"U is that of the calibration: what the item may shift by afterwards is not in it.{bent}"
+
+
+def _reservations(grounds: Grounds) -> list[str]:
+    """Return what the verdict rests on, but for the findings that stand with who accepted them."""
+    document, accepted = grounds.coefficients.document, {word.finding for word in grounds.signed.acceptances}
+    shown = {finding.text for finding in grounds.signed.findings if finding.name in accepted}
+    of_axes = (f"Axis {axis}: {text}" for axis, text in axis_reservations(document) if text not in shown)
+    sentences = [*(text for text in package_reservations(document) if text not in shown), *of_axes]
+    return [f"{text[0].upper()}{text[1:].rstrip('.')}." for text in sentences]
 
 
 def _began(grounds: Grounds) -> str:

@@ -15,6 +15,7 @@ from solved_sets import gyro_set
 
 from ams.archive.sign_offs import AcceptedFinding, Release, Signature, SignOff
 from ams.calibration_result import VarianceComponent
+from ams.exports.dcc import to_dcc
 from ams.findings import Finding
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.observations import Observations
@@ -296,3 +297,27 @@ def test_what_the_laboratory_lacked_when_the_run_began_is_a_gap_that_no_signatur
     entry = build_set(replace(plain, warnings=(*plain.warnings, lacks)), provenance(**RELEASED))
     with pytest.raises(RequestError, match=re.escape(lacks)):
         check_grounds(_grounds(coefficients=entry))
+
+
+def test_the_range_of_temperature_of_use_and_the_reasons_of_the_verdict_stand_on_page_paper_and_dcc() -> None:
+    """A reader who finds "usable" or a wide U needs what it rests on beside it, in whichever form he reads it."""
+    plain = solved_package()
+    reasons = {"": "3 replications only: intervals rest on 2 degrees of freedom and are wide", "x": "its output drifts"}
+    used = VarianceComponent("temperature of use, offset", np.diag([1e-12, 0.0, 0.0, 0.0]), np.inf)
+    of_x = replace(
+        plain.axes["x"], warnings=(reasons["x"],), variance_components=(*plain.axes["x"].variance_components, used)
+    )
+    calibration = replace(plain, axes={**plain.axes, "x": of_x}, warnings=(reasons[""],), remarks=("said in passing",))
+    entry = build_set(calibration, provenance(**{**RELEASED, "temperature_range_degc": (15.0, 25.0)}))
+    grounds = _grounds(coefficients=entry, adjustment=_adjustment(entry))
+    text = _text(grounds)
+    assert "Valid for temperature 15.00 to 25.00 °C" in text
+    assert "It counts use at 15.00 to 25.00 °C, as declared." in text
+    assert re.search("Verdict of the calibration: usable ?, with the reservations below", text)
+    assert f"{reasons['']}." in text
+    assert f"Axis x: {reasons['x']}." in text
+    assert "said in passing" not in text.lower()[text.index("Verdict of the calibration") :]
+    certificate = to_dcc(entry).decode("utf-8")
+    assert all(reason in certificate for reason in reasons.values())
+    assert "[15.0, 25.0]" in certificate
+    assert "use at" not in _text(_grounds()), "where no such part is in U"
