@@ -74,18 +74,19 @@ def _mounting(rows: Sequence[DwellRecord]) -> IntArray | None:
 def run_times_s(dwells: Sequence[DwellRecord]) -> FloatArray:
     """Return (N,) middle of every dwell, seconds since the start of the first.
 
-    Rig seconds inside an epoch; epochs are placed by the wall clock, since a restart begins a new monotonic clock.
+    Rig seconds inside an epoch; epochs are placed by the wall clock, since a restart begins a new monotonic clock, and
+    never before the end of the one before: the twin's seconds may pass faster than those of the wall clock.
     """
-    starts: dict[int, DwellRecord] = {}
-    for dwell in dwells:
-        starts.setdefault(dwell.epoch, dwell)
-    if not starts:
+    if not dwells:
         return np.zeros(0)
-    origin_utc = dwells[0].started_utc
-    shift_s = {
-        epoch: (first.started_utc - origin_utc).total_seconds() - first.started_s for epoch, first in starts.items()
-    }
-    return np.array([0.5 * (dwell.started_s + dwell.ended_s) + shift_s[dwell.epoch] for dwell in dwells])
+    origin_utc, shift_s, ended_s = dwells[0].started_utc, dict[int, float](), -np.inf
+    for epoch in sorted({dwell.epoch for dwell in dwells}):
+        of_epoch = [dwell for dwell in dwells if dwell.epoch == epoch]
+        by_wall_clock_s = (of_epoch[0].started_utc - origin_utc).total_seconds() - of_epoch[0].started_s
+        shift_s[epoch] = max(by_wall_clock_s, ended_s - min(dwell.started_s for dwell in of_epoch))
+        ended_s = max(dwell.ended_s for dwell in of_epoch) + shift_s[epoch]
+    began_s = dwells[0].started_s + shift_s[dwells[0].epoch]
+    return np.array([0.5 * (dwell.started_s + dwell.ended_s) + shift_s[dwell.epoch] - began_s for dwell in dwells])
 
 
 def _refuse_repeats(rows: Sequence[DwellRecord], source: str) -> None:

@@ -1,6 +1,9 @@
+from dataclasses import replace
+from datetime import timedelta
+
 import numpy as np
 import pytest
-from report_dwells import dwell
+from report_dwells import START, dwell
 
 from procedures.errors import JournalError
 from procedures.plan.channels import TemperatureChannel
@@ -59,6 +62,24 @@ def test_time_goes_on_over_a_restart_although_its_monotonic_clock_began_anew() -
     dwells = [dwell(0), dwell(1, point=2), dwell(100, point=3, epoch=2, epoch_start_s=2990.0)]
     assert dwells[2].started_s == 10.0
     assert run_times_s(dwells).tolist() == [5.0, 35.0, 3005.0]
+
+
+def test_an_epoch_comes_after_the_one_before_where_rig_seconds_pass_faster_than_those_of_the_wall_clock() -> None:
+    """A twin at hundred times the speed, stopped and resumed a moment later; rows stand in the order of the plan."""
+    first = [dwell(step, point=step) for step in (0, 1, 3)]
+    again = [dwell(step, point=step, epoch=2, epoch_start_s=60.0) for step in (2, 4)]
+    fast = [replace(row, started_utc=START + timedelta(seconds=0.3 * row.step)) for row in first]
+    fast += [replace(row, started_utc=START + timedelta(seconds=2.0 + 0.3 * row.step)) for row in again]
+    rows = observations_of(fast, X)
+    assert rows.time_s is not None
+    assert rows.point[np.argsort(rows.time_s)].tolist() == [0, 1, 3, 2, 4]
+    assert rows.time_s.tolist() == [5.0, 35.0, 105.0, 95.0, 165.0]
+
+
+def test_times_begin_with_the_first_point_though_it_was_measured_again_in_a_later_epoch() -> None:
+    first, again = dwell(1, point=2), dwell(0, point=1, epoch=2, epoch_start_s=-600.0)
+    times = run_times_s([replace(again, started_utc=START + timedelta(seconds=20)), first])
+    assert times.tolist() == [5.0, -5.0]
 
 
 def test_a_run_without_dwells_gives_no_rows() -> None:
