@@ -22,6 +22,7 @@ from ams.inference.angle_stream import AngleStream, Answer
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Inference, Package, inference
 from ams.inference.rates import GyroAngles, Motion
+from ams.inference.standing_outputs import StandingOutputs, can_stand
 from ams.inference.watched_axes import answered_at_once, watched_axes
 from ams.sets.coefficients import CoefficientSet
 
@@ -76,15 +77,18 @@ class PackageInUse:
     def attitude(
         self, volts: Volts, *, temperature_degc: ArrayLike | None = None, roll_deg: ArrayLike | None = None
     ) -> Attitude:
-        """Return the attitude of every reading; of three axes all are judged together as the use of one package.
+        """Return the attitude of every reading; all are judged together, in their order, as the use of one package.
 
         ``temperature_degc`` is needed where the set has temperature terms, ``roll_deg`` where one axis tells pitch.
 
         Raises: OutsideValidity where an input is missing or of another shape; DesignError.
         """
-        return self._attitude(
-            lambda readings: answered_at_once(self._inference, readings), volts, temperature_degc, roll_deg
-        )
+        return self._attitude(self._answered_at_once, volts, temperature_degc, roll_deg)
+
+    def _answered_at_once(self, readings: Mapping[str, FloatArray]) -> Answer:
+        if can_stand(self._inference.package):
+            return StandingOutputs(self._inference).answer(readings)
+        return answered_at_once(self._inference, readings)
 
     def _attitude(
         self,
@@ -138,7 +142,7 @@ def outputs_by_axis(volts: Volts, axes: Sequence[str], sensor: str) -> list[Floa
 class PackageStream:
     """The attitude of readings that come piece by piece, with what became of them counted.
 
-    Of three axes all rows up to the newest are judged together: what they prove is told from then on.
+    All rows up to the newest are judged together: what they prove is told from then on.
     """
 
     package: PackageInUse
@@ -160,7 +164,8 @@ class PackageStream:
 
     @cached_property
     def _angles(self) -> AngleStream:
-        return watched_axes(self.package._inference)
+        angles = self.package._inference
+        return StandingOutputs(angles) if can_stand(angles.package) else watched_axes(angles)
 
 
 def load(

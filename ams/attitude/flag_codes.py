@@ -58,6 +58,8 @@ OUTSIDE_ROLL: Final = 1 << 37
 FAULTY: Final = 1 << 38
 """The row agrees with itself, and others prove that what it was read from is wrong: a suspect is named where one is."""
 FROZEN: Final = 1 << 39
+STANDS: Final = (1 << 40, 1 << 41, 1 << 42)
+"""An output of x, y or z lies at its zero, and nothing of a moving package is in it."""
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -100,6 +102,9 @@ FILTER_WORDS: Final[Mapping[int, str]] = {
 }
 FROZEN_WORDS: Final[Mapping[int, str]] = {
     FROZEN: "output frozen: taken as missing",
+}
+STANDING_WORDS: Final[Mapping[int, str]] = {
+    code: f"{axis} lies at its zero though the package moves" for axis, code in zip("xyz", STANDS, strict=True)
 }
 FIELD_WORDS: Final[Mapping[int, str]] = {
     FIELD_UNUSED: "field not used: disturbed",

@@ -21,6 +21,8 @@ from ams.sets.canonical import table
 
 LEAST_REPEATS: Final = 25
 """Of a run: a quarter to this power is 10⁻¹⁵."""
+LEAST_ROWS: Final = 20
+"""Fewer say nothing of an output that does not change."""
 _PIECE: Final = 32
 """Rows whose fourth differences tell a noise: of a smooth motion hardly anything is left in them."""
 _LEAST_PIECES: Final = 2
@@ -185,15 +187,20 @@ class FrozenOutputs:
     """An :class:`ams.inference.angle_stream.AngleStream` before another one.
 
     ``noise`` is the standard deviation of one reading by column, in the unit of its output; others are not looked at.
-    Where the answers are not one for each row (``is_by_row`` false) what is missing is theirs to tell.
+    Where the answers are not one for each row (``is_by_row`` false) what is missing is theirs to tell. ``untested``:
+    columns that are told where they are the same number in all rows.
     """
 
-    def __init__(self, inner: AngleStream, noise: Mapping[str, float], *, is_by_row: bool = True) -> None:
+    def __init__(
+        self, inner: AngleStream, noise: Mapping[str, float], *, is_by_row: bool = True, untested: Sequence[str] = ()
+    ) -> None:
         self.inner, self.noise = inner, noise
         self._is_by_row = is_by_row
         self.frozen = dict.fromkeys(noise, 0)
         """Rows by column that were taken as missing."""
         self._outputs = {name: _Output() for name in noise}
+        self._rows = 0
+        self._ends = dict.fromkeys(untested, (np.inf, -np.inf))
         self._codes: flag_codes.AnswerCodes = np.empty(0, dtype=np.uint64)
         """Of rows that were handed on and are not answered yet."""
 
@@ -218,6 +225,10 @@ class FrozenOutputs:
         rows = next(iter(readings.values())).size
         if not rows:
             return self._answered(self.inner.answer(readings))
+        self._rows += rows
+        for name, (least, most) in self._ends.items():
+            finite = readings[name][np.isfinite(readings[name])]
+            self._ends[name] = (finite.min(initial=least), finite.max(initial=most))
         codes, changed = np.zeros(rows, dtype=np.uint64), dict(readings)
         runs = {name: output.runs(readings[name]) for name, output in self._outputs.items()}
         for name, in_run in runs.items():
@@ -240,12 +251,19 @@ class FrozenOutputs:
         return self._answered(self.inner.finish())
 
     def doubts(self) -> tuple[str, ...]:
-        """Say which outputs were frozen, and in how many rows."""
-        return tuple(
+        """Say which outputs were frozen, and in how many rows, and which are one number in all."""
+        frozen = [
             f"{name} repeats one number in {count} rows, which its noise does not: they are taken as missing"
             for name, count in self.frozen.items()
             if count
-        )
+        ]
+        constant = [
+            f"{name} is the same number in all {self._rows} rows: a dead axis, a broken wire or an input that reads "
+            "nothing looks like that, and so does a package that never moved; look before the angles are used"
+            for name, (least, most) in self._ends.items()
+            if least == most and self._rows >= LEAST_ROWS and not self.frozen.get(name)
+        ]
+        return (*frozen, *constant)
 
     def _is_frozen(self, name: str) -> bool:
         """Return whether a run of repeats is none of chance: by the output itself, else by all others."""

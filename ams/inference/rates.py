@@ -168,11 +168,17 @@ class GyroAngles:
         return taken
 
     def _take_zero(self, outputs_v: FloatArray) -> None:
-        good = outputs_v[:, np.isfinite(outputs_v).all(axis=0)]
+        is_there = np.isfinite(outputs_v)
+        good = outputs_v[:, is_there.all(axis=0)]
         if good.shape[1] < 2:
+            counts = is_there.sum(axis=1).tolist()
+            by_column = ", ".join(
+                f"{count} of {column}" for column, count in zip(self.package.columns.values(), counts, strict=True)
+            )
             raise OutsideValidity(
-                f"{self.package.coefficients.sensor}: at rest: got {good.shape[1]} readings, needed two or more; "
-                "nothing was computed; let it rest longer"
+                f"{self.package.coefficients.sensor}: at rest: got {good.shape[1]} readings of all three axes in "
+                f"{outputs_v.shape[1]} rows ({by_column}), needed two or more; nothing was computed; an output that "
+                "repeats one number is taken as missing: see whether it is connected, or let the package rest longer"
             )
         self.zero = zero_at_rest(good, self.package.reading_sd())
         bent_v = self.package.at_rest_v - self.package.offset_v

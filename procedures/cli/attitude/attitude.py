@@ -1,6 +1,6 @@
 """``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -13,9 +13,10 @@ from ams.inference.angle_stream import AngleStream
 from ams.inference.doubts import doubts_of
 from ams.inference.frozen_outputs import FrozenOutputs, noise_by_column
 from ams.inference.gyro_package import GyroPackage
-from ams.inference.inference import Package, inference
+from ams.inference.inference import Inference, Package, inference
 from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles
+from ams.inference.standing_outputs import StandingOutputs, can_stand
 from ams.inference.watched_axes import Stretch, watch_of, watched_axes
 from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, path_of
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
@@ -23,7 +24,6 @@ from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
 from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
 from procedures.cli.attitude.untested import (
     SD_OF_A_READING,
-    WatchedOutputs,
     assumed_gravity,
     assumed_of_gyros,
     remarks_on_rest,
@@ -147,18 +147,18 @@ def attitude(
         return _angles_of(package, second, reading_sd_v, settings, before, gravity_mps2, geometry, wiring, proven)
 
     angles = angles_with(None)
-    watched = _watched(angles, package, reading_sd_v, is_alone=second is None and settings.gyro_set is None)
+    watched = _watched(angles, package)
     noise = noise_by_column(_packages_of(angles, package, second), reading_sd_v)
-    is_by_row = before.average_s is None or before.low_pass_hz is None
-    found = FrozenOutputs(before.before(watched), noise, is_by_row=is_by_row)
+    is_by_row, untested = before.average_s is None or before.low_pass_hz is None, _untested(angles, watched)
+
+    def looked_after(inner: AngleStream) -> FrozenOutputs:
+        return FrozenOutputs(before.before(inner), noise, is_by_row=is_by_row, untested=untested)
 
     def found_again() -> AngleStream | None:
-        watch = watch_of(angles)
-        proven = () if watch is None else watch.proven()
-        if not proven and (watch is None or not watch.flagged_rows):
-            return None
-        return FrozenOutputs(before.before(angles_with(proven)), noise, is_by_row=is_by_row)
+        again = _again(watched, angles, angles_with)
+        return None if again is None else looked_after(again)
 
+    found = looked_after(watched)
     for remark in _assumptions(package, watched, angles, before, geometry, alignment, reading_sd_v, second):
         note(remark)
     answers = Answers(out, view, plot, package.coefficients.sensor)
@@ -169,7 +169,7 @@ def attitude(
 
 def _assumptions(
     package: Package,
-    watched: AngleStream | WatchedOutputs,
+    watched: AngleStream | StandingOutputs,
     angles: AngleStream,
     before: OfSamples,
     geometry: Mapping[str, bool],
@@ -184,7 +184,7 @@ def _assumptions(
         yield f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0"
     elif len(package.columns) == 2 and not package.senses_rates:
         yield _which_of_two(package, upright=geometry["upright"], right_wing_down=geometry["right_wing_down"])
-    if isinstance(watched, WatchedOutputs):
+    if isinstance(watched, StandingOutputs):
         yield assumed_gravity(package)
     if package.alignment is not None and package.alignment.known_sd_rad is None:
         yield f"alignment: {alignment}: {TAKEN_AS_EXACT}"
@@ -203,7 +203,7 @@ def _doubts_of_sets(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
 def _remarks_on_rows(
     package: Package,
     found: FrozenOutputs,
-    watched: AngleStream | WatchedOutputs,
+    watched: AngleStream | StandingOutputs,
     angles: AngleStream,
     *,
     is_flagged_throughout: bool,
@@ -215,20 +215,38 @@ def _remarks_on_rows(
     if isinstance(angles, GyroAngles):
         yield from remarks_on_rest(angles)
     yield from (
-        watched.doubts()
-        if isinstance(watched, WatchedOutputs)
+        watched.doubts(is_flagged_throughout=is_flagged_throughout)
+        if isinstance(watched, StandingOutputs)
         else doubts_of(angles, is_flagged_throughout=is_flagged_throughout)
     )
 
 
-def _watched(
-    angles: AngleStream, package: Package, reading_sd_v: float | None, *, is_alone: bool
-) -> AngleStream | WatchedOutputs:
+def _watched(angles: AngleStream, package: Package) -> AngleStream | StandingOutputs:
     """Return the angles with an eye on outputs that no other output tests: one or two accelerometers alone."""
-    is_plain = all(axis.form.unit == "g" and axis.model_output is None for axis in package.coefficients.axes.values())
-    if not is_alone or not is_plain or len(package.columns) > 2:
-        return angles
-    return WatchedOutputs(angles, package, reading_sd_v)
+    return StandingOutputs(angles) if isinstance(angles, Inference) and can_stand(package) else angles
+
+
+def _again(
+    watched: AngleStream, angles: AngleStream, angles_with: Callable[[Sequence[Stretch] | None], AngleStream]
+) -> AngleStream | None:
+    """Return the angles of rows that were read before, with what all of them prove; None where that is nothing."""
+    if isinstance(watched, StandingOutputs):
+        return watched.again()
+    watch = watch_of(angles)
+    proven = () if watch is None else watch.proven()
+    return angles_with(proven) if proven or (watch is not None and watch.flagged_rows) else None
+
+
+def _untested(angles: AngleStream, watched: AngleStream | StandingOutputs) -> tuple[str, ...]:
+    """Return the columns that no other output tests: one or two accelerometers, and gyros."""
+    if isinstance(watched, StandingOutputs):
+        return tuple(watched.package.columns.values())
+    if isinstance(angles, MonitoredAngles):
+        angles = angles.gyros
+    gyros = (
+        angles.package if isinstance(angles, GyroAngles) else angles.gyros if isinstance(angles, AidedAngles) else None
+    )
+    return () if gyros is None else tuple(gyros.columns.values())
 
 
 def _packages_of(angles: AngleStream, package: Package, second: Package | None) -> list[Package | GyroPackage]:

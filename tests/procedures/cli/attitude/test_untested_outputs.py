@@ -138,8 +138,33 @@ def test_a_rest_that_was_none_is_told_and_its_zero_is_no_zero(
     assert ("attitude unknown: grown uncertain" in last) != is_still
 
 
-def _told_of_gyros(tmp_path: Path, capsys: pytest.CaptureFixture[str], swing_dps: float, *options: str) -> str:
-    """Roll to and fro through a period of 7 s, 20 s at 100 Hz, as CR's gyros read it by explicit rotations."""
+@pytest.mark.parametrize(
+    ("step_v", "said"),
+    [
+        (1e-5, "x_v is the same number in all 2000 rows: a dead axis"),
+        (0.0, "at rest: got 1 readings of all three axes in 500 rows (1 of x_v, 500 of y_v, 500 of z_v)"),
+    ],
+)
+def test_a_gyro_that_hangs_from_the_first_row_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], step_v: float, said: str
+) -> None:
+    """Its last number is taken as its zero, so that the roll of 22° that the others know nothing of is none."""
+    assert said in _told_of_gyros(tmp_path, capsys, 20.0, "--rest-s", "5", step_v=step_v, hangs=True)
+    assert "is the same number" not in _told_of_gyros(tmp_path, capsys, 20.0, step_v=step_v)
+
+
+def _told_of_gyros(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    swing_dps: float,
+    *options: str,
+    step_v: float = 0.0,
+    hangs: bool = False,
+) -> str:
+    """Roll to and fro through a period of 7 s, 20 s at 100 Hz, as CR's gyros read it by explicit rotations.
+
+    Read in steps of a meter; with one that ``hangs`` x reads its first number from the first row on.
+    """
     data, stored, chance = tmp_path / "gyro.csv", tmp_path / "gyro.json", np.random.default_rng(4)
     export_set(gyro_set(), "json", stored)
     rows = []
@@ -147,8 +172,11 @@ def _told_of_gyros(tmp_path: Path, capsys: pytest.CaptureFixture[str], swing_dps
         phase = 2 * np.pi * step / 700.0
         roll_deg, rate_dps = 7.0 * swing_dps / (2 * np.pi) * np.sin(phase), swing_dps * np.cos(phase)
         read = [gyro_v(axis, TABLE_4[axis], (0.0, 0.0, roll_deg), (0.0, 0.0, rate_dps)) for axis in "xyz"]
-        rows.append(",".join(repr(float(value + 1e-6 * chance.standard_normal())) for value in read))
-    data.write_text("x_v,y_v,z_v\n" + "\n".join(rows) + "\n")
+        read = [float(value + 1e-6 * chance.standard_normal()) for value in read]
+        rows.append([step_v * round(value / step_v) if step_v else value for value in read])
+    for row in rows[1:] if hangs else []:
+        row[0] = rows[0][0]
+    data.write_text("x_v,y_v,z_v\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))
     given = ("--rate-hz", "100", "--reading-sd-v", "1e-6", *options)
     return call(capsys, "attitude", stored, data, *given, "--out", tmp_path / "a.csv").err
 
@@ -179,3 +207,30 @@ def test_two_axes_at_fault_are_told_as_what_cannot_be_named(tmp_path: Path, caps
         tmp_path, capsys, "xyz", lambda axis, value: 0.1 if axis == "x" else 1.1 * value, "--reading-sd-v", "1e-5"
     )
     assert "cannot be named" in said
+
+
+@pytest.mark.parametrize("is_exact", [False, True])
+def test_an_axis_that_is_unplugged_in_some_rows_is_flagged_in_these(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], *, is_exact: bool
+) -> None:
+    rows, sd_v, chance = np.arange(600), 2e-5, np.random.default_rng(4)
+    pitch, roll = 35.0 * np.sin(rows / 41.0), 20.0 * np.sin(rows / 95.0)
+    read = {
+        axis: np.array([output_v(axis, TRUTH[axis], *at) for at in zip(pitch, roll, strict=True)])
+        + sd_v * chance.standard_normal(rows.size)
+        for axis in "xy"
+    }
+    read["y"][200 : 220 if is_exact else 320] = TRUTH["y"][0]
+    read["y"][200:320] += 0.0 if is_exact else sd_v * chance.standard_normal(120)
+    data, stored, out = tmp_path / "data.csv", tmp_path / "tp.json", tmp_path / "a.csv"
+    np.savetxt(data, np.column_stack([*read.values()]), fmt="%.7f", delimiter=",", header="x_v,y_v", comments="")
+    export_set(tp_set(), "json", stored)
+    named = ("--axis", "x=x_v", "--axis", "y=y_v", "--reading-sd-v", sd_v)
+    said = call(capsys, "attitude", stored, data, *named, "--out", out).err
+    last = 220 if is_exact else 320
+    with out.open() as file:
+        flags = [row["flag"] for row in csv.DictReader(file)]
+    assert all("y lies at its zero though the package moves" in flag for flag in flags[200:last])
+    assert not any("lies at its zero" in flag for flag in flags[:200] + flags[last:])
+    assert f"y_v lies at its offset in rows 201 to {last} and has nothing of" in said
+    assert "the rows are flagged" in said
