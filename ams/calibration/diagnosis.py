@@ -147,23 +147,27 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
 def _within_declared(
     findings: tuple[Finding, ...], change_v: FloatArray, shared: Sequence[SharedError], model: Model
 ) -> tuple[Finding, ...]:
-    """Return what is said of changes in mid-run, one of the sensor's offset within its declared limit as held.
+    """Return what is said of changes in mid-run, one within the limits that are declared of the sensor as held.
 
-    A step of the offset alone is held against the limit by its estimate; of another change all that it does counts.
+    A step of offset or sensitivity alone is held against its own limit by its estimate; of another change, and of one
+    without a limit of its own, all that it does counts against that of the offset.
     """
-    limit_v = max((error.limit for error in shared if error.name == SHIFTS_WITHIN[0]), default=0.0)
-    is_small = float(np.abs(change_v).max()) <= limit_v
+    limits = {
+        key: max((error.limit for error in shared if error.name == name), default=0.0)
+        for key, name in zip((step_words.OFFSET_LIMIT, step_words.SENSITIVITY_LIMIT), SHIFTS_WITHIN, strict=True)
+    }
+    is_small = float(np.abs(change_v).max()) <= limits[step_words.OFFSET_LIMIT]
     is_alone = sum(said.kind == "sensor-change" for said in findings) == 1
 
     def sized(said: Finding) -> Finding:
         if said.kind != "sensor-change":
             return said
-        offset = step_words.offset_of(said, model.nominal_axis, limit_v) if is_alone else None
-        if offset is not None:
-            text = step_words.with_size(said.text, offset, model.measured_unit)
-            return replace(said, text=text, is_held=offset.is_within)
-        held = "; it is within the declared largest_offset_shift_v, which the stated uncertainties hold"
-        return replace(said, text=said.text + held, is_held=True) if is_small else said
+        step = step_words.step_of(said, model.nominal_axis, limits) if is_alone else None
+        if step is not None and (step.limit > 0.0 or not is_small):
+            text = step_words.with_size(said.text, step, model.measured_unit)
+            return replace(said, text=text, is_held=step.is_within)
+        within = f"it is within the declared {step_words.OFFSET_LIMIT}"
+        return replace(said, text=step_words.as_held(said.text, within), is_held=True) if is_small else said
 
     return tuple(sized(said) for said in findings)
 

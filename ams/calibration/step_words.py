@@ -1,5 +1,6 @@
 """Between which dwells a change was, and how the dwells in doubt are measured again, in words."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,16 +11,20 @@ from ams.analysis.diagnostics.wording import dwell_words
 from ams.findings import Finding
 from ams.observations import Observations
 
-_OFFSET: Final = "own_offset"
+OFFSET_LIMIT: Final = "largest_offset_shift_v"
+SENSITIVITY_LIMIT: Final = "largest_sensitivity_shift"
+_LIMIT_OF: Final = {"own_offset": OFFSET_LIMIT, "own_sensitivity": SENSITIVITY_LIMIT}
 _UNCERTAINTY: Final = "_standard_uncertainty"
 """How numbers are called in what the diagnosis of two visits tells of a lone sensor."""
-_MEND: Final = "measure them again"
+_MIXTURE: Final = ", and the result is a mixture of both"
 
 
 @dataclass(frozen=True)
-class Offset:
-    """A step of the offset of a sensor, in the unit of its output."""
+class Step:
+    """A step of the offset of a sensor, in the unit of its output, or of its sensitivity, as a part of it."""
 
+    key: str
+    """Of the limit of such a step in the rig file."""
     size: float
     standard_uncertainty: float
     limit: float
@@ -31,13 +36,16 @@ class Offset:
         return self.limit > 0.0 and abs(self.size) <= self.limit + 2.0 * self.standard_uncertainty
 
 
-def offset_of(finding: Finding, axis: str, limit: float) -> Offset | None:
-    """Return the step of the offset of an axis that a finding tells; None where it tells another change."""
-    steps = [name for name in finding.details if name.startswith(_OFFSET) and name.endswith(f"_{axis}")]
-    if finding.kind != "sensor-change" or len(steps) != 1 or sum(map(_is_of_output, finding.details)) != 1:
+def step_of(finding: Finding, axis: str, limits: Mapping[str, float]) -> Step | None:
+    """Return the step of the offset or the sensitivity of an axis that a finding tells; None where it tells another."""
+    changes = [name for name in finding.details if _is_of_output(name)]
+    if finding.kind != "sensor-change" or len(changes) != 1 or not changes[0].endswith(f"_{axis}"):
         return None
-    size, u = finding.details[steps[0]], finding.details[f"{steps[0]}{_UNCERTAINTY}"]
-    return Offset(float(size or 0.0), float(u or 0.0), limit)
+    key = next((key for part, key in _LIMIT_OF.items() if changes[0].startswith(part)), None)
+    if key is None:
+        return None
+    size, u = finding.details[changes[0]], finding.details[f"{changes[0]}{_UNCERTAINTY}"]
+    return Step(key, float(size or 0.0), float(u or 0.0), limits.get(key, 0.0))
 
 
 def _is_of_output(name: str) -> bool:
@@ -64,19 +72,27 @@ def doubt(change: Change, course: Course, rows: Observations) -> str:
     changed = course.during(change)
     where, which = ("since", "of one side") if change.end is None else ("in between", "outside")
     return (
-        f"; {int(changed.sum())} of {changed.size} dwells were measured {where}, and the result is a mixture of both: "
-        f"{_MEND}{_command(change, course, rows)}, or solve those {which}"
+        f"; {int(changed.sum())} of {changed.size} dwells were measured {where}{_MIXTURE}: "
+        f"measure them again{_command(change, course, rows)}, or solve those {which}"
     )
 
 
-def with_size(text: str, offset: Offset, unit: str) -> str:
-    """Return what is said of a step of an offset with its size and the declared limit; within it, nothing is mended."""
-    factor, name = (1e6, "µV") if unit == "v" else (1.0, unit)
-    size = f"; by {factor * offset.size:+.3g} ± {2.0 * factor * offset.standard_uncertainty:.2g} {name}"
-    limit = f"the declared largest_offset_shift_v of {factor * offset.limit:.4g} {name}"
-    if not offset.is_within:
-        return f"{text}{size}, beyond {limit}" if offset.limit > 0.0 else f"{text}{size}"
-    return f"{text.partition(f': {_MEND}')[0]}{size}, within {limit}, which the stated uncertainties hold"
+def with_size(text: str, step: Step, unit: str) -> str:
+    """Return what is said of a step with its size and the declared limit; within it, no mixture is to be mended."""
+    if step.key == SENSITIVITY_LIMIT:
+        factor, name = 1e6, "ppm"
+    else:
+        factor, name = (1e6, "µV") if unit == "v" else (1.0, unit)
+    size = f"by {factor * step.size:+.3g} ± {2.0 * factor * step.standard_uncertainty:.2g} {name}"
+    limit = f"the declared {step.key} of {factor * step.limit:.4g} {name}"
+    if not step.is_within:
+        return f"{text}; {size}, beyond {limit}" if step.limit > 0.0 else f"{text}; {size}"
+    return as_held(text, f"{size}, within {limit}")
+
+
+def as_held(text: str, within: str) -> str:
+    """Return what is said of a change that the stated uncertainties hold: nothing is measured again."""
+    return f"{text.partition(_MIXTURE)[0]}; {within}, which the stated uncertainties hold"
 
 
 def _command(change: Change, course: Course, rows: Observations) -> str:
