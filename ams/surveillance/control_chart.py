@@ -98,6 +98,8 @@ class History:
     @property
     def conclusion(self) -> str:
         """What can be said where nothing was found, and what cannot be judged yet; empty where something was."""
+        if len(self.labels) == 1:
+            return f"cannot judge yet (1 of {LEAST_CALIBRATIONS} calibrations): there is no other to compare it with"
         if not self.is_judged:
             return (
                 f"cannot judge yet ({len(self.labels)} of {LEAST_CALIBRATIONS} calibrations): the scatter between runs "

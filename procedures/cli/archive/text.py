@@ -194,7 +194,10 @@ def history_lines(found: SensorHistory) -> Iterator[str]:
     history = found.history
     first, last = history.labels[0], history.labels[-1]
     count = len(history.labels)
-    yield f"{history.sensor}: {count} calibrations, {first.created_utc:%Y-%m-%d} to {last.created_utc:%Y-%m-%d}"
+    if count == 1:
+        yield f"{history.sensor}: one calibration, of {first.created_utc:%Y-%m-%d}"
+    else:
+        yield f"{history.sensor}: {count} calibrations, {first.created_utc:%Y-%m-%d} to {last.created_utc:%Y-%m-%d}"
     yield f"{'characteristic':<28}{'now':>16} {'scatter':>10} {'rate a year':>22}   as an angle"
     yield from (_chart_line(chart) for chart in history.charts)
     if history.conclusion and (found.check is None or found.check.is_judged):
@@ -225,7 +228,10 @@ def _chart_line(chart: Chart) -> str:
 
 
 def _check_lines(check: CheckHistory) -> Iterator[str]:
-    if not check.is_judged:
+    if len(check.labels) == 1:
+        known = f"0 of {LEAST_DIFFERENCES} differences between runs"
+        yield f"check sensor: cannot judge yet ({known}): there is no other run"
+    elif not check.is_judged:
         known = f"{min(check.differences, LEAST_DIFFERENCES)} of {LEAST_DIFFERENCES}"
         yield f"check sensor: cannot judge yet ({known} differences between runs); by the certificates' uncertainties:"
         yield from (f"  {text}" for text in check.unexplained or ("nothing changed that they do not explain",))
