@@ -25,7 +25,7 @@ FRESH, FRESH_SEED, PART = 4000, 7_000_000, 400
 
 def computed(cell: Cell, count: int, seed: int) -> Line:
     """Return a cell over ``count`` campaigns, drawn in parts of 400 with a seed each."""
-    judge = judge_of(cell.scene)
+    judge = judge_of(cell.scene, cell.design)
     parts = [
         judge(cell.scene, cell.size, min(PART, count), seed + part, cell.design) for part in range(-(-count // PART))
     ]

@@ -36,6 +36,14 @@ KEYS: Mapping[str, tuple[str, str]] = {
     COIL: ("direction of the coil u {:g}°", "`[field.NAME] direction_uncertainty_deg`"),
 }
 """Of a design: its words in a row, and the keys that declare it."""
+JOINT = "jointly"
+"""Of a design: package and table are solved together."""
+PLANS: Mapping[str, str] = {
+    JOINT: "joint fit",
+    "replications": "{:g} replications",
+    "check_before_count": "no reference visit, {:g} of 6 check dwells before",
+}
+"""Of a design: the words of a plan that is not the usual one."""
 NOMINAL_V_PER_G = 2.5
 _OF_BASE: tuple[Effect, ...] = ("pitch", "base-tilt")
 
@@ -99,12 +107,17 @@ class Declared:
 def separated(design: Mapping[str, float]) -> tuple[Mapping[str, float], Declared]:
     """Return what a design says of the campaign, and what is declared."""
     declared = {name: value for name, value in design.items() if name.startswith("declared_")}
-    return {name: value for name, value in design.items() if name not in declared}, Declared(declared)
+    return {name: value for name, value in design.items() if name not in (*declared, JOINT)}, Declared(declared)
 
 
 def in_words(design: Mapping[str, float]) -> str:
     """Name what a design declares, as a row has it; empty where it declares nothing."""
     return ", ".join(KEYS[name][0].format(value) for name, value in design.items() if name in KEYS)
+
+
+def plan_in_words(design: Mapping[str, float]) -> str:
+    """Name what of a design's plan is not the usual one, as a row has it; empty where it is."""
+    return ", ".join(PLANS[name].format(value) for name, value in design.items() if name in PLANS)
 
 
 def keys_of(design: Mapping[str, float]) -> str:

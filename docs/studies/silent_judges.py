@@ -7,12 +7,14 @@ Every judge takes campaigns of ``physics_scenes`` and returns shares over them. 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from types import MappingProxyType
 
 import numpy as np
 from physics_scenes import Campaign, GimbalReadings, UseReadings, campaigns
 from silent_cells import JudgedCell, Shares, holds, named, offset_and_k, significant
-from silent_declared import Declared, separated
+from silent_declared import JOINT, Declared, separated
 from silent_field import of_field
+from silent_joint import of_joint
 from solved_campaigns import Coverage, columns_of, coverage, rows_of, solved
 
 from ams.analysis.diagnostics.table_curves import TableLimit
@@ -237,10 +239,9 @@ def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str
     chance = np.random.default_rng(seed)
     drawn = campaigns(scene, size, chance, count, **design)
     kinds: list[set[str]] = [set() for _ in range(count)]
-    if drawn.setup.reference_every:
-        schedule, output_v = drawn.visits("reference")
-        visits = output_v.reshape(count, -1, 2, output_v.shape[2] * output_v.shape[3])
-        pitch, roll = (np.deg2rad(angle[:2]) for angle in (schedule.pitch_deg, schedule.roll_deg))
+    if drawn.setup.reference_every or drawn.setup.check_set:
+        attitudes_deg, visits = _visits(drawn)
+        pitch, roll = np.deg2rad(attitudes_deg)
         kinds = [_between_visits(drawn, visit, pitch, roll) for visit in visits]
     held, family = [], drawn.setup.sensors * len(drawn.setup.axes)
     for sensor in range(drawn.setup.sensors):
@@ -253,6 +254,16 @@ def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str
     after, before = (_mean_shares([pair[which] for pair in held]) for which in (0, 1))
     half = float(np.mean([after.prediction_half_width_arcsec for after, _ in held]))
     return JudgedCell(after, before, named(scene, size, kinds), rings, half)
+
+
+def _visits(drawn: Campaign) -> tuple[FloatArray, FloatArray]:
+    """Return (2, a) attitudes and (n, visits, a, outputs): reference visits, else what both check sets have."""
+    schedule, every = drawn.visits("reference" if drawn.setup.reference_every else "check-before")
+    size = 2 if drawn.setup.reference_every else schedule.dwells
+    if not drawn.setup.reference_every:
+        every = np.concatenate([every, drawn.visits("check-after")[1][:, :size]], axis=1)
+    angles = np.stack([schedule.pitch_deg[:size], schedule.roll_deg[:size]])
+    return angles, every.reshape(drawn.campaigns, -1, size, every.shape[2] * every.shape[3])
 
 
 def _mean_shares(each: Sequence[Coverage]) -> Shares:
@@ -293,8 +304,10 @@ def _between_visits(drawn: Campaign, visits: FloatArray, pitch: FloatArray, roll
 Judge = Callable[[str, float, int, int, Mapping[str, float]], JudgedCell]
 
 
-def judge_of(scene: str) -> Judge:
-    """Return what judges a scene."""
+def judge_of(scene: str, design: Mapping[str, float] = MappingProxyType({})) -> Judge:
+    """Return what judges a scene in a design."""
+    if JOINT in design:
+        return of_joint
     if scene in ("temperature-lag", "temperature-curvature"):
         return of_temperature
     kinds: tuple[tuple[tuple[str, ...], Judge], ...] = (

@@ -6,7 +6,7 @@ from typing import Any
 from physics_scenes import SCENES
 from silent_best import best_power
 from silent_cells import Line, shares_of, verdict
-from silent_declared import KEYS, in_words, keys_of
+from silent_declared import JOINT, KEYS, in_words, keys_of, plan_in_words
 from silent_scenes import BY_ITSELF, CAMPAIGNS, FURTHER, REQUIRED, TABLES, Cell, cells
 
 HEAD = """# What the intervals hold, and what is silent
@@ -32,8 +32,9 @@ have three axes or nine, and in 0.02 under a table's certificate.
 
 *Held*: every share from 0.93 to 0.97. *Wide*: none below, some above. *Told*: below, and the cause named in 95 %.
 **Outside**: below, and not told. Of {cells} cells {held} are held, {wide} wide, {told} told and **{outside} outside**.
-Lag and curvature of temperature are also in [findings](findings.md), gyros in [gyros](gyros.md). Not here: the joint
-fit, a partial check set, and two faults at once.
+Lag and curvature of temperature are also in [findings](findings.md), gyros in [gyros](gyros.md). Not here: two
+faults at once. Rows called *joint fit* solve package and table together; *before*, as linear sensors with ±1.96 u. Rows
+with three of six check dwells lost the link inside of the first check set, and visit nothing until the last.
 """
 TWINS = """
 ## What has to be declared
@@ -161,6 +162,7 @@ def _side_by_side(twin: tuple[Line, Line]) -> str:
     scene, design = left["scene"], left["design"]
     where = f", ±{design['pitch_limit_deg']:g}°" if "pitch_limit_deg" in design else ""
     where += ", alone" if "sensors" in design else ""
+    where += f", {words}" if (words := plan_in_words(design)) else ""
     size = f"{left['size']:g} {SCENES[scene].unit}"
     best = _figure(best_power(scene, left["size"], design))
     figures = [_figure(min(shares_of(left))), _figure(left["named"]), best, in_words(declared["design"])]
@@ -199,13 +201,15 @@ def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
         fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
         limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
         declared = ", alone" if "sensors" in row["design"] else ""
+        declared += f", {words}" if (words := plan_in_words(row["design"])) else ""
         declared += f", {words}" if (words := in_words(row["design"])) else ""
         yield f"| {row['size']:g}{declared} | {limit:g} | {' | '.join(map(_figure, figures))} | {text}{fresh} |\n"
 
 
 def _by_design(row: Line) -> tuple[Any, ...]:
     design = row["design"]
-    return design.get("pitch_limit_deg", 90.0), "sensors" in design, row["size"], in_words(design)
+    plan = JOINT in design, "check_before_count" in design
+    return *plan, design.get("pitch_limit_deg", 90.0), "sensors" in design, row["size"], in_words(design)
 
 
 def _limit_of(scene: str) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from physics_scenes import SCENES
-from silent_declared import BENT, BESIDE, COIL, LEVEL, LOST, METER, ORDER, SHIFTED, TABLE, THERMOMETER, USED
+from silent_declared import BENT, BESIDE, COIL, JOINT, LEVEL, LOST, METER, ORDER, SHIFTED, TABLE, THERMOMETER, USED
 
 CAMPAIGNS = 400
 
@@ -62,6 +62,26 @@ BY_ITSELF: Mapping[str, tuple[float, ...]] = {
     "meter-gain": (2.0, 10.0, 20.0, 200.0),
     "sensor-offset": (0.5, 1.0, 2.0, 5.0, 72.0),
 }
+PARTIAL: Mapping[str, float] = {"reference_every": 0, "check_before_count": 3}
+"""The link was lost inside of the first check set, and nothing is visited in between."""
+PARTLY: Mapping[str, tuple[float, ...]] = {
+    "slip-roll": (0.0, 2.0, 5.0, 72.0, 720.0),
+    "slip-pitch": (5.0, 720.0),
+    "meter-gain": (200.0,),
+    "sensor-offset": (72.0,),
+}
+JOINTLY: Sequence[tuple[str, Sequence[float], Mapping[str, float]]] = (
+    ("clean", (0.0,), {}),
+    ("drift-replications", (0.0, 0.5, 1.0, 2.0, 5.0), {"replications": 2}),
+    ("table-once", (0.5, 1.0, 1.5, 3.0), {}),
+    ("table-harmonics", (1.0,), {}),
+    ("table-wrong-zero", (0.5, 1.0), {LEVEL: 1.0}),
+    ("table-base-tilt", (1.0,), {LEVEL: 1.0}),
+    ("k2", (2.0, 10.0), {}),
+    ("cross-coupling", (2.0,), {}),
+    ("wrong-dwell", (30.0,), {}),
+)
+"""Scenes that are solved as package and table together, the designs beside."""
 AT_30 = ("soft-mount", "k2", "k3", "cross-coupling", "k0-asymmetry")
 BEYOND = ("table-once", "table-twice", "table-once-zeroed")
 DECLARED: Sequence[tuple[Sequence[str], Sequence[float], Mapping[str, float]]] = (
@@ -101,6 +121,8 @@ def cells() -> Iterator[Cell]:
         *(cell for scene in (*REQUIRED, *FURTHER) for cell in _thinned(_of_scene_alone(scene))),
         *(cell for scene in AT_30 for cell in _thinned(_at_30(scene))),
         *(Cell(scene, size, ALONE) for scene, sizes in BY_ITSELF.items() for size in sizes),
+        *(Cell(scene, size, {JOINT: 1.0, **design}) for scene, sizes, design in JOINTLY for size in sizes),
+        *(Cell(scene, size, PARTIAL) for scene, sizes in PARTLY.items() for size in sizes),
         *_of_tables((2.0, 0.5)),
     ]
     whole = [
