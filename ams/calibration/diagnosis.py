@@ -199,6 +199,7 @@ def _of_direction(solved: SolvedColumns, index: int, circumstances: Circumstance
         model,
         solved.primary[index],
         solved.primary_covariance[index],
+        solved.primary_dof[index],
         declared[index] if declared else DeclaredDirection(model.nominal_axis),
     )
 

@@ -11,8 +11,9 @@ from typing import Final
 
 import numpy as np
 
+from ams.analysis.calibration_budget import AxisBudget
 from ams.calibration.document import Document, degrees_of_freedom, number
-from ams.calibration.findings_document import findings_document
+from ams.calibration.findings_document import budget_document, findings_document
 from ams.calibration.joint_diagnosis import JointDiagnosis
 from ams.calibration.model_choice import NOT_DETERMINED, WHICH_OFFSET
 from ams.calibration_result import (
@@ -60,16 +61,16 @@ def read_mountings(
     return [Mounting(select_rows(observations, named == word), MOUNTS[word]) for word in dict.fromkeys(words)]
 
 
-def joint_document(
-    fit: JointFit, diagnosis: JointDiagnosis, doubts: Sequence[str] = (), remarks: Sequence[str] = ()
-) -> Document:
+def joint_document(fit: JointFit, solved: Calibration, budgets: Mapping[str, AxisBudget]) -> Document:
     """Return ``{"axes": …, "nuisances": …, "confounded": […]}``, axes and verdict in the shape of any fit.
 
-    Angles of the table are in arc seconds.
+    ``solved``: what :func:`joint_calibration` made of the fit, with what its caller says beside. Angles of the table
+    are in arc seconds.
     """
-    solved = joint_calibration(fit, diagnosis, doubts, remarks)
     return {
-        "axes": {label: _axis(axis) for label, axis in solved.axes.items()},
+        "axes": {
+            label: {**_axis(axis), "budget": budget_document(budgets[label])} for label, axis in solved.axes.items()
+        },
         "verdict": solved.verdict,
         "warnings": list(solved.warnings),
         "remarks": list(solved.remarks),
@@ -173,20 +174,22 @@ def _axis(found: AxisCalibration) -> Document:
     return {
         "parameters": {
             parameter.name: {
-                "value": parameter.value,
-                "standard_uncertainty": parameter.standard_uncertainty,
+                "value": number(parameter.value),
+                "standard_uncertainty": number(parameter.standard_uncertainty),
                 "tp_standard_uncertainty": None,
-                "interval_95": None if parameter.interval_95 is None else list(parameter.interval_95),
+                "interval_95": None
+                if parameter.interval_95 is None
+                else [number(end) for end in parameter.interval_95],
             }
             for parameter in found.parameters
         },
         "covariance": [[number(cell) for cell in row] for row in found.covariance.tolist()],
-        "standard_error_v": found.standard_error_v,
+        "standard_error_v": number(found.standard_error_v),
         "degrees_of_freedom": found.degrees_of_freedom,
         "effective_degrees_of_freedom": {
             parameter.name: degrees_of_freedom(parameter.effective_degrees_of_freedom) for parameter in found.parameters
         },
-        "sensitive_axis_v_per_g": dict(zip(AXES, found.sensitive_axis_v_per_g, strict=True)),
+        "sensitive_axis_v_per_g": dict(zip(AXES, map(number, found.sensitive_axis_v_per_g), strict=True)),
         "replication": None,
         "warnings": list(found.warnings),
         "remarks": list(found.remarks),

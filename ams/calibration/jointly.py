@@ -12,7 +12,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.calibration.columns import plots_of
-from ams.calibration.joint_diagnosis import as_they_stood, diagnose_joint
+from ams.calibration.joint_diagnosis import JointDiagnosis, as_they_stood, diagnose_joint
 from ams.calibration.joint_document import joint_calibration, joint_warnings
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.errors import DesignError
@@ -25,7 +25,7 @@ from ams.solve.layout import layout_of
 from ams.solve.linearised import linearise
 from ams.solve.mixed_model import estimate
 from ams.solve.shifts_within import shifts_within
-from ams.solve.table_errors import WHOLE_TABLE, Mounting, TablePriors
+from ams.solve.table_errors import UPRIGHT, WHOLE_TABLE, Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 
 _OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain", "departure")
@@ -43,9 +43,7 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
     _refuse_what_it_has_not(observations, request)
     rows = replace(observations, mounting=None)
     mountings, stated = [Mounting(rows)], with_level(priors, request.shared_errors)
-    fit = joint_fit(mountings, tuple(request.axes_of(rows)), stated, has_terms=request.extended == "yes")
-    diagnosis = diagnose_joint(mountings, fit, stated, request.tested_axes, request.declared)
-    fit = _with_courses(_with_channels(fit, request.shared_errors), rows, request.shared_errors)
+    fit, diagnosis = solve_jointly(mountings, tuple(request.axes_of(rows)), request, stated)
     solved = joint_calibration(fit, diagnosis)
     stood = next(iter(as_they_stood(mountings, fit, stated)))
     to_read = tuple(joint_warnings(fit))
@@ -58,6 +56,23 @@ def calibrate_jointly(observations: Observations, request: CalibrationRequest, p
         for label, axis in solved.axes.items()
     }
     return replace(solved, axes=axes, warnings=to_read, remarks=(*_of_the_table(fit), *solved.remarks))
+
+
+def solve_jointly(
+    mountings: Sequence[Mounting], axes: Sequence[str], request: CalibrationRequest, priors: TablePriors
+) -> tuple[JointFit, JointDiagnosis]:
+    """Fit package and table, with all that certificates state of the channels in the covariance, and test it.
+
+    ``priors``: of the table, its level among them. Raises: as :func:`ams.solve.joint.joint_fit`.
+    """
+    fit = joint_fit(mountings, axes, priors, has_terms=request.extended == "yes")
+    diagnosis = diagnose_joint(mountings, fit, priors, request.tested_axes, request.declared)
+    stood = as_they_stood(mountings, fit, priors)
+    rows = [
+        mounting.observations if np.array_equal(mounting.package_from_table, UPRIGHT) else turned
+        for mounting, turned in zip(mountings, stood, strict=True)
+    ]
+    return _with_courses(_with_channels(fit, request.shared_errors), rows, request.shared_errors), diagnosis
 
 
 def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequest) -> None:
@@ -107,24 +122,35 @@ def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -
     return replace(fit, components=components, covariance=np.asarray(sum(part.covariance for part in components)))
 
 
-def _with_courses(fit: JointFit, rows: Observations, shared: Mapping[str, Sequence[SharedError]]) -> JointFit:
-    """Return the fit with what the sensors may have done meanwhile, as each axis fitted by itself has it."""
-    layout, parts = layout_of(rows), dict[str, VarianceComponent]()
+def _with_courses(
+    fit: JointFit, mountings: Sequence[Observations], shared: Mapping[str, Sequence[SharedError]]
+) -> JointFit:
+    """Return the fit with what the sensors may have done meanwhile, as each axis fitted by itself has it.
+
+    ``mountings``: their rows at attitudes of the package. All rows together are about the mean of the mountings, and
+    the variance of a mean is at most the mean of the variances.
+    """
+    parts = dict[str, VarianceComponent]()
     for axis in fit.axes:
         errors = [error for error in shared.get(axis, ()) if error.effect in COURSES]
-        if not errors:
-            continue
-        model = fit.sensors[axis].model
-        problem = linearise([model], rows, layout, rows.outputs[axis][:, None], None)
-        alone = estimate(
-            problem.form, problem.alone, layout, problem.outputs, [], plots_of(model, rows, layout), is_weighted=False
-        )
-        for part in shifts_within(problem, layout, alone, errors, is_measured=True):
-            covariance = np.zeros_like(fit.covariance)
-            covariance[fit.block(axis), fit.block(axis)] = part.covariance[0]
-            before = parts.get(part.name)
-            added = covariance if before is None else before.covariance + covariance
-            parts[part.name] = VarianceComponent(part.name, added, float("inf"))
+        for rows in mountings if errors else ():
+            layout, model = layout_of(rows), fit.sensors[axis].model
+            problem = linearise([model], rows, layout, rows.outputs[axis][:, None], None)
+            alone = estimate(
+                problem.form,
+                problem.alone,
+                layout,
+                problem.outputs,
+                [],
+                plots_of(model, rows, layout),
+                is_weighted=False,
+            )
+            for part in shifts_within(problem, layout, alone, errors, is_measured=True):
+                covariance = np.zeros_like(fit.covariance)
+                covariance[fit.block(axis), fit.block(axis)] = part.covariance[0] / len(mountings)
+                before = parts.get(part.name)
+                added = covariance if before is None else before.covariance + covariance
+                parts[part.name] = VarianceComponent(part.name, added, float("inf"))
     components = (*fit.components, *parts.values())
     return replace(fit, components=components, covariance=np.asarray(sum(part.covariance for part in components)))
 

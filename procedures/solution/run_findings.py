@@ -6,6 +6,7 @@ Every axis carries the findings; the significant ones stand among its warnings a
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ams.calibration_result import Calibration
 from ams.findings import Finding, significant_texts
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
@@ -33,12 +34,18 @@ def of_sensor(findings: Sequence[Finding], sensor: str) -> tuple[Finding, ...]:
 
 def with_run_findings(solved: SolvedSensor, findings: Sequence[Finding]) -> SolvedSensor:
     """Return the sensor with the findings on every axis, the significant ones among the warnings."""
-    if solved.calibration is None or not findings:
+    if solved.calibration is None:
         return solved
+    return replace(solved, calibration=with_findings(solved.calibration, findings))
+
+
+def with_findings(calibration: Calibration, findings: Sequence[Finding]) -> Calibration:
+    """Return a calibration with findings on every axis, as :func:`with_run_findings` has them."""
+    if not findings:
+        return calibration
     sentences = significant_texts(findings)
     axes = {
         label: replace(axis, findings=(*axis.findings, *findings), warnings=(*axis.warnings, *sentences))
-        for label, axis in solved.calibration.axes.items()
+        for label, axis in calibration.axes.items()
     }
-    calibration = replace(solved.calibration, axes=axes, warnings=(*solved.calibration.warnings, *sentences))
-    return replace(solved, calibration=calibration)
+    return replace(calibration, axes=axes, warnings=(*calibration.warnings, *sentences))

@@ -35,11 +35,11 @@ _WHAT_TO_DO: Final = (
 
 
 def direction_findings(
-    model: Model, primary: FloatArray, covariance: FloatArray, declared: DeclaredDirection
+    model: Model, primary: FloatArray, covariance: FloatArray, dof: FloatArray, declared: DeclaredDirection
 ) -> Iterator[Finding]:
     """Yield what makes an axis unusable: it senses along another direction than declared, or along none."""
     found = contradicted_axis(model, primary, covariance, declared)
-    yield from undetermined_axis(model, primary, covariance) if found is None else (found,)
+    yield from undetermined_axis(model, primary, covariance, dof) if found is None else (found,)
 
 
 def contradicted_axis(

@@ -12,10 +12,12 @@ from ams.findings import Finding
 from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
+from ams.statistics.intervals import t_quantile
 from ams.units import label_and_unit, printed, signed
 
-_DISTINGUISHED = 2.0
-"""Standard uncertainties: with two replications Student's factor would call every sensor undetermined."""
+_DISTINGUISHED, _TOLD = 5.0, 0.99
+"""Standard uncertainties at the least, and the level of Student's factor where few replications know them badly: a dead
+channel of two replications is within two of its own in seven runs of ten only."""
 _LINEAR = 4
 """Columns of a linear sensor: offset and three sensitivities."""
 _MOST_NAMED = 3
@@ -29,8 +31,11 @@ def stimulus_of(model: Model) -> str:
     return "level" if model.convention == "SR" else "attitude"
 
 
-def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray) -> Iterator[Finding]:
-    """Yield a finding where the sensitivity along the nominal axis is not told from zero."""
+def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray, dof: FloatArray) -> Iterator[Finding]:
+    """Yield a finding where the sensitivity along the nominal axis is not told from zero.
+
+    ``primary``, ``dof``: (P,); ``covariance``: (P, P).
+    """
     name = next(
         (primary_name for primary_name in model.primary_names if primary_name.startswith(f"k_{model.nominal_axis}_")),
         None,
@@ -39,7 +44,7 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray)
         return
     index = model.primary_names.index(name)
     k, u = float(primary[index]), float(np.sqrt(max(covariance[index, index], 0.0)))
-    if not abs(k) <= _DISTINGUISHED * u:
+    if not abs(k) <= max(_DISTINGUISHED, float(t_quantile(_TOLD, dof[index]))) * u:
         return
     unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
     text = (

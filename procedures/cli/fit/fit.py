@@ -174,7 +174,8 @@ def fit(
     with _refusals_name(file):
         if joint:
             stated = check_joint(request, description)
-            document = fit_jointly(file, form, columns, stated, parse_priors(prior), mount, wish, request=request)
+            given = parse_priors(prior)
+            document = fit_jointly(file, form, columns, stated, given, mount, wish, sensor=sensor, request=request)
         elif takes_levels(model):
             _refuse_curvature(hessian)
             document = _linear(file, form, columns, request, wish)

@@ -1,24 +1,25 @@
 """``calrig fit --joint``: package and table in one fit, under what the rig and the operator state of the table."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-from ams.calibration.joint_diagnosis import diagnose_joint
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
-from ams.calibration.jointly import with_level
+from ams.calibration.jointly import solve_jointly, with_level
+from ams.findings import Finding
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
 from ams.inputs.request import CalibrationRequest
-from ams.solve.joint import joint_fit
 from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
+from procedures.records.declared_gaps import meter_remarks
 from procedures.records.overdue_standards import overdue_warnings
-from procedures.solution.provenance import standards_of_table
+from procedures.solution.fitted import sensor_of
+from procedures.solution.request import budgets_of
+from procedures.solution.run_findings import with_findings
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
 from rig.description.rig_file import RigDescription
 from rig.local_time import local_day
@@ -45,6 +46,7 @@ def joint(
     mount: str | None,
     wish: WishedSet | None,
     *,
+    sensor: str | None,
     request: CalibrationRequest,
 ) -> dict[str, Any]:
     """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
@@ -53,16 +55,18 @@ def joint(
         refuse_copies(mounting.observations)
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
-    found = joint_fit(mountings, tuple(columns), stated, has_terms=request.extended == "yes")
-    diagnosis = diagnose_joint(mountings, found, stated, declared=request.declared)
+    found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
     overdue = overdue_warnings(rig, local_day(datetime.now(UTC)))
     doubts = (*level_warnings(rig), *gravity_warnings(rig, None), *overdue)
-    remarks = () if set(priors) >= _TILTS else level_remarks(rig)
+    on_meter = meter_remarks(rig, sensor_of(rig, sensor))
+    remarks = (*(() if set(priors) >= _TILTS else level_remarks(rig)), *on_meter)
+    calibration = joint_calibration(found, diagnosis, doubts, remarks)
+    in_words = ", ".join(f"{name.replace('-', ' ')} u {arcsec:g}″" for name, arcsec in priors.items())
+    budgets = budgets_of(calibration, request, rig, priors_in_words=in_words)
+    solved = with_findings(calibration, [Finding("meter-undeclared", text, False) for text in on_meter])
     if wish is not None:
-        # Of the rig file's standards only those of the table are counted here.
-        wish = replace(wish, standards=tuple(standards_of_table(rig)))
-        write_set(wish, mountings[0].observations, joint_calibration(found, diagnosis, doubts, remarks))
-    return {**joint_document(found, diagnosis, doubts, remarks), "model": "pitch-roll", "convention": "TP"}
+        write_set(wish, mountings[0].observations, solved)
+    return {**joint_document(found, solved, budgets), "model": "pitch-roll", "convention": "TP"}
 
 
 def check_joint(request: CalibrationRequest, rig: RigDescription | None) -> RigDescription:

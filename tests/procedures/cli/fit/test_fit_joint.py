@@ -92,7 +92,7 @@ def test_a_sound_joint_fit_is_tested_and_nothing_is_found(tmp_path: Path, capsys
     file = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), 10.0, seed=7)
     document = call(capsys, "fit", file, *AXES, *TWO, "--json").document
     assert significant(document) == {"x": [], "y": [], "z": []}
-    text = [finding["text"] for finding in document["axes"]["z"]["findings"]]
+    text = [entry["text"] for entry in document["axes"]["z"]["findings"] if entry["kind"] != "meter-undeclared"]
     assert {text.partition(":")[0] for text in text} == {"mounting 1", "mounting 2"}
     assert document["verdict"] == "usable", "what stays confounded has to be read"
 
@@ -186,3 +186,77 @@ def test_an_error_of_the_table_far_beyond_its_prior_is_named(
     assert bool(found) == contradicts, found
     assert all("the rows contradict the prior" in text and "--prior" in text for text in found)
     assert document["verdict"] == ("not usable" if contradicts else "usable")
+
+
+def rig_with(folder: Path, meter_limit_v: float, of_sensor: str = "") -> Path:
+    """Return the example's rig file with a meter of a limit on its readings, and a line for its sensor."""
+    text = RIG.read_text(encoding="utf-8").replace("nplc = 10\n", 'nplc = 10\nstandard = "dmm"\n')
+    text = text.replace('model = "three-axis package"\n', f'model = "three-axis package"\n{of_sensor}')
+    known = 'serial = "D7"\ncertificate = "26-2"\ndue = 2099-01-01\nkind = "limit"\n'
+    meter = f"\n[standards.dmm]\n{known}uncertainty_v = {meter_limit_v}\n"
+    path = folder / f"rig-{meter_limit_v}.toml"
+    path.write_text(text.replace("\n[twin]\n", f"{meter}\n[twin]\n", 1), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("mounts", [("upright",), ("upright", "reversed")], ids=["one", "two"])
+def test_what_the_meter_is_wrong_by_is_in_a_joint_fit_as_in_any_other(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mounts: tuple[str, ...]
+) -> None:
+    """A zero of ±L moves every offset by as much (GUM 4.3.7: u = L/√3), whatever else is solved beside it."""
+    file = write_mounts(tmp_path / "rows.csv", mounts, 0.0)
+    limits_v = (2e-6, 2e-3)
+    for options in ((), ("--joint", *(("--prior", "seat=0.5", "--mount", "mount") if len(mounts) > 1 else ()))):
+        if not options and len(mounts) > 1:
+            continue
+        found = []
+        for limit_v in limits_v:
+            rig = rig_with(tmp_path, limit_v)
+            document = call(capsys, "fit", file, *AXES, "--rig", rig, "--sensor", "SN1047", *options, "--json").document
+            found.append(document["axes"])
+        for axis in "xyz":
+            u_v = [section[axis]["parameters"]["offset_v"]["standard_uncertainty"] for section in found]
+            added = (limits_v[1] ** 2 - limits_v[0] ** 2) / 3.0
+            assert u_v[1] ** 2 - u_v[0] ** 2 == pytest.approx(added, rel=1e-6)
+            lines = {line["source"]: line for line in found[1][axis]["budget"]["lines"]}
+            zero = lines["multimeter zero"]["standard_uncertainty"]["offset_v"]
+            assert zero == pytest.approx(limits_v[1] / 3.0**0.5, rel=1e-3)
+
+
+def test_what_a_sensor_may_shift_by_is_in_a_joint_fit_of_two_mounts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The shift until the next calibration is a rectangle of its limit: u = L/√3 at the least."""
+    file, limit_v = write_mounts(tmp_path / "two.csv", ("upright", "reversed"), 10.0), 1e-3
+    rig = rig_with(tmp_path, 2e-6, f"largest_offset_shift_v = {limit_v}\n")
+    two = ("--joint", "--rig", rig, "--prior", "roll-zero=30", "--prior", "seat=0.5", "--mount", "mount")
+    axes = call(capsys, "fit", file, *AXES, *two, "--sensor", "SN1047", "--json").document["axes"]
+    for section in axes.values():
+        u_v = section["parameters"]["offset_v"]["standard_uncertainty"]
+        assert limit_v / 3.0**0.5 < u_v < limit_v * 2.0**0.5, "shift since, and within: each at most its limit"
+
+
+def test_a_meter_that_nobody_declared_is_told_by_a_joint_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = write_mounts(tmp_path / "one.csv", ("upright",), 0.0)
+    document = call(capsys, "fit", file, *AXES, "--joint", "--rig", RIG, "--sensor", "SN1047", "--json").document
+    for section in document["axes"].values():
+        assert "meter-undeclared" in [finding["kind"] for finding in section["findings"]]
+    assert any("zero and its gain" in remark for remark in document["remarks"])
+
+
+def test_a_dead_axis_has_nulls_in_the_document_of_a_joint_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_mounts(tmp_path / "one.csv", ("upright",), 0.0)
+    head, *rows = (line.split(",") for line in path.read_text(encoding="utf-8").splitlines())
+    chance, column = np.random.default_rng(1), head.index("y_v")
+    for row in rows:
+        row[column] = repr(0.123 + 2e-5 * float(chance.standard_normal()))
+    path.write_text("\n".join(",".join(row) for row in (head, *rows)) + "\n", encoding="utf-8")
+    document = call(capsys, "fit", path, *AXES, "--joint", "--rig", RIG, "--json").document
+    assert document["verdict"] == "not usable"
+    unknown = [name for name, entry in document["axes"]["y"]["parameters"].items() if entry["value"] is None]
+    assert unknown, "coning and azimuth of nothing"
+    assert all(document["axes"]["y"]["parameters"][name]["standard_uncertainty"] is None for name in unknown)
