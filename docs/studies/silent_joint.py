@@ -39,7 +39,7 @@ def of_joint(scene: str, size: float, count: int, seed: int, design: Mapping[str
     held: dict[str, list[FloatArray]] = {"after": [], "before": []}
     predicted: dict[str, list[FloatArray]] = {"after": [], "before": []}
     for index in range(count):
-        rows, kinds_found = _rows_of_one(drawn, index), set[str]()
+        rows, kinds_found = _rows_of_campaign(drawn, index), set[str]()
         for word in held:
             asked = replace(request, extended="yes" if word == "after" else "no")
             found = calibrate_jointly(rows, asked, TablePriors(table))
@@ -59,11 +59,11 @@ def of_joint(scene: str, size: float, count: int, seed: int, design: Mapping[str
         for word, each in held.items()
     }
     rings = float(np.mean([bool(of_campaign) for of_campaign in kinds]))
-    told = named(scene, size, kinds, design)
-    return JudgedCell(shares["after"], shares["before"], told, rings, float(np.mean(widths)))
+    share = named(scene, size, kinds, design)
+    return JudgedCell(shares["after"], shares["before"], share, rings, float(np.mean(widths)))
 
 
-def _rows_of_one(drawn: Campaign, index: int) -> Observations:
+def _rows_of_campaign(drawn: Campaign, index: int) -> Observations:
     outputs = {axis: columns_of(drawn, axis)[:, index] for axis in drawn.setup.axes}
     return replace(rows_of(drawn), outputs=outputs)
 

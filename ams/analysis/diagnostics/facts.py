@@ -15,7 +15,7 @@ from ams.models.thermal import TEMPERATURE_NAMES
 from ams.statistics.intervals import t_quantile
 from ams.units import label_and_unit, printed, signed
 
-_DISTINGUISHED, _TOLD = 5.0, 0.99
+_DISTINGUISHED, _LEVEL = 5.0, 0.99
 """Standard uncertainties at the least, and the level of Student's factor where few replications know them badly: a dead
 channel of two replications is within two of its own in seven runs of ten only."""
 _LINEAR = 4
@@ -44,7 +44,7 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
         return
     index = model.primary_names.index(name)
     k, u = float(primary[index]), float(np.sqrt(max(covariance[index, index], 0.0)))
-    if not abs(k) <= max(_DISTINGUISHED, float(t_quantile(_TOLD, dof[index]))) * u:
+    if not abs(k) <= max(_DISTINGUISHED, float(t_quantile(_LEVEL, dof[index]))) * u:
         return
     unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
     text = (
