@@ -41,8 +41,8 @@ def of_joint(scene: str, size: float, count: int, seed: int, design: Mapping[str
     for index in range(count):
         rows, kinds_found = _rows_of_campaign(drawn, index), set[str]()
         for word in held:
-            asked = replace(request, extended="yes" if word == "after" else "no")
-            found = calibrate_jointly(rows, asked, TablePriors(table))
+            wanted = replace(request, extended="yes" if word == "after" else "no")
+            found = calibrate_jointly(rows, wanted, TablePriors(table))
             for which, axis in enumerate(found.axes.values()):
                 truth = np.append(offset[index, 0, which], k[index, 0, which])
                 at_v, u_v, half_v = _prediction(axis, Attitude(*np.deg2rad(at_deg)))
