@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.step_scan import Change, Course
-from ams.analysis.diagnostics.wording import dwell_words
+from ams.analysis.diagnostics.wording import dwell_words, redo_command, void_command
 from ams.findings import Finding
 from ams.observations import Observations
 
@@ -100,6 +100,6 @@ def _command(change: Change, course: Course, rows: Observations) -> str:
     if not steps:
         return ""
     if change.end is None:
-        return f" (calrig void --from {min(steps)})"
+        return f" ({void_command(min(steps))})"
     touched = np.unique(rows.replication[course.during(change)])
-    return f" ({', '.join(f'calrig redo --replication {label}' for label in touched)})"
+    return f" ({', '.join(redo_command(label) for label in touched)})"

@@ -15,7 +15,7 @@ from procedures.certificate.equation import forms_of, meanings_of, method_of, ne
 from procedures.certificate.grounds import Grounds, gaps_of, meters_undeclared
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
 from procedures.numbers import angle
-from procedures.pages import page_style
+from procedures.pages import page_style, with_whole_options
 from procedures.report.page import STYLE_SHEET, report_environment
 from procedures.report.page import TEMPLATES as SHARED_TEMPLATES
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
@@ -35,7 +35,7 @@ def certificate_page(grounds: Grounds) -> str:
     capability_deg = None if capability is None else number(capability)
     errors = {} if grounds.adjustment is None else grounds.adjustment.as_left.errors
     template = report_environment(TEMPLATES, SHARED_TEMPLATES).get_template("certificate.html.j2")
-    return template.render(
+    page = template.render(
         grounds=grounds,
         one=grounds.coefficients,
         document=grounds.coefficients.document,
@@ -59,6 +59,7 @@ def certificate_page(grounds: Grounds) -> str:
         standing_sentence=_standing_sentence(grounds),
         **page_style(STYLE_SHEET),
     )
+    return with_whole_options(page)
 
 
 def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachment]) -> bytes:

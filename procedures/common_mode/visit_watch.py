@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ams.analysis.diagnostics.wording import redo_command, void_command
 from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
@@ -380,10 +381,10 @@ def way_out(judged: Judged, plan: Plan) -> str:
     first, last = min(judged.doubtful), max(judged.doubtful)
     in_doubt = set(judged.doubtful)
     labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in in_doubt})
-    who = "--operator NAME --reason TEXT"
-    redone = " and ".join(f"calrig redo RUN --replication {label} {who}" for label in labels)
+    taken_back = void_command(first, "RUN")
+    redone = " and ".join(redo_command(label, "RUN") for label in labels)
     return (
         f"in doubt are the {len(judged.doubtful)} dwells of steps {first} to {last}: to measure them again put the "
-        f"table right, calrig stop RUN, then calrig void RUN --from {first} {who}, or {redone}, and calrig resume RUN; "
+        f"table right, calrig stop RUN, then {taken_back}, or {redone}, and calrig resume RUN; "
         "calrig continue RUN keeps them and compares with this visit from then on"
     )

@@ -11,7 +11,7 @@ from pathlib import Path
 from jinja2 import Environment
 
 from ams.rounding import to_place
-from procedures.pages import page_environment, page_style
+from procedures.pages import page_environment, page_style, with_whole_options
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
 from procedures.report.section import sections_in_order
@@ -26,7 +26,7 @@ def render_page(view: RunView, figures: Figures) -> str:
     """Return the page's text: its head, and every registered section in its order."""
     environment = report_environment(TEMPLATES)
     shown = [section for section in sections_in_order() if section.is_shown(view)]
-    return environment.get_template("page.html.j2").render(
+    page = environment.get_template("page.html.j2").render(
         view=view,
         **page_style(STYLE_SHEET),
         attitudes=f"{view.design.points} × {view.design.replications} replications",
@@ -34,6 +34,7 @@ def render_page(view: RunView, figures: Figures) -> str:
         contents={anchor: title for section in shown for anchor, title in section.contents(view).items()},
         sections=[section.rendered(environment, view, figures) for section in shown],
     )
+    return with_whole_options(page)
 
 
 @cache

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from ams.analysis.diagnostics.wording import void_command
 from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_sentence, read_guard_record
@@ -153,7 +154,8 @@ def _accepted(dwells: Sequence[DwellRecord]) -> Iterable[str]:
     counted = [dwell for dwell in dwells if dwell.accepted]
     if not counted:
         return
-    yield f"accepted ({len(counted)}), the newest last; calrig void --from STEP takes back a step and all after it"
+    take_back = void_command("STEP")
+    yield f"accepted ({len(counted)}), the newest last; {take_back} takes back a step and all after it"
     for dwell in counted[-_MOST:]:
         angles = ", ".join(f"{name} {angle_deg:g}°" for name, angle_deg in dwell.targets_deg.items())
         what = f"{dwell.purpose}, replication {dwell.replication}" if dwell.replication else dwell.purpose

@@ -50,6 +50,8 @@ _BESIDE_MEMORY: Final = (
     "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
 )
 _OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
+_IN_WHOSE_NAME: Final = "--operator NAME --reason TEXT"
+"""Without these ``redo`` and ``void`` are refused."""
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
 _NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG, *MEMORIES})
 """What is alike in every replication, or passes for a sensitivity: no scatter between replications holds it."""
@@ -345,10 +347,8 @@ def _wrong(
     listed = "; ".join(dwells[:MOST_LISTED]) + (f"; and {more} more" if more > 0 else "")
     first = rows[0]
     steps = () if observations.step is None else tuple(int(observations.step[row]) for row in rows)
-    redo = f"calrig redo --replication {observations.replication[first]}"
-    way_out = (
-        f"measure it again ({redo}, or calrig void --from {min(steps)})" if steps else "look at it, or leave it out"
-    )
+    redo = redo_command(observations.replication[first])
+    way_out = f"measure it again ({redo}, or {void_command(min(steps))})" if steps else "look at it, or leave it out"
     text = (
         f"wrong dwell: {listed}, against what the other replications say; it is in the result and in its uncertainty, "
         f"and left out of all other tests; {way_out}"
@@ -361,6 +361,16 @@ def _wrong(
         "roll_deg": float(np.rad2deg(observations.roll_rad[first])),
     }
     return Finding("wrong-dwell", text, True, test.p_value, steps, numbers)
+
+
+def redo_command(replication: int | str, run: str = "") -> str:
+    """Return the command that measures a replication again, whole; without a run it is for the one of the folder."""
+    return f"calrig redo {run}{' ' if run else ''}--replication {replication} {_IN_WHOSE_NAME}"
+
+
+def void_command(step: int | str, run: str = "") -> str:
+    """Return the command that takes back a step and all after it, whole."""
+    return f"calrig void {run}{' ' if run else ''}--from {step} {_IN_WHOSE_NAME}"
 
 
 def dwell_words(observations: Observations, row: int) -> str:

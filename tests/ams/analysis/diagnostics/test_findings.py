@@ -111,7 +111,8 @@ def test_one_wrong_dwell_is_named_and_nothing_else_is_blamed_for_it(seed: int) -
     assert found.details["replication"] == drawn.schedule.replication[dwell]
     assert found.details["point"] == drawn.schedule.point[dwell]
     assert f"step {dwell + 1}, replication {drawn.schedule.replication[dwell]}" in found.text
-    assert f"calrig void --from {dwell + 1}" in found.text
+    assert f"calrig void --from {dwell + 1} --operator NAME --reason TEXT" in found.text
+    assert f"calrig redo --replication {drawn.schedule.replication[dwell]} --operator NAME --reason TEXT" in found.text
     assert _kinds(solved.axes[axis]) == {"wrong-dwell"}
     assert not any(test.is_significant for test in solved.axes[axis].replication.drift.values())
     assert found.text in solved.axes[axis].warnings

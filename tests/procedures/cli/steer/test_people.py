@@ -1,5 +1,6 @@
 """The commands for people, as they call them: note, void, redo, handover, salvage, and what they refuse."""
 
+import shlex
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ from command import call
 from finished_job import FinishedJob
 from job_files import job
 
+from ams.analysis.diagnostics.wording import redo_command, void_command
 from procedures.journal.corrections import add_note
 
 pytestmark = pytest.mark.usefixtures("no_report")
@@ -113,3 +115,16 @@ def test_fault_09_a_synchronised_folder_is_refused_unless_insisted(
         capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "Dropbox" / "runs", "--allow-network-folder"
     )
     assert insisted.status == 0
+
+
+@pytest.mark.parametrize("run", ["", "RUN"])
+def test_a_command_that_a_finding_or_a_hold_prints_is_taken_as_it_stands(
+    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It asks for nothing more: all that it lacks in an empty folder is the run."""
+    for printed in (redo_command(2, run), void_command(63, run)):
+        program, *words = shlex.split(printed)
+        refused = call(capsys, *words, "--out", str(tmp_path))
+        assert (program, refused.status) == ("calrig", 2)
+        assert "requires an argument" not in refused.err, refused.err
+        assert str(tmp_path) in refused.err, refused.err

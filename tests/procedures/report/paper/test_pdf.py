@@ -11,6 +11,7 @@ import pikepdf
 import pytest
 from programs import require_program
 
+from procedures.pages import with_whole_options
 from procedures.report.paper.page_tree import Element, page_tree_of
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 
@@ -138,3 +139,35 @@ def test_a_code_point_beside_letters_from_right_to_left_is_whole(form: str, besi
     words = _words(paper_of(f"<html><body><p>{_but_bold(text)}</p></body></html>", IMPRINT), tmp_path)
     assert re.findall(r"<U\+[0-9A-F]+>", words) == named
     assert all(word in words for word in beside.split())
+
+
+def test_no_line_breaks_inside_an_option_of_a_printed_command(tmp_path: Path) -> None:
+    """A command is pasted from the paper: what stands before it is of every length, so that every place is tried."""
+    sentences = "".join(
+        f"<p>{'m' * length} calrig redo --replication 1 --operator NAME --reason TEXT</p>" for length in range(40, 100)
+    )
+    page = PAGE.replace('<h2 id="s">', f'{sentences}<h2 id="s">')
+    for name, text in (("as-it-was", page), ("whole", with_whole_options(page))):
+        (tmp_path / f"{name}.pdf").write_bytes(paper_of(text, IMPRINT, []))
+    ends = {
+        name: [line for line in _lines(tmp_path / f"{name}.pdf") if line.rstrip().endswith("-")]
+        for name in ("as-it-was", "whole")
+    }
+    assert ends["as-it-was"], "the scene tries the places where a line would break"
+    assert ends["whole"] == []
+
+
+def test_only_text_is_marked_and_the_rest_of_a_page_stays_as_it_is() -> None:
+    page = '<head><style>a { color: var(--ink) } b { --x: 1 }</style></head><p title="a --b c">--x-y (--z) a--b −1</p>'
+    whole = with_whole_options(page.replace("<p", "<p>calrig --reason TEXT</p><p"))
+    assert whole.count('<span class="option">') == 2
+    assert 'calrig <span class="option">--reason</span> TEXT' in whole
+    assert re.sub(r'<span class="option">(.*?)</span>', r"\1", whole) == page.replace(
+        "<p", "<p>calrig --reason TEXT</p><p"
+    )
+
+
+def _lines(path: Path) -> list[str]:
+    program = require_program("pdftotext")
+    text = subprocess.run([program, "-layout", path, "-"], capture_output=True, check=True).stdout.decode("utf-8")
+    return text.replace(LEFT_TO_RIGHT, "").splitlines()
