@@ -35,6 +35,7 @@ from ams.surveillance.adjustment import (
     to_document,
     without_conformity,
 )
+from ams.surveillance.reference_attitude import ReferenceAttitude
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,8 @@ class MeasuredSensor:
     """A permanent check sensor."""
     findings: tuple[Finding, ...] = ()
     """Of the run as a whole, as far as they concern this sensor."""
+    reference: ReferenceAttitude | None = None
+    """What the attitudes of the rows are wrong by, where it is declared."""
 
 
 @dataclass(frozen=True)
@@ -338,7 +341,9 @@ def _adjusted(
     declared = new.provenance["acceptance"]
     acceptance = acceptance_of(None if declared is None else table(declared))
     try:
-        found = adjust(previous, new, sensor.observations, acceptance, usage_pitch_deg, turned or None)
+        found = adjust(
+            previous, new, sensor.observations, acceptance, usage_pitch_deg, turned or None, sensor.reference
+        )
     except OutsideValidity:
         return None
     row = {

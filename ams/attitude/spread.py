@@ -61,14 +61,42 @@ class OutputErrors:
         """Return the spread of angles from (N, s, S) angles per output."""
         turned = np.swapaxes(gain, -1, -2)
         parts = [gain @ covariance @ turned for covariance, _ in self.calibration]
+        variances = self._by_part(gain, parts)
+        whole = sum(parts, (gain * self.reading[:, None, :]) @ turned)
+        return Spread(np.sqrt(sum(variances.calibration, variances.reading)), variances.half_95(), np.asarray(whole))
+
+    def angle_variances(self, gain: FloatArray) -> "AngleVariances":
+        """Return what the parts leave of angles, from (N, s, S) angles per output."""
+        turned = np.swapaxes(gain, -1, -2)
+        return self._by_part(gain, [gain @ covariance @ turned for covariance, _ in self.calibration])
+
+    def _by_part(self, gain: FloatArray, parts: Sequence[FloatArray]) -> "AngleVariances":
         calibration = [np.einsum("nss->ns", part) for part in parts]
         dof = [
             np.broadcast_to(np.asarray(d, dtype=float)[..., None], calibration[0].shape) for _, d in self.calibration
         ]
-        reading = np.einsum("nsi,ni->ns", gain**2, self.reading)
-        half_95 = reading_halfwidth(calibration, dof, reading)
-        whole = sum(parts, (gain * self.reading[:, None, :]) @ turned)
-        return Spread(np.sqrt(sum(calibration, reading)), half_95, np.asarray(whole))
+        return AngleVariances(calibration, dof, np.einsum("nsi,ni->ns", gain**2, self.reading))
+
+
+@dataclass(frozen=True)
+class AngleVariances:
+    """Of s angles, part by part."""
+
+    calibration: Sequence[FloatArray]
+    """(N, s) each."""
+    dof: Sequence[FloatArray]
+    """(N, s) each."""
+    reading: FloatArray
+    """(N, s)"""
+
+    def half_95(self, known: FloatArray | float = 0.0) -> FloatArray:
+        """Return (N, s) half-widths with a variance that is ``known`` beside these parts: never less than without it.
+
+        A known variance brings infinite degrees of freedom with it, and Student's factor can fall faster than the
+        standard deviation grows.
+        """
+        without = reading_halfwidth(self.calibration, self.dof, self.reading)
+        return np.fmax(without, reading_halfwidth(self.calibration, self.dof, self.reading, known_variance=known))
 
 
 def output_errors(

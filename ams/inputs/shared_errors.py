@@ -34,6 +34,7 @@ time (:mod:`ams.solve.shifts_within`);
 ``specific-force``: °/s per g along every package axis, by which the zero of a gyro follows the force on it."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
+OF_THE_BASE: tuple[Effect, ...] = ("pitch", "base-tilt")
 COURSES: tuple[Effect, ...] = ("reading-course", "gain-course")
 SHIFTS = ("shift until the next calibration, offset", "shift until the next calibration, sensitivity")
 """Names of what a sensor may do after its calibration: parts of the covariance that no run draws anew."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.frames import specific_force_by_pitch, specific_force_by_roll
-from ams.inputs.table_uncertainty import TableUncertainty, shown_rad
+from ams.inputs.table_uncertainty import TableUncertainty, index_members, shown_rad
 from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 from ams.solve.layout import layout_of
@@ -47,6 +47,26 @@ class TablePriors:
     """Pitch lost at the horizontal, as the cosine of pitch."""
     seat_rad: float = 0.0
     """Each of the three angles of every mounting after the first."""
+
+    @property
+    def of_whole_rad(self) -> tuple[float, ...]:
+        """Standard uncertainties in the order of ``WHOLE_TABLE``."""
+        return (
+            self.pitch_zero_rad, self.roll_zero_rad, self.base_tilt_rad, self.squareness_rad, self.droop_rad
+        )  # fmt: skip
+
+    def force_errors(self, pitch: FloatArray, roll: FloatArray) -> FloatArray:
+        """Return (N, 3, q) what one standard uncertainty of each error changes of the specific force in table axes.
+
+        At (N,) attitudes, radians, of the first mounting, so that no error of a seat is among them.
+        """
+        slopes = {"pitch": specific_force_by_pitch(pitch, roll), "roll": specific_force_by_roll(pitch, roll)}
+        of_whole = np.asarray(table_effects(pitch, roll, WHOLE_TABLE) * self.of_whole_rad)
+        if self.table is None:
+            return of_whole
+        members = index_members(self.table, shown_rad(self.table, {"pitch": pitch, "roll": roll}))
+        of_indices = [slopes[axis][:, :, None] * columns[:, None, :] for axis, columns in members.items()]
+        return np.concatenate([of_whole, *of_indices], axis=2)
 
 
 @dataclass(frozen=True)
@@ -93,10 +113,7 @@ def nuisances_of(mountings: Sequence[Mounting], priors: TablePriors) -> Nuisance
         named += zip(names, found.standard_rad.tolist(), strict=True)
         for part, columns in zip(parts, np.split(found.columns, edges), strict=True):
             part.update(zip(names, columns.T, strict=True))
-    of_whole = (
-        priors.pitch_zero_rad, priors.roll_zero_rad, priors.base_tilt_rad, priors.squareness_rad, priors.droop_rad
-    )  # fmt: skip
-    named += zip(WHOLE_TABLE, of_whole, strict=True)
+    named += zip(WHOLE_TABLE, priors.of_whole_rad, strict=True)
     for number in range(1, len(mountings)):
         named += [(f"{SEAT} {number + 1} about {axis}", priors.seat_rad) for axis in "xyz"]
     kept = [(name, prior) for name, prior in named if prior > 0.0]

@@ -11,13 +11,14 @@ Decision rules, U being the expanded uncertainty of the error (95 %):
 - simple (ILAC-G8:09/2019 4.2.1): *pass* where |error| is inside the limit at every point, else *fail*.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from typing import Literal
 
 import numpy as np
 
+from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
 from ams.observations import Observations
 from ams.sets.canonical import Document, Json, listed, number, table
@@ -27,6 +28,9 @@ from ams.surveillance.attitude_errors import AngleErrors, errors_of
 from ams.surveillance.level_errors import LevelErrors, level_errors_of
 from ams.surveillance.level_errors import from_document as read_level_errors
 from ams.surveillance.level_errors import to_document as level_errors_document
+from ams.surveillance.reference_attitude import NOTHING_DECLARED, ReferenceAttitude, ReferenceInWords
+from ams.surveillance.reference_attitude import from_document as read_reference
+from ams.surveillance.reference_attitude import to_document as reference_document
 
 Verdict = Literal["pass", "conditional", "fail"]
 Rule = Literal["guard-band", "simple"]
@@ -108,6 +112,8 @@ class Adjustment:
     no_as_found: str | None
     """Why there is none."""
     as_left: Condition
+    reference: ReferenceInWords = NOTHING_DECLARED
+    """What of the reference attitude the uncertainties of the errors count."""
     not_judged: str | None = None
     """Why the limits that are declared are not judged as left; None where they are, or where there is none."""
 
@@ -119,26 +125,29 @@ def adjust(
     acceptance: Acceptance,
     usage_pitch_deg: tuple[float, float] | None = None,
     run_at_fault: str | None = None,
+    reference: ReferenceAttitude | None = None,
 ) -> Adjustment:
     """Judge a sensor as found by the previous set and as left by the new one, both on the data of the new run.
 
     ``run_at_fault``: why this run says nothing of how a sensor was found, such as a table that turned. Limits are not
     judged as left by such a run, nor where the new calibration is not usable.
+    ``reference``: what its attitudes are wrong by; None: not declared, and not in the uncertainties.
 
     Of straight lines the errors are those of what they sense.
 
     Raises: OutsideValidity where even the new set tells no angle (gyros, CR's packages).
     """
-    as_left = _condition("as-left", new, new, observations, acceptance, usage_pitch_deg)
+    as_left = _condition("as-left", new, new, observations, acceptance, usage_pitch_deg, reference)
     as_found, why = None, "first calibration in this archive" if previous is None else None
     if run_at_fault is not None:
         why = f"this run does not tell: {run_at_fault}"
     elif previous is not None:
         try:
-            as_found = _condition("as-found", previous, new, observations, acceptance, usage_pitch_deg)
+            as_found = _condition("as-found", previous, new, observations, acceptance, usage_pitch_deg, reference)
         except OutsideValidity as error:
             why = str(error)
-    found = Adjustment(new.sensor, usage_pitch_deg, acceptance, as_found, why, as_left)
+    in_words = NOTHING_DECLARED if reference is None else reference.in_words
+    found = Adjustment(new.sensor, usage_pitch_deg, acceptance, as_found, why, as_left, in_words)
     return without_conformity(found, no_conformity(new.verdict, is_in_quarantine=run_at_fault is not None))
 
 
@@ -202,10 +211,11 @@ def _condition(
     observations: Observations,
     acceptance: Acceptance,
     usage_pitch_deg: tuple[float, float] | None,
+    reference: ReferenceAttitude | None,
 ) -> Condition:
     if new.is_of_lines:
         return Condition(kind, applied.sha256, applied.created_utc, {}, (), level_errors_of(applied, new))
-    errors = errors_of(applied, new, observations, usage_pitch_deg)
+    errors = errors_of(applied, new, observations, usage_pitch_deg, reference)
     judged = tuple(
         judge(errors[angle], limit, acceptance.rule)
         for angle, limit in acceptance.limits_deg.items()
@@ -224,6 +234,7 @@ def to_document(adjustment: Adjustment) -> Document:
         "no_as_found": adjustment.no_as_found,
         "as_left": _condition_document(adjustment.as_left),
         **({"not_judged": adjustment.not_judged} if adjustment.not_judged else {}),
+        "reference": reference_document(adjustment.reference),
     }
 
 
@@ -242,6 +253,7 @@ def from_document(document: Document) -> Adjustment:
         None if found is None else _read_condition("as-found", table(found), acceptance),
         None if why is None else str(why),
         _read_condition("as-left", table(document["as_left"]), acceptance),
+        read_reference(document.get("reference")),
     )
     return without_conformity(read, None if not_judged is None else str(not_judged))
 
@@ -262,6 +274,7 @@ def _errors_document(errors: AngleErrors) -> Document:
     return {
         **{name: [float(value) for value in getattr(errors, name)] for name in columns},
         "left_out": errors.left_out,
+        "parts_deg": {name: [float(value) for value in part] for name, part in errors.parts_deg.items()},
     }
 
 
@@ -279,7 +292,11 @@ def _read_condition(kind: Literal["as-found", "as-left"], document: Document, ac
     return Condition(kind, str(document["set_sha256"]), created, errors, judged, levels)
 
 
-def _coverage_factors(document: Document, points: int) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+def _column(values: Json) -> FloatArray:
+    return np.array([number(value) for value in listed(values)], dtype=float)
+
+
+def _coverage_factors(document: Document, points: int) -> FloatArray:
     """Return a factor for every point; documents of before had one for all."""
     stated = document["coverage_factor"]
     values = [number(value) for value in listed(stated)] if isinstance(stated, list) else [number(stated)] * points
@@ -287,9 +304,8 @@ def _coverage_factors(document: Document, points: int) -> np.ndarray[tuple[int],
 
 
 def _read_errors(angle: str, document: Document) -> AngleErrors:
-    def column(name: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        values: Sequence[Json] = listed(document[name])
-        return np.array([number(value) for value in values], dtype=float)
+    def column(name: str) -> FloatArray:
+        return _column(document[name])
 
     return AngleErrors(
         angle,
@@ -299,4 +315,5 @@ def _read_errors(angle: str, document: Document) -> AngleErrors:
         column("standard_uncertainty_deg"),
         _coverage_factors(document, len(column("error_deg"))),
         int(number(document["left_out"])),
+        {name: _column(values) for name, values in table(document.get("parts_deg", {})).items()},
     )

@@ -47,6 +47,8 @@ def as_left(
     for name, coefficients in sets.items():
         accepted = acceptance_of(table(coefficients.provenance["acceptance"] or {}))
         with suppress(OutsideValidity):  # a set that tells no angles (gyros, packages of CR)
-            rows = sensors[name].observations
-            adjustments[name] = adjust(None, coefficients, rows, accepted, record.plan.usage_pitch_deg)
+            solved = sensors[name]
+            adjustments[name] = adjust(
+                None, coefficients, solved.observations, accepted, record.plan.usage_pitch_deg, None, solved.reference
+            )
     return adjustments

@@ -53,6 +53,7 @@ def measured_sensors(
             solved[name].observations,
             record.plan.sensors[name].check_sensor,
             (*of_sensor(findings, name), *_turns(solved[name], findings)),
+            solved[name].reference,
         )
         for name, coefficients in sets.items()
     ]

@@ -202,6 +202,12 @@ def largest_expanded(errors: AngleErrors) -> str:
     return f"{two_digits(float(errors.expanded_deg[errors.worst]))}°"
 
 
+def largest_budget(errors: AngleErrors) -> str:
+    """Return the parts of the standard uncertainty of the largest error; empty where its store has none."""
+    worst = errors.worst
+    return ", ".join(f"{name} {two_digits(float(part[worst]))}°" for name, part in errors.parts_deg.items())
+
+
 def largest_at(errors: AngleErrors) -> str:
     return attitude({"pitch": float(errors.pitch_deg[errors.worst]), "roll": float(errors.roll_deg[errors.worst])})
 
@@ -259,6 +265,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "largest_error": largest_error,
     "largest_expanded": largest_expanded,
     "largest_at": largest_at,
+    "largest_budget": largest_budget,
     "largest_level_error": largest_level_error,
     "largest_level_expanded": largest_level_expanded,
     "largest_level_at": largest_level_at,

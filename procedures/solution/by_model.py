@@ -32,6 +32,7 @@ from procedures.solution.request import (
     calibrated_degc,
     joint_priors,
     joint_priors_in_words,
+    reference_of,
     request_of,
 )
 from procedures.solution.run_findings import with_run_findings
@@ -96,7 +97,8 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     )
     calibration = replace(solved, remarks=remarks, warnings=warnings)
     budgets = budgets_of(solved, request, item.rig, priors_in_words=joint_priors_in_words(solve))
-    sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
+    reference = reference_of(item.rig, solve, request.shared_errors)
+    sensor = SolvedSensor(item.name, observations, calibration, None, budgets, reference=reference)
     undeclared: list[Finding] = [Finding("level-undeclared", text, False) for text in on_level]
     undeclared += [Finding("meter-undeclared", text, False) for text in on_meter]
     return with_run_findings(sensor, undeclared)

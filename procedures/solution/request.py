@@ -5,15 +5,17 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from ams.analysis.calibration_budget import AxisBudget, axis_budget
+from ams.calibration.jointly import with_level
 from ams.calibration_result import Calibration
 from ams.inputs.declared_direction import NOTHING_DECLARED, DeclaredDirection
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.shared_errors import SharedError
+from ams.inputs.shared_errors import OF_THE_BASE, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
 from ams.solve.table_errors import TablePriors
 from ams.statistics.noise_terms import NoiseTerm
+from ams.surveillance.reference_attitude import LEVEL, TABLE, ReferenceAttitude, ReferenceInWords, parts_of
 from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
@@ -23,6 +25,7 @@ from procedures.records.dwells import DwellRecord
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.type_b import (
     gravity_of,
+    level_remarks,
     shared_errors,
     table_in_words,
     table_uncertainty,
@@ -42,6 +45,8 @@ class SolvedSensor:
     """Axis to its uncertainty budget."""
     static: "Mapping[str, StaticAxis]" = field(default_factory=dict)
     """Axis to what a long rest showed; there is no calibration then."""
+    reference: ReferenceAttitude | None = None
+    """What the attitudes of its rows are wrong by; None where they are no attitudes of a rig."""
 
     @property
     def why_not_usable(self) -> str | None:
@@ -154,6 +159,37 @@ def joint_priors(rig: RigDescription, solve: Solve) -> TablePriors:
     """Return what rig file and procedure state of the table, as the joint fit takes it."""
     given = {f"{name}_rad": value * RAD_PER_ARCSEC for name, value in solve.joint_priors_arcsec.items()}
     return TablePriors(table=table_uncertainty(rig), **given)
+
+
+def reference_of(rig: RigDescription, solve: Solve, shared: Mapping[str, tuple[SharedError, ...]]) -> ReferenceAttitude:
+    """Return what the attitudes of a run are wrong by, as its rig declares it, with the words for it.
+
+    ``shared``: sensor axis to the errors that its calibration was solved with.
+    """
+    stated = joint_priors(rig, solve) if solve.joint else TablePriors(table=table_uncertainty(rig))
+    priors = with_level(stated, shared)
+    of_level = dict.fromkeys(
+        f"{error.name} ({error.stated.removeprefix('level: ')})"
+        for errors in shared.values()
+        for error in errors
+        if error.effect in OF_THE_BASE
+    )
+    of_table = "" if priors.table is None else f"table: {table_in_words(rig)}"
+    of_whole = joint_priors_in_words(solve) if solve.joint else ""
+    unlevelled = bool(level_remarks(rig)) and priors.pitch_zero_rad == priors.base_tilt_rad == 0.0
+    in_words = ReferenceInWords(
+        "; ".join(words for words in (of_table, *of_level, of_whole) if words),
+        " and ".join([*_undeclared_indices(rig, priors), *([LEVEL] if unlevelled else [])]),
+    )
+    return ReferenceAttitude(priors, in_words, parts_of(shared))
+
+
+def _undeclared_indices(rig: RigDescription, priors: TablePriors) -> list[str]:
+    """Return what of the index errors nobody declared."""
+    if priors.table is None:
+        return [TABLE]
+    standard_rad = priors.table.standard_rad()
+    return [f"the index errors of {name}" for name in ("pitch", "roll") if name in rig.axes and not standard_rad[name]]
 
 
 def joint_priors_in_words(solve: Solve) -> str:

@@ -90,6 +90,8 @@ def adjustment_lines(adjustment: Adjustment | None) -> Iterator[str]:
     else:
         yield from _condition_lines(adjustment.as_found, None)
     yield from _condition_lines(adjustment.as_left, adjustment.not_judged)
+    if adjustment.as_left.errors:
+        yield adjustment.reference.sentence
     if adjustment.acceptance.limits_deg:
         yield f"decision rule: {adjustment.acceptance.rule_text}"
 

@@ -18,11 +18,14 @@ from ams.calibration_result import VarianceComponent
 from ams.exports.dcc import to_dcc
 from ams.findings import Finding
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
+from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.stated_findings import LACKING, significant_findings
+from ams.solve.table_errors import TablePriors
 from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
+from ams.surveillance.reference_attitude import ReferenceAttitude, ReferenceInWords
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds, gaps_of
 from procedures.certificate.page import SPECIMEN, certificate_page, certificate_paper
 from procedures.certificate.results import coefficients_of
@@ -70,6 +73,22 @@ def test_straight_lines_are_certified_in_the_unit_of_what_they_sense() -> None:
     for said in ("gain A µT/counts 0.032", "exposed to known levels of what it senses", "Level x -40.000 to 40.000 µT"):
         assert said in text.replace("−", "-"), said
     assert re.search(r"any adjustment \(set of .*\), at most: x 0\.30*\d* µT", text)
+
+
+def test_it_says_what_of_the_reference_attitude_its_uncertainty_counts() -> None:
+    """A table of u 3.6″ is 0.0010° in every error: more than anything else here, and in every U that is printed."""
+    entry, u_rad = _set(), np.deg2rad(0.001)
+    shapes = dict.fromkeys(("pitch", "roll"), IndexErrors("independent"))
+    errors = TablePriors(TableUncertainty(u_rad, u_rad, errors=shapes))
+    reference = ReferenceAttitude(errors, ReferenceInWords("table: pitch u 3.6″", "the level of the base"))
+    limit, rows = Acceptance({"pitch": 0.01}), _measured(entry)
+    found = adjust(None, entry, rows, limit, (-45.0, 45.0), None, reference)
+    text = _text(_grounds(adjustment=found))
+    assert "U counts what the reference attitude itself is wrong by (table: pitch u 3.6″)." in text
+    assert "Not in U, an error of the reference all the same: the level of the base." in text
+    assert "reference attitude 0.0010°" in text
+    assert f"U {found.as_left.judgements[0].expanded_deg:.4f}°" in text
+    assert found.as_left.judgements[0].expanded_deg > 1.9 * 0.001
 
 
 def test_it_holds_what_clause_7_8_asks_for() -> None:

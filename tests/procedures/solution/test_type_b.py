@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 from planning_files import AIR, rig_file
 
+from procedures.description.procedure_file import Solve
 from procedures.records.declared_gaps import meter_remarks
+from procedures.solution.request import reference_of
 from procedures.solution.type_b import (
     gravity_of,
     shared_errors,
@@ -47,10 +49,10 @@ after = { about_pitch_arcsec = 0.9, about_roll_arcsec = 0.4 }
 """
 
 
-def declared(folder: Path) -> RigDescription:
+def declared(folder: Path, *changes: tuple[str, str]) -> RigDescription:
     chamber = AIR.replace('driver = "watlow-f4"', 'driver = "watlow-f4"\nstandard = "probe"')
     gravity = ("gravity_mps2 = 9.80665", "gravity_mps2 = 9.80665\ngravity_uncertainty_mps2 = 3e-6")
-    return rig_file(folder, METER, gravity, more=chamber + STANDARDS)
+    return rig_file(folder, METER, gravity, *changes, more=chamber + STANDARDS)
 
 
 def test_each_certificate_is_divided_as_it_states(tmp_path: Path) -> None:
@@ -125,3 +127,31 @@ def test_an_input_of_ten_megohm_loads_the_resistor(tmp_path: Path) -> None:
     assert (error.name, error.effect) == ("multimeter input", "gain")
     assert error.standard_uncertainty == pytest.approx(250e-6 / sqrt(3.0))
     assert error.stated == "2500 Ω on an input of 1e+07 Ω"
+
+
+def test_the_reference_attitude_is_what_the_rig_declares_of_table_and_level(tmp_path: Path) -> None:
+    rig = declared(tmp_path, ("speed_dps = 5.0", "speed_dps = 5.0\nuncertainty_arcsec = 1.0"))
+    found = reference_of(rig, Solve(), shared_errors(rig, rig.sensors["SN1"], "air"))
+    assert found.errors.pitch_zero_rad == pytest.approx(radians(1.3 / sqrt(3.0) / 3600.0))
+    assert found.errors.base_tilt_rad == pytest.approx(radians(sqrt(0.41) / sqrt(3.0) / 3600.0))
+    assert found.errors.table == table_uncertainty(rig)
+    assert found.parts == {"table", "level of the base about pitch", "level of the base about roll"}
+    assert found.in_words.counted.startswith(
+        f"table: {table_in_words(rig)}; level of the base about pitch (read up to 1.2″, instrument ±0.5″); level"
+    )
+    assert found.in_words.not_counted == "the index errors of roll"
+
+
+def test_what_nobody_declared_of_the_reference_is_named(tmp_path: Path) -> None:
+    of_pitch = ("speed_dps = 5.0", "speed_dps = 5.0\nuncertainty_arcsec = 1.0")
+    of_roll = ("speed_dps = 10.0", "speed_dps = 10.0\nuncertainty_arcsec = 1.0")
+    none = [(new.partition("\n")[0], new.replace("= 1.0", "= 0.0")) for _, new in (of_pitch, of_roll)]
+    for changes, missing in (
+        ((of_pitch, of_roll), "the level of the base"),
+        ((of_pitch, none[1]), "the index errors of roll and the level of the base"),
+        (none, "the index errors of the table and the level of the base"),
+    ):
+        rig = rig_file(tmp_path, *changes)
+        found = reference_of(rig, Solve(), shared_errors(rig, rig.sensors["SN1"]))
+        assert found.in_words.not_counted == missing
+        assert bool(found.in_words.counted) == (list(changes) != none)
