@@ -33,7 +33,8 @@ FindingKind = Literal[
     "field-contradicted",
     "output-clipped",
 ]
-"""``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited;
+"""``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited, or its
+offset is not known to within what the output changes by over 1 g;
 ``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity;
 ``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in;
 ``output-clipped``: dwells stand at a rail of the amplifier or the meter, equal to the last digit."""

@@ -23,6 +23,7 @@ from procedures.plan.sequential import stopped_in_words
 from procedures.records.declared_gaps import meter_remarks
 from procedures.records.dwells import DwellRecord
 from procedures.solution.adaptive_words import adaptive_in_words
+from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import earth_remarks, mean_rotations, with_turned_earth
 from procedures.solution.observations import observations_of
 from procedures.solution.request import (
@@ -95,8 +96,9 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *gravity_warnings(item.rig, item.sensor),
         *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)),
     )
-    calibration = replace(solved, remarks=remarks, warnings=warnings)
     budgets = budgets_of(solved, request, item.rig, priors_in_words=joint_priors_in_words(solve))
+    remarks = (*remarks, *dominating_limits(solved.axes, budgets))
+    calibration = replace(solved, remarks=remarks, warnings=warnings)
     reference = reference_of(item.rig, solve, request.shared_errors)
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets, reference=reference)
     undeclared: list[Finding] = [Finding("level-undeclared", text, False) for text in on_level]

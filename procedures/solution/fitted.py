@@ -16,6 +16,7 @@ from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks
 from procedures.solution.by_model import solve_observations
+from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.run_findings import with_run_findings
@@ -48,6 +49,7 @@ def fitted(
     remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)), *on_meter)
     calibration = replace(solved, warnings=warnings, remarks=remarks)
     budgets = budgets_of(calibration, request, rig, trials)
+    calibration = replace(calibration, remarks=(*remarks, *dominating_limits(calibration.axes, budgets)))
     undeclared = [Finding("meter-undeclared", text, False) for text in on_meter]
     return with_run_findings(SolvedSensor(name, observations, calibration, None, budgets), undeclared)
 

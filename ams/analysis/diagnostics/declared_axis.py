@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.facts import undetermined_axis
+from ams.analysis.diagnostics.facts import undetermined_axis, undetermined_offset
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration
 from ams.findings import UNUSABLE_AXIS, Finding
@@ -39,7 +39,11 @@ def direction_findings(
 ) -> Iterator[Finding]:
     """Yield what makes an axis unusable: it senses along another direction than declared, or along none."""
     found = contradicted_axis(model, primary, covariance, declared)
-    yield from undetermined_axis(model, primary, covariance, dof) if found is None else (found,)
+    if found is not None:
+        yield found
+        return
+    undetermined = tuple(undetermined_axis(model, primary, covariance, dof))
+    yield from undetermined or undetermined_offset(model, primary, covariance)
 
 
 def contradicted_axis(

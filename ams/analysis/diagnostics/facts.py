@@ -18,6 +18,8 @@ from ams.units import label_and_unit, printed, signed
 _DISTINGUISHED, _LEVEL = 5.0, 0.99
 """Standard uncertainties at the least, and the level of Student's factor where few replications know them badly: a dead
 channel of two replications is within two of its own in seven runs of ten only."""
+_EXPANDED = 2.0
+"""Standard uncertainties of an expanded one: what is declared of an offset has no degrees of freedom."""
 _LINEAR = 4
 """Columns of a linear sensor: offset and three sensitivities."""
 _MOST_NAMED = 3
@@ -54,6 +56,24 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
         "leave this axis out"
     )
     yield Finding("axis-undetermined", text, True, None, details={"sensitivity": k, "standard_uncertainty": u})
+
+
+def undetermined_offset(model: Model, primary: FloatArray, covariance: FloatArray) -> Iterator[Finding]:
+    """Yield a finding where the offset of an accelerometer is known no better than the output changes by over 1 g."""
+    offset, along = "offset_v", f"k_{model.nominal_axis}_v_per_g"
+    if offset not in model.primary_names or along not in model.primary_names:
+        return
+    index = model.primary_names.index(offset)
+    u = float(np.sqrt(max(covariance[index, index], 0.0)))
+    change_v = abs(float(primary[model.primary_names.index(along)]))
+    if not change_v <= _EXPANDED * u:
+        return
+    text = (
+        f"the offset has a standard uncertainty of {u:.2g} V where the output changes by {change_v:.3g} V from 0 to "
+        "1 g: no angle is told by this axis; the result is not usable and there is no coefficient set; correct what "
+        "is declared (the budget names the source), or measure again"
+    )
+    yield Finding("axis-undetermined", text, True, None, details={"sensitivity": change_v, "standard_uncertainty": u})
 
 
 def time_confounded(evidence: Evidence) -> Iterator[Finding]:

@@ -304,6 +304,34 @@ def test_a_standard_that_is_overdue_is_a_reservation_of_a_fit_in_the_words_of_a_
         assert any(refused in text for text in calrig.fit(rows, {"x": "sx_v"}, rig=rig).warnings)
 
 
+@pytest.mark.parametrize(
+    ("key", "limit", "verdict"),
+    [
+        ("largest_offset_shift_v", 4.9, "not usable"),
+        ("largest_nonlinearity_v", 4.9, "not usable"),
+        ("largest_sensitivity_shift", 0.99, "not usable"),
+        ("largest_offset_shift_v", 0.1, "sound"),
+        ("largest_offset_shift_v", 5e-5, "sound"),
+    ],
+)
+def test_a_declared_limit_that_leaves_nothing_known_is_told_with_its_key_and_value(
+    key: str, limit: float, verdict: str, tmp_path: Path
+) -> None:
+    """Of 2.5 V/g: ±0.1 V is 2.3° near level, ±50 µV four arc seconds; 4.9 V is more than the whole swing to 1 g."""
+    rows, rig = rows_and_rig_at(tmp_path, 37.09)
+    text = rig.read_text(encoding="utf-8")
+    rig.write_text(text.replace("[sensors.SN1047]\n", f"[sensors.SN1047]\n{key} = {limit}\n"), encoding="utf-8")
+    document = calrig.fit(rows, {"x": "sx_v", "y": "sy_v"}, rig=rig, sensor="SN1047").document
+    assert document["verdict"] == verdict
+    for axis in document["axes"].values():
+        said = [text for text in axis["remarks"] if text.startswith("one declared figure is nearly all")]
+        stated = f"({key}: limit {1e6 * limit:g} "
+        assert bool(said) == (limit > 1e-3)
+        assert all(stated in text for text in said)
+        kinds = [finding["kind"] for finding in axis["findings"] if finding["significant"]]
+        assert kinds == (["axis-undetermined"] if verdict == "not usable" else [])
+
+
 def test_monte_carlo_stands_beside_the_budget(drifting: Path, capsys: pytest.CaptureFixture[str]) -> None:
     outcome = call(capsys, "fit", drifting, "--axis", "y=sy_v", "--monte-carlo", 20_000, "--json").document
     check = outcome["axes"]["y"]["budget"]["monte_carlo"]
