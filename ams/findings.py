@@ -27,6 +27,7 @@ FindingKind = Literal[
     "sensor-change",
     "level-undeclared",
     "meter-undeclared",
+    "rate-undeclared",
     "time-confounded",
     "axis-undetermined",
     "axis-contradicted",

@@ -20,6 +20,7 @@ from procedures.records.declared_gaps import NO_METER, NOBODY_APPROVED, OF_A_TWI
 from rig.local_time import local_day
 
 METER_UNDECLARED: FindingKind = "meter-undeclared"
+RATE_UNDECLARED: FindingKind = "rate-undeclared"
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
             level=table(grounds.coefficients.provenance["level"] or {}),
             has_standards=bool(grounds.standards),
             senses_gravity=grounds.coefficients.senses_gravity,
-            meters=meters_undeclared(grounds),
+            references=(*meters_undeclared(grounds), *rates_undeclared(grounds)),
         )
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))
@@ -109,18 +110,27 @@ def meters_undeclared(grounds: Grounds) -> tuple[str, ...]:
 
     A set says it itself. Of one that does not, such as an earlier one, it is read from its standards.
     """
-    coefficients = grounds.coefficients
-    sections = [table(section) for section in table(coefficients.document["axes"]).values()]
-    findings = [table(finding) for section in sections for finding in listed(section.get("findings", []))]
-    sentences = dict.fromkeys(str(finding["text"]) for finding in findings if finding["kind"] == METER_UNDECLARED)
-    is_in_volts = any(numbers.form.measured_unit == VOLTS for numbers in coefficients.axes.values())
+    sentences = _stated(grounds, METER_UNDECLARED)
+    is_in_volts = any(numbers.form.measured_unit == VOLTS for numbers in grounds.coefficients.axes.values())
     is_counted = any("uncertainty_v" in table(standard["uncertainty"] or {}) for standard in grounds.standards)
     if sentences or is_counted or not is_in_volts:
-        return tuple(sentences)
+        return sentences
     return (
         f"{NO_METER}: none of the standards states uncertainty_v, so that what the zero and the gain of the meter are "
         "wrong by is in no figure stated here (readouts.NAME.standard)",
     )
+
+
+def rates_undeclared(grounds: Grounds) -> tuple[str, ...]:
+    """Return what is to be said of rates that no standard is behind, as a set of gyros says it."""
+    return _stated(grounds, RATE_UNDECLARED)
+
+
+def _stated(grounds: Grounds, kind: FindingKind) -> tuple[str, ...]:
+    """Return the sentences of a set's findings of one kind, each once."""
+    sections = [table(section) for section in table(grounds.coefficients.document["axes"]).values()]
+    findings = [table(finding) for section in sections for finding in listed(section.get("findings", []))]
+    return tuple(dict.fromkeys(str(finding["text"]) for finding in findings if finding["kind"] == kind))
 
 
 def _is_overdue(standard: Mapping[str, Json], grounds: Grounds) -> bool:

@@ -20,7 +20,7 @@ from procedures.plan.drift_bias import drift_bias, time_correlation
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
 from procedures.plan.sequential import usage_pitch_deg
-from procedures.records.declared_gaps import meter_remarks
+from procedures.records.declared_gaps import undeclared_references
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
 from procedures.solution.expected_readings import read_adaptively
@@ -85,7 +85,7 @@ def forecast_of_design(
 
 def _remarks(rig: RigDescription, plan: Plan) -> Iterator[str]:
     yield from level_remarks(rig)
-    yield from dict.fromkeys(text for sensor in plan.sensors.values() for text in meter_remarks(rig, sensor))
+    yield from undeclared_references(rig, plan.sensors.values(), plan.axes)
     if plan.environment is None:
         yield from use_remarks(rig, plan.solve, plan.sensors)
 

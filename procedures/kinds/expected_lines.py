@@ -11,6 +11,7 @@ from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import Forecast
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Follow, Turn
+from procedures.records.declared_gaps import undeclared_references
 from procedures.solution.expected_points import Solver, expected_points
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -24,7 +25,8 @@ def forecast_of_points(rig: RigDescription, plan: Plan, solver: Solver | None) -
     if solver is not None:
         for name, sensor in plan.sensors.items():
             expected += _expected(rig, plan, name, sensor, solver)
-    return Forecast(tuple(expected), (*_advice(plan), *_unguarded(rig, plan)), turns=_turns(plan))
+    remarks = undeclared_references(rig, plan.sensors.values(), plan.axes)
+    return Forecast(tuple(expected), (*_advice(plan), *_unguarded(rig, plan)), turns=_turns(plan), remarks=remarks)
 
 
 def _turns(plan: Plan) -> dict[str, float]:

@@ -3,7 +3,7 @@
 Source: ISO/IEC 17025:2017, 7.8.2.1, 7.8.4.1.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,8 @@ NOBODY_APPROVED = "nobody has signed the set as approved"
 OF_A_TWIN = "the readings come from a twin (SIMULATED)"
 NO_METER = "no uncertainty of the meter is declared"
 """How it is said of a meter without a standard that states volts: in remark, verdict and gap."""
+NO_STANDARD_OF_RATES = "no standard of the rates is declared"
+"""How it is said of gyros that turned about an axis without a standard: in remark, verdict and gap."""
 VOLTS = "v"
 """As it is written in a key."""
 
@@ -26,8 +28,8 @@ class Declared:
     level: Mapping[str, Any]
     has_standards: bool
     senses_gravity: bool
-    meters: Sequence[str]
-    """What is to be said of meters without a declared uncertainty, a sentence each."""
+    references: Sequence[str]
+    """What is to be said of meters and of turning axes that no standard is behind, a sentence each."""
 
 
 def declared_gaps(declared: Declared) -> Iterator[str]:
@@ -42,7 +44,7 @@ def declared_gaps(declared: Declared) -> Iterator[str]:
         yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
     if declared.senses_gravity and not (declared.level.get("before") or declared.level.get("after")):
         yield "the level of the base was not read ([level] before and after)"
-    yield from declared.meters
+    yield from declared.references
 
 
 def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[str, ...]:
@@ -63,6 +65,28 @@ def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[str, ...]
         f"declare {' and '.join(f'readouts.{name}.standard' for name in unknown)} and uncertainty_v of that standard "
         "under [standards.NAME] of the rig file",
     )
+
+
+def rate_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> tuple[str, ...]:
+    """Say that no standard is behind the rates that a gyro was held against, of the axes that ``turned``."""
+    reference = rig.attitude_reference
+    referred = () if reference is None or reference.standard is None else tuple(reference.channels)
+    axes = [name for name in turned if name in rig.axes and name not in referred]
+    unknown = [name for name in axes if rig.axes[name].standard is None]
+    if sensor.measures != "rate" or not unknown:
+        return ()
+    return (
+        f"{NO_STANDARD_OF_RATES} ({', '.join(unknown)}): a rate that is wrong by a part is a sensitivity that is wrong "
+        f"by it, and is in no figure stated here; declare {' and '.join(f'axes.{name}.standard' for name in unknown)} "
+        "and its certificate under [standards.NAME] of the rig file",
+    )
+
+
+def undeclared_references(rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str]) -> tuple[str, ...]:
+    """Return what is to be said of the meters of the sensors and of the axes that turn, each once."""
+    axes = tuple(turned)
+    said = (text for sensor in sensors for text in (*meter_remarks(rig, sensor), *rate_remarks(rig, sensor, axes)))
+    return tuple(dict.fromkeys(said))
 
 
 def _states_volts(rig: RigDescription, readout: str) -> bool:

@@ -7,6 +7,7 @@ finding says that the stated uncertainties do not hold what it found.
 """
 
 from collections.abc import Iterable, Sequence
+from typing import Final
 
 import numpy as np
 
@@ -14,10 +15,17 @@ from ams.arrays import FloatArray
 from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_texts, turned_the_table
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
-from procedures.records.declared_gaps import NO_METER
+from procedures.records.declared_gaps import NO_METER, NO_STANDARD_OF_RATES
 from procedures.report.overview import Statement, stated_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
 from procedures.solution.type_b import NO_LEVEL
+
+UNDECLARED: Final = (
+    (NO_LEVEL, "the level of the base"),
+    (NO_METER, "the uncertainty of the meter"),
+    (NO_STANDARD_OF_RATES, "a standard of the rates"),
+)
+"""How a remark begins, and what the verdict then says that the result is without."""
 
 
 def judge(
@@ -54,9 +62,7 @@ def judge(
         *stated_once((remark for sensor in sensors for remark in _remarks(sensor)), names),
     ]
     undeclared = [
-        what
-        for begins, what in ((NO_LEVEL, "the level of the base"), (NO_METER, "the uncertainty of the meter"))
-        if any(text.startswith(begins) for text in _remark_texts(sensors))
+        what for begins, what in UNDECLARED if any(text.startswith(begins) for text in _remark_texts(sensors))
     ]
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])

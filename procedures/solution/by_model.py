@@ -20,7 +20,7 @@ from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.sequential import stopped_in_words
-from procedures.records.declared_gaps import meter_remarks
+from procedures.records.declared_gaps import meter_remarks, rate_remarks
 from procedures.records.dwells import DwellRecord
 from procedures.solution.adaptive_words import adaptive_in_words
 from procedures.solution.dominating_limits import dominating_limits
@@ -80,12 +80,14 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     is_levelled = model is None or not model.needs_rates
     on_level = level_remarks(item.rig) if is_levelled else ()
     on_meter = meter_remarks(item.rig, item.sensor)
+    on_rates = rate_remarks(item.rig, item.sensor, item.plan.axes)
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (
         *solved.remarks,
         *_remarks(item.plan.solve, item.dwells),
         *on_level,
         *on_meter,
+        *on_rates,
         *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
         *gravity_on_gyros_remarks(request.shared_errors, senses_rates=model is not None and model.needs_rates),
         *(text for text in (stopped, adaptive_in_words(item)) if text is not None),
@@ -103,6 +105,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets, reference=reference)
     undeclared: list[Finding] = [Finding("level-undeclared", text, False) for text in on_level]
     undeclared += [Finding("meter-undeclared", text, False) for text in on_meter]
+    undeclared += [Finding("rate-undeclared", text, False) for text in on_rates]
     return with_run_findings(sensor, undeclared)
 
 

@@ -7,6 +7,7 @@ import json
 import os
 import signal
 from collections.abc import Mapping
+from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +16,14 @@ from motion_runs import MotionRun, motion_run
 from scipy.stats import t as student
 from small_run import dwells_of, in_child, measured
 
+from ams.archive.sign_offs import SignOff
 from ams.exports.formats import load_set
 from ams.exports.verify import verify
 from ams.sets.apply import sensed_level
 from ams.sets.canonical import listed, number, table
+from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, sets_of, solve_run
+from procedures.records.declared_gaps import NO_STANDARD_OF_RATES
 from procedures.records.states import State
 from procedures.report.truth import truth_of
 from procedures.run.dwell.turning import RateWatch
@@ -210,7 +214,22 @@ def test_cr_gyros_by_constant_rates_on_the_rate_table(tmp_path: Path) -> None:
     solved = motion_run(tmp_path, "rate-table", "rates", changes).solved()
     _require_inside(solved, "ENC03J", _table_4())
     assert _told_of_gravity(solved, "ENC03J")
+    _require_told_that_no_standard_is_behind_the_rates(solved)
     _require_a_set_for_the_rates_that_were_turned(solved, tmp_path)
+
+
+def _require_told_that_no_standard_is_behind_the_rates(solved: SolvedRun) -> None:
+    """The example's axes have none: a remark of the run, a finding of every axis, a gap of the certificate."""
+    calibration = solved.sensors["ENC03J"].calibration
+    assert calibration is not None
+    (said,) = [text for text in calibration.remarks if text.startswith(NO_STANDARD_OF_RATES)]
+    assert "(pitch, yaw, roll)" in said
+    for axis in calibration.axes.values():
+        (finding,) = [finding for finding in axis.findings if finding.kind == "rate-undeclared"]
+        assert (finding.text, finding.is_significant) == (said, False)
+    entry = sets_of(solved)["ENC03J"]
+    gaps = list(gaps_of(Grounds("1", date(2026, 3, 2), entry, None, SignOff(entry.sha256, (), ()))))
+    assert gaps.count(said) == 1
 
 
 def _require_a_set_for_the_rates_that_were_turned(solved: SolvedRun, folder: Path) -> None:
@@ -224,7 +243,13 @@ def _require_a_set_for_the_rates_that_were_turned(solved: SolvedRun, folder: Pat
     assert verify(delivery.sets["ENC03J"]).forward_vectors == 9
     assert delivery.archived is not None
     page = delivery.report.read_text(encoding="utf-8")
-    for text in ("Rates from position and time", "+40", "u(drift) (ppm)", "Residuals"):
+    for text in (
+        "Rates from position and time",
+        "+40",
+        "u(drift) (ppm)",
+        "Residuals",
+        "without a standard of the rates",
+    ):
         assert text in page
 
 

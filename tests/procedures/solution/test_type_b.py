@@ -7,7 +7,7 @@ import pytest
 from planning_files import AIR, rig_file
 
 from procedures.description.procedure_file import Solve
-from procedures.records.declared_gaps import meter_remarks
+from procedures.records.declared_gaps import NO_STANDARD_OF_RATES, meter_remarks, rate_remarks
 from procedures.solution.request import reference_of
 from procedures.solution.type_b import (
     gravity_of,
@@ -16,8 +16,10 @@ from procedures.solution.type_b import (
     table_in_words,
     table_uncertainty,
 )
+from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
+EXAMPLES = Path(__file__).parents[3] / "examples"
 METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"')
 STANDARDS = """
 [standards.meter]
@@ -81,6 +83,25 @@ def test_a_meter_is_told_of_wherever_its_volts_bring_no_error_into_the_budget(tm
         assert len(said) == ("multimeter zero" not in counted), (changes, more)
         assert all("readouts.dmm.standard" in text for text in said)
     assert len(meter_remarks(declared(tmp_path), None)) == 1
+
+
+def test_a_gyro_is_told_of_every_axis_that_turns_without_a_standard() -> None:
+    rig = read_rig(EXAMPLES / "rate-table" / "rig.toml")
+    gyro, turned = rig.sensors["ENC03J"], ("pitch", "yaw")
+    (said,) = rate_remarks(rig, gyro, turned)
+    assert said.startswith(f"{NO_STANDARD_OF_RATES} (pitch, yaw): ")
+    assert "declare axes.pitch.standard and axes.yaw.standard" in said
+    (of_yaw,) = rate_remarks(_behind(rig, "pitch"), gyro, turned)
+    assert of_yaw.startswith(f"{NO_STANDARD_OF_RATES} (yaw): ")
+    assert rate_remarks(_behind(rig, "pitch", "yaw"), gyro, turned) == ()
+    assert rate_remarks(rig, gyro.model_copy(update={"measures": "acceleration"}), turned) == ()
+
+
+def _behind(rig: RigDescription, *names: str) -> RigDescription:
+    """Return the rig with a standard behind these axes."""
+    standard = {"standard": "table"}
+    axes = {name: axis.model_copy(update=standard if name in names else {}) for name, axis in rig.axes.items()}
+    return rig.model_copy(update={"axes": axes})
 
 
 def test_gravity_is_carried_with_its_uncertainty(tmp_path: Path) -> None:
