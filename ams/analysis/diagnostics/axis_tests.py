@@ -48,6 +48,7 @@ from ams.analysis.diagnostics.robust_fit import robust_fit
 from ams.analysis.diagnostics.settling import Between, Estimate, slope_test
 from ams.analysis.diagnostics.stated_sizes import stated_sizes
 from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.terms_over_temperature import of_terms_over_temperature
 from ams.analysis.diagnostics.tested_terms import (
     columns_of,
     linear_base,
@@ -150,7 +151,7 @@ def axis_tests(
     if shared.over_time is not None:
         found.append(slope_test(OVER_TIME, "drift", shared.over_time, output, "per h"))
     found += _of_temperature(evidence, shared, output, known)
-    found += [] if lag is None else [lag]
+    found += [*([] if lag is None else [lag]), *of_terms_over_temperature(evidence, output, lag)]
     terms = low_order(evidence, output, known, before)
     columns = columns_of(evidence.models[output])
     between, by_replication = _between(evidence, shared, output, grid), None
@@ -385,8 +386,7 @@ def _next(
 def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests) -> AxisTests:
     """Take from drift what temperature explains, and from curvature what a lag does."""
     flags, tests = dict(decided.is_significant), dict(decided.tests)
-    causes = [name for name in (LAG, CURVATURE, BY_REPLICATION) if flags.get(name)]
-    if not causes:
+    if not any(flags.get(name) for name in (LAG, CURVATURE, BY_REPLICATION)):
         return decided
     lag_h = tests[LAG].uncertainty if flags.get(LAG) else None
     between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(flags.get(CURVATURE)))

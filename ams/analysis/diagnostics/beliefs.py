@@ -32,6 +32,7 @@ BY_POINT_GAIN: Final = "temperature, point by point, on the sensitivity"
 BY_REPLICATION: Final = "temperature, replication by replication"
 LAG: Final = "temperature lag"
 CURVATURE: Final = "temperature curvature"
+TERMS_OVER_TEMPERATURE: Final = "terms of low order over temperature"
 TABLE_LIMIT: Final = "table's declared limit"
 SQUARENESS: Final = "squareness of the table's axes"
 SLIP: Final = "slip of the table in mid-run"
@@ -63,6 +64,17 @@ COLUMNS_OF_GYROS: Final = tuple(replace(column, unit=PPM) if column.name in OF_G
 
 
 @dataclass(frozen=True)
+class TermChange:
+    """How one term of low order changes with temperature."""
+
+    name: str
+    unit: str
+    """Of the term's coefficient."""
+    per_degc: float
+    standard_uncertainty: float
+
+
+@dataclass(frozen=True)
 class BeliefTest:
     """One belief, tested."""
 
@@ -80,6 +92,8 @@ class BeliefTest:
     """By another finding, which has its name."""
     fit_as_well: tuple[str, ...] = ()
     """Names of tests that nothing tells from this one."""
+    changes: tuple[TermChange, ...] = ()
+    """Of the terms that change with temperature, the plainest first."""
     axes: int = 1
     """How many axes of a family have this same test: it can ring falsely once only, so it has the share of all of them.
     """

@@ -25,11 +25,13 @@ from ams.analysis.diagnostics.beliefs import (
     SQUARENESS,
     STEP,
     TABLE_LIMIT,
+    TERMS_OVER_TEMPERATURE,
     TURNED_FROM,
     TURNED_FROM_ALIKE,
     WRONG_DWELL,
     AxisTests,
     BeliefTest,
+    TermChange,
 )
 from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
 from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TERMS
@@ -53,7 +55,7 @@ _OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is n
 _IN_WHOSE_NAME: Final = "--operator NAME --reason TEXT"
 """Without these ``redo`` and ``void`` are refused."""
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
-_NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG, *MEMORIES})
+_NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG, TERMS_OVER_TEMPERATURE, *MEMORIES})
 """What is alike in every replication, or passes for a sensitivity: no scatter between replications holds it."""
 _SYMBOLS: Final = {name: (symbol, unit) for name, _, symbol, unit in TERMS}
 
@@ -285,7 +287,20 @@ def _of_temperature(test: BeliefTest, scale: Scale) -> dict[str, Callable[[], st
             "which a straight line over temperature does not have; use the result near the temperatures measured, or "
             "solve with terms of second order ([solve] temperature_order = 2)"
         ),
+        TERMS_OVER_TEMPERATURE: lambda: (
+            "terms of second or third order change with temperature: "
+            f"{', '.join(_change_words(change, scale) for change in test.changes)}; {scale.words(test.size)} over the "
+            "temperatures measured (root mean square), which no term of the result has: away from their mean "
+            "predictions and attitudes are off by more than is stated; calibrate at the temperature of use"
+        ),
     }
+
+
+def _change_words(change: TermChange, scale: Scale) -> str:
+    per_g, unit = scale.volts_per_radian, f"µ{change.unit if scale.volts_per_radian is None else 'g' + change.unit[1:]}"
+    unit, factor = (PPM, 1.0) if change.unit == PPM else (unit, 1e6 / (per_g or 1.0))
+    within = _within(factor * change.per_degc, 2.0 * factor * change.standard_uncertainty)
+    return f"{_SYMBOLS[change.name][0]} by {within} {unit} per °C"
 
 
 def _turned_text(test: BeliefTest, scale: Scale, where: str, drift_is: str) -> str:
