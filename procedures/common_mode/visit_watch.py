@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ams.analysis.diagnostics.wording import redo_command, void_command
+from ams.analysis.diagnostics.take_back import redo_command, void_command
 from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from ams.analysis.diagnostics.wording import void_command
+from ams.analysis.diagnostics.take_back import void_command
 from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_sentence, read_guard_record

@@ -15,9 +15,10 @@ from ams.models.thermal import TEMPERATURE_NAMES
 from ams.statistics.intervals import t_quantile
 from ams.units import label_and_unit, printed, signed
 
-_DISTINGUISHED, _LEVEL = 5.0, 0.99
-"""Standard uncertainties at the least, and the level of Student's factor where few replications know them badly: a dead
-channel of two replications is within two of its own in seven runs of ten only."""
+_DISTINGUISHED, _LEVEL = 3.0, 0.9
+"""Standard uncertainties at the least, and the level of Student's factor where few replications know them badly: of
+dead channels of two replications one in ten is told from zero by it, and three in ten by two standard uncertainties.
+"""
 _EXPANDED = 2.0
 """Standard uncertainties of an expanded one: what is declared of an offset has no degrees of freedom."""
 _LINEAR = 4

@@ -37,6 +37,7 @@ from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
 from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TERMS
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.table_limit_wording import of_table_limit
+from ams.analysis.diagnostics.take_back import redo_command, void_command
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
 from ams.models.extended import CONFOUNDED
@@ -52,8 +53,6 @@ _BESIDE_MEMORY: Final = (
     "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
 )
 _OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
-_IN_WHOSE_NAME: Final = "--operator NAME --reason TEXT"
-"""Without these ``redo`` and ``void`` are refused."""
 _PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
 _NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG, TERMS_OVER_TEMPERATURE, *MEMORIES})
 """What is alike in every replication, or passes for a sensitivity: no scatter between replications holds it."""
@@ -376,16 +375,6 @@ def _wrong(
         "roll_deg": float(np.rad2deg(observations.roll_rad[first])),
     }
     return Finding("wrong-dwell", text, True, test.p_value, steps, numbers)
-
-
-def redo_command(replication: int | str, run: str = "") -> str:
-    """Return the command that measures a replication again, whole; without a run it is for the one of the folder."""
-    return f"calrig redo {run}{' ' if run else ''}--replication {replication} {_IN_WHOSE_NAME}"
-
-
-def void_command(step: int | str, run: str = "") -> str:
-    """Return the command that takes back a step and all after it, whole."""
-    return f"calrig void {run}{' ' if run else ''}--from {step} {_IN_WHOSE_NAME}"
 
 
 def dwell_words(observations: Observations, row: int) -> str:

@@ -8,7 +8,7 @@ from command import call
 from finished_job import FinishedJob
 from job_files import job
 
-from ams.analysis.diagnostics.wording import redo_command, void_command
+from ams.analysis.diagnostics.take_back import redo_command, void_command
 from procedures.journal.corrections import add_note
 
 pytestmark = pytest.mark.usefixtures("no_report")
