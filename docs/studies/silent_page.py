@@ -66,11 +66,13 @@ UNSEARCHED = """
 were held against each other: their *named* and *rings* lack that.
 """
 RECENT = """
-{recent}, those of after-effects and of `fixture-play` at 0.5″ apart, were computed before some of these were looked
-for: changes that return, what a sensor remembers, outputs at a rail, the scatter of a term between replications. All
-were computed before tests that say the same counted for what they add (decision 48), a plain drift was told before what
-it resembles (decision 52) and one output was held against the table (decision 53). Nothing of their estimates has
-changed since, but *named* and *rings* are those of the tests of then.
+§ {recent} cells, computed with the tests of now but one: terms that change with temperature are looked for since, where
+temperature coefficients are estimated (decision 58). The others, those of after-effects and of `fixture-play` at 0.5″
+apart, were computed before some of these were looked for: changes that return, what a sensor remembers, outputs at a
+rail, the scatter of a term between replications; and all of the others before tests that say the same counted for what
+they add (decision 48), a plain drift was told before what it resembles (decision 52) and one output was held against
+the table (decision 53). Nothing of their estimates has changed since, but *named* and *rings* are those of the tests of
+then.
 """
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
@@ -137,7 +139,7 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
     yield UNSEARCHED.format(unsearched=unsearched) if unsearched else ""
     recent = sum(bool(line.get("recent")) for line in lines.values())
     if recent < len(lines):
-        yield RECENT.format(recent="The cells without § (those of now)" if recent else "All cells")
+        yield RECENT.format(recent=recent)
     for scene in dict.fromkeys((*REQUIRED, *TABLES, *FURTHER, *BY_ITSELF)):
         rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
         if rows:

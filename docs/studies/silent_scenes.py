@@ -74,6 +74,7 @@ JOINTLY: Sequence[tuple[str, Sequence[float], Mapping[str, float]]] = (
     ("clean", (0.0,), {}),
     ("drift-replications", (0.0, 0.5, 1.0, 2.0, 5.0), {"replications": 2}),
     ("table-once", (0.5, 1.0, 1.5, 3.0), {}),
+    ("table-once", (1.5,), {TABLE: 1.5}),
     ("table-harmonics", (1.0,), {}),
     ("table-wrong-zero", (0.5, 1.0), {LEVEL: 1.0}),
     ("table-base-tilt", (1.0,), {LEVEL: 1.0}),
