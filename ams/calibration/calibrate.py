@@ -88,13 +88,13 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         temperature = rows.temperature_degc if request.counts_temperature else None
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]], temperature)
         groups.append((group, solved, outputs))
-    limit = judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table)
+    by_output = iter(judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table))
     family = request.tested_axes or len(labels)
     judged = [None if weights is not None else evidence_of(solved, rows) for _, solved, _ in groups]
     steps = _steps(judged, groups, family)
     every = []
     for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
-        limits, changed = [limit] * len(group), [steps.get(label, NO_STEPS) for label in group]
+        limits, changed = [next(by_output) for _ in group], [steps.get(label, NO_STEPS) for label in group]
         of_group, said = shared[group[0]], [_declared(label, choices, request) for label in group]
         under = Circumstances(rows, outputs, request.table, of_group, limits, family, (), changed, said)
         every.append((solved, under, evidence))

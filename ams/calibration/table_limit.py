@@ -20,19 +20,25 @@ _ROUNDING = 32.0 * float(np.finfo(float).eps)
 
 def judge_table(
     groups: Sequence[tuple[SolvedColumns, Sequence[int]]], rows: Observations, table: TableUncertainty | None
-) -> TableLimit | None:
+) -> Sequence[TableLimit | None]:
     """Return what the named outputs of each group, all seen at the same ``rows``, say against the declared limit.
 
-    None where no limit is declared, or no output can say anything: nothing replicated, or a model without attitude.
+    To each of them, group by group. None where no limit is declared, or no output can say anything: nothing replicated,
+    or a model without attitude.
     """
+    nothing = [None for _, indices in groups for _ in indices]
     if table is None or not groups:
-        return None
+        return nothing
     pitch, roll = angles_of_points(rows, groups[0][0].layout)
     outputs = [seen for solved, indices in groups for seen in _seen(solved, indices, pitch, roll)]
     shown = shown_rad(table, {"pitch": pitch, "roll": roll})
     found = {axis: indices_of(table, axis, angle) for axis, angle in shown.items()}
-    indices = {axis: limit for axis, limit in found.items() if limit is not None}
-    return beyond_limit(outputs, indices) if outputs and indices else None
+    of_axes = {axis: limit for axis, limit in found.items() if limit is not None}
+    places = [place for place, seen in enumerate(outputs) if seen is not None]
+    if not places or not of_axes:
+        return nothing
+    of_package = beyond_limit([seen for seen in outputs if seen is not None], of_axes)
+    return [of_package.of_output(places.index(place) if place in places else None) for place in range(len(outputs))]
 
 
 def slopes_at_points(
@@ -54,9 +60,13 @@ def _of_higher_order(pitch: FloatArray, roll: FloatArray) -> FloatArray:
     )
 
 
-def _seen(solved: SolvedColumns, indices: Sequence[int], pitch: FloatArray, roll: FloatArray) -> Iterator[SeenPoints]:
+def _seen(
+    solved: SolvedColumns, indices: Sequence[int], pitch: FloatArray, roll: FloatArray
+) -> Iterator[SeenPoints | None]:
+    """Yield the points of each output; None where it can say nothing."""
     sums, problem, layout = solved.mixed.sums, solved.problem, solved.layout
     if sums is None or problem.form.weights is not None:
+        yield from [None] * len(indices)
         return
     alone = problem.alone
     basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
@@ -65,6 +75,7 @@ def _seen(solved: SolvedColumns, indices: Sequence[int], pitch: FloatArray, roll
     for index in indices:
         variance = float(solved.mixed.precision_variance[index])
         if linear_base(problem.models[index]) is None or not variance > (_ROUNDING * largest[index]) ** 2:
+            yield None
             continue
         coefficients = solved.mixed.ordinary[_LINEAR : basis.shape[1], index]
         yield SeenPoints(

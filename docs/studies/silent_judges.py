@@ -80,7 +80,7 @@ def _diagnoses(
     first: int,
     table: TableUncertainty | None = None,
     errors: Sequence[SharedError] = (),
-    limits: Sequence[TableLimit | None] = (),
+    limits: Sequence[Sequence[TableLimit | None]] = (),
     family: int | None = None,
 ) -> list[set[str]]:
     """Return the kinds of what is told of each of the campaigns solved, the first of them ``first``."""
@@ -92,7 +92,7 @@ def _diagnoses(
     of_axes = []
     for which, (axis, columns) in enumerate(found.items()):
         outputs = columns_of(drawn, axis)[:, first : first + count]
-        of_table = limits[first : first + count]
+        of_table = [of_campaign[which] for of_campaign in limits[first : first + count]]
         changed = [axis_steps[which] for axis_steps in steps]
         under = Circumstances(seen, outputs, table, errors, of_table, axes, steps=changed)
         of_axes.append((columns, under, evidence[axis]))

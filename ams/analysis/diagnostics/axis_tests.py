@@ -137,7 +137,7 @@ def axis_tests(
     known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
     if given is not None and given.shape[1] > 0:
         known = np.hstack([known, given])
-    if limit is not None and limit.p_value <= limit.outputs * level / MOST_TESTS:
+    if limit is not None and not limit.is_departing and limit.p_value <= limit.outputs * level / MOST_TESTS:
         known = np.hstack([known, _index_effects(evidence, output, limit, known)])
     before = previous_attitude.turned_from(evidence, output)
     found = [

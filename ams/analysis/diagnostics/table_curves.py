@@ -17,7 +17,8 @@ the terms D counts only where two outputs or more see the same curve and, beside
 A term of higher order of one sensor is a curve as well: K f_x² f_y of y is sin α cos α of pitch, which the others do
 not see, and a free curve takes half of it. So two explanations are compared: a curve of any size, seen by all; and a
 curve within the limit, with one output that has all terms up to fourth order of its own. Where the second has the less
-χ² + p ln n, p parameters of n points (Schwarz 1978), D is that of the other outputs, without the one.
+χ² + p ln n, p parameters of n points (Schwarz 1978), D is that of the other outputs, without the one. The one keeps the
+D of all: table or sensor, it does not tell which.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -86,6 +87,22 @@ class TableLimit:
     """Of the package, all of which have this one test."""
     is_of_single_output: bool = False
     """Whether the points of all outputs speak against the limit only for one that departs by terms of its own."""
+    departing: int | None = None
+    """Which output of the package that is."""
+    p_value_of_all: float = 1.0
+    """With it."""
+    is_departing: bool = False
+    """Whether this is what it says to that output itself."""
+
+    def of_output(self, place: int | None) -> "TableLimit":
+        """Return what it says to an output of the package: table or sensor to the one that departs, as far as it tells.
+
+        Where few outputs see an axis of the table, a curve of the table beyond its limit passes for that output's own
+        terms: to say of neither would be to say nothing.
+        """
+        if place is None or place != self.departing:
+            return self
+        return replace(self, p_value=self.p_value_of_all, is_of_single_output=False, is_departing=True)
 
     def effects(self, slopes: Mapping[str, FloatArray], known: FloatArray) -> FloatArray:
         """Return (K, c) orthonormal columns of what any index errors do to an output, beside the ``known`` ones."""
@@ -192,7 +209,12 @@ def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) 
     }
     is_of_single_output = p_value < _TERMS_NEEDED_P <= of_others
     return replace(
-        nothing, p_value=max(p_value, of_others), largest_rad=largest, is_of_single_output=is_of_single_output
+        nothing,
+        p_value=max(p_value, of_others),
+        largest_rad=largest,
+        is_of_single_output=is_of_single_output,
+        departing=alone,
+        p_value_of_all=p_value,
     )
 
 

@@ -43,15 +43,18 @@ def _beyond_the_table(sizes: Mapping[str, float], limits: Mapping[str, float], l
         "offset and sensitivities hold part of it that the stated uncertainties do not: look at the table, its "
         "coupling and its last certificate, and declare the limit, or the errors at angles, that it has"
     )
-    if limit.outputs == 1:
+    if limit.outputs == 1 or limit.is_departing:
         either = (
             f"either the table is off by more than is declared, {index_errors},"
             if beyond
             else (f"{compared}: either the table has larger ones,")
         )
-        return (
-            f"{either} or the sensor has a nonlinearity of its own of higher order: one output alone does not tell the "
-            f"two apart; {unheld}, or measure a second output on the same table"
+        parted = (
+            "the other outputs of the package are explained within the limit, and one that sees the most of a table's "
+            f"axis does not tell the two apart; {unheld}"
+            if limit.is_departing
+            else f"one output alone does not tell the two apart; {unheld}, or measure a second output on the same table"
         )
+        return f"{either} or the sensor has a nonlinearity of its own of higher order: {parted}"
     first = f"the table is off by more than is declared: {index_errors}" if beyond else f"the table: {compared}"
     return f"{first}, alike for every output of this package; {unheld}"

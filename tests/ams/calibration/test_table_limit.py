@@ -55,6 +55,12 @@ def test_a_zeroed_curve_within_its_limit_is_not_named_and_beyond_it_is() -> None
     assert _share(_solved("table-once-zeroed", 5.0, 8, table_of(zero_rad=0.0))) >= 0.85
 
 
+def test_a_curve_beyond_its_limit_that_passes_for_terms_of_one_output_is_told_to_that_output() -> None:
+    """At ±30° pitch is told by x alone: of twice the limit one campaign in four was told, and the rest in silence."""
+    assert _share(_solved("table-once-zeroed", 2.0, 12, table_of(zero_rad=0.0), pitch_limit_deg=30.0)) >= 0.85
+    assert _share(_solved("table-once-zeroed", 1.0, 12, table_of(zero_rad=0.0), pitch_limit_deg=30.0)) <= 1 / 12
+
+
 @pytest.mark.parametrize(
     ("scene", "size", "kinds"),
     [
@@ -102,7 +108,10 @@ def test_a_term_of_one_output_alone_is_told_of_that_output_and_of_no_other(
 ) -> None:
     """Beside a free curve of the table a term of third or fourth order of y is half explained; x and z see no curve."""
     for solved in _with_term(limit_arcsec, output, powers, 50.0, "xyz", 4):
-        assert not any(finding.is_significant for finding in _of_table(solved))
+        for axis, found in solved.axes.items():
+            told = [finding for finding in found.findings if finding.details.get("test") == TABLE_LIMIT]
+            assert all("or the sensor has" in each.text for each in told if each.is_significant and axis == output)
+            assert axis == output or not any(each.is_significant for each in told)
         said = {axis: [each for each in found.findings if each.is_significant] for axis, found in solved.axes.items()}
         assert said.pop(output)
         assert all(each.is_held for findings in said.values() for each in findings)
