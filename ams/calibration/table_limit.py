@@ -34,11 +34,11 @@ def judge_table(
     shown = shown_rad(table, {"pitch": pitch, "roll": roll})
     found = {axis: indices_of(table, axis, angle) for axis, angle in shown.items()}
     of_axes = {axis: limit for axis, limit in found.items() if limit is not None}
-    places = [place for place, seen in enumerate(outputs) if seen is not None]
-    if not places or not of_axes:
+    kept = [index for index, seen in enumerate(outputs) if seen is not None]
+    if not kept or not of_axes:
         return nothing
     of_package = beyond_limit([seen for seen in outputs if seen is not None], of_axes)
-    return [of_package.of_output(places.index(place) if place in places else None) for place in range(len(outputs))]
+    return [of_package.of_output(kept.index(index) if index in kept else None) for index in range(len(outputs))]
 
 
 def slopes_at_points(

@@ -94,13 +94,13 @@ class TableLimit:
     is_departing: bool = False
     """Whether this is what it says to that output itself."""
 
-    def of_output(self, place: int | None) -> "TableLimit":
+    def of_output(self, index: int | None) -> "TableLimit":
         """Return what it says to an output of the package: table or sensor to the one that departs, as far as it tells.
 
         Where few outputs see an axis of the table, a curve of the table beyond its limit passes for that output's own
         terms: to say of neither would be to say nothing.
         """
-        if place is None or place != self.departing:
+        if index is None or index != self.departing:
             return self
         return replace(self, p_value=self.p_value_of_all, is_of_single_output=False, is_departing=True)
 
