@@ -45,9 +45,10 @@ def primary_section(axis: AxisCalibration, sensor: str) -> Document:
 def _of_a_set(axis: AxisCalibration, sensor: str) -> AxisCalibration:
     """Return the solution as a set states it. Raises: SetError where a primary parameter is not determined."""
     if not np.isfinite(axis.primary).all():
+        named = zip(axis.primary_names, axis.primary.tolist(), strict=True)
+        values = ", ".join(f"{name} {value:g}" for name, value in named)
         raise SetError(
-            f"{sensor}: axis {axis.axis}: a primary parameter is not determined: got "
-            f"{dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))}; no set was built; "
+            f"{sensor}: axis {axis.axis}: a primary parameter is not determined: got {values}; no set was built; "
             "a set needs every coefficient of its equation: add the missing design points"
         )
     return without_site(at_reference_time(axis))

@@ -180,7 +180,7 @@ def _explained(sensors: Sequence[SensorView], table_arcsec: float | None) -> Ite
         f"{sensor.name} {axis.axis}"
         for sensor in sensors
         for axis in sensor.axes
-        if any(test.is_explained for test in axis.tests) and not _repeats(axis)
+        if any(test.is_explained for test in axis.tests) and not _repeats(axis) and not _is_beyond(axis)
     ]
     if axes and table_arcsec is not None:
         yield (
@@ -193,6 +193,11 @@ def _explained(sensors: Sequence[SensorView], table_arcsec: float | None) -> Ite
 def _repeats(axis: AxisView) -> bool:
     """Return whether the residuals repeat more than the table explains."""
     return any(finding.kind == "lack-of-fit" and finding.is_significant for finding in axis.calibration.findings)
+
+
+def _is_beyond(axis: AxisView) -> bool:
+    """Return whether anything was found of the axis that the stated uncertainties do not hold."""
+    return bool(beyond_the_stated(axis.calibration.findings))
 
 
 def _went_on(interruptions: Sequence[Interruption]) -> Iterable[str]:

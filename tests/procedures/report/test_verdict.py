@@ -36,6 +36,18 @@ def test_lack_of_fit_that_the_table_explains_is_no_reservation_but_is_said() -> 
     assert "index errors explain" not in text
 
 
+def test_residuals_of_an_axis_that_are_not_held_are_not_called_contained() -> None:
+    explained = run_view(Scene(tooth_arcsec=1.0, table_explains=True))
+    drifts = (Finding("drift", "it drifts", True, is_held=False),)
+    axes = tuple(
+        replace(axis, calibration=replace(axis.calibration, findings=drifts)) for axis in explained.sensors[0].axes
+    )
+    found = replace(explained, sensors=(replace(explained.sensors[0], axes=axes), *explained.sensors[1:]))
+    trust, text = _judged(found, table_arcsec=1.2)
+    assert trust == "unusable"
+    assert "contained in the stated uncertainties" not in text
+
+
 def test_a_remark_is_said_and_is_no_reservation_where_a_warning_is_one() -> None:
     """A time term or straight lines that were asked for mean something; nothing speaks against the result."""
     view = run_view(Scene())
