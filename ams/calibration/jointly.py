@@ -67,12 +67,18 @@ def solve_jointly(
     """
     fit = joint_fit(mountings, axes, priors, has_terms=request.extended == "yes")
     diagnosis = diagnose_joint(mountings, fit, priors, request.tested_axes, request.declared)
-    stood = as_they_stood(mountings, fit, priors)
-    rows = [
-        mounting.observations if np.array_equal(mounting.package_from_table, UPRIGHT) else turned
-        for mounting, turned in zip(mountings, stood, strict=True)
+    fit = _with_channels(fit, request.shared_errors)
+    if any(error.effect in COURSES for errors in request.shared_errors.values() for error in errors):
+        fit = _with_courses(fit, _in_package(mountings, fit, priors), request.shared_errors)
+    return fit, diagnosis
+
+
+def _in_package(mountings: Sequence[Mounting], fit: JointFit, priors: TablePriors) -> list[Observations]:
+    """Return the rows of each mounting at attitudes of the package: of one upright as the table shows them."""
+    return [
+        mounting.observations if np.array_equal(mounting.package_from_table, UPRIGHT) else stood
+        for mounting, stood in zip(mountings, as_they_stood(mountings, fit, priors), strict=True)
     ]
-    return _with_courses(_with_channels(fit, request.shared_errors), rows, request.shared_errors), diagnosis
 
 
 def _refuse_what_it_has_not(observations: Observations, request: CalibrationRequest) -> None:

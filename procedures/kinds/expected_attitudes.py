@@ -186,7 +186,7 @@ def _reservations_of_rig_and_solution(rig: RigDescription, plan: Plan) -> Iterat
     yield from level_warnings(rig)
     yield from dict.fromkeys(text for sensor in plan.sensors.values() for text in gravity_warnings(rig, sensor))
     if plan.solve.joint:
-        priors = joint_priors_in_words(plan.solve)
+        priors = joint_priors_in_words(plan.solve.joint_priors_arcsec.items())
         yield (
             "package and table are solved together; the expected uncertainties are those of each axis by itself"
             f"{f', and hold nothing of {priors}' if priors else ''}"

@@ -98,7 +98,8 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *gravity_warnings(item.rig, item.sensor),
         *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)),
     )
-    budgets = budgets_of(solved, request, item.rig, priors_in_words=joint_priors_in_words(solve))
+    priors = joint_priors_in_words(solve.joint_priors_arcsec.items())
+    budgets = budgets_of(solved, request, item.rig, priors_in_words=priors)
     remarks = (*remarks, *dominating_limits(solved.axes, budgets))
     calibration = replace(solved, remarks=remarks, warnings=warnings)
     reference = reference_of(item.rig, solve, request.shared_errors)
@@ -121,7 +122,7 @@ def checked_by_monte_carlo(
     if solved.calibration is None or solved.calibration.convention == "SR":
         return solved
     request = request_of(solved.name, rig, sensor, solve, solved.observations)
-    words = joint_priors_in_words(solve)
+    words = joint_priors_in_words(solve.joint_priors_arcsec.items())
     return replace(solved, budgets=budgets_of(solved.calibration, request, rig, trials, words))
 
 

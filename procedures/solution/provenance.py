@@ -139,12 +139,6 @@ def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
     }
 
 
-def standards_of_table(rig: RigDescription) -> Iterable[Standard]:
-    """Yield the standards behind the attitudes, each once."""
-    reference = [] if rig.attitude_reference is None else [rig.attitude_reference.standard]
-    return _named(rig, [*(axis.standard for axis in rig.axes.values()), *reference])
-
-
 def standards_pointed_to(rig: RigDescription) -> Iterable[Standard]:
     """Yield the standards that a device or a resistor of this rig points to, each once."""
     pointed = [
@@ -156,10 +150,6 @@ def standards_pointed_to(rig: RigDescription) -> Iterable[Standard]:
         *(coil.standard for coil in rig.field.values()),
         rig.attitude_reference.standard if rig.attitude_reference else None,
     ]
-    return _named(rig, pointed)
-
-
-def _named(rig: RigDescription, pointed: Iterable[str | None]) -> Iterable[Standard]:
     for name in dict.fromkeys(name for name in pointed if name is not None):
         declared = rig.standards[name]
         stated = {key: getattr(declared, key) for key in UNCERTAINTIES if getattr(declared, key) is not None}

@@ -1,5 +1,6 @@
 """What is asked of the solver: from plan and rig to requests, and the solved sensor as a value."""
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -175,7 +176,7 @@ def reference_of(rig: RigDescription, solve: Solve, shared: Mapping[str, tuple[S
         if error.effect in OF_THE_BASE
     )
     of_table = "" if priors.table is None else f"table: {table_in_words(rig)}"
-    of_whole = joint_priors_in_words(solve) if solve.joint else ""
+    of_whole = joint_priors_in_words(solve.joint_priors_arcsec.items()) if solve.joint else ""
     unlevelled = bool(level_remarks(rig)) and priors.pitch_zero_rad == priors.base_tilt_rad == 0.0
     in_words = ReferenceInWords(
         "; ".join(words for words in (of_table, *of_level, of_whole) if words),
@@ -192,9 +193,9 @@ def _undeclared_indices(rig: RigDescription, priors: TablePriors) -> list[str]:
     return [f"the index errors of {name}" for name in ("pitch", "roll") if name in rig.axes and not standard_rad[name]]
 
 
-def joint_priors_in_words(solve: Solve) -> str:
-    """Name the whole-table errors that the procedure declares; empty where it declares none."""
-    return ", ".join(f"{name.replace('_', ' ')} u {u:g}″" for name, u in solve.joint_priors_arcsec.items())
+def joint_priors_in_words(priors_arcsec: Iterable[tuple[str, float]]) -> str:
+    """Name the whole-table errors, with their u, that procedure or command declares; empty where it declares none."""
+    return ", ".join(f"{re.sub('[-_]', ' ', name)} u {u:g}″" for name, u in priors_arcsec)
 
 
 def budgets_of(

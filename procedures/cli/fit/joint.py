@@ -18,7 +18,7 @@ from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.fitted import sensor_of
-from procedures.solution.request import budgets_of
+from procedures.solution.request import budgets_of, joint_priors_in_words
 from procedures.solution.run_findings import with_findings
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
 from rig.description.rig_file import RigDescription
@@ -61,8 +61,7 @@ def joint(
     on_meter = meter_remarks(rig, sensor_of(rig, sensor))
     remarks = (*(() if set(priors) >= _TILTS else level_remarks(rig)), *on_meter)
     calibration = joint_calibration(found, diagnosis, doubts, remarks)
-    in_words = ", ".join(f"{name.replace('-', ' ')} u {arcsec:g}″" for name, arcsec in priors.items())
-    budgets = budgets_of(calibration, request, rig, priors_in_words=in_words)
+    budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))
     solved = with_findings(calibration, [Finding("meter-undeclared", text, False) for text in on_meter])
     if wish is not None:
         write_set(wish, mountings[0].observations, solved)

@@ -62,6 +62,15 @@ def found_in(run_dir: Path) -> list[str]:
     return [finding.text for finding in run_findings(solve_run(run_dir).record)]
 
 
+def held_for_a_slip(three: Bench, run_dir: Path) -> tuple[str, list[int]]:
+    """Run until a visit holds it; return what it says and the steps in doubt."""
+    slipped_in_mid_run(three, run_dir)
+    (noted,) = events(run_dir, "common_mode")
+    doubtful = noted.detail["doubtful"]
+    assert isinstance(doubtful, list)
+    return str(noted.detail["text"]), doubtful
+
+
 def test_visits_after_an_accepted_step_are_not_held_for_it_again(three: Bench, tmp_path: Path) -> None:
     """The turn is told once, of the check sets; sets and verdict stay what a turn in mid-run makes them."""
     run_dir = tmp_path / "run"
@@ -84,10 +93,7 @@ def test_what_was_in_doubt_and_is_measured_again_on_the_table_as_it_was_accepted
     three: Bench, tmp_path: Path
 ) -> None:
     run_dir = tmp_path / "run"
-    slipped_in_mid_run(three, run_dir)
-    (noted,) = events(run_dir, "common_mode")
-    doubtful = noted.detail["doubtful"]
-    assert isinstance(doubtful, list)
+    _, doubtful = held_for_a_slip(three, run_dir)
     void_from(run_dir, min(doubtful), Authorisation("bert", "all of it again"))
     assert resumed(three, run_dir, off_deg=SLIPPED_DEG) is State.TRIPPED
     assert accepted(three, run_dir) is State.FINISHED
@@ -175,15 +181,12 @@ def test_a_turn_is_told_while_dwells_in_doubt_by_a_visit_that_was_taken_back_sti
 ) -> None:
     """The last of the three is measured again on the table set right, and the visit with it: that agrees with all."""
     run_dir = tmp_path / "run"
-    slipped_in_mid_run(three, run_dir)
-    (noted,) = events(run_dir, "common_mode")
-    doubtful = noted.detail["doubtful"]
-    assert isinstance(doubtful, list)
+    text, doubtful = held_for_a_slip(three, run_dir)
     void_from(run_dir, max(doubtful), Authorisation("bert", "the coupling is tight again"))
     assert resumed(three, run_dir, off_deg=0.0) is State.FINISHED
     solved = solve_run(run_dir)
     (turn,) = run_findings(solved.record)
-    assert turn.text.startswith(str(noted.detail["text"]))
+    assert turn.text.startswith(text)
     first, last = sorted(doubtful)[:2]
     assert f"the visit that showed it was taken back, and 2 dwells in doubt, of steps {first} to {last}" in turn.text
     assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"
