@@ -10,7 +10,7 @@ of them.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -19,94 +19,17 @@ from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.inference.angle_stream import AngleStream, Answer
 from ams.inference.calibrated import CalibratedSensor
+from ams.inference.frozen_outputs import LEAST_ROWS
 from ams.inference.inference import Inference, Package
-from ams.sets.sensed_quantity import PER_G
+from ams.inference.standing_run import LEAST_NOISE_G, StandingRun
+from ams.inference.standing_share import Rows, share_v, share_variance_v2
 
-LEAST_ROWS: Final = 20
-"""Fewer say nothing of an output that does not change."""
 MOST_LISTED: Final = 3
 """Stretches of an output that are told one by one."""
-MOST_FOLLOWED: Final = 0.05
-"""Of its share, which a package that is turned about the very axis of the sensor may take off by chance."""
 _NEAR_SD: Final = 5.0
-_STANDS_SD: Final = 2.0
-"""Root mean square about the zero: of an output that passes it there is more."""
-_SURE_SD: Final = 3.0
-_KNOWN_SD: Final = 12.0
-"""By which the share is to be known from the calibration."""
 _PIECE: Final = 16
 """Rows whose differences tell a noise."""
 _MOST_NOISE_G: Final = 5e-4
-_LEAST_NOISE_G: Final = 2e-7
-
-
-@dataclass
-class Run:
-    """Rows that follow one another in which one output lies at one of its zeros."""
-
-    axis: int
-    """Place among the columns of the package."""
-    is_offset: bool
-    """Else it lies at 0 V."""
-    first: int
-    noise_v: float
-    sensitivity_v: float
-    """A g."""
-    share_variance_v2: FloatArray
-    """(2, 2) of what the calibration leaves open of the sensitivities across the axis."""
-    rows: int = 0
-    flagged_from: int | None = None
-    """The row from which on it was flagged as it was answered."""
-    _sums: FloatArray = field(default_factory=lambda: np.zeros(5))
-    _forces: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
-
-    @property
-    def end(self) -> int:
-        """The row after the last."""
-        return self.first + self.rows
-
-    def take(self, deviation_v: FloatArray, share_v: FloatArray, across_g: FloatArray) -> None:
-        """Take further rows: (n,) outputs less their zero, (n,) what the other axes make of them, (2, n) those."""
-        self.rows += deviation_v.size
-        self._sums += [
-            deviation_v.sum(), deviation_v @ deviation_v, share_v.sum(), share_v @ share_v, share_v @ deviation_v,
-        ]  # fmt: skip
-        padded = np.vstack([np.ones(deviation_v.size), across_g])
-        self._forces += padded @ padded.T
-
-    @property
-    def stands(self) -> bool:
-        """Whether so many rows lie about the zero, and do not pass it."""
-        return self.rows >= LEAST_ROWS and bool(np.sqrt(self._sums[1] / self.rows) <= _STANDS_SD * self.noise_v)
-
-    @property
-    def is_dead(self) -> bool:
-        """Whether nothing of its share is in the output, where it would be seen."""
-        follows, sd = self._follows()
-        variation = self._forces[1:, 1:] - np.outer(self._forces[0, 1:], self._forces[0, 1:]) / self.rows
-        open_v2 = float(np.sum(variation * self.share_variance_v2))
-        is_known = self._share_v2() >= _KNOWN_SD**2 * open_v2
-        return self.stands and is_known and abs(follows) + _SURE_SD * sd <= MOST_FOLLOWED
-
-    @property
-    def is_level(self) -> bool:
-        """Whether its share is in the output, so that it is alive."""
-        follows, sd = self._follows()
-        return follows - _SURE_SD * sd > MOST_FOLLOWED
-
-    def _share_v2(self) -> float:
-        """Return the sum of squares of the share about its mean."""
-        return max(float(self._sums[3] - self._sums[2] ** 2 / self.rows), 0.0)
-
-    def _follows(self) -> tuple[float, float]:
-        """Return the slope of the output on its share, one of a sensor and zero of none, and its standard deviation."""
-        square_v2 = self._share_v2()
-        if not square_v2 > 0.0:
-            return 0.0, np.inf
-        left_v2 = max(float(self._sums[1] - self._sums[0] ** 2 / self.rows), 0.0) / max(self.rows - 1, 1)
-        noise_v = max(np.sqrt(left_v2), _LEAST_NOISE_G * self.sensitivity_v)
-        slope = (self._sums[4] - self._sums[2] * self._sums[0] / self.rows) / square_v2
-        return float(slope), float(noise_v / np.sqrt(square_v2))
 
 
 def can_stand(package: Package) -> bool:
@@ -152,8 +75,8 @@ class StandingOutputs(_Around):
         self.rows = 0
         self._columns = tuple(self.package.columns.values())
         self._quietest_v = np.full(len(self._columns), np.inf)
-        self._open: dict[tuple[int, bool], Run] = {}
-        self._closed: list[Run] = []
+        self._open: dict[tuple[int, bool], StandingRun] = {}
+        self._closed: list[StandingRun] = []
 
     def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
         """Return the angles of further rows, flagged from where an output is known to sense nothing."""
@@ -161,7 +84,7 @@ class StandingOutputs(_Around):
         taken = self.take(readings)
         return marked(found, taken, self.package, self.rows - found.codes.size)
 
-    def take(self, readings: Mapping[str, FloatArray]) -> list[Run]:
+    def take(self, readings: Mapping[str, FloatArray]) -> list[StandingRun]:
         """Take further rows; return the runs among them that are known to be dead."""
         outputs = np.stack([readings[column] for column in self._columns])
         rows, first = outputs.shape[1], self.rows
@@ -170,14 +93,16 @@ class StandingOutputs(_Around):
             return []
         is_whole: BoolArray = np.logical_and.reduce(np.isfinite(outputs))
         sensors = self.package.sensors(readings, self._inference.reading_sd_v)
-        read_v = self.package.outputs_v(sensors, readings).T
-        for axis in range(len(sensors)):
-            self._quietest_v[axis] = min(self._quietest_v[axis], _quietest(read_v[axis]))
+        roll_deg = readings.get("roll_deg") if len(sensors) == 1 and self.package.states_roll else None
+        upright, right_wing_down = self._inference.upright, self._inference.right_wing_down
+        known = Rows(sensors, self.package.outputs_v(sensors, readings).T, roll_deg, upright, right_wing_down)
+        for axis, output_v in enumerate(known.outputs_v):
+            self._quietest_v[axis] = min(self._quietest_v[axis], _quietest(output_v))
         return [
             run
             for axis, sensor in enumerate(sensors)
             for is_offset, zero_v in self._zeros(sensor, axis)
-            for run in self._runs(readings, sensors, read_v, axis, is_offset, zero_v, is_whole, first)
+            for run in self._runs(known, axis, is_offset, zero_v, is_whole, first)
         ]
 
     def _noise_v(self, sensor: CalibratedSensor, axis: int) -> float:
@@ -187,7 +112,7 @@ class StandingOutputs(_Around):
         stated = float(np.hypot(sensor.reading_sd_v, 0.0 if at is None else np.sqrt(max(sensor.covariance[at, at], 0))))
         most = _MOST_NOISE_G * float(np.linalg.norm(sensor.k_v_per_g))
         shown = self._quietest_v[axis]
-        least = _LEAST_NOISE_G * float(np.linalg.norm(sensor.k_v_per_g))
+        least = LEAST_NOISE_G * float(np.linalg.norm(sensor.k_v_per_g))
         return max(stated, float(shown) if shown <= most else 0.0, least)
 
     def _zeros(self, sensor: CalibratedSensor, axis: int) -> Iterator[tuple[bool, float]]:
@@ -196,20 +121,12 @@ class StandingOutputs(_Around):
             yield False, 0.0
 
     def _runs(
-        self,
-        readings: Mapping[str, FloatArray],
-        sensors: Sequence[CalibratedSensor],
-        read_v: FloatArray,
-        axis: int,
-        is_offset: bool,
-        zero_v: float,
-        is_whole: BoolArray,
-        first: int,
-    ) -> Iterator[Run]:
+        self, known: Rows, axis: int, is_offset: bool, zero_v: float, is_whole: BoolArray, first: int
+    ) -> Iterator[StandingRun]:
         """Yield the runs of one output at one zero that are dead, in so far as these rows go."""
-        sensor, key = sensors[axis], (axis, is_offset)
+        sensor, key = known.sensors[axis], (axis, is_offset)
         noise_v = self._noise_v(sensor, axis)
-        deviation_v = read_v[axis] - zero_v
+        deviation_v = known.outputs_v[axis] - zero_v
         with np.errstate(invalid="ignore"):
             is_near = is_whole & (np.abs(deviation_v) <= _NEAR_SD * noise_v)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], is_near, [False]])))
@@ -221,57 +138,16 @@ class StandingOutputs(_Around):
                 self._open.pop(key, None)
                 continue
             if run is None:
-                variance_v2 = _share_variance_v2(sensor)
+                variance_v2 = share_variance_v2(sensor)
                 size_v = float(np.linalg.norm(sensor.k_v_per_g))
-                run = Run(axis, is_offset, first + start, noise_v, size_v, variance_v2)
+                run = StandingRun(axis, is_offset, first + start, noise_v, size_v, variance_v2)
                 self._open[key] = run
-            rows = slice(start, end)
-            share_v, across_g = self._share(
-                {n: v[rows] for n, v in readings.items()}, sensors, read_v[:, rows], axis, zero_v
-            )
-            run.take(deviation_v[rows], share_v, across_g)
+            run.take(deviation_v[start:end], *share_v(known.part(start, end), axis, zero_v))
             if run.is_dead:
                 run.flagged_from = first + start if run.flagged_from is None else run.flagged_from
                 yield run
             if not goes_on:
                 self._close(key)
-
-    def _share(
-        self,
-        readings: Mapping[str, FloatArray],
-        sensors: Sequence[CalibratedSensor],
-        read_v: FloatArray,
-        axis: int,
-        zero_v: float,
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return what (n,) other forces make of an output at its zero, and (2, n) these; zero where they are not told.
-
-        Of two axes the other one tells its own force, and the length of one g the third; of one axis the known roll.
-        """
-        sensor, rows = sensors[axis], read_v.shape[1]
-        along = "xyz".index(sensor.nominal_axis)
-        force, across = np.zeros((rows, 3)), [axis_index for axis_index in range(3) if axis_index != along]
-        force[:, along] = np.clip((zero_v - sensor.offset_v) / sensor.k_v_per_g[along], -1.0, 1.0)
-        if len(sensors) == 1:
-            if not self.package.states_roll or "roll_deg" not in readings:
-                return np.zeros(rows), np.zeros((2, rows))
-            roll, level = np.deg2rad(readings["roll_deg"]), np.sqrt(1.0 - force[:, along] ** 2)
-            force[:, 1], force[:, 2] = -level * np.sin(roll), -level * np.cos(roll)
-        else:
-            other = sensors[1 - axis]
-            beside = "xyz".index(other.nominal_axis)
-            third = 3 - along - beside
-            if third == 0 or third == along or beside == along:
-                return np.zeros(rows), np.zeros((2, rows))
-            is_negative = self._inference.upright if third == 2 else self._inference.right_wing_down
-            for _ in range(_ROUNDS):
-                of_others = force @ other.k_v_per_g - force[:, beside] * other.k_v_per_g[beside]
-                sensed = (read_v[1 - axis] - other.offset_v - of_others) / other.k_v_per_g[beside]
-                force[:, beside] = np.clip(sensed, -1.0, 1.0)
-                left = np.sqrt(np.maximum(1.0 - force[:, along] ** 2 - force[:, beside] ** 2, 0.0))
-                force[:, third] = -left if is_negative else left
-        k = np.where(np.arange(3) == along, 0.0, sensor.k_v_per_g)
-        return np.asarray(force @ k + sensor.quadratic_v(force)), force[:, across].T
 
     def _close(self, key: tuple[int, bool]) -> None:
         run = self._open.pop(key)
@@ -284,7 +160,7 @@ class StandingOutputs(_Around):
             self._close(key)
         return super().finish()
 
-    def runs(self) -> tuple[Run, ...]:
+    def runs(self) -> tuple[StandingRun, ...]:
         """Return the runs that ended, in the order of their first rows."""
         return tuple(sorted(self._closed, key=lambda run: run.first))
 
@@ -306,7 +182,7 @@ class StandingOutputs(_Around):
                 said.append(f"{column}: {len(runs) - MOST_LISTED} more such stretches")
         return tuple(said)
 
-    def _in_words(self, column: str, run: Run, *, is_flagged_throughout: bool) -> str:
+    def _in_words(self, column: str, run: StandingRun, *, is_flagged_throughout: bool) -> str:
         zero = "its offset" if run.is_offset else "0 V"
         where = f"all {run.rows} rows" if run.rows == self.rows else f"rows {run.first + 1} to {run.end}"
         looks = "a dead axis, a broken wire or an input that reads nothing"
@@ -330,7 +206,7 @@ class StandingOutputs(_Around):
 class ReflaggedOutputs(_Around):
     """Angles of rows that were read before, with the runs that are known to be dead."""
 
-    def __init__(self, angles: AngleStream, package: Package, dead: Sequence[Run]) -> None:
+    def __init__(self, angles: AngleStream, package: Package, dead: Sequence[StandingRun]) -> None:
         super().__init__(angles)
         self._package, self._dead, self._seen = package, dead, 0
 
@@ -341,7 +217,7 @@ class ReflaggedOutputs(_Around):
         return marked(found, self._dead, self._package, first)
 
 
-def marked(found: Answer, dead: Sequence[Run], package: Package, first: int) -> Answer:
+def marked(found: Answer, dead: Sequence[StandingRun], package: Package, first: int) -> Answer:
     """Return an answer to the rows from ``first`` on with a flag where an output senses nothing."""
     reasons = {**found.reasons, **flag_codes.STANDING_WORDS}
     rows, axes = found.codes.size, tuple(package.columns)
@@ -355,26 +231,9 @@ def marked(found: Answer, dead: Sequence[Run], package: Package, first: int) -> 
     return replace(found, codes=codes, reasons=reasons)
 
 
-_ROUNDS: Final = 3
-"""In which the forces of two axes are told by what is left of the third."""
-
-
 def _quietest(read_v: FloatArray) -> float:
     """Return the least standard deviation that differences of neighbours show in any piece of (n,) rows."""
     pieces = read_v[: read_v.size // _PIECE * _PIECE].reshape(-1, _PIECE)
     steps = np.sqrt(np.mean(np.diff(pieces, axis=1) ** 2, axis=1) / 2.0)
     steps = steps[np.isfinite(steps) & (steps > 0.0)]
     return float(steps.min()) if steps.size else np.inf
-
-
-def _share_variance_v2(sensor: CalibratedSensor) -> FloatArray:
-    """Return the (2, 2) covariance of the sensitivities across the axis."""
-    names = list(sensor.names)
-    across = [name for index, name in enumerate(PER_G) if index != "xyz".index(sensor.nominal_axis)]
-    known = [names.index(name) if name in names else None for name in across]
-    found = np.zeros((2, 2))
-    for row, first in enumerate(known):
-        for column, second in enumerate(known):
-            if first is not None and second is not None:
-                found[row, column] = sensor.covariance[first, second]
-    return found
