@@ -6,7 +6,7 @@ together. Where a term scatters from replication to replication by more than dwe
 each term is referred to its own scatter instead: what a visit does by chance is no change with temperature.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -48,6 +48,41 @@ def of_terms_over_temperature(evidence: Evidence, output: int, lag: BeliefTest |
 
 
 def _tested(evidence: Evidence, output: int, lag_h: float | None) -> BeliefTest | None:
+    changes = _changes_of(evidence, output, lag_h)
+    if changes is None:
+        return None
+    return _of_each_term(changes) if changes.are_unsteady else _of_all_terms(changes)
+
+
+@dataclass(frozen=True)
+class _Changes:
+    """Changes of terms with temperature, beside all that is known, and what they are held against."""
+
+    units: Mapping[str, str]
+    """Names of the terms to the units of their coefficients."""
+    turned: FloatArray
+    """(n, c) what a change of each term would add."""
+    left: FloatArray
+    """(n,) readings beside what is known."""
+    size_v: float
+    """Root mean square of what all changes together take up in a reading."""
+    square_v2: float
+    rank: int
+    dwells: "_Scatter"
+    visits: "_Scatter"
+    """Of all terms from replication to replication, beside their change with temperature."""
+    by_term: Sequence["_Scatter"]
+    """Of each, likewise."""
+
+    @property
+    def are_unsteady(self) -> bool:
+        """Whether terms scatter from replication to replication by more than dwells do."""
+        each = (len(self.units) * scatter.p_value_of(self.dwells) for scatter in self.by_term)
+        return min(self.visits.p_value_of(self.dwells), *each) < _UNSTEADY
+
+
+def _changes_of(evidence: Evidence, output: int, lag_h: float | None) -> _Changes | None:
+    """Return the changes of the terms that a model has; None where nothing is left to tell them."""
     rise, found = by_temperature.departure_degc(evidence), _terms(evidence, output)
     if rise is None or found is None or evidence.sums is None:
         return None
@@ -60,29 +95,40 @@ def _tested(evidence: Evidence, output: int, lag_h: float | None) -> BeliefTest 
         known.append(lagging)
     given, columns = evidence.on_grid(np.hstack(known)), evidence.on_grid(rise[:, None] * terms[point])
     beside = _grid(evidence, output, linear).beside(given)
-    left = _grid(evidence, output, independent(np.hstack([linear, terms]))).beside(np.hstack([given, columns]))
-    turned, e = beside.projected(columns), beside.residuals[:, 0]
-    square, rank = by_temperature.explained(turned, e)
-    if rank == 0 or left.dof < LEAST_DOF or not left.squares[0] > 0.0:
+    rest = _grid(evidence, output, independent(np.hstack([linear, terms]))).beside(np.hstack([given, columns]))
+    turned, left = beside.projected(columns), beside.residuals[:, 0]
+    square, rank = by_temperature.explained(turned, left)
+    if rank == 0 or rest.dof < LEAST_DOF or not rest.squares[0] > 0.0:
         return None
-    dwells = _Scatter(float(left.squares[0]) / left.dof, float(left.dof))
-    size = float(np.sqrt(square / evidence.layout.rows))
-    by_visit = [_between_visits(evidence, beside, terms[:, index], turned[:, index]) for index in range(len(units))]
-    visits_dof = beside.dof - rank - left.dof
-    visits = max(float(beside.squares[0] - left.squares[0]) - square, 0.0) / max(visits_dof, 1)
-    together = _Scatter(visits, float(visits_dof)).p_value_of(dwells)
-    least = min(together, *(len(units) * scatter.p_value_of(dwells) for scatter in by_visit))
-    if not least < _UNSTEADY:
-        p_value = float(f_tail(square / rank / dwells.variance, float(rank), dwells.dof))
-        return _test(p_value, size, _needed(units, turned, e, dwells))
+    by_term = [_between_visits(evidence, beside, terms[:, index], turned[:, index]) for index in range(len(units))]
+    visits_dof = beside.dof - rank - rest.dof
+    visits = max(float(beside.squares[0] - rest.squares[0]) - square, 0.0) / max(visits_dof, 1)
+    return _Changes(
+        units, turned, left, float(np.sqrt(square / evidence.layout.rows)), square, rank,
+        dwells=_Scatter(float(rest.squares[0]) / rest.dof, float(rest.dof)),
+        visits=_Scatter(visits, float(visits_dof)), by_term=by_term,
+    )  # fmt: skip
+
+
+def _of_all_terms(changes: _Changes) -> BeliefTest:
+    """Return the test of all terms together against the scatter of dwells."""
+    dwells = changes.dwells
+    p_value = float(f_tail(changes.square_v2 / changes.rank / dwells.variance, float(changes.rank), dwells.dof))
+    return _test(p_value, changes.size_v, _needed(changes.units, changes.turned, changes.left, dwells))
+
+
+def _of_each_term(changes: _Changes) -> BeliefTest:
+    """Return the test of the plainest term, each against its scatter from replication to replication."""
+    columns = [changes.turned[:, index : index + 1] for index in range(len(changes.units))]
+    squares = [by_temperature.explained(column, changes.left)[0] for column in columns]
     alone = [
-        (scatter.p_value_of_column(by_temperature.explained(turned[:, index : index + 1], e)[0]), index)
-        for index, scatter in enumerate(by_visit)
+        (scatter.p_value_of_column(square), index)
+        for index, (scatter, square) in enumerate(zip(changes.by_term, squares, strict=True))
     ]
     p_value, index = min(alone)
-    name = tuple(units)[index]
-    plainest = _needed({name: units[name]}, turned[:, index : index + 1], e, by_visit[index])
-    return _test(min(1.0, len(units) * p_value), size, plainest)
+    name = tuple(changes.units)[index]
+    plainest = _needed({name: changes.units[name]}, columns[index], changes.left, changes.by_term[index])
+    return _test(min(1.0, len(changes.units) * p_value), changes.size_v, plainest)
 
 
 def _test(p_value: float, size: float, changes: tuple[TermChange, ...]) -> BeliefTest:
