@@ -11,6 +11,7 @@ import numpy as np
 
 from ams.calibration_result import SensorVerdict
 from ams.findings import Finding, turned_the_table
+from ams.units import label_and_unit
 from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
 from procedures.kinds.registry import KINDS
 from procedures.records.declared_supply import at_declared, correcting
@@ -139,7 +140,12 @@ def _sensor_view(record: RunRecord, name: str, sensor: Sensor, solved: SolvedSen
         findings=()
         if calibration is None
         else tuple(
-            AxisFindings(axis, sensor.channels.get(axis, axis), result.findings)  # type: ignore[call-overload]
+            AxisFindings(
+                axis,
+                sensor.channels.get(axis, axis),  # type: ignore[call-overload]
+                result.findings,
+                label_and_unit(result.primary_names[0])[1] or "V",
+            )
             for axis, result in calibration.axes.items()
         ),
         section=section,

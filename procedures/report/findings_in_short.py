@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from ams.analysis.diagnostics.low_order import SYMBOLS
 from ams.findings import Finding
 from procedures.report.overview import SharedStatement, shared_statements
 from procedures.report.view import AxisFindings, RunView, SensorView
@@ -21,8 +22,9 @@ class ChannelsTested:
 
 
 def test_name(finding: Finding) -> str:
-    """Return what the tables call a finding: the test's own name, or its kind."""
-    return str(finding.details.get("test", finding.kind.replace("-", " ")))
+    """Return what the tables call a finding: a term's symbol, a test's own name, or the kind."""
+    name = str(finding.details.get("test", finding.kind.replace("-", " ")))
+    return SYMBOLS.get(name, name)
 
 
 def tests_in_short(view: RunView) -> list[ChannelsTested]:

@@ -16,6 +16,7 @@ from ams.calibration_result import AxisCalibration, SensorVerdict
 from ams.findings import Finding
 from ams.observations import Observations
 from ams.surveillance.adjustment import Adjustment
+from ams.units import ARCSEC_PER_RAD, small_unit
 from procedures.journal.audit_trail import Interruption, Note
 from procedures.kinds.section import Section
 from procedures.numbers import two_digits
@@ -106,6 +107,8 @@ class AxisFindings:
     axis: str
     channel: str
     findings: tuple[Finding, ...]
+    measured_unit: str = "V"
+    """Of the channel, as a person reads it."""
 
     def size_of(self, finding: Finding) -> str:
         """Return how large a term that is not significant came out ± twice its uncertainty; empty elsewhere."""
@@ -113,10 +116,14 @@ class AxisFindings:
         if not isinstance(size, float) or not isinstance(uncertainty, float):
             return ""
         unit = str(finding.details.get("unit", ""))
-        if unit == PPM:
-            return f"{two_digits(size)} ± {two_digits(2.0 * uncertainty)} {PPM}"
-        volts = unit if unit.startswith("V") else f"V {unit}"
-        return f"{two_digits(1e6 * size)} ± {two_digits(2e6 * uncertainty)} µ{volts}"
+        if unit == "rad":
+            shown, factor = "″", ARCSEC_PER_RAD
+        elif unit == PPM:
+            shown, factor = PPM, 1.0
+        else:
+            shown, factor = small_unit(unit if unit.startswith("V") else f"{self.measured_unit} {unit}".rstrip())
+        sign = shown if shown == "″" else f" {shown}"
+        return f"{two_digits(factor * size)} ± {two_digits(2.0 * factor * uncertainty)}{sign}".replace("-", "−")
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ TERMS: Final[tuple[tuple[str, FindingKind, str, str], ...]] = (
     ("K1'", "asymmetry", "K₁′", "V/g"),
 )
 """Name, kind of finding, symbol, unit of its coefficient."""
+SYMBOLS: Final = {name: symbol for name, _, symbol, _ in TERMS}
 IN_WORDS: Final = {
     "K2": "the output bends with the square of the acceleration along the axis",
     "Kpp": "the output takes the difference of the squares of the accelerations across the axis",

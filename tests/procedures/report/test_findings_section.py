@@ -4,12 +4,16 @@ import re
 from dataclasses import replace
 from datetime import UTC, datetime
 
+import pytest
 from report_scene import Scene, run_view
 
 from ams.archive.sign_offs import AcceptedFinding, Release, Signature, SignOff
+from ams.findings import Finding
 from ams.sets.stated_findings import StatedFinding
 from procedures.report.figures import Figures
+from procedures.report.findings_in_short import test_name as name_of
 from procedures.report.page import render_page
+from procedures.report.view import AxisFindings
 
 
 def _page(scene: Scene) -> str:
@@ -87,3 +91,27 @@ def test_on_a_narrow_screen_the_sentences_of_findings_stand_below_their_tests() 
         page = _page(Scene(sensors=sensors, offset_drift_v=4e-6))
         assert '<table class="told">' in page[page.index('<h2 id="findings">') :]
         assert ".told td.w:last-child { flex: 1 0 100%" in page
+
+
+@pytest.mark.parametrize(
+    ("unit", "measured_unit", "size", "uncertainty", "words"),
+    [
+        ("V/g²", "V", -2e-6, 5e-7, "−2.0 ± 1.0 µV/g²"),
+        ("rad", "V", 1e-5, 1e-6, "2.1 ± 0.41″"),  # an angle in radians is 206 265″
+        ("per °C", "V", 3e-5, 1e-5, "30 ± 20 µV per °C"),
+        ("", "V", 3e-6, 1e-6, "3.0 ± 2.0 µV"),
+        ("", "counts", -3.0, 1.0, "−3.0 ± 2.0 counts"),
+        ("ppm", "V", 4.0, 1.0, "4.0 ± 2.0 ppm"),
+    ],
+)
+def test_the_size_of_a_term_has_the_unit_that_it_was_found_in(unit, measured_unit, size, uncertainty, words) -> None:
+    details = {"size": size, "standard_uncertainty": uncertainty, "unit": unit}
+    finding = Finding("lack-of-fit", "", False, 0.5, details=details)
+    assert AxisFindings("x", "dmm.x", (finding,), measured_unit).size_of(finding) == words
+
+
+def test_terms_have_their_symbols_in_the_tables_and_other_tests_their_names() -> None:
+    names = {"K0'": "K₀′", "Kip": "K_ip", "squareness of the table's axes": "squareness of the table's axes"}
+    for test, shown in names.items():
+        assert name_of(Finding("asymmetry", "", False, 0.5, details={"test": test})) == shown
+    assert name_of(Finding("lack-of-fit", "", False, 0.5)) == "lack of fit"
