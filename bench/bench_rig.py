@@ -11,6 +11,7 @@ from rig.assembly.identity import Identifiable
 from rig.clock import VirtualClock
 from rig.devices.abilities import Axis, AxisState, Burst, Environment, Field, NoChance, Readout, Stream, Wait
 from rig.link.counts import ExchangeCounts
+from rig.motion.motion_memory import MotionMemory
 
 NOISE_V = 1e-5
 SENSITIVITY_V_PER_G = 2.5
@@ -114,6 +115,7 @@ class BenchRig:
         self.streams: Mapping[str, Stream] = {}
         self.fields: Mapping[str, Field] = {}
         self.chance = NoChance()
+        self.motion = MotionMemory()
 
     def identities(self) -> Mapping[str, str]:
         return {name: device.identify() for name, device in self.by_table().items()}

@@ -8,6 +8,12 @@ ADVICE: Mapping[str, str] = {
         "a minute; when every device answers, it homes, measures the check set and goes on. Only stop or abort end "
         "that."
     ),
+    "standstill": (
+        "The run has ended, and not every axis could be seen to stand. Go and look at the machine: where something "
+        "moves, press its stop button. Then mend the line or device named above (plug, cable, adapter, power) and "
+        "calrig resume RUN --operator NAME --reason TEXT: it homes, measures the check set and goes on with the first "
+        "missing dwell."
+    ),
     "home": "An axis lost its home, as after a power cut of its controller. The run homes and goes on by itself.",
     "suspend": (
         "The computer slept. Forbid it (docs/service.md). The run opens its lines anew, homes and goes on by itself."

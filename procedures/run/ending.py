@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 
 from procedures.errors import ExitStatus
 from procedures.journal.last_words import TAKES_NOTHING
 from procedures.records.states import EXIT_STATUS, State
+from rig.local_time import at_both
 
 NO_RUN = "no run"
 """The cause where it did not let one begin."""
@@ -25,6 +27,13 @@ class Ending:
     by: str = ""
     cause: str = ""
     """A word that resume understands, such as ``seam``; empty otherwise."""
+
+    def requested(self, now_utc: datetime) -> list[str]:
+        """Return the reason, where somebody asked with what and when: of a run whose axes are not known to rest."""
+        if self.state not in (State.STOPPED, State.ABORTED) or not self.by:
+            return [self.reason] if self.reason else []
+        said = f": {self.reason}" if self.reason else ""
+        return [f"the run was {self.state} {at_both(now_utc, to_the_second=True)}{said}"]
 
 
 class RunEnds(Exception):

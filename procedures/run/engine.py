@@ -55,7 +55,7 @@ from procedures.run.services import RunServices
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import UNASKED, explain
 from procedures.run.watch.clock_watch import GapWatch
-from procedures.run.watch.safe_state import make_safe, resting_deg
+from procedures.run.watch.safe_state import NOT_SEEN, make_safe, resting_deg
 from procedures.run.watch.silent_devices import silence_words
 from procedures.run.watch.watch import Watch, lost_link
 from procedures.run.watch.watchdogs import Watchdogs
@@ -199,6 +199,8 @@ class _Engine:
         self._rig, self._progress_log, self._wait = context.rig, context.progress_log, context.wait
         self._start = start
         self._history = history
+        self._is_open = True
+        """Whether the lines are open, so that a device that is there can be reached."""
 
     def run(self) -> Outcome:
         defect: BaseException | None = None
@@ -238,11 +240,12 @@ class _Engine:
         """
         crash_point(CrashPoint.ENDING)
         self._context.live.tell(STOPPING, waiting_for=TO_STAND)
-        safe = make_safe(self._rig, self._context.plan)
+        safe = make_safe(self._rig, self._context.plan, is_open=self._is_open)
         crash_point(CrashPoint.MADE_SAFE)
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if safe.failures:
-            state, reasons = _without_safety(state), [*reasons, *safe.failures]
+            state, cause = _without_safety(state), cause or NOT_SEEN
+            reasons = [*ending.requested(self._rig.clock.now_utc()), *safe.failures, *safe.known]
         is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause in TAKES_NOTHING:
             self._announce(state, "; ".join(reasons), ending.by)
@@ -258,7 +261,7 @@ class _Engine:
             if not is_left_as_it_was:
                 self._context.watchdogs.disarm()
                 self._context.record_lines()
-                self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
+                self._progress_log.event("safe", safe.detail())
                 self._progress_log.enter(state, "; ".join(reasons), ending.by, cause, is_said=True)
         except StorageFailed as error:
             sentence, found = refusal(self._progress_log.folder, error)
@@ -340,7 +343,7 @@ class _Engine:
         self._context.watchdogs.forget()
         self._context.live.tell(STOPPING, waiting_for=TO_STAND)
         safe = make_safe(self._rig, self._context.plan, is_over=False)
-        self._progress_log.event("safe", {"positions_deg": safe.positions_deg, "failures": list(safe.failures)})
+        self._progress_log.event("safe", safe.detail())
         self._context.record_lines()
         if restarts > MOST_RESTARTS:
             raise RunEnds(
@@ -357,7 +360,9 @@ class _Engine:
             self._context.live.tell("reconnecting", waiting_for="the lines to answer")
             self._context.stand_still(lambda: False, pause_s)
             try:
+                self._is_open = False
                 self._rig.reconnect()
+                self._is_open = True
                 self._rig.identities()
             except RigError as error:
                 if str(error) != last_error:

@@ -116,6 +116,7 @@ def read_why(
         when = utc or state.utc
         since = when - LAST
         dwells = [dwell for dwell in reader.dwells() if dwell.ended_utc >= since]
+        known = [] if positions_deg else _known_motion(reader)
         done = len(reader.accepted_steps() & {dwell.step for dwell in plan.design_dwells})
         cause = cause or str(state.detail.get("cause", ""))
         return Why(
@@ -126,7 +127,7 @@ def read_why(
             reason=reason or str(state.detail.get("reason", "")),
             utc=when,
             progress=f"{done} of {len(plan.design_dwells)} dwells of the design",
-            positions=_positions(positions_deg),
+            positions=_positions(positions_deg, known),
             advice=advice(cause),
             traces=_traces(dwells),
             dwells=dwells[-_MOST_ROWS:],
@@ -151,11 +152,22 @@ def text_of(why: Why) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _positions(positions_deg: Mapping[str, float]) -> str:
+def _positions(positions_deg: Mapping[str, float], known: Sequence[str] = ()) -> str:
+    """``known``: of axes that do not answer, before they were looked for in vain."""
+    if not positions_deg and known:
+        return f"no axis could be read back now: {'; '.join(known)}; go and look before anything is moved"
     if not positions_deg:
         return "not known: no axis was read back; go and look before anything is moved"
     positions = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
     return f"at rest, read back: {positions}; nothing has been moved since"
+
+
+def _known_motion(reader: JournalReader) -> list[str]:
+    """Return what the last stop of all axes left known of those that did not answer, where nothing was told since."""
+    safe = reader.last_event("safe")
+    since = [event.sequence for kind in ("opened", "intent") if (event := reader.last_event(kind)) is not None]
+    known = [] if safe is None or safe.sequence < max(since, default=0) else safe.detail.get("known")
+    return [str(sentence) for sentence in known] if isinstance(known, list) else []
 
 
 def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:

@@ -45,6 +45,7 @@ from rig.link.counts import ExchangeCounts
 from rig.link.gpib import port_of
 from rig.link.terminal_stream import TERMINAL
 from rig.machine_folder import machine_folder
+from rig.motion.motion_memory import MotionMemory
 from rig.motion.supervisor import Supervisor
 from rig.twins.control import RemoteChance
 from rig.twins.twin import Twin
@@ -90,6 +91,7 @@ class Rig:
         guard: StopGuard | None = None,
         purpose: str = "calrig",
         claim: Claim = claimed_by_nobody_else,
+        memory: MotionMemory | None = None,
     ) -> None:
         self.description = description
         self.clock = clock
@@ -99,6 +101,7 @@ class Rig:
         self._guard = guard
         self._purpose = purpose
         self._claim = claim
+        self.motion = memory or MotionMemory()  # over all connections
         self._locked: set[str] = set()
         """Devices by their serial numbers."""
         if guard is not None:
@@ -129,9 +132,8 @@ class Rig:
         return self._devices.chance
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
-        """Return what happened on every line since it was opened, by the table that it belongs to (``axes.pitch``).
-
-        Where several devices share a line it is by device (``axes.pitch, unit 2``).
+        """Return what happened on every line since it was opened, by its table (``axes.pitch``), or by device where
+        several share it (``axes.pitch, unit 2``).
         """
         return self._devices.counts()
 
@@ -148,7 +150,7 @@ class Rig:
             self._guard.hold(self._devices.guarded)
 
     def prepare_to_move(self) -> None:
-        """Begin what must be there before anything moves, where the first motion should not wait for it."""
+        """Begin what must be there before the first motion, which should not wait for it."""
         if self._guard is not None:
             self._guard.begin()
 
@@ -267,12 +269,12 @@ def open_rig(
             served = with_faults(served, faults, world, clock.monotonic_s(), tell_fault)
         twins = {key: line.twin for line in served for key in line.keys}
 
-        guard = stop_guard(description, rig_file, purpose)
+        guard, memory = stop_guard(description, rig_file, purpose), MotionMemory()
 
         def connect() -> Connected:
-            return _connected(description, clock, world, twins, line_source, guard, write)
+            return _connected(description, clock, world, twins, line_source, guard, write, memory)
 
-        return Rig(description, clock, connect, connect(), held.pop_all(), guard, purpose, claim)
+        return Rig(description, clock, connect, connect(), held.pop_all(), guard, purpose, claim, memory)
 
 
 def _connected(
@@ -283,6 +285,7 @@ def _connected(
     line_source: LineSource | None,
     guard: StopGuard | None,
     write: WriteFile | None,
+    memory: MotionMemory,
 ) -> Connected:
     """Open every device over lines of its own, or none."""
     with ExitStack() as opened:
@@ -293,7 +296,7 @@ def _connected(
             found |= open_axes({name: description.axes[name] for name in names}, lines)
             line_of |= dict.fromkeys(names, names[0])
         guarded_lines = _guarded_lines(description, found, lines)
-        supervisor = Supervisor(clock, guard if guarded_lines else None)
+        supervisor = Supervisor(clock, guard if guarded_lines else None, memory)
         homes_deg = {name: settings.home_attitude_deg for name, settings in description.axes.items()}
         supervised = {name: supervisor.supervise(axis, homes_deg[name], line_of[name]) for name, axis in found.items()}
         found = {name: guarded(axis, description, name, write) for name, axis in supervised.items()}

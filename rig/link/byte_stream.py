@@ -5,6 +5,7 @@ a real port (always unscaled), the rig's own clock in memory. :func:`rig.link.po
 it stands apart so that a driver, which knows this protocol, imports no port.
 """
 
+import re
 from typing import Protocol
 
 from rig.clock import Clock
@@ -32,6 +33,14 @@ class ByteStream(Protocol):
 
     def close(self) -> None:
         """Give the port back; closing twice is harmless."""
+
+
+_ERROR_NUMBER = re.compile(r"\[Errno -?\d+\] ")
+
+
+def cause_of(error: object) -> str:
+    """Return what the system says of a broken line, without its numbers."""
+    return _ERROR_NUMBER.sub("", str(error))
 
 
 def named(url: str, owner: str) -> str:

@@ -16,7 +16,7 @@ import serial
 
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.errors import LinkClosed, LinkLost, RequestRefused, RigBusy
-from rig.link.byte_stream import named
+from rig.link.byte_stream import cause_of, named
 from rig.system_parts import module_here
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _why(error: Exception) -> str:
             "no such port now: it is unplugged, or was plugged in again under another name"
             " (`calrig devices` lists what is there)"
         )
-    return str(error)
+    return cause_of(error)
 
 
 @contextmanager
@@ -146,5 +146,6 @@ def _losses(name: str) -> Iterator[None]:
         yield
     except PORT_ERRORS as error:
         raise LinkLost(
-            f"{name}: the port is gone or broken: {error}; what was sent last is in doubt; check cable and adapter"
+            f"{name}: the port is gone or broken: {_why(error)}; what was sent last is in doubt;"
+            " check cable and adapter"
         ) from error

@@ -8,7 +8,7 @@ import socket
 
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.errors import LinkClosed, LinkLost, RequestRefused
-from rig.link.byte_stream import named
+from rig.link.byte_stream import cause_of, named
 
 READ_SIZE = 65536
 
@@ -24,7 +24,7 @@ class SocketStream:
             self._socket = socket.create_connection((host, port), timeout=connect_timeout_s)
         except OSError as error:
             raise LinkLost(
-                f"{self.name}: no connection within {connect_timeout_s:g} s: {error}; nothing was sent;"
+                f"{self.name}: no connection within {connect_timeout_s:g} s: {cause_of(error)}; nothing was sent;"
                 " check the address, the network and that the device is on"
             ) from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -75,7 +75,9 @@ class SocketStream:
         return data
 
     def _lost(self, cause: object) -> LinkLost:
-        return LinkLost(f"{self.name}: connection lost: {cause}; what was sent last is in doubt; check cable and power")
+        return LinkLost(
+            f"{self.name}: connection lost: {cause_of(cause)}; what was sent last is in doubt; check cable and power"
+        )
 
     def _require_open(self) -> None:
         if self._is_closed:

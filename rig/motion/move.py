@@ -226,7 +226,10 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
         if thread.is_alive():
             failures[name] = f"no answer within {limit_s + _ALLOWANCE_S:g} s"
     if failures:
-        faults = "; ".join(f"{name}: {failures[name]}" for name in sorted(failures))
+        failed: dict[str, list[str]] = {}
+        for name in sorted(failures):  # axes on one line fail alike: that is told once
+            failed.setdefault(failures[name], []).append(name)
+        faults = "; ".join(f"{' and '.join(names)}: {failure}" for failure, names in failed.items())
         raise DeviceFault(f"stop: not every axis is known to stand still: {faults}; use the stop button at the machine")
 
 

@@ -32,6 +32,7 @@ from rig.motion.expectation import (
     expecting_turn,
     judge,
 )
+from rig.motion.motion_memory import MotionMemory
 
 OTHERS_S = 1.0
 """Between two looks at axes that should stand while another one moves."""
@@ -55,11 +56,15 @@ class Warden(Protocol):
 
 
 class Supervisor:
-    """Of all axes of one rig. Every look is a sign of life for the ``warden``, where there is one."""
+    """Of all axes of one rig. Every look is a sign of life for the ``warden``, where there is one.
 
-    def __init__(self, clock: Clock, warden: Warden | None = None) -> None:
+    ``memory``: outlives the connection.
+    """
+
+    def __init__(self, clock: Clock, warden: Warden | None = None, memory: MotionMemory | None = None) -> None:
         self._clock = clock
         self._warden = warden
+        self.memory = memory or MotionMemory()
         self._axes: dict[str, SupervisedAxis] = {}
 
     def supervise(self, axis: Axis, home_deg: float = 0.0, line: str = "") -> "SupervisedAxis":
@@ -201,7 +206,7 @@ class SupervisedAxis:
         self._axis.check_target(target_deg)
         self._before_start()
         # Expected before it is sent: a start that raises may have been heard, and only what is under way is stopped.
-        self._expect(expecting_move(self._watched, target_deg, self.speed_dps))
+        self._expect(expecting_move(self._watched, target_deg, self.speed_dps), f"move to {target_deg:g}°")
         self._start(lambda: self._axis.start_move(target_deg))
 
     def home(self) -> None:
@@ -212,7 +217,8 @@ class SupervisedAxis:
         self._supervisor.look_at_others(self, only_unknown=True)
         self._supervisor.expect_motion(self)
         task = self._watched.task
-        self._expect(replace(self._watched, task=Homing(had_zero=isinstance(task, Standing) and task.is_homed)))
+        had_zero = isinstance(task, Standing) and task.is_homed
+        self._expect(replace(self._watched, task=Homing(had_zero=had_zero)), "search its home")
         self._start(self._axis.home)
 
     def stop(self) -> None:
@@ -261,18 +267,19 @@ class SupervisedAxis:
     def _start_rate(self, rate_dps: float) -> None:
         self._axis.check_rate(rate_dps)
         self._before_start()
-        self._expect(expecting_turn(self._watched, rate_dps))
+        self._expect(expecting_turn(self._watched, rate_dps), f"turn at {rate_dps:g} °/s")
         self._start(lambda: self._axis.start_rate(rate_dps))
 
     def _start_sweep(self, target_deg: float, rate_dps: float) -> None:
         self._axis.check_target(target_deg)
         self._before_start()
-        self._expect(expecting_move(self._watched, target_deg, abs(rate_dps)))
+        task = f"move to {target_deg:g}° at {abs(rate_dps):g} °/s"
+        self._expect(expecting_move(self._watched, target_deg, abs(rate_dps)), task)
         self._start(lambda: self._axis.start_sweep(target_deg, rate_dps))
 
     def _arm_watchdog(self, wait: Wait) -> str:
         """Positions may be lost by it, and servos may go to their homes."""
-        self._expect(Watched())
+        self._expect(Watched(), "prove its watchdog, which may send it elsewhere")
         outcome: str = self._axis.arm_watchdog(wait)
         self._expect(Watched())
         return outcome
@@ -296,11 +303,13 @@ class SupervisedAxis:
                     if isinstance(self._watched.task, Homing) and isinstance(watched.task, Standing):
                         self._bounds = after_home(self._bounds, watched.task.at_deg)
                     self._watched = watched
+                    self._remember(seen)
                     return answer
         # A search that went wrong leaves no zero: what was known of the home is not known now.
         if isinstance(self._watched.task, Homing):
             self._bounds = self._declared
         self._expect(Watched())
+        self._remember(seen)
         raise self._supervisor.refuse(self, breach)
 
     def _start(self, send: Callable[[], object]) -> None:
@@ -320,10 +329,19 @@ class SupervisedAxis:
         # Last: a look may wait for a silent line, and who asked for a stop meanwhile is heeded before a byte goes.
         self._supervisor.expect_motion(self)
 
-    def _expect(self, watched: Watched) -> None:
+    def _remember(self, seen: Seen | None) -> None:
+        """Note a look for who has to know of it when no further one is possible."""
+        if seen is not None:
+            at_rest = isinstance(self._watched.task, Standing)
+            self._supervisor.memory.saw(self.name, seen.position_deg, self._clock.now_utc(), is_at_rest=at_rest)
+
+    def _expect(self, watched: Watched, order: str = "") -> None:
+        """``order``: what may move the axis and is about to be sent, for a sentence."""
         with self._turn:
             self._orders += 1
             self._watched = watched
+            if order:
+                self._supervisor.memory.sent(self.name, order)
             # The new order may have reached another axis: all are looked at with the next look.
             self._others_due_s = 0.0
 

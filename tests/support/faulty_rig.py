@@ -6,8 +6,9 @@ from dataclasses import replace
 from rig.assembly.identity import Identifiable
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
-from rig.devices.abilities import Axis, AxisState, Burst, Environment, Readout, Stream, TwinChance, Wait
+from rig.devices.abilities import Axis, AxisState, Burst, Environment, Field, Readout, Stream, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
+from rig.motion.motion_memory import MotionMemory
 
 
 class FaultyReadout:
@@ -118,12 +119,20 @@ class FaultyRig:
         return self._rig.streams
 
     @property
+    def fields(self) -> Mapping[str, Field]:
+        return self._rig.fields
+
+    @property
     def chance(self) -> TwinChance:
         return self.heard_chance
 
     @property
     def clock(self) -> Clock:
         return self._rig.clock
+
+    @property
+    def motion(self) -> MotionMemory:
+        return self._rig.motion
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
         return self._rig.link_counts()

@@ -10,11 +10,14 @@ from dataclasses import dataclass, field
 from threading import Thread
 
 from procedures.plan.plan import Plan
+from procedures.plan.steps import Soak
 from procedures.run.dwell.measure import OpenRig
 from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
 
+NOT_SEEN = "standstill"
+"""The cause of an ending after which not every axis is known to stand still."""
 LIMIT_S = 30.0
 """For everything but the axes, which have their own deadline."""
 MOST_STOPS = 3
@@ -28,11 +31,22 @@ class Safe:
     failures: tuple[str, ...]
     positions_deg: dict[str, float] = field(default_factory=dict)
     """Read back at rest; an axis that does not answer is missing."""
+    known: tuple[str, ...] = ()
+    """Where something failed: what is known all the same, a sentence each for axes that do not answer and outputs."""
+
+    def detail(self) -> dict[str, object]:
+        """Return the event of the journal."""
+        known = {"known": list(self.known)} if self.known else {}
+        return {"positions_deg": self.positions_deg, "failures": list(self.failures), **known}
 
 
-def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True) -> Safe:
-    """Never raises for a device. ``is_over``: the process gives the rig up, so the chamber goes to its end as well."""
+def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool = True) -> Safe:
+    """Never raises for a device. ``is_over``: the process gives the rig up, so the chamber goes to its end as well.
+
+    ``is_open``: False where the lines were lost and not opened since; that is tried once more.
+    """
     failures: list[str] = []
+    unopened = "" if is_open else _opened_again(rig)
     work = [lambda: stop_all(rig.axes, rig.clock)]
     if is_over:
         work += _chamber(rig, plan)
@@ -45,7 +59,31 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True) -> Safe:
             failures.append(f"stop: a device did not answer within {LIMIT_S:g} s; use the stop button at the machine")
     is_hung = any(thread.is_alive() for thread in threads)
     positions_deg = {} if is_hung else _seen_at_rest(rig, failures)
-    return Safe(tuple(failures), positions_deg)
+    if not failures:
+        return Safe((), positions_deg)
+    if unopened:  # one cause of whatever else failed
+        failures = [unopened]
+    unseen = [name for name in rig.axes if name not in positions_deg]
+    return Safe(tuple(failures), positions_deg, (*rig.motion.in_words(unseen), *_outputs_left(rig, plan)))
+
+
+def _opened_again(rig: OpenRig) -> str:
+    """Open the lines once more, since who asks for a stop now has no other way to the axes; return what fails."""
+    try:
+        rig.reconnect()
+    except RigError as error:
+        found = f"stop: not every axis is known to stand still, since the lines cannot be opened: {error}"
+        return f"{found}; use the stop button at the machine"
+    return ""
+
+
+def _outputs_left(rig: OpenRig, plan: Plan) -> list[str]:
+    """Say what goes on by itself: nothing here takes a setpoint back."""
+    chambers = dict.fromkeys(step.environment for step in plan.steps if isinstance(step, Soak))
+    return [
+        *(f"{name} goes on holding the temperature that it was told last" for name in chambers),
+        *(f"{name} stays at the field that was set last" for name in rig.fields),
+    ]
 
 
 def _seen_at_rest(rig: OpenRig, failures: list[str]) -> dict[str, float]:

@@ -98,7 +98,9 @@ def test_axes_that_do_not_answer_are_not_said_to_rest(small: Bench, tmp_path: Pa
     outcome = run_unattended(small, unattended, rig_of=lambda rig: Dark(rig, spoil=gone))
     assert outcome.state is State.TRIPPED
     assert outcome.positions_deg == {}
-    assert "not known: no axis was read back; go and look" in (unattended.run_dir / "why.txt").read_text()
+    page = (unattended.run_dir / "why.txt").read_text()
+    assert "axes     no axis could be read back now: pitch was last read at rest at " in page
+    assert "; go and look before anything is moved" in page
 
 
 class _Gone:
