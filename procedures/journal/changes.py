@@ -1,8 +1,10 @@
 """What is not as it was when a run began: rig file, procedure file, software, told field by field.
 
 A resume over a change is refused unless somebody answers for it with a name and a reason, which the journal keeps with
-the differences. Even then the run goes on with its own plan and its own rig; of the rig file only ports and interlocks
-are taken over, because an adapter may have been replaced and a band been too narrow. A changed comment is no change.
+the differences. Even then the run goes on with its own plan and its own rig: of the rig file ports, the twins' control
+address and interlocks are taken over, because an adapter may have been replaced and a band been too narrow, and every
+other key that changed refuses the resume by its name, since the run would keep the old value. A changed comment is no
+change.
 """
 
 import json
@@ -23,6 +25,9 @@ PORT = re.compile(
     r"^rig file: (axes|readouts|environment|streams|field)\.[^.]+\.(port|resource|scanner_resource|baud_rate)$"
 )
 _INTERLOCKS = "rig file: interlocks."
+_CONTROL = "rig file: twin.control"
+_TWIN = "twin"
+_OF_NO_FILE = ("software", "run folder")
 _ABSENT = "absent"
 
 
@@ -53,27 +58,61 @@ def changes_since(header: RunHeader) -> tuple[Change, ...]:
 
 
 def require_unchanged(
-    run_dir: Path, changes: Sequence[Change], known: Iterable[str], *, is_accepted: bool, operator: str, reason: str
+    run_dir: Path,
+    changes: Sequence[Change],
+    known: Iterable[str],
+    *,
+    is_accepted: bool,
+    operator: str,
+    reason: str,
+    is_rehearsal: bool = False,
 ) -> None:
     """``known``: differences that somebody has answered for already. Raises: RequestError with every new one."""
-    new = [str(change) for change in changes if str(change) not in set(known)]
+    answered = set(known)
+    new = [change for change in changes if str(change) not in answered]
     if not new:
         return
-    listed = "\n  ".join(new)
+    kept = [change for change in new if not may_be_answered_for(change, is_rehearsal=is_rehearsal)]
+    listed = _listed(new)
     if not is_accepted:
+        unless = f" (not for {', '.join(change.where for change in kept)}, which the run keeps)" if kept else ""
         raise RequestError(
             f"{run_dir}: not what the run began with; nothing was changed; put it back, begin a new run, or answer for "
-            f"it: --accept-changes --operator NAME --reason TEXT (the run keeps its own plan):\n  {listed}"
+            f"it: --accept-changes --operator NAME --reason TEXT (the run keeps its own plan){unless}:{listed}"
         )
     if not (operator and reason.strip()):
         raise RequestError(
             f"{run_dir}: --accept-changes needs a name and a reason: operator got {operator!r}, reason got {reason!r}; "
-            f"nothing was changed; give --operator and --reason:\n  {listed}"
+            f"nothing was changed; give --operator and --reason:{listed}"
+        )
+    if kept:
+        raise RequestError(
+            f"{run_dir}: a run keeps what it began with, so these changes would be without effect; nothing was changed;"
+            " put them back, or name the changed file otherwise and begin a new run with it (this run goes on without"
+            f" its files, which its journal holds):{_listed(kept)}"
         )
 
 
-def with_what_may_change(rig_json: str, rig_file: Path, changes: Sequence[Change]) -> str:
-    """Return the run's own rig at the ports and under the interlocks of the file as it is now.
+def _listed(changes: Iterable[Change]) -> str:
+    return "".join(f"\n  {change}" for change in changes)
+
+
+def may_be_answered_for(change: Change, *, is_rehearsal: bool) -> bool:
+    """Return whether a resume may go on over a change: it is taken over, or none of a key of a file.
+
+    A rehearsal has no ports, and no other change makes a device of a twin or a twin of a device.
+    """
+    if change.where.startswith(_INTERLOCKS) or change.where.partition(":")[0].startswith(_OF_NO_FILE):
+        return True
+    is_address = PORT.match(change.where) is not None or change.where == _CONTROL
+    is_moved = _ABSENT not in (change.was, change.found) and _TWIN not in (change.was, change.found)
+    return is_address and is_moved and not is_rehearsal
+
+
+def with_what_may_change(
+    rig_json: str, rig_file: Path, changes: Sequence[Change], *, is_rehearsal: bool = False
+) -> str:
+    """Return the run's own rig at the addresses and under the interlocks of the file as it is now.
 
     Raises: DescriptionError.
     """
@@ -81,9 +120,13 @@ def with_what_may_change(rig_json: str, rig_file: Path, changes: Sequence[Change
     if any(change.where.startswith(_INTERLOCKS) for change in changes):
         document["interlocks"] = json.loads(read_rig(rig_file).interlocks.model_dump_json())
     for change in changes:
-        if PORT.match(change.where) and change.found != _ABSENT:
-            table, name, key = change.where.removeprefix("rig file: ").split(".")
-            document[table][name][key] = change.found
+        if change.where.startswith("rig file: ") and may_be_answered_for(change, is_rehearsal=is_rehearsal):
+            *tables, key = change.where.removeprefix("rig file: ").split(".")
+            if tables[0] != "interlocks":
+                table = document
+                for name in tables:
+                    table = table[name]
+                table[key] = change.found
     return json.dumps(document)
 
 

@@ -74,7 +74,7 @@ def resume(
 ) -> Outcome:
     """Continue a run on its own rig, as the journal describes it, with its own plan.
 
-    ``accepts_changes``: go on though files or software changed; of the rig file ports and interlocks are taken over.
+    ``accepts_changes``: go on though ports, interlocks or software changed; every other key that changed is refused.
     Raises: RequestError (owner alive, not resumable, files or software changed, a trip or an abort without
     name and reason),
     JournalError (damaged), RigBusy and other rig errors before the first move.
@@ -160,10 +160,13 @@ def _taken_over(run_dir: Path, authorisation: ResumeAuthorisation, clock: Clock 
             is_accepted=authorisation.accepts_changes,
             operator=authorisation.operator,
             reason=authorisation.reason,
+            is_rehearsal=found.header.is_rehearsal,
         )
+        header = found.header
         if found.changes:
-            header = found.header
-            rig_json = with_what_may_change(header.rig_json, Path(header.rig_path), found.changes)
+            rig_json = with_what_may_change(
+                header.rig_json, Path(header.rig_path), found.changes, is_rehearsal=header.is_rehearsal
+            )
             found = replace(found, header=replace(header, rig_json=rig_json))
         yield found
 

@@ -176,8 +176,9 @@ def resume(
     Parameters
     ----------
     accept_changes
-        Go on though rig file, procedure file or software changed; needs operator and reason, which the record keeps.
-        The run keeps its own plan; of the rig file only ports and interlocks are taken over.
+        Go on though addresses or interlocks of the rig file, the software or the folder changed; needs operator and
+        reason, which the record keeps. Ports, [twin] control and interlocks are taken over; every other key that
+        changed is refused by its name, since the run keeps its own plan and rig.
     """
     folder = run_in_state(run, out, RESUMABLE, "resumed")
     with opening(folder.name, alerts, folder) as begins:

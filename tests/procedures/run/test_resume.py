@@ -2,23 +2,27 @@
 
 import json
 import os
+import re
 import resource
 import signal
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from faulty_rig import FaultyRig
+from file_keys import keys_of, value_at
 from small_run import Bench, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
-from procedures.journal.changes import Change, with_what_may_change
+from procedures.journal.changes import Change, may_be_answered_for, require_unchanged, with_what_may_change
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned, owning
 from procedures.journal.spool import Request, Spool, ask
 from procedures.journal.status import status
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.kinds.read import procedure_form
 from procedures.plan.steps import Dwell, Soak
 from procedures.records.progress import Progress
 from procedures.records.states import State
@@ -26,6 +30,7 @@ from procedures.run.judgement.history import agenda, history_of, replications_be
 from procedures.run.resume import resume, resume_on
 from rig.assembly.open_rig import open_rig
 from rig.clock import SystemClock
+from rig.description.read import rig_form
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Burst
 
@@ -133,31 +138,73 @@ def test_a_changed_comment_is_no_change(small: Bench) -> None:
     assert resume(run_dir, "carla").state is State.FINISHED
 
 
-def test_fault_70_a_person_may_answer_for_a_change_and_the_record_keeps_it(small: Bench) -> None:
+def test_fault_70_a_person_may_answer_for_a_change_and_the_record_keeps_it(
+    small: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run_dir = _stopped(small)
-    path = small.folder / "procedure.toml"
-    path.write_text(path.read_text().replace("samples = 5", "samples = 6"))
+    monkeypatch.setattr("procedures.journal.changes.calrig_version", lambda: "9.9.9")
     with pytest.raises(RequestError, match=r"--accept-changes needs a name and a reason: .* reason got ' '"):
         resume(run_dir, "carla", " ", accepts_changes=True)
-    assert resume(run_dir, "carla", "samples of tomorrow", accepts_changes=True).state is State.FINISHED
+    assert resume(run_dir, "carla", "a new release", StopAt(run_dir, 14), accepts_changes=True).state is State.STOPPED
     with JournalReader.open(run_dir) as reader:
         reader.verify()
         (override,) = reader.events("override")
-        sizes = {reading.samples.size for dwell in reader.dwells() for reading in dwell.readings.values()}
-    assert override.detail == {
-        "by": "carla",
-        "reason": "samples of tomorrow",
-        "differences": ["procedure file: dwell.samples: was 5, is 6"],
-    }
-    assert sizes == {5}, "the run keeps its own plan"
+    (difference,) = override.detail["differences"]  # type: ignore[misc]
+    assert (override.detail["by"], override.detail["reason"]) == ("carla", "a new release")
+    assert difference.endswith('is "9.9.9"')
+    assert resume(run_dir, "carla").state is State.FINISHED, "what was answered for is not asked again"
 
 
-def test_fault_70_what_was_answered_for_is_not_asked_again(small: Bench) -> None:
+@pytest.mark.parametrize(
+    ("file", "was", "becomes", "sentence"),
+    [
+        ("procedure.toml", "samples = 5", "samples = 6", "procedure file: dwell.samples: was 5, is 6"),
+        ("rig.toml", "seed = 7", "seed = 8", "rig file: twin.seed: was 7, is 8"),
+        ("rig.toml", 'port = "twin"\nincrement_deg', 'port = "socket://127.0.0.1:9"\nincrement_deg',
+         'rig file: axes.pitch.port: was "twin", is "socket://127.0.0.1:9"'),
+    ],
+)  # fmt: skip
+def test_fault_70_what_the_run_would_keep_is_refused_by_its_name_whoever_answers(
+    small: Bench, file: str, was: str, becomes: str, sentence: str
+) -> None:
     run_dir = _stopped(small)
-    path = small.folder / "rig.toml"
-    path.write_text(path.read_text().replace("seed = 7", "seed = 8"))
-    assert resume(run_dir, "carla", "typo", StopAt(run_dir, 14), accepts_changes=True).state is State.STOPPED
-    assert resume(run_dir, "carla").state is State.FINISHED
+    path = small.folder / file
+    path.write_text(path.read_text().replace(was, becomes))
+    before = (run_dir / JOURNAL_FILE).read_bytes()
+    with pytest.raises(RequestError, match="a run keeps what it began with") as refused:
+        resume(run_dir, "carla", "samples of tomorrow", accepts_changes=True)
+    assert sentence in str(refused.value)
+    assert (run_dir / JOURNAL_FILE).read_bytes() == before
+
+
+def test_fault_70_each_key_of_both_files_is_taken_over_or_refused_by_its_name(tmp_path: Path) -> None:
+    """Every key of both forms, changed alone: the rig of the resume has it, or the refusal names it."""
+    places = [("rig", key) for key in keys_of(rig_form())] + [("procedure", key) for key in keys_of(procedure_form())]
+    taken = set()
+    for file, key in places:
+        name = f"{file} file: {'.'.join(part.partition(':')[0].replace('*', 'a') for part in key.split('.'))}"
+        change = Change(name, "before", "now")
+        if may_be_answered_for(change, is_rehearsal=False):
+            taken.add(key)
+            *tables, last = name.removeprefix("rig file: ").split(".")
+            if tables[0] != "interlocks":
+                rig: dict[str, Any] = {last: "before"}
+                for table in reversed(tables):
+                    rig = {table: rig}
+                found = json.loads(with_what_may_change(json.dumps(rig), tmp_path, [change]))
+                assert value_at(found, (*tables, last)) == "now", key
+        else:
+            with pytest.raises(RequestError, match=rf"begin a new run with it [^\n]*\n  {re.escape(name)}: was"):
+                require_unchanged(tmp_path, [change], (), is_accepted=True, operator="carla", reason="a reason")
+    kinds = {key.split(".")[-1] for key in taken if not key.startswith("interlocks.")}
+    assert kinds == {"port", "resource", "scanner_resource", "baud_rate", "control"}
+    assert len(places) > 200
+
+
+def test_fault_70_a_rehearsal_takes_no_port_over() -> None:
+    change = Change("rig file: axes.pitch.port", "socket://a:1", "socket://b:2")
+    assert may_be_answered_for(change, is_rehearsal=False)
+    assert not may_be_answered_for(change, is_rehearsal=True)
 
 
 def test_fault_70_an_interlock_that_was_too_narrow_may_be_widened(tmp_path: Path) -> None:
