@@ -9,6 +9,9 @@ Decision rules, U being the expanded uncertainty of the error (95 %):
 - guard band (ISO 14253-1, ILAC-G8:09/2019 4.2.3): *pass* where |error| + U is inside the limit at every point; *fail*
   where |error| − U is beyond it at any; *conditional* between, where the uncertainty leaves it open;
 - simple (ILAC-G8:09/2019 4.2.1): *pass* where |error| is inside the limit at every point, else *fail*.
+
+Points at which the axes do not determine an angle are counted beside its judgement. An angle with a limit that none of
+them determines is *conditional* by either rule: nothing shows that it is inside.
 """
 
 from collections.abc import Mapping
@@ -24,7 +27,7 @@ from ams.observations import Observations
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_verdict import no_conformity
-from ams.surveillance.attitude_errors import AngleErrors, errors_of
+from ams.surveillance.attitude_errors import AngleErrors, angles_of, errors_of
 from ams.surveillance.level_errors import LevelErrors, level_errors_of
 from ams.surveillance.level_errors import from_document as read_level_errors
 from ams.surveillance.level_errors import to_document as level_errors_document
@@ -69,7 +72,9 @@ class Judgement:
     limit_deg: float
     verdict: Verdict
     error_deg: float
-    """At the attitude that decides: where the error and its uncertainty together are largest."""
+    """At the attitude that decides: where the error and its uncertainty together are largest. NaN, and no attitude,
+    where the angle is not determined.
+    """
     expanded_deg: float
     pitch_deg: float
     roll_deg: float
@@ -88,6 +93,8 @@ class Condition:
     judgements: tuple[Judgement, ...]
     level_errors: Mapping[str, LevelErrors] = field(default_factory=dict)
     """Of straight lines, by axis, in the unit of what they sense: a declared limit is an angle and judges none."""
+    undetermined: tuple[str, ...] = ()
+    """Angles that the axes of the set tell in general and at no attitude of the usage range."""
 
     @property
     def verdict(self) -> Verdict | None:
@@ -183,7 +190,27 @@ def judge(errors: AngleErrors, limit_deg: float, rule: Rule) -> Judgement:
     decisive = float(errors.error_deg[index]), float(expanded[index])
     where = float(errors.pitch_deg[index]), float(errors.roll_deg[index])
     sentence = _sentence(errors.angle, verdict, decisive, limit_deg, where)
+    if errors.left_out:
+        sentence += f"; not determined at {errors.left_out} of {errors.left_out + size.size} attitudes"
     return Judgement(errors.angle, limit_deg, verdict, *decisive, *where, sentence)
+
+
+def _judged(
+    errors: Mapping[str, AngleErrors], undetermined: tuple[str, ...], acceptance: Acceptance
+) -> tuple[Judgement, ...]:
+    return tuple(
+        judge(errors[angle], limit, acceptance.rule) if angle in errors else _not_determined(angle, limit)
+        for angle, limit in acceptance.limits_deg.items()
+        if angle in errors or angle in undetermined
+    )
+
+
+def _not_determined(angle: str, limit_deg: float) -> Judgement:
+    sentence = (
+        f"{angle} conditional: its axes determine it at no attitude of the usage range, so that nothing shows whether "
+        f"it is inside the limit of {limit_deg:g}°"
+    )
+    return Judgement(angle, limit_deg, "conditional", np.nan, np.nan, np.nan, np.nan, sentence)
 
 
 def _guarded(most_deg: float, least_deg: float, limit_deg: float) -> Verdict:
@@ -216,12 +243,9 @@ def _condition(
     if new.is_of_lines:
         return Condition(kind, applied.sha256, applied.created_utc, {}, (), level_errors_of(applied, new))
     errors = errors_of(applied, new, observations, usage_pitch_deg, reference)
-    judged = tuple(
-        judge(errors[angle], limit, acceptance.rule)
-        for angle, limit in acceptance.limits_deg.items()
-        if angle in errors
-    )
-    return Condition(kind, applied.sha256, applied.created_utc, errors, judged)
+    undetermined = tuple(angle for angle in angles_of(applied) if angle not in errors)
+    judged = _judged(errors, undetermined, acceptance)
+    return Condition(kind, applied.sha256, applied.created_utc, errors, judged, undetermined=undetermined)
 
 
 def to_document(adjustment: Adjustment) -> Document:
@@ -266,6 +290,7 @@ def _condition_document(condition: Condition) -> Document:
         "verdict": condition.verdict,
         "errors": {angle: _errors_document(errors) for angle, errors in condition.errors.items()},
         **({"level_errors": levels} if levels else {}),
+        **({"undetermined": list(condition.undetermined)} if condition.undetermined else {}),
     }
 
 
@@ -280,16 +305,13 @@ def _errors_document(errors: AngleErrors) -> Document:
 
 def _read_condition(kind: Literal["as-found", "as-left"], document: Document, acceptance: Acceptance) -> Condition:
     errors = {angle: _read_errors(angle, table(entry)) for angle, entry in table(document["errors"]).items()}
-    judged = tuple(
-        judge(errors[angle], limit, acceptance.rule)
-        for angle, limit in acceptance.limits_deg.items()
-        if angle in errors
-    )
+    undetermined = tuple(map(str, listed(document.get("undetermined", []))))
+    judged = _judged(errors, undetermined, acceptance)
     created = datetime.fromisoformat(str(document["set_created_utc"]))
     levels = {
         axis: read_level_errors(axis, table(entry)) for axis, entry in table(document.get("level_errors", {})).items()
     }
-    return Condition(kind, str(document["set_sha256"]), created, errors, judged, levels)
+    return Condition(kind, str(document["set_sha256"]), created, errors, judged, levels, undetermined)
 
 
 def _column(values: Json) -> FloatArray:

@@ -1,9 +1,8 @@
 """How wrong a set is at known attitudes, in degrees: the errors of the angles that it would have inferred.
 
-At every point of a run the attitude is known, so the error of an inferred angle follows from the outputs by the slope
-of the set itself: δ = (JᵀWJ)⁻¹JᵀW (v − v(α, R)), with J = ∂v/∂(α, R). That serves one, two and three axes alike, has no
-second branch and is exact to the square of the error. One axis tells pitch alone, roll being known (TP (76), (79)); two
-and three tell both. Where the outputs hardly move with an angle (TP 6) its error is left out, and said to be.
+At every point of a run the attitude is known, and of the outputs there the set tells another, whole and not by its
+slope (:mod:`ams.surveillance.inferred_attitude`). Where the axes do not determine an angle its error is left out, and
+said to be.
 
 The uncertainty of an error is that of the new measurement: covariance of the new calibration (lack of fit, drift,
 meter), the scatter of its dwells, and what the reference attitude is wrong by. That of the set under test is not part
@@ -22,23 +21,21 @@ from typing import Final
 
 import numpy as np
 
-from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude.spread import output_errors
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.calibrated import package_of_set, sensor_of_set
 from ams.inputs.request import select_rows
 from ams.observations import Observations
-from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet
+from ams.surveillance.inferred_attitude import ANGLES, InferredAngle, Readings, inferred_angles
 from ams.surveillance.reference_attitude import ReferenceAttitude
 
-LARGEST_AMPLIFICATION = 10.0
-"""Points where an angle's error would be more than so many times that of an output at full slope are left out."""
 COEFFICIENTS: Final = "coefficients"
 READINGS: Final = "readings"
 REFERENCE: Final = "reference attitude"
-_STEP_RAD = 1e-4
+TWO_ATTITUDES: Final = "which of two attitudes"
 _ROUNDING_DEG = 1e-6
 
 
@@ -57,10 +54,13 @@ class AngleErrors:
     coverage_factor: FloatArray
     """(K,) for 95 %, from the degrees of freedom of this angle at this point."""
     left_out: int
-    """Points where the outputs do not tell this angle."""
+    """Points at which this angle is not determined: the outputs hardly move with it, both attitudes that two of them
+    fit meet, or they are of no attitude by this set.
+    """
     parts_deg: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Budget of the standard uncertainty: ``coefficients``, ``readings`` and, where it is counted, ``reference
-    attitude`` to (K,), of which it is the root of the sum of squares. Empty for errors that an earlier version stored.
+    """Budget of the standard uncertainty: ``coefficients``, ``readings`` and, where they count, ``reference attitude``
+    and ``which of two attitudes`` to (K,), of which it is the root of the sum of squares. Empty for errors that an
+    earlier version stored.
     """
 
     @property
@@ -93,19 +93,15 @@ def errors_of(
     if not kept.any():
         return {}
     observations = observations if reference is None else reference.corrected(observations)
-    pitch, roll = observations.pitch_rad[kept], observations.roll_rad[kept]
-    temperature = None if observations.temperature_degc is None else observations.temperature_degc[kept]
-    axes = tuple(applied.axes)
-    gain = _gain(applied, axes, pitch, roll, temperature)
-    outputs_v = np.stack([observations.outputs[axis][kept] for axis in axes], axis=-1)
-    errors_rad = np.einsum("nsa,na->ns", gain, outputs_v - _predicted_v(applied, axes, pitch, roll, temperature))
-    spread = _spread(measured_by, applied, select_rows(observations, kept), gain, reference)
-    points = observations.point[kept]
-    found = {
-        angle: _at_points(angle, points, (pitch, roll, errors_rad[:, index]), spread, index)
-        for index, angle in enumerate(("pitch", "roll")[: gain.shape[1]])
-    }
+    spread = _PointSpread(measured_by, applied, select_rows(observations, kept), reference)
+    inferred = inferred_angles(spread.readings(), lambda gain: spread.of(gain).standard())
+    found = {angle: _of_angle(angle, of_angle, spread) for angle, of_angle in inferred.items()}
     return {angle: errors for angle, errors in found.items() if errors.error_deg.size}
+
+
+def angles_of(applied: CoefficientSet) -> tuple[str, ...]:
+    """Return the angles that a package with the axes of a set tells: of one axis pitch alone."""
+    return ANGLES[:1] if len(applied.axes) == 1 else ANGLES
 
 
 def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observations: Observations) -> None:
@@ -138,121 +134,101 @@ def _within(pitch_deg: FloatArray, usage_pitch_deg: tuple[float, float] | None) 
     return np.asarray((pitch_deg >= low - _ROUNDING_DEG) & (pitch_deg <= high + _ROUNDING_DEG))
 
 
-def _predicted_v(
-    applied: CoefficientSet, axes: tuple[str, ...], pitch: FloatArray, roll: FloatArray, temperature: FloatArray | None
-) -> FloatArray:
-    outputs = apply(applied, pitch, roll, temperature, beyond_validity=True)
-    return np.stack([outputs[axis] for axis in axes], axis=-1)
-
-
-def _gain(
-    applied: CoefficientSet, axes: tuple[str, ...], pitch: FloatArray, roll: FloatArray, temperature: FloatArray | None
-) -> FloatArray:
-    """Return (N, s, A) radians per volt, s angles; NaN rows where the outputs do not tell an angle."""
-
-    def slope(by_pitch: float, by_roll: float) -> FloatArray:
-        ahead, behind = (
-            _predicted_v(applied, axes, pitch + sign * by_pitch, roll + sign * by_roll, temperature)
-            for sign in (1.0, -1.0)
-        )
-        return np.asarray((ahead - behind) / (2.0 * _STEP_RAD))
-
-    slopes = [slope(_STEP_RAD, 0.0)] + ([slope(0.0, _STEP_RAD)] if len(axes) > 1 else [])
-    scale = np.array([float(np.linalg.norm(applied.axes[axis].direction_v_per_g)) for axis in axes])
-    relative = np.stack(slopes, axis=-1) / scale[:, None]
-    inverse = np.linalg.pinv(relative, rcond=1e-9)
-    amplification = np.linalg.norm(inverse, axis=-1)
-    lost = ~_resolved(relative, amplification)
-    return np.asarray(np.where(lost[..., None], np.nan, inverse) / scale)
-
-
-def _resolved(relative: FloatArray, amplification: FloatArray) -> BoolArray:
-    """Return (N, s) whether each angle is told.
-
-    Some slope is there, no other angle hides it, noise is not blown up.
-    """
-    columns = np.linalg.norm(relative, axis=1)
-    cosine = np.zeros(columns.shape[0])
-    if columns.shape[1] == 2:
-        with np.errstate(invalid="ignore", divide="ignore"):
-            cosine = np.abs(np.einsum("na,na->n", relative[..., 0], relative[..., 1])) / columns.prod(axis=1)
-    hidden = np.nan_to_num(cosine) > 1.0 - 0.5 / LARGEST_AMPLIFICATION**2
-    seen = columns * LARGEST_AMPLIFICATION >= 1.0
-    return np.asarray(seen & ~hidden[:, None] & (amplification <= LARGEST_AMPLIFICATION))
-
-
 @dataclass(frozen=True)
-class _Spread:
-    """Of s angles in N rows, radians."""
+class _Parts:
+    """Of m angles at K points, radians: means over the rows of each."""
 
     parts: Mapping[str, FloatArray]
-    """(N, s) standard uncertainties."""
+    """(K, m) standard uncertainties."""
     half_95: FloatArray
-    """(N, s)"""
+    """(K, m)"""
+
+    def standard(self) -> FloatArray:
+        return np.asarray(np.sqrt(sum(part**2 for part in self.parts.values())))
 
 
-def _spread(
-    measured_by: CoefficientSet,
-    applied: CoefficientSet,
-    rows: Observations,
-    gain: FloatArray,
-    reference: ReferenceAttitude | None,
-) -> _Spread:
-    """Return the spread of the mean errors at a point.
+class _PointSpread:
+    """What is not known of the mean outputs at the K points of a run.
 
     It has the new calibration's covariance, what its axes share included, its dwells' scatter and the errors of the
     reference; every angle has degrees of freedom of its own (Welch-Satterthwaite), those of the reference infinite.
     """
-    axes = tuple(applied.axes)
-    replications = max(len(np.unique(rows.replication)), 1)
-    scatter = [sensor_of_set(measured_by, axis, None, rows.temperature_degc).reading_sd_v for axis in axes]
-    sensors = [
-        sensor_of_set(measured_by, axis, sd / replications**0.5, rows.temperature_degc)
-        for axis, sd in zip(axes, scatter, strict=True)
-    ]
-    package = package_of_set(measured_by, axes, sensors)
-    errors = output_errors(sensors, specific_force(rows.pitch_rad, rows.roll_rad), package)
-    variances = errors.angle_variances(gain)
-    calibration = np.sum(variances.calibration, axis=0)
-    if reference is None:
-        parts = {COEFFICIENTS: calibration, READINGS: variances.reading}
-        return _Spread({name: np.sqrt(part) for name, part in parts.items()}, variances.half_95())
-    components = (
-        [part for sensor in sensors for part in sensor.components] if package is None else list(package.components)
-    )
-    named = zip((part.name for part in components), variances.calibration, strict=True)
-    followed = sum((part for name, part in named if name in reference.parts), np.zeros_like(calibration))
-    k = np.stack([applied.axes[axis].direction_v_per_g for axis in axes])
-    whole = np.fmax(followed, reference.angle_variances(gain, k, rows.pitch_rad, rows.roll_rad))
-    parts = {COEFFICIENTS: np.fmax(calibration - followed, 0.0), READINGS: variances.reading, REFERENCE: whole}
-    half_95 = variances.half_95(known=whole - followed)
-    return _Spread({name: np.sqrt(part) for name, part in parts.items()}, half_95)
+
+    def __init__(
+        self,
+        measured_by: CoefficientSet,
+        applied: CoefficientSet,
+        rows: Observations,
+        reference: ReferenceAttitude | None,
+    ) -> None:
+        axes = tuple(applied.axes)
+        self._axes, self._applied, self._rows, self._reference = axes, applied, rows, reference
+        replications = max(len(np.unique(rows.replication)), 1)
+        scatter = [sensor_of_set(measured_by, axis, None, rows.temperature_degc).reading_sd_v for axis in axes]
+        sensors = [
+            sensor_of_set(measured_by, axis, sd / replications**0.5, rows.temperature_degc)
+            for axis, sd in zip(axes, scatter, strict=True)
+        ]
+        package = package_of_set(measured_by, axes, sensors)
+        self._errors = output_errors(sensors, specific_force(rows.pitch_rad, rows.roll_rad), package)
+        self._components = (
+            [part for sensor in sensors for part in sensor.components] if package is None else list(package.components)
+        )
+        _, self._point_of_row = np.unique(rows.point, return_inverse=True)
+        self._counts = np.bincount(self._point_of_row)
+        self.pitch_rad, self.roll_rad = self._mean(rows.pitch_rad), self._mean(rows.roll_rad)
+
+    def readings(self) -> Readings:
+        """Return what the set under test makes of the outputs, as deviations from its offsets."""
+        rows, sensors, deviations = self._rows, [], []
+        for axis in self._axes:
+            sensor = sensor_of_set(self._applied, axis, 0.0, rows.temperature_degc)
+            deviations.append(self._mean(sensor.line_output_v(rows.outputs[axis]) - sensor.offset_v))
+            sensors.append(sensor)
+        return Readings(sensors, np.stack(deviations, axis=-1), self.pitch_rad, self.roll_rad)
+
+    def of(self, gain: FloatArray, known_rad: FloatArray | float = 0.0) -> _Parts:
+        """Return the spread of (K, m, A) angles per volt; ``known_rad``, (K, m): a type B part of the angle itself."""
+        of_rows = gain[self._point_of_row]
+        shape = of_rows.shape[:2]
+        beside = np.broadcast_to(known_rad, gain.shape[:2])[self._point_of_row] ** 2
+        variances = self._errors.angle_variances(of_rows)
+        calibration = np.sum(variances.calibration, axis=0)
+        followed = whole = np.zeros(shape)
+        if self._reference is not None:
+            named = zip((part.name for part in self._components), variances.calibration, strict=True)
+            followed = sum((part for name, part in named if name in self._reference.parts), np.zeros(shape))
+            k = np.stack([self._applied.axes[axis].direction_v_per_g for axis in self._axes])
+            rows = self._rows
+            whole = np.fmax(followed, self._reference.angle_variances(of_rows, k, rows.pitch_rad, rows.roll_rad))
+        parts = {COEFFICIENTS: np.fmax(calibration - followed, 0.0), READINGS: variances.reading}
+        parts |= {REFERENCE: whole} if self._reference is not None else {}
+        parts |= {TWO_ATTITUDES: beside} if np.nanmax(beside, initial=0.0) > 0.0 else {}
+        is_moved = np.asarray(gain.any(axis=-1))[self._point_of_row]
+        half_95 = np.where(is_moved, variances.half_95(known=whole - followed + beside), 0.0)
+        return _Parts({name: self._mean(np.sqrt(part)) for name, part in parts.items()}, self._mean(half_95))
+
+    def _mean(self, column: FloatArray) -> FloatArray:
+        """Return the means over the rows of each point of (N, …)."""
+        total = np.zeros((self._counts.size, *column.shape[1:]))
+        np.add.at(total, self._point_of_row, column)
+        return np.asarray(total / self._counts.reshape(-1, *[1] * (column.ndim - 1)))
 
 
-def _at_points(
-    angle: str, points: IntArray, rows: tuple[FloatArray, FloatArray, FloatArray], spread: _Spread, index: int
-) -> AngleErrors:
-    """Return the means over the rows of each point; a point is left out where any of its rows is.
-
-    ``rows``: pitch, roll and error; ``index``: of the angle in ``spread``.
-    """
-    labels, point_of_row = np.unique(points, return_inverse=True)
-    counts = np.bincount(point_of_row)
-
-    def mean(column: FloatArray) -> FloatArray:
-        return np.asarray(np.bincount(point_of_row, weights=column) / counts)
-
-    pitch, roll, error = (mean(column) for column in rows)
-    is_known = np.isfinite(error)
-    parts = {name: np.rad2deg(mean(part[:, index])[is_known]) for name, part in spread.parts.items()}
+def _of_angle(angle: str, inferred: InferredAngle, spread: _PointSpread) -> AngleErrors:
+    """Return the errors at the points where the angle is determined, along it and across it as one length."""
+    is_known = np.isfinite(inferred.error_rad)
+    beside = np.stack([inferred.known_rad, np.zeros_like(inferred.known_rad)], axis=-1)
+    found = spread.of(inferred.gain, beside)
+    parts = {name: np.rad2deg(np.linalg.norm(part[is_known], axis=-1)) for name, part in found.parts.items()}
     standard_uncertainty_deg = np.sqrt(sum(part**2 for part in parts.values()))
     return AngleErrors(
         angle,
-        np.rad2deg(pitch[is_known]),
-        np.rad2deg(roll[is_known]),
-        np.rad2deg(error[is_known]),
+        np.rad2deg(spread.pitch_rad[is_known]),
+        np.rad2deg(spread.roll_rad[is_known]),
+        np.rad2deg(inferred.error_rad[is_known]),
         standard_uncertainty_deg,
-        np.rad2deg(mean(spread.half_95[:, index])[is_known]) / standard_uncertainty_deg,
-        int(labels.size - is_known.sum()),
+        np.rad2deg(np.linalg.norm(found.half_95[is_known], axis=-1)) / standard_uncertainty_deg,
+        int((~is_known).sum()),
         parts,
     )

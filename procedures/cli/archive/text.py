@@ -108,6 +108,7 @@ def _condition_lines(condition: Condition, not_judged: str | None) -> Iterator[s
             f"(k = {errors.coverage_factor[worst]:.2f}) at pitch {errors.pitch_deg[worst]:g}°, roll "
             f"{errors.roll_deg[worst]:g}°{left_out}"
         )
+    yield from (f"  {angle}: not determined at any attitude of the usage range" for angle in condition.undetermined)
     for level in condition.level_errors.values():
         worst, unit = level.worst, printed(level.unit)
         yield (
