@@ -8,6 +8,7 @@ import difflib
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import date, time
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -308,6 +309,21 @@ def _plain(item: Mapping[str, Any]) -> str:
     return message[:1].lower() + message[1:]
 
 
+def as_in_file(value: object) -> str:
+    """Return a value as a TOML file has it, text in single quotes: a list, a table or ``true`` as its author wrote."""
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case list() | tuple():
+            return f"[{', '.join(map(as_in_file, value))}]"
+        case Mapping():
+            inside = ", ".join(f"{key} = {as_in_file(item)}" for key, item in value.items())
+            return f"{{ {inside} }}" if inside else "{}"
+        case date() | time():
+            return value.isoformat()
+    return repr(value)
+
+
 def _short(value: object) -> str:
-    text = repr(value)
+    text = as_in_file(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

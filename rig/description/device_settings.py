@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 
 from rig.description.index_table import IndexTable
 from rig.errors import RequestRefused
-from rig.toml_file import StrictTable, as_tuple
+from rig.toml_file import StrictTable, as_in_file, as_tuple
 
 TWIN_PORT = "twin"
 
@@ -226,7 +226,7 @@ class FieldSettings(StrictTable):
     @model_validator(mode="after")
     def _sound(self) -> "FieldSettings":
         if not self.limits_ut[0] < self.limits_ut[1]:
-            raise ValueError(f"limits_ut must be [low, high] with low < high, got {list(self.limits_ut)}")
+            raise ValueError(f"limits_ut must be [low, high] with low < high, got {as_in_file(self.limits_ut)}")
         if not any(self.direction):
             raise ValueError("direction must not be [0, 0, 0]")
         return self

@@ -6,7 +6,7 @@ from pydantic import Field, field_validator, model_validator
 
 from rig.description.device_settings import NotNegative
 from rig.description.mount import Mount
-from rig.toml_file import StrictTable, as_tuple
+from rig.toml_file import StrictTable, as_in_file, as_tuple
 
 PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
 STAGES = (("pitch", "yaw"), ("pitch", "yaw", "roll"))
@@ -85,8 +85,8 @@ class Sensor(StrictTable):
     def _stage_is_a_rotation(self) -> "Sensor":
         if self.stage is not None and self.stage not in STAGES:
             raise ValueError(
-                f"stage names the axes that carry the sensor, from outside in: got {list(self.stage)}, allowed are "
-                '["pitch", "yaw"] (the sting) and ["pitch", "yaw", "roll"] (the model)'
+                f"stage names the axes that carry the sensor, from outside in: got {as_in_file(self.stage)}, allowed "
+                'are ["pitch", "yaw"] (the sting) and ["pitch", "yaw", "roll"] (the model)'
             )
         return self
 

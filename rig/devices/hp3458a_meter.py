@@ -127,8 +127,9 @@ class Hp3458aMeter:
         # All have one length, so a cut one shows.
         lengths = {length for _, length in readings}
         if len(lengths) > 1:
+            found = " and ".join(map(str, sorted(lengths)))
             raise DeviceNonsense(
-                f"{self.name}: meter: readings of {sorted(lengths)} characters in one burst, one length is allowed;"
+                f"{self.name}: meter: readings of {found} characters in one burst, one length is allowed;"
                 " the burst is dropped; check the line for lost bytes"
             )
         # Readings carry no number: bytes too many mean that one may have been taken twice, another not at all.

@@ -380,5 +380,6 @@ def _decode_marked(reply: bytes) -> int:
     """Return a position with the script's state behind it, once or more."""
     marks = set(reply[2:])
     if len(marks) != 1 or max(marks) > _STOPPED:
-        raise DeviceNonsense(f"the marks behind the position are {sorted(marks)}, allowed is one of 0 and 1")
+        found = " and ".join(map(str, sorted(marks))) or "none"
+        raise DeviceNonsense(f"the marks behind the position are {found}, allowed is one of 0 and 1")
     return wire.decode_word(reply[:2])

@@ -174,10 +174,11 @@ class ScpiDaqReadout:
         self._require(b"SENS:VOLT:DC:NPLC? " + where, cycles)
         self._require(self._model.autozero + b"? " + where, self._settings.autozero)
         self._require(b"TRIG:COUN?", samples)
-        listed = self._line.ask(b"ROUT:SCAN?", scpi.parse_scan_list, idempotent=True)
-        if listed != (entry.channel,):
+        scan_list = self._line.ask(b"ROUT:SCAN?", scpi.parse_scan_list, idempotent=True)
+        if scan_list != (entry.channel,):
+            scanned = " and ".join(map(str, scan_list)) or "no channel"
             raise DeviceFault(
-                f"{self.name}: the scan list is {list(listed)}, it was set to [{entry.channel}]; no reading is taken;"
+                f"{self.name}: the scan list holds {scanned}, it was set to {entry.channel} alone; no reading is taken;"
                 " check that nobody else uses the unit"
             )
 
@@ -219,8 +220,9 @@ class ScpiDaqReadout:
         parse = scpi.parse_named_readings if self._settings.channel_echo else _unnamed
         named = self._line.ask(query, parse, idempotent=idempotent, timeout_s=limit_s)
         if others := {number for _, number in named} - {channel, None}:
+            named_ones = " and ".join(map(str, sorted(filter(None, others))))
             raise DeviceFault(
-                f"{self.name}: channel {channel} was scanned, but readings name {sorted(filter(None, others))};"
+                f"{self.name}: channel {channel} was scanned, but readings name {named_ones};"
                 " the burst is dropped; check that nobody else uses the unit"
             )
         if len(named) != count:

@@ -104,7 +104,8 @@ class ModbusRtu:
         request = WriteSingleRegisterRequest(dev_id=self._unit, address=address, registers=[value])
         reply = self._transact(request)
         if (reply.address, *reply.registers) != (address, value):
-            raise self._nonsense(request, f"the echo names register {reply.address}, value {list(reply.registers)}")
+            values = " and ".join(map(str, reply.registers)) or "none"
+            raise self._nonsense(request, f"the echo names register {reply.address}, value {values}")
 
     def _write_many(self, address: int, values: list[int]) -> None:
         request = WriteMultipleRegistersRequest(dev_id=self._unit, address=address, registers=values)

@@ -139,7 +139,7 @@ def is_harmful(error: int) -> bool:
 def parse_identity(line: bytes) -> str:
     """Return the name of a 3458A in one of its two accepted spellings. Raises: DeviceNonsense."""
     if line.strip() not in IDENTITIES:
-        raise DeviceNonsense(f"a 3458A answers ID? with one of {[name.decode() for name in IDENTITIES]}")
+        raise DeviceNonsense(f"a 3458A answers ID? with {' or '.join(name.decode() for name in IDENTITIES)}")
     return line.strip().decode("ascii")
 
 

@@ -16,9 +16,10 @@ class PulseCalibration:
         rising = [pulse_us > 0.0 and angle_deg > 0.0 for pulse_us, angle_deg in steps]
         falling = [pulse_us > 0.0 and angle_deg < 0.0 for pulse_us, angle_deg in steps]
         if not steps or not (all(rising) or all(falling)):
+            found = ", ".join(f"[{pulse_us:g}, {angle_deg:g}]" for pulse_us, angle_deg in self.points)
             raise ValueError(
                 "a calibration needs two or more [pulse_us, angle_deg] pairs, the angle strictly rising or falling"
-                f" with the pulse, got {[list(point) for point in self.points]}"
+                f" with the pulse, got {found or 'none'}"
             )
 
     @property

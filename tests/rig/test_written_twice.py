@@ -1,11 +1,12 @@
-"""A key or table that stands in a file twice is told by file, line and key, and by the line of the first."""
+"""How a TOML file is refused: what stands there twice by file, line, key and the first line, values as written."""
 
+import tomllib
 from pathlib import Path
 
 import pytest
 
 from rig.errors import DescriptionError
-from rig.toml_file import TomlFile
+from rig.toml_file import TomlFile, as_in_file
 
 
 @pytest.mark.parametrize(
@@ -25,3 +26,10 @@ def test_it_is_a_sentence(text: str, line: int, words: str) -> None:
     with pytest.raises(DescriptionError) as refused:
         TomlFile(Path("rig.toml"), text)
     assert str(refused.value).startswith(f"rig.toml:{line}: {words}")
+
+
+@pytest.mark.parametrize(
+    "written", ["true", "'a b'", "[1, 2.5]", "['pitch', false]", "{ a = 1, b = [true] }", "[]", "{}", "2026-03-01"]
+)
+def test_a_refusal_shows_a_value_as_a_file_has_it(written: str) -> None:
+    assert as_in_file(tomllib.loads(f"key = {written}")["key"]) == written
