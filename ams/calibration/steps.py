@@ -278,6 +278,8 @@ class _Search:
         is_large = by_parts > 0 and rest > by_parts + _LARGEST_REST * by_step / variance
         if is_large and float(f_tail(rest / by_parts, float(by_parts), float(dof))) < _CONTRADICTED:
             return False
+        if self._is_of_one_dwell(step, y, by_step):
+            return False
         others = []
         if layout.replications <= (_FEW_OF_RETURN if is_of_output and change.end else _FEW_REPLICATIONS):
             others.append(self._left(pattern, self._by_replication))
@@ -290,6 +292,15 @@ class _Search:
         beside = np.hstack(others)
         kept = explained(np.hstack([step, beside]), y)[0] - explained(beside, y)[0]
         return kept >= _KEPT * by_step
+
+    def _is_of_one_dwell(self, step: FloatArray, y: FloatArray, by_step: float) -> bool:
+        """Return whether a change is shown by one dwell alone, the others in it sensing next to nothing of it."""
+        rows = self.course.point.size
+        struck = np.zeros((rows, 1))
+        struck[int(np.abs(y).argmax()) % rows] = 1.0
+        beside = np.asarray(np.kron(np.eye(y.size // rows), self.evidence.by_point(struck)), dtype=np.float64)
+        kept = explained(np.hstack([step, beside]), y)[0] - explained(beside, y)[0]
+        return kept < _KEPT * by_step
 
     def _drifts(self, change: Change) -> Iterator[tuple[FloatArray | BoolArray, int]]:
         """Yield (N, c) courses of a drift, and how many numbers each has to choose: what a change is held against."""

@@ -117,6 +117,18 @@ def test_one_dwell_that_is_wrong_makes_no_step_wherever_it_is() -> None:
         assert told(found) == {"wrong-dwell"}
 
 
+def test_a_step_that_one_dwell_alone_shows_is_that_dwell() -> None:
+    """The run begins at pitch −90°, where y and z sense no change of sensitivity nor of roll, until its ninth dwell."""
+    rows = observed(next(iter(solved("clean", 0.0, count=1, pitch_count=7, roll_count=8)))[1])
+    assert np.allclose(rows.pitch_rad[:8], np.deg2rad(-90.0))
+    for axis in ("y", "z"):
+        struck = rows.outputs[axis].copy()
+        struck[8] += 0.03
+        kinds = told(calibrate(replace(rows, outputs={**rows.outputs, axis: struck}), CalibrationRequest()))
+        assert "wrong-dwell" in kinds
+        assert not kinds & {"sensor-change", "table-rotation"}
+
+
 def test_a_meter_that_reads_most_dwells_alike_is_solved() -> None:
     rows = observed(next(iter(solved("clean", 0.0, count=1)))[1])
     for step_v in (0.5e-3, 1e-3, 2e-3, 5e-3):
