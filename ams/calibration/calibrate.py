@@ -32,6 +32,7 @@ from ams.errors import ObservationsError
 from ams.findings import significant_texts
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
+from ams.inputs.known_table import is_among
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import G_SENSITIVITY, G_SENSITIVITY_LIMIT, SharedError
 from ams.inputs.table_uncertainty import corrected
@@ -49,6 +50,8 @@ from ams.solve.usable_replications import standing_rows
 from ams.solve.whole_plots import visit_warnings, visits_of
 from ams.units import dof_words
 
+SolvedGroup = tuple[Sequence[str], SolvedColumns, FloatArray]
+"""Labels of axes that were solved together, what was solved, and (N, m) their outputs."""
 _LARGE_CONDITION = 1e4
 _LONGEST_LIST = 8
 _OF_DESIGN = ("replication", "point", "pitch_rad", "roll_rad", "yaw_rad", "time_s", "temperature_degc")
@@ -79,26 +82,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     axes: dict[str, AxisCalibration] = {}
     parts: dict[str, SolvedAxis] = {}
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
-    groups: list[tuple[Sequence[str], SolvedColumns, FloatArray]] = []
-    for group in _alike(choices, shared):
-        models = [choices[label].model for label in group]
-        outputs = np.stack([rows.outputs[label] for label in group], axis=1)
-        problem = linearise(models, rows, layout, outputs, weights)
-        plots = plots_of(models[0], rows, layout)
-        temperature = rows.temperature_degc if request.counts_temperature else None
-        solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]], temperature)
-        groups.append((group, solved, outputs))
-    by_output = iter(judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table))
-    family = request.tested_axes or len(labels)
-    judged = [None if weights is not None else evidence_of(solved, rows) for _, solved, _ in groups]
-    steps = _steps(judged, groups, family)
-    every = []
-    for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
-        limits, changed = [next(by_output) for _ in group], [steps.get(label, NO_STEPS) for label in group]
-        of_group, said = shared[group[0]], [_declared(label, choices, request) for label in group]
-        under = Circumstances(rows, outputs, request.table, of_group, limits, family, (), changed, said)
-        every.append((solved, under, evidence))
-    for (group, solved, _), found in zip(groups, diagnose_together(every), strict=True):
+    groups = list(_solved(rows, layout, choices, request, weights))
+    for (group, solved, _), found in zip(groups, _diagnosed(rows, groups, choices, request), strict=True):
         for row, label in enumerate(group):
             curved = request.residual_curvature
             solved_axis = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)
@@ -110,6 +95,51 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     solved_axes = {label: axes[label] for label in labels}
     remarks = tuple(handedness(solved_axes, request.declared)) if base.convention == "TP" else ()
     return Calibration(solved_axes, base.name, base.convention, warnings, remarks, package)
+
+
+def _solved(
+    rows: Observations,
+    layout: Layout,
+    choices: Mapping[str, ModelChoice],
+    request: CalibrationRequest,
+    weights: FloatArray | None,
+) -> Iterator[SolvedGroup]:
+    """Yield the groups of axes that are solved together."""
+    shared = {label: request.shared_errors.get(label, ()) for label in choices}
+    for group in _alike(choices, shared):
+        models = [choices[label].model for label in group]
+        outputs = np.stack([rows.outputs[label] for label in group], axis=1)
+        problem = linearise(models, rows, layout, outputs, weights)
+        plots = plots_of(models[0], rows, layout)
+        temperature = rows.temperature_degc if request.counts_temperature else None
+        solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]], temperature)
+        yield group, solved, outputs
+
+
+def _diagnosed(
+    rows: Observations,
+    groups: Sequence[SolvedGroup],
+    choices: Mapping[str, ModelChoice],
+    request: CalibrationRequest,
+) -> list[list[Diagnosis]]:
+    """Return the findings of every axis of every group, of the dwells at which nobody says that the table was off."""
+    is_weighted = groups[0][1].problem.form.weights is not None
+    off = is_among(rows, request.known_table.off)
+    if off.any() and not is_weighted:
+        rows = select_rows(rows, ~off)
+        groups = list(_solved(rows, layout_of(rows), choices, request, None))
+    by_output = iter(judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table))
+    family = request.tested_axes or len(choices)
+    judged = [None if is_weighted else evidence_of(solved, rows) for _, solved, _ in groups]
+    steps = _steps(judged, groups, family)
+    every = []
+    for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
+        limits, changed = [next(by_output) for _ in group], [steps.get(label, NO_STEPS) for label in group]
+        errors, said = request.shared_errors.get(group[0], ()), [_declared(label, choices, request) for label in group]
+        alike = request.known_table.alike
+        under = Circumstances(rows, outputs, request.table, errors, limits, family, (), changed, said, alike=alike)
+        every.append((solved, under, evidence))
+    return diagnose_together(every)
 
 
 def _declared(label: str, choices: Mapping[str, ModelChoice], request: CalibrationRequest) -> DeclaredDirection:
@@ -124,7 +154,7 @@ def _known(rows: Observations) -> Observations:
 
 
 def _steps(
-    judged: Sequence[Evidence | None], groups: Sequence[tuple[Sequence[str], SolvedColumns, FloatArray]], family: int
+    judged: Sequence[Evidence | None], groups: Sequence[SolvedGroup], family: int
 ) -> Mapping[str, StepsOfOutput]:
     """Return what changed in mid-run by axis, of all axes together."""
     seen = [

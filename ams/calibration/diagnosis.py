@@ -4,8 +4,8 @@ A wrong dwell is convicted by what the other replications say of it; the remaini
 solution without it, so that nothing else is blamed for it. The result itself keeps the dwell: a person takes it back.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from math import hypot
 
 import numpy as np
@@ -19,6 +19,7 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
+from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import (
     Moved,
@@ -30,7 +31,7 @@ from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_o
 from ams.analysis.diagnostics.memories import beside_the_dwell_before
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift
-from ams.analysis.diagnostics.wording import Convicted, Scale, dwell_words, findings_of
+from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import FloatArray
 from ams.calibration import step_words
@@ -43,10 +44,12 @@ from ams.calibration.explained import (
     without_transient,
     without_wrong_dwells,
 )
-from ams.calibration.steps import NO_STEPS, StepsOfOutput, step_columns, with_steps
+from ams.calibration.step_columns import step_columns
+from ams.calibration.steps import NO_STEPS, StepsOfOutput, with_steps
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
+from ams.inputs.known_table import DwellLabels
 from ams.inputs.shared_errors import G_SENSITIVITY, SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
@@ -92,6 +95,9 @@ class Circumstances:
 
     memories: Sequence[BeliefTest | None] = ()
     """Of each output, the memory of the attitudes before that its package shows; empty: not asked."""
+
+    alike: Mapping[DwellLabels, str] = field(default_factory=dict)
+    """Dwells at which the table may have stood off, and by how much."""
 
     def memory_of(self, index: int) -> BeliefTest | None:
         return self.memories[index] if self.memories else None
@@ -232,6 +238,7 @@ def _diagnosis(
         limit=limit,
         is_contained=not passes,
         follows_gravity=gravity is not None,
+        alike=circumstances.alike,
     )
     of_gravity = () if gravity is None else (gravity,)
     return Diagnosis((*of_gravity, *findings, *drifted), solved, index, tests)

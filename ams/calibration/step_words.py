@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.step_scan import Change, Course
 from ams.analysis.diagnostics.take_back import redo_command, void_command
-from ams.analysis.diagnostics.wording import dwell_words
 from ams.findings import Finding
 from ams.observations import Observations
 

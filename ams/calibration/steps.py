@@ -38,13 +38,13 @@ from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.analysis.diagnostics.time_order import courses_of_drift, parts_of_replications, time_order
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration import step_words
+from ams.calibration.step_columns import LINEAR, step_columns
 from ams.findings import Finding, FindingKind
 from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 from ams.surveillance.common_mode import judge_visits
 from ams.surveillance.common_mode_columns import Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of
-from ams.surveillance.loose_mount import force_changes
 
 _MOST: Final = 4
 """Changes looked for."""
@@ -61,7 +61,6 @@ _LARGEST_REST: Final = 0.1
 """Of what a change explains: where the same pattern does more than this elsewhere, it is a drift."""
 _KEPT: Final = 0.5
 """Of what a change explains: beside the recorded temperature, or a level of each of few replications."""
-_LINEAR: Final = 4
 _TRIED: Final = 4.0
 """Changes for the table, and for each output: of two patterns, one that stayed and one that came back."""
 _RETURNED: Final = 16.0
@@ -148,18 +147,6 @@ def _tests(index: int, changes: Sequence[Change], sharing: int) -> Iterator[Beli
             yield BeliefTest(name, kind, min(1.0, *chances), axes=axes)
 
 
-def step_columns(evidence: Evidence, output: int, during: Sequence[BoolArray]) -> FloatArray:
-    """Return (N, c) what changes do to the rows in each: of offset and sensitivities, a turn of the package included
-    in these, and of the table's pitch axis and base, which turn the package by its roll.
-    """
-    linear, base = evidence.basis[evidence.layout.point, :_LINEAR], linear_base(evidence.models[output])
-    if base is not None:
-        _, by_pitch, by_base, *_ = force_changes(evidence.rows.pitch_rad, evidence.rows.roll_rad)
-        k = evidence.primary[output][1:_LINEAR]
-        linear = np.column_stack([linear, by_pitch @ k, by_base @ k])
-    return np.hstack([np.where(changed[:, None], linear, 0.0) for changed in during])
-
-
 @dataclass(frozen=True)
 class _Search:
     seen: tuple[tuple[Evidence, int], ...]
@@ -197,7 +184,7 @@ class _Search:
         if base is None:
             return Watched(departures, variance, None, evidence.sensed[:, index])
         along = force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
-        return Watched(departures, variance, evidence.primary[index][1:_LINEAR], along)
+        return Watched(departures, variance, evidence.primary[index][1:LINEAR], along)
 
     @cached_property
     def on_table(self) -> tuple[int, ...]:
@@ -278,7 +265,7 @@ class _Search:
         is_large = by_parts > 0 and rest > by_parts + _LARGEST_REST * by_step / variance
         if is_large and float(f_tail(rest / by_parts, float(by_parts), float(dof))) < _CONTRADICTED:
             return False
-        if self._is_of_one_dwell(step, y, by_step):
+        if self._is_of_a_dwell(step, y, by_step):
             return False
         others = []
         if layout.replications <= (_FEW_OF_RETURN if is_of_output and change.end else _FEW_REPLICATIONS):
@@ -293,7 +280,7 @@ class _Search:
         kept = explained(np.hstack([step, beside]), y)[0] - explained(beside, y)[0]
         return kept >= _KEPT * by_step
 
-    def _is_of_one_dwell(self, step: FloatArray, y: FloatArray, by_step: float) -> bool:
+    def _is_of_a_dwell(self, step: FloatArray, y: FloatArray, by_step: float) -> bool:
         """Return whether a change is shown by one dwell alone, the others in it sensing next to nothing of it."""
         rows = self.course.point.size
         struck = np.zeros((rows, 1))

@@ -231,18 +231,18 @@ def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: floa
         return CommonMode((sensor_cause,), p_value, (), {}, (), tuple(among))
     meters = [name for name in data.columns if name.startswith(("gain", "offset"))]
     groups = [_ROTATION, *(_of_meter(name) for name in meters)]
-    warmth = list(_of_temperature(data))[-1]
+    warmth = list(_of_temperature(data))[-1:]  # of all offsets and sensitivities; none of a single dwell
 
     def is_seen(group: Cause, others: Sequence[Cause]) -> bool:
         beside = tuple(name for other in others if other != group for name in other.parts)
         (without, low), (whole, high) = data.left(beside), data.left((*beside, *group.parts))
         return scale.p_value(without - whole, high - low) < false_alarm
 
-    all_of_them = [*groups, warmth]
-    beside = all_of_them if is_seen(warmth, groups) else groups
+    all_of_them = [*groups, *warmth]
+    beside = all_of_them if any(is_seen(cause, groups) for cause in warmth) else groups
     causes = [group for group in beside if is_seen(group, all_of_them if group is groups[0] else beside)]
     if not causes:
-        causes = beside = [warmth]
+        causes = beside = warmth or [_ROTATION]
     every = tuple(name for group in beside for name in group.parts)
     estimates = data.estimates(every, scale.variance)
     parts = {name for cause in causes for name in cause.parts}

@@ -59,6 +59,8 @@ class Visits:
     """Standard uncertainty of the *difference* of two seatings, about pitch and about roll."""
     warmth_g: float = 0.0
     """The most that the recorded change of temperature between the visits can have done to an axis."""
+    is_momentary: bool = False
+    """Whether the later one is a single dwell among others: no temperature did that to all sensors alike."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +161,8 @@ def columns_of(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: b
         shared = np.array([word == meter for word in axes.meter], dtype=float)
         columns[f"gain of {meter}"] = reading * shared
         columns[f"offset of {meter}"] = np.ones_like(reading) * shared
-    for label, members in _groups(axes, kept, is_lone=is_lone).items():
+    groups = {} if visits.is_momentary and not is_lone else _groups(axes, kept, is_lone=is_lone)
+    for label, members in groups.items():
         columns[f"{OF_LONE if is_lone else OF_ALIKE} offset of {label}"] = np.ones_like(reading) * members
         columns[f"{OF_LONE if is_lone else OF_ALIKE} sensitivity of {label}"] = (force @ axes.k.T) * members
     return columns

@@ -29,7 +29,7 @@ def findings_of(
 def _common(
     found: CommonMode, sensors: Sequence[str], between: str, unit: str, steps: tuple[int, ...]
 ) -> Iterator[Finding]:
-    who = _who(found.agreeing, sensors)
+    who = who_agree(found.agreeing, sensors)
     for cause in found.stated:
         text = f"{who} {_what(found, cause, between, unit)}: {_whose(found, cause, sensors)}"
         yield Finding(cause.kind, text, True, found.p_value, steps, _details(found, cause))
@@ -56,7 +56,8 @@ def _sensor_changes(found: CommonMode, between: str, steps: tuple[int, ...]) -> 
         yield Finding("sensor-change", text, True, odd.p_value, steps, details)
 
 
-def _who(agreeing: Sequence[str], sensors: Sequence[str]) -> str:
+def who_agree(agreeing: Sequence[str], sensors: Sequence[str]) -> str:
+    """Return how many of the sensors did alike."""
     if len(sensors) == 1:
         return sensors[0]
     if len(agreeing) == len(sensors):
@@ -67,12 +68,8 @@ def _who(agreeing: Sequence[str], sensors: Sequence[str]) -> str:
 def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
     sizes = {name: found.estimates[name] for name in cause.parts if name in found.estimates}
     if cause.kind == "table-rotation":
-        if cause.parts == ROTATIONS:
-            return f"turned by up to {abs(_in_arcsec(found.rotation_rad)):.3g}″ {between}"
-        if cause.parts == (BASE,):
-            return f"tilted by {_angle(sizes[BASE])} about the base's forward axis {between}"
-        turns = [f"{_angle(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in sizes]
-        return f"turned by {', '.join(turns)} {between}"
+        verb = "tilted" if cause.parts == (BASE,) else "turned"
+        return f"{verb} by {turn_in_words(found, cause)} {between}"
     if cause.name.endswith(LIKE_AXES):
         return f"changed {between}, all axes of one name alike, as offset or sensitivity and as no rotation alone would"
     size = next(iter(sizes.values()), None)
@@ -84,6 +81,17 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
     if cause.parts:
         return f"changed {between}: {cause.name}"
     return f"changed {between}, as neither a rotation nor gain or offset of the meter would"
+
+
+def turn_in_words(found: CommonMode, cause: Cause) -> str:
+    """Return how far the table turned and about what."""
+    sizes = {name: found.estimates[name] for name in cause.parts if name in found.estimates}
+    if cause.parts == ROTATIONS:
+        return f"up to {abs(_in_arcsec(found.rotation_rad)):.3g}″"
+    if cause.parts == (BASE,):
+        return f"{_angle(sizes[BASE])} about the base's forward axis"
+    turns = [f"{_angle(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in sizes]
+    return ", ".join(turns)
 
 
 def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:

@@ -1,8 +1,11 @@
 """From dwells to solved sensors, for runs of every kind."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
+from ams.calibration.table_dwell_search import StoodPackage
+from ams.calibration.table_dwells import DwellsOfTable, judge_dwells
 from ams.errors import AmsError
+from ams.inputs.known_table import NOTHING_KNOWN, KnownTable
 from procedures.kinds.registry import KINDS
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
@@ -29,20 +32,55 @@ def solve_sensors(
     source: str,
     tell: Tell = lambda _step: None,
 ) -> dict[str, SolvedSensor]:
-    """Solve every sensor of a plan; a sensor that cannot be solved says why and hinders no other."""
+    """Solve every sensor of a plan; a sensor that cannot be solved says why and hinders no other.
+
+    Where all of them together show that the table stood off at single dwells, they are solved again with these dwells
+    in no test of a sensor, and all carry the one finding.
+    """
     rows = tuple(design_dwells(dwells))
-    solved = {}
-    for index, (name, sensor) in enumerate(plan.sensors.items(), start=1):
-        tell(f"solving {name} ({index} of {len(plan.sensors)})")
-        solved[name] = _solve_sensor(name, sensor, rows, rig, plan, source)
-    return solved
+
+    def solve_each(known_table: KnownTable) -> dict[str, SolvedSensor]:
+        solved = {}
+        for index, (name, sensor) in enumerate(plan.sensors.items(), start=1):
+            tell(f"solving {name} ({index} of {len(plan.sensors)})")
+            solved[name] = _solve_sensor(name, sensor, rows, rig, plan, source, known_table)
+        return solved
+
+    solved = solve_each(NOTHING_KNOWN)
+    on_table = _dwells_of_table(solved, plan)
+    if on_table.known.is_nothing:
+        return solved
+    return {
+        name: with_run_findings(again, on_table.findings) if plan.sensors[name].rolls else again
+        for name, again in solve_each(on_table.known).items()
+    }
+
+
+def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan) -> DwellsOfTable:
+    """Return at which dwells the table stood off, by all packages that it turns about pitch and roll."""
+    if not plan.is_at_rest or not set(plan.axes) <= {"pitch", "roll"}:
+        return DwellsOfTable()
+    packages = [
+        StoodPackage(name, sensor.observations, sensor.calibration)
+        for name, sensor in solved.items()
+        if sensor.calibration is not None
+        and plan.sensors[name].measures == "acceleration"
+        and plan.sensors[name].rolls  # what a sting carries turns with other axes
+    ]
+    return judge_dwells(packages, sum(len(sensor.channels) for sensor in plan.sensors.values()))
 
 
 def _solve_sensor(
-    name: str, sensor: Sensor, rows: tuple[DwellRecord, ...], rig: RigDescription, plan: Plan, source: str
+    name: str,
+    sensor: Sensor,
+    rows: tuple[DwellRecord, ...],
+    rig: RigDescription,
+    plan: Plan,
+    source: str,
+    known_table: KnownTable,
 ) -> SolvedSensor:
     with_it = tuple(row for row in rows if set(sensor.channels.values()) <= row.readings.keys())
-    item = SensorRows(name, sensor, with_it, rig, plan, f"{source}, {name}")
+    item = SensorRows(name, sensor, with_it, rig, plan, f"{source}, {name}", known_table)
     if not rows:
         return _unsolved(item, "no dwell of the design is accepted")
     if len(with_it) < len(rows):

@@ -12,6 +12,8 @@ import numpy as np
 from ams.calibration.calibrate import calibrate
 from ams.calibration.jointly import calibrate_jointly
 from ams.calibration.mountings import calibrate_mountings
+from ams.calibration.table_dwell_search import StoodPackage
+from ams.calibration.table_dwells import judge_dwells
 from ams.calibration_result import Calibration
 from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
@@ -36,7 +38,7 @@ from procedures.solution.request import (
     reference_of,
     request_of,
 )
-from procedures.solution.run_findings import with_run_findings
+from procedures.solution.run_findings import with_findings, with_run_findings
 from procedures.solution.type_b import (
     gravity_on_gyros_remarks,
     gravity_warnings,
@@ -70,7 +72,12 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     """Solve a sensor by the model of its procedure, with everything that the rig declares. Raises: AmsError."""
     solve = item.plan.solve
     request_of_sensor = request_of(item.name, item.rig, item.sensor, solve, observations)
-    request = replace(request_of_sensor, tested_axes=item.tested_axes, counts_temperature=item.plan.counts_temperature)
+    request = replace(
+        request_of_sensor,
+        tested_axes=item.tested_axes,
+        counts_temperature=item.plan.counts_temperature,
+        known_table=item.known_table,
+    )
     if solve.joint:
         solved = calibrate_jointly(observations, request, joint_priors(item.rig, solve))
     else:
@@ -111,8 +118,12 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
 
 
 def solve_observations(observations: Observations, request: CalibrationRequest) -> Calibration:
-    """Solve observations that came from a file. Raises: ams.errors.AmsError."""
-    return calibrate(observations, request)
+    """Solve observations that came from a file, the table's single dwells told apart. Raises: ams.errors.AmsError."""
+    solved = calibrate(observations, request)
+    on_table = judge_dwells([StoodPackage("the package", observations, solved)], request.tested_axes)
+    if on_table.known.is_nothing:
+        return solved
+    return with_findings(calibrate(observations, replace(request, known_table=on_table.known)), on_table.findings)
 
 
 def checked_by_monte_carlo(

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import isfinite
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -33,6 +34,7 @@ from ams.analysis.diagnostics.beliefs import (
     BeliefTest,
     TermChange,
 )
+from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
 from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TERMS
 from ams.analysis.diagnostics.table_curves import TableLimit
@@ -40,6 +42,7 @@ from ams.analysis.diagnostics.table_limit_wording import of_table_limit
 from ams.analysis.diagnostics.take_back import redo_command, void_command
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
+from ams.inputs.known_table import DwellLabels
 from ams.models.extended import CONFOUNDED
 from ams.observations import Observations
 from ams.rounding import two_digits, with_uncertainty
@@ -91,11 +94,13 @@ def findings_of(
     limit: TableLimit | None = None,
     is_contained: bool = True,
     follows_gravity: bool = False,
+    alike: Mapping[DwellLabels, str] = MappingProxyType({}),
 ) -> tuple[Finding, ...]:
     """Return a finding for every test that was made; ``drifts``: how far each quantity moved, in words.
 
     ``is_contained``: whether a drift is in the uncertainties; not where the order of the points lets it pass.
     ``follows_gravity``: whether the zero of a gyro is told to follow gravity, beyond what is declared.
+    ``alike``: dwells at which a table that stood off would look as wrong readings, and by how much it stood off then.
     """
     found = []
     is_remembering = any(tests.is_significant.get(name) for name in MEMORIES)
@@ -110,7 +115,7 @@ def findings_of(
         if name in (SLIP, STEP) and is_significant:
             continue  # told in the words of the diagnosis
         if name == WRONG_DWELL and convicted is not None:
-            found.append(_wrong(test, scale, observations, convicted, details))
+            found.append(_wrong(test, scale, observations, convicted, details, alike))
             continue
         if is_significant:
             text = _significant(test, scale, drifts, has_table=has_table, drift_is=drift_is, lack_is=lack_is)
@@ -350,12 +355,15 @@ def _wrong(
     observations: Observations,
     convicted: Convicted,
     details: Mapping[str, float | str | None],
+    alike: Mapping[DwellLabels, str],
 ) -> Finding:
     rows, found = convicted.rows, convicted.found
+    turns = [alike.get((int(observations.replication[row]), int(observations.point[row])), "") for row in rows]
     dwells = [
         f"{dwell_words(observations, row)} is off by {scale.words(size)}"
-        f" ({two_digits(abs(deviations))} standard deviations of a dwell)"
-        for row, size, deviations in zip(rows, found.sizes, found.deviations, strict=True)
+        f" ({two_digits(abs(deviations))} standard deviations of a dwell"
+        f"{f'; a table that stood off by {turn} would look the same here' if turn else ''})"
+        for row, size, deviations, turn in zip(rows, found.sizes, found.deviations, turns, strict=True)
     ]
     more = len(dwells) - MOST_LISTED
     listed = "; ".join(dwells[:MOST_LISTED]) + (f"; and {more} more" if more > 0 else "")
@@ -369,26 +377,13 @@ def _wrong(
     )
     numbers = {
         **details,
+        **({"confounded_with": "table-rotation"} if any(turns) else {}),
         "replication": float(observations.replication[first]),
         "point": float(observations.point[first]),
         "pitch_deg": float(np.rad2deg(observations.pitch_rad[first])),
         "roll_deg": float(np.rad2deg(observations.roll_rad[first])),
     }
     return Finding("wrong-dwell", text, True, test.p_value, steps, numbers)
-
-
-def dwell_words(observations: Observations, row: int) -> str:
-    """Return which dwell a row is."""
-    step = "" if observations.step is None else f"step {observations.step[row]}, "
-    pitch, roll = (float(np.rad2deg(angle[row])) for angle in (observations.pitch_rad, observations.roll_rad))
-    return (
-        f"{step}replication {observations.replication[row]}, point {observations.point[row]} "
-        f"(pitch {_signed(pitch)}°, roll {_signed(roll)}°)"
-    )
-
-
-def _signed(value: float) -> str:
-    return f"{round(value, 4) + 0.0:g}".replace("-", "−")
 
 
 def _within(value: float, expanded: float) -> str:

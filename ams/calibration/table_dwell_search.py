@@ -1,0 +1,279 @@
+"""What each dwell shows of a turn of the table, over all axes of all packages.
+
+The mathematics stands in :mod:`ams.calibration.table_dwells`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.residuals import GridResiduals, grid_residuals
+from ams.analysis.diagnostics.wrong_dwells import LEAST_DOF
+from ams.arrays import FloatArray, IntArray
+from ams.calibration_result import Calibration
+from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.inputs.known_table import DwellLabels, labels_of
+from ams.observations import Observations
+from ams.solve.extension import angles_of_points
+from ams.solve.layout import Layout, layout_of
+from ams.statistics.distributions import f_tail
+from ams.surveillance.common_mode import Cause, CommonMode, judge_visits
+from ams.surveillance.common_mode_columns import Visits, WatchedAxes, whiten
+from ams.surveillance.common_mode_words import turn_in_words
+
+_CONTRADICTED: Final = 0.01
+_SEEN: Final = 1e-6
+"""Of the largest: a turn that the attitude shows less of is not seen."""
+_ROUNDING: Final = 1e-12
+_METER: Final = "the meter"
+_FEWEST_REPLICATIONS: Final = 2
+
+
+@dataclass(frozen=True)
+class StoodPackage:
+    """One package on the table, as it is solved."""
+
+    name: str
+    rows: Observations
+    calibration: Calibration
+
+
+@dataclass(frozen=True)
+class SeenPackage:
+    """One package as the search looks at it."""
+
+    name: str
+    axes: tuple[str, ...]
+    rows: Observations
+    layout: Layout
+    k: FloatArray
+    """(A, 3)"""
+    reading: FloatArray
+    """(N, A)"""
+    plain: FloatArray
+    """(N, A) residuals with no effects of points: of two replications they say which one is wrong."""
+    grid: GridResiduals
+
+    @cached_property
+    def row_of(self) -> dict[DwellLabels, int]:
+        """Labels of a dwell to its row."""
+        return {labels: row for row, labels in enumerate(labels_of(self.rows))}
+
+    @cached_property
+    def dwell(self) -> dict[DwellLabels, int]:
+        """Labels of a dwell to its place in the grid."""
+        at = self.layout.replication * self.layout.points + self.layout.point
+        return dict(zip(labels_of(self.rows), at.tolist(), strict=True))
+
+    @cached_property
+    def columns(self) -> FloatArray:
+        """(N, A, 2) what one radian of pitch and of roll does."""
+        by_pitch = specific_force_by_pitch(self.rows.pitch_rad, self.rows.roll_rad)
+        by_roll = specific_force_by_roll(self.rows.pitch_rad, self.rows.roll_rad)
+        return np.stack([by_pitch @ self.k.T, by_roll @ self.k.T], axis=2)
+
+    def without(self, labels: DwellLabels) -> "SeenPackage":
+        dwell = self.dwell.get(labels)
+        return self if dwell is None else replace(self, grid=self.grid.without(dwell))
+
+    def locations(self, labels: Sequence[DwellLabels]) -> tuple[IntArray, IntArray]:
+        """Return (D,) places in the grid, -1 where the package was not read, and (D,) rows, any one there."""
+        at = np.array([self.dwell.get(each, -1) for each in labels], dtype=np.int64)
+        return at, np.array([self.row_of.get(each, 0) for each in labels], dtype=np.int64)
+
+    @property
+    def variance(self) -> FloatArray:
+        """(A,) of a dwell."""
+        return np.asarray(np.maximum(self.grid.squares / self.grid.dof, np.finfo(float).tiny))
+
+    @cached_property
+    def variances(self) -> FloatArray:
+        """(n K, A) the same by all dwells but the one."""
+        leverages = self.grid.leverages[:, None]
+        residuals = self.grid.residuals
+        of_dwell = np.divide(residuals**2, leverages, out=np.zeros_like(residuals), where=leverages > 0.0)
+        return np.asarray(np.maximum((self.grid.squares - of_dwell) / (self.grid.dof - 1), np.finfo(float).tiny))
+
+
+def seen_package(package: StoodPackage) -> SeenPackage | None:
+    rows, calibration = package.rows, package.calibration
+    axes = [axis for axis in calibration.axes.values() if axis.residuals_v.size == rows.rows]
+    if calibration.convention != "TP" or rows.mounting is not None or not axes:
+        return None
+    layout = layout_of(rows)
+    if layout.replications < _FEWEST_REPLICATIONS:
+        return None
+    plain = np.stack([axis.residuals_v for axis in axes], axis=1)
+    basis = np.column_stack([np.ones(layout.points), specific_force(*angles_of_points(rows, layout))])
+    dwell = layout.replication * layout.points + layout.point
+    grid = grid_residuals(basis, plain, dwell, layout.replications, layout.points)
+    reading = np.stack([axis.fitted_v for axis in axes], axis=1)
+    k = np.array([axis.sensitive_axis_v_per_g for axis in axes])
+    scatters = grid.squares > 0.0
+    if not (scatters.any() and np.isfinite(k).all()) or grid.dof <= LEAST_DOF:
+        return None
+    kept = np.flatnonzero(scatters)
+    names = tuple(axes[index].axis for index in kept)
+    left = replace(grid, residuals=grid.residuals[:, kept])
+    return SeenPackage(package.name, names, rows, layout, k[kept], reading[:, kept], plain[:, kept], left)
+
+
+@dataclass(frozen=True)
+class Turns:
+    """What each of D dwells shows of a turn of the table, beside the scatter of readings alone."""
+
+    angles: FloatArray
+    """(D, 2) radians about pitch and roll; 0 where it is not seen."""
+    covariance: FloatArray
+    """(D, 2, 2)"""
+    numbers: FloatArray
+    """(D,) how many of the two are seen."""
+
+    def squares(self, seating: FloatArray) -> FloatArray:
+        """Return (D,) what a turn explains beside readings and (2,) variances of seating, for each number."""
+        whole = self.covariance + np.diag(seating)
+        inverse = np.linalg.pinv(whole, rcond=_ROUNDING, hermitian=True)
+        squares = np.einsum("di,dij,dj->d", self.angles, inverse, self.angles)
+        return np.asarray(squares / np.maximum(self.numbers, 1.0))
+
+    @cached_property
+    def seating(self) -> FloatArray:
+        """(2,) variance about pitch and roll of how the table seats from dwell to dwell, rad²."""
+        found = np.zeros(2)
+        for axis in range(2):
+            variance = self.covariance[:, axis, axis]
+            seen = variance > 0.0
+            weight = float(np.sum(1.0 / variance[seen]))
+            if weight > 0.0:
+                excess = float(np.sum(self.angles[seen, axis] ** 2 / variance[seen] - 1.0))
+                found[axis] = max(excess / weight, 0.0)
+        return found
+
+
+@dataclass(frozen=True)
+class DwellSearch:
+    packages: tuple[SeenPackage, ...]
+    labels: tuple[DwellLabels, ...]
+    """(D)"""
+
+    @property
+    def dof(self) -> int:
+        """Of the scatter of each axis, the dwell that is looked at apart."""
+        return min(package.grid.dof for package in self.packages) - 1
+
+    @cached_property
+    def turns(self) -> Turns:
+        """By the scatter of all dwells but the one."""
+        return self._turns([package.variances for package in self.packages])
+
+    @cached_property
+    def alike(self) -> Turns:
+        """By the scatter of all dwells: one that is far off has no more weight than the others."""
+        return self._turns(
+            [np.broadcast_to(package.variance, package.grid.residuals.shape) for package in self.packages]
+        )
+
+    @property
+    def seating(self) -> FloatArray:
+        """(2,) variance about pitch and roll of how the table seats from dwell to dwell, rad²."""
+        return self.alike.seating
+
+    def _turns(self, variances: Sequence[FloatArray]) -> Turns:
+        count = len(self.labels)
+        normal, field = np.zeros((count, 2, 2)), np.zeros((count, 2))
+        for package, variance in zip(self.packages, variances, strict=True):
+            at, row = package.locations(self.labels)
+            # A residual has the variance σ² h, and a turn does h times its column to it.
+            leverage = np.where(at >= 0, package.grid.leverages[at], 0.0)[:, None]
+            weight = np.where(leverage > 0.0, 1.0 / variance[at], 0.0)
+            columns = package.columns[row]
+            normal += np.einsum("dai,da,daj->dij", columns, weight * leverage, columns)
+            field += np.einsum("dai,da->di", columns, weight * package.grid.residuals[at])
+        values, vectors = np.linalg.eigh(normal)
+        seen = values > _SEEN * normal.max(initial=0.0)
+        inverse = np.divide(1.0, values, out=np.zeros_like(values), where=seen)
+        covariance = np.einsum("dik,dk,djk->dij", vectors, inverse, vectors)
+        return Turns(np.einsum("dij,dj->di", covariance, field), covariance, seen.sum(axis=1).astype(float))
+
+    def likeliest(self) -> int:
+        """Return the dwell that a turn explains most of; of two replications the one that the fit is further from."""
+        dwell = int(np.argmax(self.alike.squares(self.seating)))
+        replication, point = self.labels[dwell]
+        mates = [at for at, labels in enumerate(self.labels) if labels[1] == point and labels[0] != replication]
+        if not self.is_of_two or len(mates) != 1:
+            return dwell
+        return max(dwell, mates[0], key=self._off_the_fit)
+
+    @property
+    def is_of_two(self) -> bool:
+        """Whether both replications of a point stand as far from their mean."""
+        return all(package.layout.replications == _FEWEST_REPLICATIONS for package in self.packages)
+
+    def _off_the_fit(self, dwell: int) -> float:
+        """Return what a turn explains of what a dwell reads off the fit, the effects of points in it."""
+        normal, field = np.zeros((2, 2)), np.zeros(2)
+        for package in self.packages:
+            row = package.row_of.get(self.labels[dwell])
+            if row is not None:
+                weighed = package.columns[row] / package.variance[:, None]
+                normal, field = normal + weighed.T @ package.columns[row], field + weighed.T @ package.plain[row]
+        return float(field @ np.linalg.pinv(normal, rcond=_SEEN, hermitian=True) @ field)
+
+    def without(self, labels: DwellLabels) -> "DwellSearch":
+        return replace(self, packages=tuple(package.without(labels) for package in self.packages))
+
+    def p_value(self, dwell: int, rest: "DwellSearch") -> float:
+        """Return the chance of a turn over all dwells. ``rest``: the search without the dwell."""
+        numbers = float(self.turns.numbers[dwell])
+        if self.dof < LEAST_DOF or not numbers:
+            return 1.0
+        square = float(self.turns.squares(rest.seating)[dwell])
+        tried = len(self.labels) / (2.0 if self.is_of_two else 1.0)
+        return min(1.0, tried * float(f_tail(square, numbers, float(self.dof))))
+
+    def judged(self, dwell: int, rest: "DwellSearch") -> "Behind":
+        """Return what is behind a dwell that stands out."""
+        axes, parts = list[tuple[str, str]](), list[tuple[FloatArray, ...]]()
+        for package in self.packages:
+            at, row = package.dwell.get(self.labels[dwell]), package.row_of.get(self.labels[dwell])
+            if at is None or row is None or not package.grid.leverages[at] > 0.0:
+                continue
+            leverage = package.grid.leverages[at]
+            axes += [(package.name, axis) for axis in package.axes]
+            change, variance = package.grid.residuals[at] / leverage, package.variances[at] / leverage
+            parts.append((package.k, change, variance, package.reading[row]))
+        k, change, variance, reading = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+        names = tuple(name for name, _ in axes), tuple(axis for _, axis in axes)
+        watched = WatchedAxes(*names, (_METER,) * len(axes), k)
+        first = self.packages[0]
+        row = first.row_of[self.labels[dwell]]
+        visits = Visits(
+            first.rows.pitch_rad[row : row + 1], first.rows.roll_rad[row : row + 1], change[None], reading[None],
+            variance[None], float(self.dof), float(np.sqrt(rest.seating.max())), is_momentary=True,
+        )  # fmt: skip
+        common = judge_visits(watched, visits, _CONTRADICTED)
+        causes = (*common.stated, *common.also) if len(common.stated) == 1 else common.stated
+        turn = next((cause for cause in causes if cause.kind == "table-rotation"), None)
+        if turn is None:
+            return Behind(common, None, "")
+        seen = replace(common, estimates=whiten(watched, visits, common.agreeing).estimates(turn.parts, 1.0))
+        return Behind(common, turn, turn_in_words(seen, turn))
+
+
+@dataclass(frozen=True)
+class Behind:
+    """What is behind a dwell that stands out."""
+
+    common: CommonMode
+    turn: Cause | None
+    """Of the table, where it explains the dwell."""
+    turn_in_words: str
+
+    @property
+    def is_table(self) -> bool:
+        """Whether nothing but the table would look the same."""
+        common = self.common
+        return self.turn is not None and all(cause.kind == self.turn.kind for cause in (*common.stated, *common.also))

@@ -1,0 +1,140 @@
+"""Whether the table stood off at single dwells: all axes of all packages together, each dwell beside its replications.
+
+A table that did not seat turns everything on it by the same angles, e_s = k_s·(∂f/∂R δR + ∂f/∂α δα) for every axis s
+of every package; a reading that is wrong is wrong by itself. At each dwell both angles are fitted to what the dwell
+reads off the other replications, by weighted least squares with the scatter of each axis. The squares that they explain
+are held against Fisher's F, with the degrees of freedom of the axis that has the fewest: a sum of independent Student
+variables has no heavier tails than the worst of them. How the table seats from dwell to dwell turns all sensors alike
+as well; its variance about each axis is learned from all other dwells by moments, and stands beside that of readings.
+
+The largest is taken out and the next looked at, and those up to the last that is significant are told (Rosner 1983), so
+that of two neither hides the other. Bonferroni over the dwells; the level is that of one test of a run for each axis
+that is looked at. What is significant is named by the diagnosis of two visits
+(:mod:`ams.surveillance.common_mode`), of a single attitude: a reading of one channel, a package by itself, and a turn.
+One package has three readings and two turns: where one axis alone would show the turn, at level or at a right angle,
+nothing tells it from a wrong reading of that axis, and both are told.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.beliefs import LEVEL
+from ams.analysis.diagnostics.dwell_words import dwell_words
+from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.analysis.diagnostics.wording import MOST_LISTED
+from ams.analysis.diagnostics.wrong_dwells import LARGEST_SHARE, LEAST_DOF
+from ams.calibration.table_dwell_search import Behind, DwellSearch, StoodPackage, seen_package
+from ams.findings import Finding
+from ams.inputs.known_table import NOTHING_KNOWN, DwellLabels, KnownTable, labels_of
+from ams.surveillance.common_mode_words import who_agree
+from ams.units import ARCSEC_PER_DEG
+
+TABLE_DWELL: Final = "table at single dwells"
+_PATIENCE: Final = 4
+"""Dwells that are looked at after the last that was significant."""
+
+
+@dataclass(frozen=True)
+class DwellsOfTable:
+    """What all packages show together of single dwells."""
+
+    known: KnownTable = NOTHING_KNOWN
+    findings: tuple[Finding, ...] = ()
+    """Of every package; none where the table is not named."""
+
+
+def judge_dwells(packages: Sequence[StoodPackage], family: int | None = None) -> DwellsOfTable:
+    """Return at which dwells the table stood off.
+
+    ``family``: axes of the run, None: those of the packages. Packages without replications, and those that sense no
+    attitude of pitch and roll, say nothing of it.
+    """
+    seen = [seen for package in packages if (seen := seen_package(package)) is not None]
+    if not seen:
+        return DwellsOfTable()
+    search = DwellSearch(tuple(seen), tuple(labels_of(seen[0].rows)))
+    size = sum(len(package.k) for package in seen)
+    found = list(_off(search, LEVEL * size / (family or size) / MOST_TESTS))
+    off = [judged for judged in found if judged.behind.is_table]
+    known = KnownTable(
+        frozenset(judged.labels for judged in off),
+        {
+            judged.labels: judged.behind.turn_in_words
+            for judged in found
+            if judged.behind.turn is not None and not judged.behind.is_table
+        },
+    )
+    return DwellsOfTable(known, (_finding(off, search),) if off else ())
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A dwell that stands out by a turn of all."""
+
+    labels: DwellLabels
+    p_value: float
+    behind: Behind
+
+
+def _off(search: DwellSearch, level: float) -> Iterator[_Judged]:
+    """Yield the dwells that stand out, each judged with the others taken out."""
+    found, last, left = list[int](), 0, search
+    most = max(1, int(LARGEST_SHARE * len(search.labels)))
+    while len(found) < min(most + 1, last + _PATIENCE) and left.dof >= LEAST_DOF:
+        dwell = left.likeliest()
+        rest = left.without(search.labels[dwell])
+        found.append(dwell)
+        last = len(found) if left.p_value(dwell, rest) <= level else last
+        left = rest
+    if last > most:
+        return
+    for dwell in found[:last]:
+        alone = search
+        for other in found[:last]:
+            alone = alone if other == dwell else alone.without(search.labels[other])
+        rest = alone.without(search.labels[dwell])
+        p_value = alone.p_value(dwell, rest)
+        if p_value <= level:
+            yield _Judged(search.labels[dwell], p_value, alone.judged(dwell, rest))
+
+
+def _finding(off: Sequence[_Judged], search: DwellSearch) -> Finding:
+    """Return one finding of all dwells at which the table stood off, with one way out for all packages."""
+    first = search.packages[0]
+    ordered = sorted(off, key=lambda judged: first.row_of[judged.labels])
+    rows = [first.row_of[judged.labels] for judged in ordered]
+    sensors = tuple(package.name for package in search.packages)
+    turns = [
+        f"{judged.behind.turn_in_words} at {dwell_words(first.rows, row)}"
+        for judged, row in zip(ordered, rows, strict=True)
+    ]
+    more = len(turns) - MOST_LISTED
+    listed = "; ".join(turns[:MOST_LISTED]) + (f"; and at {more} more" if more > 0 else "")
+    steps = () if first.rows.step is None else tuple(int(first.rows.step[row]) for row in rows)
+    replications = dict.fromkeys(replication for replication, _ in sorted(judged.labels for judged in off))
+    redo = ", ".join(redo_command(label) for label in replications)
+    way_out = f"measure again ({redo}, or {void_command(min(steps))})" if steps else "measure again, or leave them out"
+    largest = max(off, key=lambda judged: judged.behind.common.rotation_rad)
+    at = first.row_of[largest.labels]
+    who, is_lone = who_agree(largest.behind.common.agreeing, sensors), len(sensors) == 1
+    seen = "its axes show it together, and none alone would" if is_lone else f"{who} show it, so it is not the sensors"
+    what = f"the table, its base or the common fixture{' (or the package on it)' if is_lone else ''}"
+    text = (
+        f"{what} stood off by {listed}, against the other replications: {seen}; it is in the result and in its "
+        f"uncertainty, and left out of all other tests; {way_out}"
+    )
+    details: dict[str, float | str | None] = {
+        "test": TABLE_DWELL,
+        "cause": largest.behind.common.stated[0].name,
+        "confounded_with": None,
+        "turned_arcsec": float(np.rad2deg(largest.behind.common.rotation_rad)) * ARCSEC_PER_DEG,
+        "replication": float(largest.labels[0]),
+        "point": float(largest.labels[1]),
+        "pitch_deg": float(np.rad2deg(first.rows.pitch_rad[at])),
+        "roll_deg": float(np.rad2deg(first.rows.roll_rad[at])),
+    }
+    return Finding("table-rotation", text, True, min(judged.p_value for judged in off), steps, details)
