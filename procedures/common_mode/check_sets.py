@@ -60,6 +60,24 @@ def check_set_pairs(dwells: Sequence[DwellRecord], events: Iterable[Event]) -> t
     return tuple(found)
 
 
+def visits_before(dwells: Sequence[DwellRecord], pair: CheckSetPair) -> tuple[DwellRecord, ...]:
+    """Return what the run had when it compared: what two visits of this mounting to one attitude differ by.
+
+    Of the check sets before only the first whole one counts, as in a run without interruption.
+    """
+    earlier = [dwell for dwell in dwells if dwell.accepted and dwell.epoch < pair.epoch]
+    wanted = {dwell.step for dwell in dwells if dwell.purpose == "check"}
+    steps: dict[int, set[int]] = {}
+    for dwell in earlier:
+        if dwell.purpose == "check":
+            steps.setdefault(dwell.epoch, set()).add(dwell.step)
+    first = min((epoch for epoch, measured in steps.items() if measured >= wanted), default=None)
+    mounting = next(iter(pair.after.values())).mounting
+    return tuple(
+        dwell for dwell in earlier if dwell.mounting == mounting and (dwell.purpose != "check" or dwell.epoch == first)
+    )
+
+
 def accepted_epochs(events: Iterable[Event]) -> tuple[int, ...]:
     """Return the epochs whose check set showed a step that whoever resumes accepts: nothing counts from before them."""
     return tuple(

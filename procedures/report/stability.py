@@ -7,11 +7,11 @@ from itertools import groupby
 import numpy as np
 
 from ams.arrays import FloatArray
-from procedures.common_mode.check_sets import check_set_pairs
+from procedures.common_mode.check_sets import CheckSetPair, check_set_pairs, visits_before
 from procedures.numbers import attitude
 from procedures.records.dwells import ChannelReading, DwellRecord, Event
 from procedures.report.view import CheckComparison, ReferenceTrace, TemperatureTrace
-from procedures.run.judgement.restart_step import compare
+from procedures.run.judgement.restart_step import RestartComparison, compare, strongest
 from procedures.solution.observations import run_times_s
 
 Labels = Mapping[str, tuple[str, float]]
@@ -61,29 +61,44 @@ def check_comparisons(
     """Compare the check set of every later epoch with the first that counts, attitude by attitude, and judge it."""
     found = []
     for pair in check_set_pairs(dwells, events):
-        visits = [dwell for dwell in dwells if dwell.accepted and dwell.epoch < pair.epoch]
-        stepped = {step.channel for step in compare(pair.before, pair.after, visits) if step.is_step and pair.is_alike}
+        judged = groupby(compare(pair.before, pair.after, visits_before(dwells, pair)), key=lambda step: step.channel)
+        strongest_of = {channel: strongest(members) for channel, members in judged}
         first, later = (_by_attitude(members.values()) for members in (pair.before, pair.after))
         for channel, label in labels.items():
             comparison = _compare(pair.epoch, first, later, channel, label)
             if comparison is not None:
-                found.append(replace(comparison, is_step=channel in stepped))
+                found.append(_judged(comparison, strongest_of.get(channel), pair))
     return tuple(found)
 
 
 def restart_steps(checks: Sequence[CheckComparison]) -> tuple[str, ...]:
-    """Return what a check set after a restart found changed beyond its limit, the worst channel of each epoch."""
+    """Return what a check set after a restart found changed beyond its limit: of each epoch the channel that the run
+    itself named when it tripped.
+    """
     found = []
     for _, members in groupby(checks, key=lambda check: check.epoch):
         stepped = [check for check in members if check.is_step]
         if stepped:
-            worst = max(stepped, key=lambda step: abs(step.largest_change))
+            worst = max(stepped, key=lambda step: step.departure)
             others = f", and {len(stepped) - 1} other channels" if len(stepped) > 1 else ""
             found.append(
-                f"restart {worst.epoch - 1}: {worst.label} changed by {worst.largest_change:.3g} "
-                f"{worst.unit.upper() if worst.unit == 'v' else worst.unit} at {worst.largest_at}{others}"
+                f"restart {worst.epoch - 1}: {worst.label} changed by {worst.departed_by:.3g} "
+                f"{worst.unit.upper() if worst.unit == 'v' else worst.unit} at {worst.departed_at}{others}"
             )
     return tuple(found)
+
+
+def _judged(comparison: CheckComparison, step: RestartComparison | None, pair: CheckSetPair) -> CheckComparison:
+    """Return a comparison with what departs most of it, as the run judged; None: a channel that is not judged."""
+    if step is None:
+        return comparison
+    return replace(
+        comparison,
+        is_step=step.is_step and pair.is_alike,
+        departure=step.departure,
+        departed_by=step.change_v,
+        departed_at=attitude(pair.after[step.step].targets_deg),
+    )
 
 
 def _change(visits: Sequence[DwellRecord], channel: str) -> FloatArray:

@@ -275,6 +275,11 @@ class CheckComparison:
     unit: str = "v"
     is_step: bool = False
     """Whether some attitude changed beyond its limit; the verdict tells of exactly these."""
+    departure: float = 0.0
+    """Of the attitude that departs most from its limit: Student's t over the limit."""
+    departed_by: float = 0.0
+    """The change there, in ``unit``."""
+    departed_at: str = ""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from procedures.records.states import State
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.judgement.history import History
 from procedures.run.judgement.mount_check import contradictions
-from procedures.run.judgement.restart_step import compare
+from procedures.run.judgement.restart_step import compare, strongest
 from procedures.run.progress_log import ProgressLog
 from rig.description.rig_file import Sensor
 from rig.description.signal_chain import Chain
@@ -56,7 +56,7 @@ def require_no_step(
     after = {step: at_declared(dwell, chains) for step, dwell in checks.items()}
     found = compare(before, after, (at_declared(dwell, chains) for dwell in history.visits))
     steps = [step for step in found if step.is_step]
-    worst = max(found, key=lambda step: abs(step.t) / step.t_limit)
+    worst = strongest(found)
     sentence = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
     is_turned = judged is not None and judged.holds
     detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": sentence}

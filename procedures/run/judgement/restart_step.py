@@ -35,6 +35,11 @@ class RestartComparison:
     def is_step(self) -> bool:
         return abs(self.t) > self.t_limit
 
+    @property
+    def departure(self) -> float:
+        """How far beyond its limit: t over the limit, 0 where nothing judges it."""
+        return 0.0 if self.t_limit == inf else abs(self.t) / self.t_limit
+
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
@@ -61,6 +66,14 @@ def compare(
             change_v = new.readings[channel].mean - old.readings[channel].mean
             found.append(_comparison(step, channel, change_v, scatter))
     return tuple(found)
+
+
+def strongest(found: Iterable[RestartComparison]) -> RestartComparison:
+    """Return the one that is told of all: what departs most from its limit, not what changed by most volts.
+
+    Sensors of one run may differ a hundredfold in sensitivity and noise.
+    """
+    return max(found, key=lambda comparison: comparison.departure)
 
 
 def _comparison(step: int, channel: str, change_v: float, scatter: Scatter) -> RestartComparison:

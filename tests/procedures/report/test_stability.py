@@ -7,6 +7,9 @@ from report_dwells import dwell, event
 
 from procedures.records.dwells import DwellRecord
 from procedures.report.stability import check_comparisons, reference_traces, restart_steps, temperature_traces
+from procedures.run.ending import RunEnds
+from procedures.run.judgement.history import History
+from procedures.run.start_checks import require_no_step
 
 LABELS = {"dmm.x": ("SN1 x", 2.5)}
 
@@ -77,6 +80,36 @@ def test_a_step_that_a_person_accepted_is_told_once() -> None:
     opened = [event(location, "opened", location) for location in (1, 2)]
     accepted = [*opened, event(3, "state", 3, cause="seam", to="tripped"), event(4, "opened", 4)]
     assert [check_comparison.is_step for check_comparison in check_comparisons(sets, LABELS, accepted)] == [True, False]
+
+
+def test_the_run_that_trips_and_its_report_name_the_same_channel_and_attitude() -> None:
+    """Of sensors of unequal noise: the coarse one changes by more volts, the fine one by more of its limit."""
+    labels = {"dmm.x": ("SN1 x", 2.5), "dmm.y": ("SN2 y", 2.5)}
+    chance = np.random.default_rng(11)
+
+    def check(step: int, epoch: int) -> DwellRecord:
+        turned = (epoch - 1) * (1.0 + 0.5 * (step == 2))
+        volts = {
+            "dmm.x": tuple(3e-3 * turned + 1e-3 * chance.standard_normal(20)),
+            "dmm.y": tuple(1e-4 * turned + 1e-6 * chance.standard_normal(20)),
+        }
+        return dwell(step, "check", 0, 0, pitch_deg=30.0 * step, epoch=epoch, volts=volts)
+
+    before, after = ({step: check(step, epoch) for step in range(6)} for epoch in (1, 2))
+    history = History(tuple(before.values()), 2, 1, 1)
+
+    class Quiet:
+        def event(self, kind: str, detail: Mapping[str, object]) -> None:
+            assert kind == "seam"
+
+        def compare_check_sets(self, *_given: object) -> None:
+            return None
+
+    with pytest.raises(RunEnds, match=r"dmm\.y at step 2 changed by 0\.00015 V") as ends:
+        require_no_step(history, after, Quiet(), {}, Quiet(), is_alike=True)  # type: ignore[arg-type]
+    assert "dmm.x" not in str(ends.value)
+    (said,) = restart_steps(check_comparisons([*before.values(), *after.values()], labels))
+    assert said == "restart 1: SN2 y changed by 0.00015 V at pitch 60°, roll 0°, and 1 other channels"
 
 
 def test_a_set_at_another_temperature_is_drawn_and_not_judged() -> None:
