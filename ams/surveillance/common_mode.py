@@ -20,8 +20,9 @@ Judged in this order:
    offsets and sensitivities among the causes, one by one and all together, as a temperature changes them: nothing but
    their pattern over the attitudes tells them from a rotation, which is one only if K⁻¹ΔK is antisymmetric and Δb = 0.
    Sensors of one make may do so alike: an offset and a sensitivity common to all x axes, all y axes, all z axes. At
-   one attitude or two these fit whatever all sensors do alike, and a turn is told from them by its form alone: it is
-   that of one axis, and larger than the recorded change of temperature can have made.
+   one attitude or two these fit whatever all sensors do alike, and at one pitch an offset of all x axes is a turn of
+   the pitch axis. A turn is told from them by its form alone: it is that of one axis, and larger than the recorded
+   change of temperature can have made.
 
 Two scatters are believed: that of every reading, and that of seating the table anew, which turns all sensors alike and
 therefore stands in the covariance between them. What the sensors do by themselves beyond that (a little drift of each)
@@ -82,6 +83,8 @@ class Cause:
 
 
 _ROTATION = Cause("table-rotation", "rotation", ROTATIONS)
+Fit = tuple[Cause, float, int]
+"""A cause with the sum of squares that it leaves, and its rank."""
 
 
 @dataclass(frozen=True)
@@ -195,12 +198,10 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     p_value = min(1.0, tries * min([*chances, scale.p_value(bare - least, rank)]))
     if p_value >= false_alarm:
         return replace(nothing, p_value=p_value)
-    # A lone sensor has no common part: its cause is judged against all its data.
     consistent = [
         (used, left, index)
-        for index, (_, left, used) in enumerate(fits)
-        if scale.p_value(left - (least if len(among) > 1 else 0.0), (rank if len(among) > 1 else data.y.size) - used)
-        >= CONSISTENT
+        for index, (cause, left, used) in enumerate(fits)
+        if _chance_of(data, (cause, left, used), scale, is_lone=len(among) == 1) >= CONSISTENT
     ]
     if not consistent:
         return _together(data, among, scale, p_value, false_alarm)
@@ -209,15 +210,51 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     index = next(index for used, left, index in consistent if used == fewest and left <= close)
     stated = causes[index]
     chosen = CommonMode((stated,), p_value, (), data.estimates(stated.parts, scale.variance), (), tuple(among))
-    # What fits everything contradicts nothing: it stands beside a turn of several angles, not beside that of one axis,
-    # unless the recorded temperature changed enough for it.
-    is_doubted = fewest > 1 or _rotation_rad(visits, chosen) < visits.warmth_g
     stands = {index for *_, index in consistent} | {at for at, (_, left, _) in enumerate(fits) if left <= close}
-    others = [causes[at] for at in sorted(stands) if fits[at][2] < data.fits_all or is_doubted]
-    if fewest >= data.fits_all and stated.kind != "table-rotation":
+    return replace(chosen, also=_also(data, visits, chosen, fewest, [fits[at] for at in sorted(stands)]))
+
+
+def _chance_of(data: Whitened, fit: Fit, scale: _Scale, *, is_lone: bool) -> float:
+    """Return the chance of what is left beside a cause, were it the only one.
+
+    A lone sensor has no common part: its cause is judged against all its data.
+    """
+    cause, left, used = fit
+    if is_lone:
+        return scale.p_value(left, data.y.size - used)
+    with_all, most = data.left(tuple(dict.fromkeys((*_names(data), *cause.parts))))
+    return scale.p_value(left - with_all, most - used)
+
+
+def _also(
+    data: Whitened, visits: Visits, chosen: CommonMode, fewest: int, standing: Sequence[Fit]
+) -> tuple[Cause, ...]:
+    """Return the causes, of those ``standing``, that look the same as the one chosen, whose rank is ``fewest``.
+
+    What fits everything contradicts nothing: it stands beside a turn of several angles, not beside that of one axis,
+    unless the recorded temperature changed enough for it. So does a temperature that would have moved the axes of one
+    name alone.
+    """
+    (stated,) = chosen.stated
+    is_turn = stated.kind == "table-rotation"
+    is_doubted = fewest > 1 or _rotation_rad(visits, chosen) < visits.warmth_g
+    is_plain = is_turn and not is_doubted and _is_all_there_is(data, stated, visits.degrees_of_freedom)
+    others = [
+        cause
+        for cause, _, used in standing
+        if is_doubted or (used < data.fits_all and not (is_plain and cause.name.endswith(LIKE_AXES)))
+    ]
+    if fewest >= data.fits_all and not is_turn:
         others.append(_ROTATION)  # with a change of anything else beside it
-    also = tuple(cause for cause in others if not set(stated.parts) <= set(cause.parts))  # a wider one says no more
-    return replace(chosen, also=also)
+    return tuple(cause for cause in others if not set(stated.parts) <= set(cause.parts))  # a wider one says no more
+
+
+def _is_all_there_is(data: Whitened, stated: Cause, known_dof: float) -> bool:
+    """Return whether nothing that a temperature does to all sensors alike is seen beside a cause."""
+    every = tuple(name for cause in _of_temperature(data) for name in cause.parts)
+    least, rank = data.left(tuple(dict.fromkeys((*_names(data), *every))))
+    (left, used), (beside, most) = data.left(stated.parts), data.left(tuple(dict.fromkeys((*stated.parts, *every))))
+    return _scale(least, data.y.size - rank, known_dof).p_value(left - beside, most - used) >= CONSISTENT
 
 
 def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: float, false_alarm: float) -> CommonMode:

@@ -19,6 +19,8 @@ ARCSEC = np.pi / 180.0 / 3600.0
 SENSITIVITY_V_PER_G, NOISE_V = 2.5, 5e-6
 ONE, TWO = ((0.0, 0.0),), ((0.0, 0.0), (30.0, 60.0))
 CHECK = ((0.0, 0.0), (0.0, 90.0), (0.0, 180.0), (0.0, -90.0), (60.0, 0.0), (-60.0, 0.0))
+THREE, FOUR = ((0.0, 0.0), (0.0, -180.0), (0.0, -90.0)), CHECK[:4]
+"""What was measured of a check set before the link was lost."""
 FALSE_ALARM = 1e-6
 
 
@@ -118,7 +120,7 @@ def turned_on_its_mount(by_arcsec: float, sensor: int = 1) -> Own:
 
 
 @pytest.mark.parametrize("sensors", [3, 8])
-@pytest.mark.parametrize("attitudes", [ONE, TWO, CHECK], ids=["one", "two", "check set"])
+@pytest.mark.parametrize("attitudes", [ONE, TWO, THREE, FOUR, CHECK], ids=["one", "two", "three", "four", "check set"])
 @pytest.mark.parametrize("arcsec", [5.0, -72.0, 720.0])
 @pytest.mark.parametrize("part", ["roll", "pitch"])
 def test_a_slip_is_the_tables_and_of_its_size(
@@ -323,6 +325,7 @@ SEVERAL = [
     (1, TWO, 0.0, False),
     (8, TWO, 1.0, False),
     (8, ONE, 1.0, True),
+    (8, THREE, 1.0, False),
     (3, TWO, 0.7, False),
     (2, TWO, 1.0, False),
 ]
