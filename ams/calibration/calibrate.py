@@ -25,14 +25,15 @@ from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication
 from ams.calibration.memory import diagnose_together
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
-from ams.calibration.steps import NO_STEPS, StepsOfOutput, judge_steps
+from ams.calibration.steps import judge_steps
+from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
 from ams.calibration.table_limit import judge_table
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.errors import ObservationsError
 from ams.findings import significant_texts
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.known_table import is_among
+from ams.inputs.known_table import TableTurn, is_among
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import G_SENSITIVITY, G_SENSITIVITY_LIMIT, SharedError
 from ams.inputs.table_uncertainty import corrected
@@ -131,7 +132,7 @@ def _diagnosed(
     by_output = iter(judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table))
     family = request.tested_axes or len(choices)
     judged = [None if is_weighted else evidence_of(solved, rows) for _, solved, _ in groups]
-    steps = _steps(judged, groups, family)
+    steps = _steps(judged, groups, family, request.known_table.turns)
     every = []
     for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
         limits, changed = [next(by_output) for _ in group], [steps.get(label, NO_STEPS) for label in group]
@@ -154,7 +155,7 @@ def _known(rows: Observations) -> Observations:
 
 
 def _steps(
-    judged: Sequence[Evidence | None], groups: Sequence[SolvedGroup], family: int
+    judged: Sequence[Evidence | None], groups: Sequence[SolvedGroup], family: int, turns: Sequence[TableTurn]
 ) -> Mapping[str, StepsOfOutput]:
     """Return what changed in mid-run by axis, of all axes together."""
     seen = [
@@ -163,7 +164,7 @@ def _steps(
         if judged_group is not None
         for row, label in enumerate(group)
     ]
-    found = judge_steps([(evidence, row) for _, evidence, row in seen], family)
+    found = judge_steps([(evidence, row) for _, evidence, row in seen], family, turns)
     return {label: steps for (label, *_), steps in zip(seen, found, strict=True)}
 
 

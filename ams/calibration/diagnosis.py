@@ -45,7 +45,7 @@ from ams.calibration.explained import (
     without_wrong_dwells,
 )
 from ams.calibration.step_columns import step_columns
-from ams.calibration.steps import NO_STEPS, StepsOfOutput, with_steps
+from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput, with_steps
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection

@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.axis_tests import MOST_TESTS
-from ams.analysis.diagnostics.beliefs import LEVEL, SLIP, STEP, AxisTests, BeliefTest
+from ams.analysis.diagnostics.beliefs import LEVEL, SLIP, STEP, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.step_scan import (
     Change,
@@ -38,8 +38,10 @@ from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.analysis.diagnostics.time_order import courses_of_drift, parts_of_replications, time_order
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration import step_words
-from ams.calibration.step_columns import LINEAR, step_columns
+from ams.calibration.step_columns import LINEAR, Changed, moments_of, step_columns
+from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
 from ams.findings import Finding, FindingKind
+from ams.inputs.known_table import TableTurn
 from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 from ams.surveillance.common_mode import judge_visits
@@ -74,35 +76,25 @@ _PACKAGE: Final = "the package"
 _METER: Final = "the meter"
 
 
-@dataclass(frozen=True)
-class StepsOfOutput:
-    """What concerns one output."""
-
-    tests: tuple[BeliefTest, ...] = ()
-    named: frozenset[str] = frozenset()
-    """Names of the tests that are told; a change that is plain and no single step is not."""
-    findings: tuple[Finding, ...] = ()
-    """Significant, of what is told."""
-    during: tuple[BoolArray, ...] = ()
-    """(N,) rows in each change that is told of any output of the package."""
-
-
-NO_STEPS: Final = StepsOfOutput()
-
-
-def judge_steps(seen: Sequence[tuple[Evidence, int]], family: int) -> list[StepsOfOutput]:
+def judge_steps(
+    seen: Sequence[tuple[Evidence, int]], family: int, turns: Sequence[TableTurn] = ()
+) -> list[StepsOfOutput]:
     """Return what changed between two dwells, for good or for a while, by the outputs of a package.
 
     They were seen at the same rows.
 
-    ``family``: axes of the run.
+    ``family``: axes of the run. ``turns``: of the table, proved and told by others; what they do is taken out first.
     """
     scattering = [index for index, (evidence, at) in enumerate(seen) if evidence.precision_variance[at] > 0.0]
     found = [NO_STEPS] * len(seen)
     if not scattering:
         return found
     search = _Search(tuple(seen[index] for index in scattering))
+    for turn in turns if search.course.dof > 0 else ():
+        search = search.beside(turn)
     if not search.course.is_judged:
+        for index in scattering:
+            found[index] = StepsOfOutput(during=search.taken)
         return found
     for index, steps in zip(scattering, _found(search, LEVEL / family / MOST_TESTS), strict=True):
         found[index] = steps
@@ -150,8 +142,8 @@ def _tests(index: int, changes: Sequence[Change], sharing: int) -> Iterator[Beli
 @dataclass(frozen=True)
 class _Search:
     seen: tuple[tuple[Evidence, int], ...]
-    taken: tuple[BoolArray, ...] = ()
-    """Rows in the changes that are told already."""
+    taken: tuple[Changed, ...] = ()
+    """Changes that are told already."""
     is_clipped: bool = False
     """Whether single dwells that stand out are drawn in, so that no change is made of one that is wrong."""
 
@@ -241,7 +233,20 @@ class _Search:
         )
 
     def without(self, change: Change) -> "_Search":
-        return replace(self, taken=(*self.taken, self.course.during(change)))
+        return replace(self, taken=(*self.taken, Changed(self.course.during(change))))
+
+    def beside(self, turn: TableTurn) -> "_Search":
+        """Return the search beside a turn that is proved, at the likeliest of the moments that it may have been."""
+        likeliest = max(moments_of(turn, self.evidence), key=self._explained_by, default=None)
+        return self if likeliest is None else replace(self, taken=(*self.taken, likeliest))
+
+    def _explained_by(self, changed: Changed) -> float:
+        """Return what a change explains of the outputs, in variances of a dwell."""
+        return sum(
+            explained(self.evidence.by_point(step_columns(evidence, at, (changed,))), watched.departures)[0]
+            / watched.variance
+            for (evidence, at), watched in zip(self.seen, self.watched, strict=True)
+        )
 
     def is_step(self, change: Change) -> bool:
         """Return whether a change is one, and not the likeliest step of a drift or of the temperature."""
@@ -373,20 +378,6 @@ class _Search:
             return Finding("table-rotation", text, True, None, steps)
         text = f"the {change.what} stepped {between}: the sensor, its channel or its supply"
         return Finding("sensor-change", text, True, None, steps)
-
-
-def with_steps(tests: AxisTests, steps: StepsOfOutput) -> AxisTests:
-    """Return the tests with those of changes as significant as they are told: a drift is told as what it is."""
-    searched = [name for name in (SLIP, STEP) if name in tests.tests]
-    if not any(tests.is_significant[name] or name in steps.named for name in searched):
-        return tests
-    flags = {**tests.is_significant, **{name: name in steps.named for name in searched}}
-    explained = {
-        name: replace(tests.tests[name], is_explained=tests.is_significant[name])
-        for name in searched
-        if name not in steps.named
-    }
-    return replace(tests, tests={**tests.tests, **explained}, is_significant=flags)
 
 
 def _square(change: Change) -> float:

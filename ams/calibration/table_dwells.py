@@ -29,7 +29,7 @@ from ams.analysis.diagnostics.wording import MOST_LISTED
 from ams.analysis.diagnostics.wrong_dwells import LARGEST_SHARE, LEAST_DOF
 from ams.calibration.table_dwell_search import Behind, DwellSearch, StoodPackage, seen_package
 from ams.findings import Finding
-from ams.inputs.known_table import NOTHING_KNOWN, DwellLabels, KnownTable, labels_of
+from ams.inputs.known_table import NOTHING_KNOWN, DwellLabels, KnownTable, TableTurn, labels_of
 from ams.surveillance.common_mode_words import who_agree
 from ams.units import ARCSEC_PER_DEG
 
@@ -47,13 +47,16 @@ class DwellsOfTable:
     """Of every package; none where the table is not named."""
 
 
-def judge_dwells(packages: Sequence[StoodPackage], family: int | None = None) -> DwellsOfTable:
+def judge_dwells(
+    packages: Sequence[StoodPackage], family: int | None = None, turns: Sequence[TableTurn] = ()
+) -> DwellsOfTable:
     """Return at which dwells the table stood off.
 
-    ``family``: axes of the run, None: those of the packages. Packages without replications, and those that sense no
-    attitude of pitch and roll, say nothing of it.
+    ``family``: axes of the run, None: those of the packages. ``turns``: of the table in mid-run that are proved: what
+    was measured after one is looked at by itself, and what was measured meanwhile not at all. Packages without
+    replications, and those that sense no attitude of pitch and roll, say nothing of it.
     """
-    seen = [seen for package in packages if (seen := seen_package(package)) is not None]
+    seen = [seen for package in packages if (seen := seen_package(package, turns)) is not None]
     if not seen:
         return DwellsOfTable()
     search = DwellSearch(tuple(seen), tuple(labels_of(seen[0].rows)))

@@ -17,6 +17,17 @@ DwellLabels = tuple[int, int]
 
 
 @dataclass(frozen=True)
+class TableTurn:
+    """A turn of the table in mid-run that reference visits or check sets have proved over all sensors."""
+
+    before: frozenset[DwellLabels]
+    """Dwells that were measured before it; those of neither side were measured in between."""
+    after: frozenset[DwellLabels]
+    parts: tuple[str, ...]
+    """What turned, as the diagnosis of two visits names it: about roll, about pitch, with the base."""
+
+
+@dataclass(frozen=True)
 class KnownTable:
     """Of one run."""
 
@@ -24,10 +35,12 @@ class KnownTable:
     """Dwells at which the table stood off: they are in the result, and in no test of a sensor."""
     alike: Mapping[DwellLabels, str] = field(default_factory=dict)
     """Dwells at which the table may have stood off, and by how much: a wrong reading would look the same."""
+    turns: tuple[TableTurn, ...] = ()
 
     @property
-    def is_nothing(self) -> bool:
-        return not (self.off or self.alike)
+    def has_dwells(self) -> bool:
+        """Whether anything is known of single dwells."""
+        return bool(self.off or self.alike)
 
 
 NOTHING_KNOWN: Final = KnownTable()

@@ -1,18 +1,19 @@
 """From dwells to solved sensors, for runs of every kind."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from ams.calibration.table_dwell_search import StoodPackage
 from ams.calibration.table_dwells import DwellsOfTable, judge_dwells
 from ams.errors import AmsError
-from ams.inputs.known_table import NOTHING_KNOWN, KnownTable
+from ams.inputs.known_table import NOTHING_KNOWN, KnownTable, TableTurn
 from procedures.kinds.registry import KINDS
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
-from procedures.solution.run_findings import of_sensor, run_findings, with_run_findings
+from procedures.solution.run_findings import of_sensor, proved_turns, run_findings, with_run_findings
 from rig.description.rig_file import RigDescription, Sensor
 
 Tell = Callable[[str], None]
@@ -20,7 +21,8 @@ Tell = Callable[[str], None]
 
 def solve_record(record: RunRecord, tell: Tell = lambda _step: None) -> dict[str, SolvedSensor]:
     """Solve every sensor of a run from its accepted dwells, as its procedure asks; ``tell`` hears of each."""
-    solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}", tell)
+    turns = proved_turns(record)
+    solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}", tell, turns)
     findings = run_findings(record)
     return {name: with_run_findings(sensor, of_sensor(findings, name)) for name, sensor in solved.items()}
 
@@ -31,9 +33,11 @@ def solve_sensors(
     plan: Plan,
     source: str,
     tell: Tell = lambda _step: None,
+    turns: tuple[TableTurn, ...] = (),
 ) -> dict[str, SolvedSensor]:
     """Solve every sensor of a plan; a sensor that cannot be solved says why and hinders no other.
 
+    ``turns``: of the table, as visits have proved them; no sensor is blamed for what they did.
     Where all of them together show that the table stood off at single dwells, they are solved again with these dwells
     in no test of a sensor, and all carry the one finding.
     """
@@ -43,12 +47,13 @@ def solve_sensors(
         solved = {}
         for index, (name, sensor) in enumerate(plan.sensors.items(), start=1):
             tell(f"solving {name} ({index} of {len(plan.sensors)})")
-            solved[name] = _solve_sensor(name, sensor, rows, rig, plan, source, known_table)
+            known = replace(known_table, turns=turns) if sensor.rolls else NOTHING_KNOWN
+            solved[name] = _solve_sensor(name, sensor, rows, rig, plan, source, known)
         return solved
 
     solved = solve_each(NOTHING_KNOWN)
-    on_table = _dwells_of_table(solved, plan)
-    if on_table.known.is_nothing:
+    on_table = _dwells_of_table(solved, plan, turns)
+    if not on_table.known.has_dwells:
         return solved
     return {
         name: with_run_findings(again, on_table.findings) if plan.sensors[name].rolls else again
@@ -56,7 +61,7 @@ def solve_sensors(
     }
 
 
-def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan) -> DwellsOfTable:
+def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan, turns: Sequence[TableTurn]) -> DwellsOfTable:
     """Return at which dwells the table stood off, by all packages that it turns about pitch and roll."""
     if not plan.is_at_rest or not set(plan.axes) <= {"pitch", "roll"}:
         return DwellsOfTable()
@@ -67,7 +72,7 @@ def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan) -> DwellsOf
         and plan.sensors[name].measures == "acceleration"
         and plan.sensors[name].rolls  # what a sting carries turns with other axes
     ]
-    return judge_dwells(packages, sum(len(sensor.channels) for sensor in plan.sensors.values()))
+    return judge_dwells(packages, sum(len(sensor.channels) for sensor in plan.sensors.values()), turns)
 
 
 def _solve_sensor(

@@ -121,7 +121,7 @@ def solve_observations(observations: Observations, request: CalibrationRequest) 
     """Solve observations that came from a file, the table's single dwells told apart. Raises: ams.errors.AmsError."""
     solved = calibrate(observations, request)
     on_table = judge_dwells([StoodPackage("the package", observations, solved)], request.tested_axes)
-    if on_table.known.is_nothing:
+    if not on_table.known.has_dwells:
         return solved
     return with_findings(calibrate(observations, replace(request, known_table=on_table.known)), on_table.findings)
 

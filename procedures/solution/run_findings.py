@@ -7,7 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ams.calibration_result import Calibration
-from ams.findings import Finding, significant_texts
+from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, significant_texts
+from ams.inputs.known_table import DwellLabels, TableTurn
+from ams.surveillance.common_mode import CommonMode
+from ams.surveillance.common_mode_columns import ROTATIONS
+from procedures.records.dwells import DwellRecord
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 
@@ -25,6 +29,38 @@ def run_findings(record: RunRecord) -> tuple[Finding, ...]:
         for judged_visit in record.judged_visits
         for finding in judged_visit.findings
     )
+
+
+def proved_turns(record: RunRecord) -> tuple[TableTurn, ...]:
+    """Return the turns of the table in mid-run that visits have proved, with the dwells of the design on either side.
+
+    What crept, what a sensor or the meter may have done as well, and what all dwells stand on one side of is none.
+    """
+    design = [dwell for dwell in record.dwells if dwell.accepted and dwell.purpose == "design"]
+    found = []
+    for judged in record.judged_visits:
+        if judged.is_slow or not any(_is_proved(finding) for finding in judged.findings):
+            continue
+        before = frozenset(_labels(dwell) for dwell in design if (dwell.epoch, dwell.ended_s) <= judged.since)
+        after = frozenset(_labels(dwell) for dwell in design if (dwell.epoch, dwell.started_s) >= judged.until)
+        found.append(TableTurn(before, after, _parts(judged.common)))
+    return tuple(found)
+
+
+def _labels(dwell: DwellRecord) -> DwellLabels:
+    return dwell.replication, dwell.point
+
+
+def _is_proved(finding: Finding) -> bool:
+    is_turn = finding.kind == "table-rotation" and finding.is_significant
+    return is_turn and not any(finding.details.get(key) for key in ("confounded_with", ON_ONE_SIDE, ALL_AFTER))
+
+
+def _parts(common: CommonMode) -> tuple[str, ...]:
+    """Return the turns that are told, and those about one axis that look the same at the attitudes of the visits."""
+    stated = {part for cause in common.stated if cause.kind == "table-rotation" for part in cause.parts}
+    same = {cause.parts[0] for cause in common.also if cause.kind == "table-rotation" and len(cause.parts) == 1}
+    return tuple(name for name in ROTATIONS if name in stated | same)
 
 
 def of_sensor(findings: Sequence[Finding], sensor: str) -> tuple[Finding, ...]:

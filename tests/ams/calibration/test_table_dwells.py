@@ -171,14 +171,14 @@ def test_a_table_that_seats_anew_at_every_dwell_is_not_off_at_one() -> None:
             seated = replace(each, outputs=outputs)
             solved = calibrate(seated, CalibrationRequest(tested_axes=24))
             packages.append(StoodPackage(name, seated, solved))
-        assert judge_dwells(packages).known.is_nothing
+        assert not judge_dwells(packages).known.has_dwells
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("sensors", [1, 3])
 def test_where_nothing_is_wrong_the_table_is_named_at_its_level(sensors: int) -> None:
     """0.05/34 of all campaigns: one in 680."""
-    rung = sum(not one.found.known.is_nothing for one in judged("clean", 0.0, sensors, count=400, seed=5))
+    rung = sum(one.found.known.has_dwells for one in judged("clean", 0.0, sensors, count=400, seed=5))
     assert rung <= 4
 
 
