@@ -21,9 +21,9 @@ from ams.surveillance.common_mode_columns import Visits
 from ams.surveillance.common_mode_words import all_after, findings_of, on_one_side
 from procedures.common_mode.check_sets import accepted_epochs, check_set_pairs, first_checks
 from procedures.common_mode.opening_checks import OpeningChecks
+from procedures.common_mode.planned_visits import plateau_numbers_of, visits_of
 from procedures.common_mode.sensed_axes import Attitude, KnownAxes, attitude_of, sensed_axes
 from procedures.plan.plan import Plan
-from procedures.plan.steps import Dwell, Soak
 from procedures.records.declared_supply import at_declared
 from procedures.records.dwells import DwellRecord, Event
 from rig.description.signal_chain import Chain
@@ -34,6 +34,8 @@ FALSE_ALARM = 1e-4
 """Of each of the two tests of a visit or a check set; a night has some fifty of them."""
 LARGEST_TC_PER_DEGC = 1e-4
 """In g, of offset or sensitivity: no servo accelerometer for attitudes has more (70 µg and 200 ppm of a tilted g)."""
+STEEPEST_DEG = 45.0
+"""Pitch up to which a turn about roll moves readings by more than two thirds of what it does at level."""
 _AXES = frozenset(("pitch", "roll"))
 
 
@@ -91,9 +93,9 @@ class VisitWatch:
         self._sensors = axes.sensors
         self._unit = "v"
         self.known = KnownAxes(axes, channels)
-        self._visit_of = _visits_of(plan)
+        self._visit_of = visits_of(plan)
         self._attitudes = Counter(self._visit_of.values())
-        self._plateau_of = _plateaus_of(plan)
+        self._plateau_of = plateau_numbers_of(plan)
         self._opening = OpeningChecks(self._plateau_of)
         self._open: dict[int, DwellRecord] = {}
         self._visits: list[_Visit] = []
@@ -178,6 +180,27 @@ class VisitWatch:
             return None
         until = self.known.taken - len(after)
         return self._compared([first for first, _ in pairs], [second for _, second in pairs], between, until, ())
+
+    def stands_as_since_the_turn(self, checks: Mapping[int, DwellRecord], is_alike: Callable[[int], bool]) -> bool:
+        """Return whether a check set shows nothing against the newest visit since the last turn that was found.
+
+        ``checks``: step to dwell. ``is_alike``: whether a step stands at the plateau of the check set. False where no
+        attitude of both shows a new turn for sure, or where nothing judges it; the scatter is that from before the
+        turn, which would hide a further one.
+        """
+        if not self._is_watching or not self._superseded or not self._visits:
+            return False
+        visited = self._visits[-1].at
+        after = [dwell for dwell in checks.values() if attitude_of(dwell) in visited]
+        before = [visited[attitude_of(dwell)] for dwell in after]
+        is_shown = any(abs(dwell.targets_deg.get("pitch", 0.0)) <= STEEPEST_DEG for dwell in after)
+        is_surely_shown = is_shown and (len(after) > 1 or len(self._sensors) > 1)
+        mountings = {dwell.mounting for dwell in (*before, *after)}
+        if not is_surely_shown or len(mountings) > 1 or not all(is_alike(dwell.step) for dwell in before):
+            return False
+        earlier, later = ([at_declared(dwell, self._chains) for dwell in dwells] for dwells in (before, after))
+        found = self._compared(earlier, later, "since the visit before", self._superseded[-1].taken, ())
+        return found is not None and not found.findings
 
     def _judged(self, visit: _Visit) -> Judged | None:
         alike = [earlier for earlier in self._visits if self._is_alike(earlier, visit)]
@@ -351,27 +374,6 @@ def _warmer_degc(before: Sequence[DwellRecord], after: Sequence[DwellRecord]) ->
 def since_check_set(epoch: int) -> str:
     """Say since when a check set changed."""
     return f"since the check set of epoch {epoch}"
-
-
-def _visits_of(plan: Plan) -> dict[int, int]:
-    """Step to the number of its visit, from 1."""
-    found: dict[int, int] = {}
-    number, was_reference = 0, False
-    for step in plan.steps:
-        is_reference = isinstance(step, Dwell) and step.purpose == "reference"
-        number += is_reference and not was_reference
-        if is_reference:
-            found[step.step] = number
-        was_reference = is_reference
-    return found
-
-
-def _plateaus_of(plan: Plan) -> dict[int, int]:
-    found, plateau = {}, 0
-    for step in plan.steps:
-        plateau = step.plateau if isinstance(step, Soak) else plateau
-        found[step.step] = plateau
-    return found
 
 
 def way_out(judged: Judged, plan: Plan) -> str:

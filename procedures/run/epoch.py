@@ -29,7 +29,7 @@ from procedures.run.dwell.warm_up import warm_up
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.enough import is_enough_measured
 from procedures.run.judgement.alarm import Alarm, TrustLost
-from procedures.run.judgement.history import History, agenda, replications_before
+from procedures.run.judgement.history import TABLE, History, agenda, replications_before
 from procedures.run.judgement.judge import Limits, judge_dwell
 from procedures.run.judgement.running_fit import Doubt
 from procedures.run.judgement.suspect_dwells import Suspects
@@ -254,7 +254,7 @@ class Epoch:
         self._progress_log.event(COMMON_MODE, {**detail, "doubtful": list(judged.doubtful)})
         self._progress_log.tell(COMMON_MODE, sentence)
         if judged.holds:
-            self._context.hold(Alarm("table", f"{sentence}; {way_out(judged, self._plan)}", "ask"))
+            self._context.hold(Alarm(TABLE, f"{sentence}; {way_out(judged, self._plan)}", "ask"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Learn from a dwell: accepted ones judge later ones, in the order in which an uninterrupted run takes them."""
@@ -325,7 +325,13 @@ class Epoch:
         if before:
             is_alike = self._plateaus.is_at_that_of(min(before))
             require_no_step(
-                self._history, self._checks, self._progress_log, self._chains, self._visits, is_alike=is_alike
+                self._history,
+                self._checks,
+                self._progress_log,
+                self._chains,
+                self._visits,
+                is_alike=is_alike,
+                is_at_plateau_of=self._plateaus.is_at_that_of,
             )
         elif self._history.epoch > 1 and self._history.mounting > 1:
             self._progress_log.event("seam", {"tested": False, "reason": "the package was mounted anew"})

@@ -1,6 +1,6 @@
 """From checking to running: check the declared mounts, and that a restart made no step since the start."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from procedures.common_mode.visit_watch import VisitWatch, since_check_set
 from procedures.journal.voids import KIND as VOIDED
@@ -40,9 +40,12 @@ def require_no_step(
     watch: VisitWatch,
     *,
     is_alike: bool,
+    is_at_plateau_of: Callable[[int], bool] = lambda _step: False,
 ) -> None:
     """Compare the check set with the one before, or with what was measured of one that was cut short.
 
+    A turn that a person said continue to at a visit is no new step where the check set stands as the newest visit.
+    ``is_at_plateau_of``: whether a step stands at the plateau of the check set.
     ``is_alike``: that was measured at the same plateau. Raises: RunEnds where there is a step.
     """
     if not is_alike:
@@ -60,9 +63,17 @@ def require_no_step(
     sentence = f"{worst.channel} at step {worst.step} changed by {worst.change_v:.3g} V, t = {worst.t:.3g}"
     is_turned = judged is not None and judged.holds
     detail = {"tested": True, "comparisons": len(found), "steps": len(steps), "worst": sentence}
+    is_known = (
+        judged is not None
+        and is_turned
+        and history.is_turn_accepted
+        and all(finding.kind == "table-rotation" for finding in judged.findings)
+        and watch.stands_as_since_the_turn(checks, is_at_plateau_of)
+    )
     whole = {"attitudes": len(before), "of": len(checks), "told": sentences, "turned": is_turned}
-    progress_log.event("seam", {**detail, **whole, "against_epoch": since})
-    if steps or is_turned:
+    known = {"accepted": "the turn that a person continued with at a visit"} if is_known else {}
+    progress_log.event("seam", {**detail, **whole, "against_epoch": since, **known})
+    if (steps or is_turned) and not is_known:
         measured = f"{sentence}, allowed {worst.t_limit:.3g}"
         is_table = judged is not None and any(finding.kind == "table-rotation" for finding in judged.findings)
         where = "the table's coupling, its base and the common fixture" if is_table else "mount, sensor and meter"

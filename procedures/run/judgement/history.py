@@ -14,7 +14,10 @@ from procedures.journal.voids import KIND as VOIDED
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Event, NoiseReference
+from procedures.records.states import GOING, State
 
+TABLE = "table"
+"""The cause of a hold at a visit that shows all sensors turned."""
 INTEGRATION = "integration"
 """The event of what ``[dwell.adaptive]`` chose before the first dwell."""
 
@@ -36,6 +39,8 @@ class History:
     """Sensors that are measured no more."""
     accepted_epochs: tuple[int, ...] = ()
     """Whose step a person accepted: nothing is compared with what was measured before the last of them."""
+    is_turn_accepted: bool = False
+    """Whether a person said continue at the last visit that was held for a turn, and nothing was taken back since."""
     integrations: Mapping[str, float] = field(default_factory=dict)
     """Channel to the power-line cycles that were chosen for it; empty where nothing was left open or tried."""
 
@@ -123,8 +128,21 @@ def read_history(reader: JournalReader, plan: Plan) -> History:
             remounted_after, mounting = epochs, mounting + 1
     accepted = accepted_epochs(reader.events())
     found = history_of(reader.dwells(), epochs, plan, accepted, mounting, remounted_after, frozenset(dropped))
+    found = replace(found, is_turn_accepted=_is_turn_accepted(reader.events()))
     tried = reader.last_event(INTEGRATION)
     return found if tried is None else replace(found, integrations=_integrations(tried))
+
+
+def _is_turn_accepted(events: Iterable[Event]) -> bool:
+    held, is_accepted = "", False
+    for event in events:
+        if event.kind == VOIDED:
+            is_accepted = False
+        elif event.kind == "state":
+            if held == TABLE:
+                is_accepted = event.detail.get("to") in GOING
+            held = str(event.detail.get("cause", "")) if event.detail.get("to") == State.HELD else ""
+    return is_accepted
 
 
 def _integrations(event: Event) -> dict[str, float]:

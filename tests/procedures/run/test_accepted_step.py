@@ -193,3 +193,31 @@ def test_a_turn_is_told_while_dwells_in_doubt_by_a_visit_that_was_taken_back_sti
     void_from(run_dir, first, Authorisation("bert", "those as well"))
     assert resumed(three, run_dir, off_deg=0.0) is State.FINISHED
     assert found_in(run_dir) == []
+
+
+@pytest.mark.parametrize(
+    ("further_deg", "state"), [(0.0, State.FINISHED), (0.01, State.TRIPPED), (-0.01, State.TRIPPED)]
+)
+def test_a_turn_that_a_person_continued_with_trips_no_restart_of_that_night_and_a_new_one_does(
+    three: Bench, tmp_path: Path, further_deg: float, state: State
+) -> None:
+    """Held at visit 3 and continued, then stopped and taken up again: as the table stood, or turned by 36″ more."""
+    run_dir = tmp_path / "run"
+    unattended = UnattendedRun(
+        run_dir, at={5: asks("continue")}, after={BEFORE_VISIT_3: slips("roll", SLIPPED_DEG), 10: asks("stop")}
+    )
+    assert run_unattended(three, unattended).state is State.STOPPED
+    assert states(run_dir).count("held") == 1
+    assert resumed(three, run_dir, off_deg=SLIPPED_DEG + further_deg) is state
+    seam = events(run_dir, "seam")[-1].detail
+    assert seam["turned"]
+    assert ("accepted" in seam) == (state is State.FINISHED)
+    solved = solve_run(run_dir)
+    assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"
+
+
+def test_a_turn_at_which_a_person_stopped_is_asked_once_more(three: Bench, tmp_path: Path) -> None:
+    """Who stops a held run has accepted nothing."""
+    run_dir = tmp_path / "run"
+    slipped_in_mid_run(three, run_dir)
+    assert resumed(three, run_dir, off_deg=SLIPPED_DEG) is State.TRIPPED
