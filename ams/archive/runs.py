@@ -19,6 +19,7 @@ from sqlalchemy import Connection, literal, or_, select
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import quarantine, quarantined
+from ams.archive.run_at_fault import run_at_fault
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
 from ams.archive.tables import ADJUSTMENTS, QUARANTINES, RUNS, SETS, STANDARDS, STANDARDS_USED, USES
 from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
@@ -336,14 +337,16 @@ def _adjusted(
     stored = _stored_adjustment(connection, new.sha256)
     if stored is not None:
         return stored
-    turned = "; ".join(significant_texts(turned_the_table(sensor.findings)))
-    previous = None if turned else _previous(connection, new)
+    at_fault = run_at_fault(new, sensor.findings)
+    is_held = bool(turned_the_table(sensor.findings))
+    previous = None if at_fault else _previous(connection, new)
     declared = new.provenance["acceptance"]
     acceptance = acceptance_of(None if declared is None else table(declared))
     try:
         found = adjust(
-            previous, new, sensor.observations, acceptance, usage_pitch_deg, turned or None, sensor.reference
-        )
+            previous, new, sensor.observations, acceptance, usage_pitch_deg, at_fault, sensor.reference,
+            is_in_quarantine=is_held,
+        )  # fmt: skip
     except OutsideValidity:
         return None
     row = {

@@ -3,8 +3,10 @@
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final, cast
 
-from ams.sets.canonical import Document, listed, table
+from ams.findings import Finding, FindingKind
+from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 
 LACKING = "missing for a calibration when the run began: "
@@ -13,6 +15,9 @@ TABLE_NOT_COUNTED = "the table's own index errors are not in these uncertainties
 RATES_NOT_COUNTED = "the rate table's own errors are not in these uncertainties"
 NO_CERTIFICATE_WITH = (LACKING, TABLE_NOT_COUNTED, RATES_NOT_COUNTED)
 """Beginnings of warnings of a set that are gaps of a certificate."""
+
+
+_NO_DETAILS: Final = frozenset({"kind", "text", "significant", "p_value", "steps", "stated_uncertainties"})
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,25 @@ def significant_findings(coefficients: CoefficientSet) -> Iterator[StatedFinding
                 seen[kind] += 1
                 suffix = f".{seen[kind]}" if seen[kind] > 1 else ""
                 yield StatedFinding(f"{axis}.{kind}{suffix}", axis, str(finding["text"]))
+
+
+def findings_of_set(coefficients: CoefficientSet) -> Iterator[Finding]:
+    """Yield every finding of every axis of a set as the test that made it had it; steps in doubt are left out."""
+    for section in table(coefficients.document["axes"]).values():
+        for stated in map(table, listed(table(section).get("findings", []))):
+            p_value = stated.get("p_value")
+            yield Finding(
+                cast(FindingKind, str(stated["kind"])),
+                str(stated["text"]),
+                bool(stated["significant"]),
+                None if p_value is None else number(p_value),
+                details={
+                    name: value if isinstance(value, str) else number(value)
+                    for name, value in stated.items()
+                    if name not in _NO_DETAILS and isinstance(value, (str, int, float))
+                },
+                is_held="stated_uncertainties" not in stated,
+            )
 
 
 def package_reservations(document: Document) -> Iterator[str]:

@@ -133,11 +133,13 @@ def adjust(
     usage_pitch_deg: tuple[float, float] | None = None,
     run_at_fault: str | None = None,
     reference: ReferenceAttitude | None = None,
+    *,
+    is_in_quarantine: bool = False,
 ) -> Adjustment:
     """Judge a sensor as found by the previous set and as left by the new one, both on the data of the new run.
 
-    ``run_at_fault``: why this run says nothing of how a sensor was found, such as a table that turned. Limits are not
-    judged as left by such a run, nor where the new calibration is not usable.
+    ``run_at_fault``: why this run says nothing of how a sensor was found (:mod:`ams.archive.run_at_fault`).
+    Limits are not judged as left of a set in quarantine, nor where the new calibration is not usable.
     ``reference``: what its attitudes are wrong by; None: not declared, and not in the uncertainties.
 
     Of straight lines the errors are those of what they sense.
@@ -147,7 +149,7 @@ def adjust(
     as_left = _condition("as-left", new, new, observations, acceptance, usage_pitch_deg, reference)
     as_found, why = None, "first calibration in this archive" if previous is None else None
     if run_at_fault is not None:
-        why = f"this run does not tell: {run_at_fault}"
+        why = f"not judged, this run does not tell: {run_at_fault}"
     elif previous is not None:
         try:
             as_found = _condition("as-found", previous, new, observations, acceptance, usage_pitch_deg, reference)
@@ -155,7 +157,7 @@ def adjust(
             why = str(error)
     in_words = NOTHING_DECLARED if reference is None else reference.in_words
     found = Adjustment(new.sensor, usage_pitch_deg, acceptance, as_found, why, as_left, in_words)
-    return without_conformity(found, no_conformity(new.verdict, is_in_quarantine=run_at_fault is not None))
+    return without_conformity(found, no_conformity(new.verdict, is_in_quarantine=is_in_quarantine))
 
 
 def without_conformity(adjustment: Adjustment, why: str | None) -> Adjustment:

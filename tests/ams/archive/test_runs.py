@@ -234,7 +234,7 @@ def test_a_run_whose_table_turned_does_not_say_how_a_sensor_was_found(archive: A
     published = publish_run(archive.url, a_run(10), [turned(a_sensor(10, gain=1.01))], NOW)
     adjustment = published.adjustments["SN1"]
     assert adjustment.as_found is None
-    assert str(adjustment.no_as_found).startswith("this run does not tell: all three sensors turned by -72″")
+    assert adjustment.no_as_found == f"not judged, this run does not tell: {TURNED.text}"
     assert show(archive.url, "SN1").sha256 == list_sets(archive.url)[0].sha256, "the latest that is trusted"
     sha256 = published.publications[0].sha256
     (held,) = [entry for entry in list_sets(archive.url) if entry.sha256 == sha256]

@@ -1,0 +1,36 @@
+"""Why a run says nothing of how a sensor was found: a finding against the run itself, not against the sensor.
+
+As found is judged by the attitudes and readings of the run, and not by the new coefficients. What a finding says of the
+sensor (a term of its own, its step, its drift) is an error that its users had, and leaves as found standing. What it
+says of the table, its base, the meter, the chamber or a dwell that was not at rest is an error of the reference: where
+the new calibration falls by that, as found falls with it. A smaller one, which the stated uncertainties hold or which
+is a reservation of a usable calibration, takes neither.
+"""
+
+from collections.abc import Iterable
+from typing import Final
+
+from ams.analysis.diagnostics.beliefs import SETTLING, SQUARENESS, TABLE_LIMIT
+from ams.findings import Finding, FindingKind, beyond_the_stated, significant_texts, turned_the_table
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.stated_findings import findings_of_set
+
+KINDS_OF_THE_RUN: Final[frozenset[FindingKind]] = frozenset(
+    {"table-rotation", "meter-gain", "meter-offset", "wrong-dwell", "temperature-lag"}
+)
+TESTS_OF_THE_RUN: Final = frozenset({TABLE_LIMIT, SQUARENESS, SETTLING})
+"""Findings of other kinds that are the table's or the chamber's by the test that made them."""
+
+
+def run_at_fault(new: CoefficientSet, findings: Iterable[Finding] = ()) -> str | None:
+    """Return why the run that a set was solved from does not tell how its sensor was found; None where it does.
+
+    ``findings``: of the run as a whole, beside those that the set states.
+    """
+    every = (*findings, *findings_of_set(new))
+    against = (*turned_the_table(every), *(finding for finding in beyond_the_stated(every) if _is_of_the_run(finding)))
+    return "; ".join(dict.fromkeys(significant_texts(against))) or None
+
+
+def _is_of_the_run(finding: Finding) -> bool:
+    return finding.kind in KINDS_OF_THE_RUN or finding.details.get("test") in TESTS_OF_THE_RUN
