@@ -7,8 +7,8 @@ g on their side where the gain of the set is too small: no attitude is told ther
 import numpy as np
 import pytest
 from changed_sets import changed
-from physics_scenes.inferred_by_sets import inferred_errors_deg
-from physics_scenes.packages_on_tables import K_V_PER_G, SLACK, Rig, outputs_v
+from inferred_by_sets import inferred_errors_deg
+from packages_on_tables import K_V_PER_G, SLACK, Rig, outputs_v
 
 from ams.inputs.request import select_rows
 from ams.observations import Observations

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from physics_scenes.inferred_by_sets import inferred_errors_deg
-from physics_scenes.packages_on_tables import GRID, LIMIT_ARCSEC, SHAPES, SLACK, Rig, outputs_v
+from inferred_by_sets import inferred_errors_deg
+from packages_on_tables import GRID, LIMIT_ARCSEC, SHAPES, SLACK, Rig, outputs_v
 from physics_scenes.rotations import ARCSEC
 from physics_scenes.tables import eight_harmonics, once_per_turn, white_teeth
 

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from physics_scenes.rotations import ARCSEC, LEVEL_FORCE, pitch_matrix, roll_matrix, turn_matrix, turned
+from physics_scenes.tables import Curve, eight_harmonics, once_per_turn, white_teeth, zeroed
 from solved_sets import tp_set
 
 from ams.calibration.calibrate import calibrate
@@ -16,8 +18,6 @@ from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Provenance
 from ams.solve.table_errors import TablePriors
 from ams.surveillance.reference_attitude import ReferenceAttitude, ReferenceInWords, parts_of
-from physics_scenes.rotations import ARCSEC, LEVEL_FORCE, pitch_matrix, roll_matrix, turn_matrix, turned
-from physics_scenes.tables import Curve, eight_harmonics, once_per_turn, white_teeth, zeroed
 
 LIMIT_ARCSEC = 1.0
 NOISE_ARCSEC = 0.4
