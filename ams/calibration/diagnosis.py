@@ -54,6 +54,7 @@ from ams.inputs.shared_errors import G_SENSITIVITY, SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.observations import Observations
+from ams.rounding import two_digits
 from ams.units import ARCSEC_PER_DEG, label_and_unit
 
 
@@ -329,5 +330,5 @@ def _move(name: str, span: float, mean: float, scale: Scale) -> str:
     if name == "offset_v":
         return scale.words(span)
     if name.startswith("sensitivity_v") and mean != 0.0:
-        return f"{1e6 * span / abs(mean):.2g} ppm"
+        return f"{two_digits(1e6 * span / abs(mean))} ppm"
     return f"{span * ARCSEC_PER_DEG:.3g}″" if name.endswith("_deg") else f"{span:.2g} {label_and_unit(name)[1]}"

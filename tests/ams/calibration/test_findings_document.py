@@ -9,7 +9,9 @@ from simulated_campaign import ARCSEC, Campaign
 from solved import provenance
 
 from ams.analysis.calibration_budget import axis_budget
+from ams.analysis.diagnostics.wording import Scale
 from ams.calibration.calibrate import calibrate
+from ams.calibration.diagnosis import _move
 from ams.calibration.findings_document import full_document
 from ams.exports.formats import FORMATS
 from ams.inputs.request import CalibrationRequest
@@ -139,3 +141,11 @@ def test_every_format_takes_a_set_with_a_time_term(kind: str) -> None:
     rows = soft_and_drifting()
     made = build_set(calibrate(rows, CalibrationRequest(time_term=True, extended="no")), provenance())
     assert FORMATS[kind].to_bytes(made)
+
+
+def test_a_move_of_a_sensitivity_is_told_without_an_exponent() -> None:
+    """Source: JCGM 100 7.2.6, two digits: 99.6 is 100, as a person writes it."""
+    assert [_move("sensitivity_v_per_g", span, 1.0, Scale("V", None)) for span in (97e-6, 99.6e-6)] == [
+        "97 ppm",
+        "100 ppm",
+    ]
