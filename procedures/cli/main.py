@@ -15,6 +15,16 @@ from procedures.cli.stop_at_once import stop_at_once
 from procedures.errors import ExitStatus, ProcedureError, RequestError
 from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
 
+PLACEHOLDERS = frozenset({"NAME", "TEXT", "REASON"})
+"""What stands in printed commands for the words of a person; nobody is called so, and nothing is reason by it."""
+OF_A_PERSON = {
+    "--operator": "the name of whoever answers for it",
+    "--reason": "the reason in words",
+    "--override": "the reason in words",
+    "--supersede": "the reason in words",
+}
+"""The options that say who and why, with what belongs there."""
+
 HELP = """Calibrate attitude sensors: drive the rig, record every dwell, solve with honest uncertainty, archive, export.
 
 Start with `calrig demo`. Exit status: 0 done, 1 failed, 2 the request or a file is wrong, 3 held or waiting for a
@@ -144,6 +154,7 @@ def run_command(arguments: Sequence[str]) -> int:
 def _run_command(arguments: Sequence[str]) -> int:
     try:
         _require_seen(arguments)
+        _require_filled_in(arguments)
         if sorted(arguments) == ["--json", "--version"]:
             import_module("procedures.cli.support").tell_support()
             return ExitStatus.DONE
@@ -173,6 +184,24 @@ def _require_seen(arguments: Sequence[str]) -> None:
         complaint = hidden_complaint(argument, PARAGRAPHS if is_words else "")
         if complaint and not os.path.lexists(argument):
             raise RequestError(f"{one_line(argument)[:80]}: {complaint}; nothing was done")
+
+
+def _require_filled_in(arguments: Sequence[str]) -> None:
+    """Refuse what stands for a name or a reason in printed commands: the record would have it as somebody's word.
+
+    What only stops asks for nobody, and is not refused.
+    Raises: RequestError for NAME, TEXT or REASON behind an option that tells who or why.
+    """
+    if arguments[:1] in (["stop"], ["abort"]) or arguments[:2] == ["queue", "disarm"]:
+        return
+    for before, argument in zip(["", *arguments], arguments, strict=False):
+        option, mark, value = argument.partition("=")
+        option, value = (option, value) if mark else (before, argument)
+        if option in OF_A_PERSON and value.strip() in PLACEHOLDERS:
+            raise RequestError(
+                f"{option}: got {value.strip()}, which only stands for what is to be written there; nothing was done; "
+                f"give {OF_A_PERSON[option]}"
+            )
 
 
 def _speak_utf8() -> None:

@@ -121,9 +121,9 @@ def test_fault_09_a_synchronised_folder_is_refused_unless_insisted(
 def test_a_command_that_a_finding_or_a_hold_prints_is_taken_as_it_stands(
     run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """It asks for nothing more: all that it lacks in an empty folder is the run."""
+    """With a name and a reason in it, it asks for nothing more: all that it lacks in an empty folder is the run."""
     for printed in (redo_command(2, run), void_command(63, run)):
-        program, *words = shlex.split(printed)
+        program, *words = shlex.split(printed.replace("NAME", "'A. Smith'").replace("TEXT", "'a knock'"))
         refused = call(capsys, *words, "--out", str(tmp_path))
         assert (program, refused.status) == ("calrig", 2)
         assert "requires an argument" not in refused.err, refused.err
