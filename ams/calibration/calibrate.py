@@ -25,6 +25,7 @@ from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication
 from ams.calibration.memory import diagnose_together
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
+from ams.calibration.step_columns import part_of
 from ams.calibration.steps import judge_steps
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
 from ams.calibration.table_limit import judge_table
@@ -33,7 +34,7 @@ from ams.errors import ObservationsError
 from ams.findings import significant_texts
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.known_table import TableTurn, is_among
+from ams.inputs.known_of_run import ProvedChange, is_among
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
 from ams.inputs.shared_errors import G_SENSITIVITY, G_SENSITIVITY_LIMIT, SharedError
 from ams.inputs.table_uncertainty import corrected
@@ -125,19 +126,24 @@ def _diagnosed(
 ) -> list[list[Diagnosis]]:
     """Return the findings of every axis of every group, of the dwells at which nobody says that the table was off."""
     is_weighted = groups[0][1].problem.form.weights is not None
-    off = is_among(rows, request.known_table.off)
+    off = is_among(rows, request.known_of_run.off)
     if off.any() and not is_weighted:
         rows = select_rows(rows, ~off)
         groups = list(_solved(rows, layout_of(rows), choices, request, None))
-    by_output = iter(judge_table([(solved, range(len(group))) for group, solved, _ in groups], rows, request.table))
     family = request.tested_axes or len(choices)
     judged = [None if is_weighted else evidence_of(solved, rows) for _, solved, _ in groups]
-    steps = _steps(judged, groups, family, request.known_table.turns)
+    steps = _steps(judged, groups, family, request.known_of_run.changes)
+    still, groups_still = _without_changes(rows, groups, judged, steps), groups
+    if still is not rows:
+        groups_still = list(_solved(still, layout_of(still), choices, request, None))
+    by_output = iter(
+        judge_table([(solved, range(len(group))) for group, solved, _ in groups_still], still, request.table)
+    )
     every = []
     for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
         limits, changed = [next(by_output) for _ in group], [steps.get(label, NO_STEPS) for label in group]
         errors, said = request.shared_errors.get(group[0], ()), [_declared(label, choices, request) for label in group]
-        alike = request.known_table.alike
+        alike = request.known_of_run.alike
         under = Circumstances(rows, outputs, request.table, errors, limits, family, (), changed, said, alike=alike)
         every.append((solved, under, evidence))
     return diagnose_together(every)
@@ -155,7 +161,7 @@ def _known(rows: Observations) -> Observations:
 
 
 def _steps(
-    judged: Sequence[Evidence | None], groups: Sequence[SolvedGroup], family: int, turns: Sequence[TableTurn]
+    judged: Sequence[Evidence | None], groups: Sequence[SolvedGroup], family: int, changes: Sequence[ProvedChange]
 ) -> Mapping[str, StepsOfOutput]:
     """Return what changed in mid-run by axis, of all axes together."""
     seen = [
@@ -164,8 +170,26 @@ def _steps(
         if judged_group is not None
         for row, label in enumerate(group)
     ]
-    found = judge_steps([(evidence, row) for _, evidence, row in seen], family, turns)
+    found = judge_steps([(evidence, row) for _, evidence, row in seen], family, changes)
     return {label: steps for (label, *_), steps in zip(seen, found, strict=True)}
+
+
+def _without_changes(
+    rows: Observations,
+    groups: Sequence[SolvedGroup],
+    judged: Sequence[Evidence | None],
+    steps: Mapping[str, StepsOfOutput],
+) -> Observations:
+    """Return the rows without what is told to have changed in mid-run, which would pass for errors of the table."""
+    parts = {
+        label: part_of(evidence, index, during)
+        for (group, *_), evidence in zip(groups, judged, strict=True)
+        for index, label in enumerate(group)
+        if evidence is not None and (during := steps.get(label, NO_STEPS).during)
+    }
+    if not parts:
+        return rows
+    return replace(rows, outputs={name: values - parts.get(name, 0.0) for name, values in rows.outputs.items()})
 
 
 def _refuse_foreign_units(labels: Sequence[str], observations: Observations, request: CalibrationRequest) -> None:

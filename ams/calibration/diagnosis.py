@@ -49,7 +49,7 @@ from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput, with_steps
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.known_table import DwellLabels
+from ams.inputs.known_of_run import DwellLabels
 from ams.inputs.shared_errors import G_SENSITIVITY, SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model

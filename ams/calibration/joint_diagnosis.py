@@ -20,7 +20,7 @@ from ams.errors import DesignError
 from ams.findings import Finding
 from ams.frames import specific_force
 from ams.inputs.declared_direction import NOTHING_DECLARED, DeclaredDirection
-from ams.inputs.known_table import NOTHING_KNOWN, KnownTable
+from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, corrected
 from ams.observations import Observations
@@ -56,11 +56,11 @@ def diagnose_joint(
     priors: TablePriors,
     tested_axes: int | None = None,
     declared: Mapping[str, DeclaredDirection] = NOTHING_DECLARED,
-    known_table: KnownTable = NOTHING_KNOWN,
+    known_of_run: KnownOfRun = NOTHING_KNOWN,
 ) -> JointDiagnosis:
     """Test every mounting of a joint fit, axis by axis; ``tested_axes`` of the run, None: those of the fit.
 
-    ``known_table``: what is known of the table by all packages of a run.
+    ``known_of_run``: what is known of the table by all packages of a run.
     """
     found: dict[str, list[Finding]] = {axis: [] for axis in fit.axes}
     untested, replications = [], dict[str, Replication | None]()
@@ -71,7 +71,7 @@ def diagnose_joint(
         declared,
         extended="yes" if fit.has_terms else "no",
         tested_axes=family,
-        known_table=known_table,
+        known_of_run=known_of_run,
     )
     for number, mounting in enumerate(mountings, start=1):
         name = f"mounting {number}: " if len(mountings) > 1 else ""

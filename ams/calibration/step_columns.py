@@ -10,12 +10,13 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.analysis.diagnostics.time_order import time_order
 from ams.arrays import BoolArray, FloatArray
-from ams.inputs.known_table import TableTurn, is_among
+from ams.inputs.known_of_run import GAIN, OFFSET, ProvedChange, is_among
 from ams.surveillance.common_mode_columns import BASE, PITCH, ROTATIONS
 from ams.surveillance.loose_mount import force_changes
 
 LINEAR: Final = 4
 """Offset and three sensitivities."""
+_NOTHING: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -25,31 +26,38 @@ class Changed:
     rows: BoolArray
     """(N,) whether each row was measured in it."""
     parts: tuple[str, ...] = ()
-    """Turns of the table that it is made of, where that is proved; empty: whatever a change does to an output."""
+    """What of table and meter it is made of, where that is proved; empty: whatever a change does to an output."""
 
 
 def step_columns(evidence: Evidence, output: int, during: Sequence[Changed]) -> FloatArray:
     """Return (N, c) what changes do to the rows in each: of offset and sensitivities, a turn of the package included
-    in these, and of the table's pitch axis and base, which turn the package by its roll; of a proved turn its own.
+    in these, and of the table's pitch axis and base, which turn the package by its roll; of what is proved its own.
     """
     linear, base = evidence.basis[evidence.layout.point, :LINEAR], linear_base(evidence.models[output])
-    turned = dict[str, FloatArray]()
+    known = {GAIN: evidence.sensed[:, output], OFFSET: np.ones(evidence.rows.rows)}
     if base is not None:
         moved, k = force_changes(evidence.rows.pitch_rad, evidence.rows.roll_rad), evidence.primary[output][1:LINEAR]
-        turned = {name: change @ k for name, change in zip(ROTATIONS, moved, strict=True)}
-        linear = np.column_stack([linear, turned[PITCH], turned[BASE]])
+        known |= {name: change @ k for name, change in zip(ROTATIONS, moved, strict=True)}
+        linear = np.column_stack([linear, known[PITCH], known[BASE]])
 
     def columns_of(changed: Changed) -> FloatArray:
         if not changed.parts:
             return linear
-        return np.stack([turned[name] for name in changed.parts], axis=1) if turned else linear[:, :0]
+        return np.column_stack([linear[:, :0], *(known[name] for name in changed.parts if name in known)])
 
     return np.hstack([np.where(changed.rows[:, None], columns_of(changed), 0.0) for changed in during])
 
 
-def moments_of(turn: TableTurn, evidence: Evidence) -> Iterator[Changed]:
-    """Yield the turn before each of the dwells in between, and after all of them; none where no row is on one side."""
-    after, before = is_among(evidence.rows, turn.after), is_among(evidence.rows, turn.before)
+def part_of(evidence: Evidence, output: int, during: Sequence[Changed]) -> FloatArray:
+    """Return (N,) what changes put into an output, as far as its replications differ by them."""
+    columns = step_columns(evidence, output, during)
+    sizes = np.linalg.lstsq(evidence.by_point(columns), evidence.departures[:, output], rcond=_NOTHING)[0]
+    return np.asarray(columns @ sizes)
+
+
+def moments_of(change: ProvedChange, evidence: Evidence) -> Iterator[Changed]:
+    """Yield the change before each dwell in between, and after all of them; none where no row is on one side."""
+    after, before = is_among(evidence.rows, change.after), is_among(evidence.rows, change.before)
     if not (after.any() and before.any()):
         return
     order = time_order(evidence)
@@ -57,4 +65,4 @@ def moments_of(turn: TableTurn, evidence: Evidence) -> Iterator[Changed]:
     for first in range(between.size + 1):
         changed = after.copy()
         changed[between[first:]] = True
-        yield Changed(changed, turn.parts)
+        yield Changed(changed, change.parts)

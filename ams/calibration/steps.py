@@ -41,7 +41,7 @@ from ams.calibration import step_words
 from ams.calibration.step_columns import LINEAR, Changed, moments_of, step_columns
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
 from ams.findings import Finding, FindingKind
-from ams.inputs.known_table import TableTurn
+from ams.inputs.known_of_run import ProvedChange
 from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 from ams.surveillance.common_mode import judge_visits
@@ -77,21 +77,21 @@ _METER: Final = "the meter"
 
 
 def judge_steps(
-    seen: Sequence[tuple[Evidence, int]], family: int, turns: Sequence[TableTurn] = ()
+    seen: Sequence[tuple[Evidence, int]], family: int, changes: Sequence[ProvedChange] = ()
 ) -> list[StepsOfOutput]:
     """Return what changed between two dwells, for good or for a while, by the outputs of a package.
 
     They were seen at the same rows.
 
-    ``family``: axes of the run. ``turns``: of the table, proved and told by others; what they do is taken out first.
+    ``family``: axes of the run. ``changes``: of table or meter, proved by others; what they do is taken out first.
     """
     scattering = [index for index, (evidence, at) in enumerate(seen) if evidence.precision_variance[at] > 0.0]
     found = [NO_STEPS] * len(seen)
     if not scattering:
         return found
     search = _Search(tuple(seen[index] for index in scattering))
-    for turn in turns if search.course.dof > 0 else ():
-        search = search.beside(turn)
+    for change in changes if search.course.dof > 0 else ():
+        search = search.beside(change)
     if not search.course.is_judged:
         for index in scattering:
             found[index] = StepsOfOutput(during=search.taken)
@@ -235,9 +235,9 @@ class _Search:
     def without(self, change: Change) -> "_Search":
         return replace(self, taken=(*self.taken, Changed(self.course.during(change))))
 
-    def beside(self, turn: TableTurn) -> "_Search":
-        """Return the search beside a turn that is proved, at the likeliest of the moments that it may have been."""
-        likeliest = max(moments_of(turn, self.evidence), key=self._explained_by, default=None)
+    def beside(self, change: ProvedChange) -> "_Search":
+        """Return the search beside a change that is proved, at the likeliest of the moments that it may have been."""
+        likeliest = max(moments_of(change, self.evidence), key=self._explained_by, default=None)
         return self if likeliest is None else replace(self, taken=(*self.taken, likeliest))
 
     def _explained_by(self, changed: Changed) -> float:

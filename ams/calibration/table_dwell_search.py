@@ -15,7 +15,7 @@ from ams.analysis.diagnostics.wrong_dwells import LEAST_DOF
 from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import Calibration
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
-from ams.inputs.known_table import DwellLabels, TableTurn, is_among, labels_of
+from ams.inputs.known_of_run import DwellLabels, ProvedChange, is_among, labels_of
 from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 from ams.solve.layout import Layout, layout_of
@@ -98,7 +98,7 @@ class SeenPackage:
         return np.asarray(np.maximum((self.grid.squares - of_dwell) / (self.grid.dof - 1), np.finfo(float).tiny))
 
 
-def seen_package(package: StoodPackage, turns: Sequence[TableTurn]) -> SeenPackage | None:
+def seen_package(package: StoodPackage, changes: Sequence[ProvedChange]) -> SeenPackage | None:
     rows, calibration = package.rows, package.calibration
     axes = [axis for axis in calibration.axes.values() if axis.residuals_v.size == rows.rows]
     if calibration.convention != "TP" or rows.mounting is not None or not axes:
@@ -110,8 +110,8 @@ def seen_package(package: StoodPackage, turns: Sequence[TableTurn]) -> SeenPacka
     basis = np.column_stack([np.ones(layout.points), specific_force(*angles_of_points(rows, layout))])
     dwell = layout.replication * layout.points + layout.point
     grid = grid_residuals(basis, plain, dwell, layout.replications, layout.points)
-    for turn in turns:
-        grid = _beside(turn, grid, rows, dwell)
+    for change in changes:
+        grid = _beside(change, grid, rows, dwell)
     reading = np.stack([axis.fitted_v for axis in axes], axis=1)
     k = np.array([axis.sensitive_axis_v_per_g for axis in axes])
     scatters = grid.squares > 0.0
@@ -123,9 +123,9 @@ def seen_package(package: StoodPackage, turns: Sequence[TableTurn]) -> SeenPacka
     return SeenPackage(package.name, names, rows, layout, k[kept], reading[:, kept], plain[:, kept], left)
 
 
-def _beside(turn: TableTurn, grid: GridResiduals, rows: Observations, dwell: IntArray) -> GridResiduals:
-    """Return the residuals beside what a turn that is proved may have done to any output."""
-    after, before = is_among(rows, turn.after), is_among(rows, turn.before)
+def _beside(change: ProvedChange, grid: GridResiduals, rows: Observations, dwell: IntArray) -> GridResiduals:
+    """Return the residuals beside what a change that is proved may have done to any output."""
+    after, before = is_among(rows, change.after), is_among(rows, change.before)
     force = np.column_stack([np.ones(rows.rows), specific_force(rows.pitch_rad, rows.roll_rad)])
     on_grid = np.zeros((grid.present.size, force.shape[1]))
     on_grid[dwell] = after[:, None] * force

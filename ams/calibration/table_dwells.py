@@ -29,7 +29,7 @@ from ams.analysis.diagnostics.wording import MOST_LISTED
 from ams.analysis.diagnostics.wrong_dwells import LARGEST_SHARE, LEAST_DOF
 from ams.calibration.table_dwell_search import Behind, DwellSearch, StoodPackage, seen_package
 from ams.findings import Finding
-from ams.inputs.known_table import NOTHING_KNOWN, DwellLabels, KnownTable, TableTurn, labels_of
+from ams.inputs.known_of_run import NOTHING_KNOWN, DwellLabels, KnownOfRun, ProvedChange, labels_of
 from ams.surveillance.common_mode_words import who_agree
 from ams.units import ARCSEC_PER_DEG
 
@@ -42,28 +42,28 @@ _PATIENCE: Final = 4
 class DwellsOfTable:
     """What all packages show together of single dwells."""
 
-    known: KnownTable = NOTHING_KNOWN
+    known: KnownOfRun = NOTHING_KNOWN
     findings: tuple[Finding, ...] = ()
     """Of every package; none where the table is not named."""
 
 
 def judge_dwells(
-    packages: Sequence[StoodPackage], family: int | None = None, turns: Sequence[TableTurn] = ()
+    packages: Sequence[StoodPackage], family: int | None = None, changes: Sequence[ProvedChange] = ()
 ) -> DwellsOfTable:
     """Return at which dwells the table stood off.
 
-    ``family``: axes of the run, None: those of the packages. ``turns``: of the table in mid-run that are proved: what
-    was measured after one is looked at by itself, and what was measured meanwhile not at all. Packages without
+    ``family``: axes of the run, None: those of the packages. ``changes``: of table or meter in mid-run that are proved:
+    what was measured after one is looked at by itself, and what was measured meanwhile not at all. Packages without
     replications, and those that sense no attitude of pitch and roll, say nothing of it.
     """
-    seen = [seen for package in packages if (seen := seen_package(package, turns)) is not None]
+    seen = [seen for package in packages if (seen := seen_package(package, changes)) is not None]
     if not seen:
         return DwellsOfTable()
     search = DwellSearch(tuple(seen), tuple(labels_of(seen[0].rows)))
     size = sum(len(package.k) for package in seen)
     found = list(_off(search, LEVEL * size / (family or size) / MOST_TESTS))
     off = [judged for judged in found if judged.behind.is_table]
-    known = KnownTable(
+    known = KnownOfRun(
         frozenset(judged.labels for judged in off),
         {
             judged.labels: judged.behind.turn_in_words

@@ -9,7 +9,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.known_table import NOTHING_KNOWN, KnownTable
+from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
@@ -61,7 +61,7 @@ class CalibrationRequest:
     tested_axes: int | None = None
     """How many sensor axes the run has: the tests of all of them are one family. None: those that are solved here."""
 
-    known_table: KnownTable = NOTHING_KNOWN
+    known_of_run: KnownOfRun = NOTHING_KNOWN
     """What runs and other packages have shown of the table, so that no axis is blamed for it."""
 
     def axes_of(self, observations: Observations) -> Mapping[str, str]:

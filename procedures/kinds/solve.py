@@ -6,14 +6,14 @@ from dataclasses import replace
 from ams.calibration.table_dwell_search import StoodPackage
 from ams.calibration.table_dwells import DwellsOfTable, judge_dwells
 from ams.errors import AmsError
-from ams.inputs.known_table import NOTHING_KNOWN, KnownTable, TableTurn
+from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun, ProvedChange
 from procedures.kinds.registry import KINDS
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
-from procedures.solution.run_findings import of_sensor, proved_turns, run_findings, with_run_findings
+from procedures.solution.run_findings import of_sensor, proved_changes, run_findings, with_run_findings
 from rig.description.rig_file import RigDescription, Sensor
 
 Tell = Callable[[str], None]
@@ -21,8 +21,8 @@ Tell = Callable[[str], None]
 
 def solve_record(record: RunRecord, tell: Tell = lambda _step: None) -> dict[str, SolvedSensor]:
     """Solve every sensor of a run from its accepted dwells, as its procedure asks; ``tell`` hears of each."""
-    turns = proved_turns(record)
-    solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}", tell, turns)
+    changes = proved_changes(record)
+    solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}", tell, changes)
     findings = run_findings(record)
     return {name: with_run_findings(sensor, of_sensor(findings, name)) for name, sensor in solved.items()}
 
@@ -33,26 +33,26 @@ def solve_sensors(
     plan: Plan,
     source: str,
     tell: Tell = lambda _step: None,
-    turns: tuple[TableTurn, ...] = (),
+    changes: tuple[ProvedChange, ...] = (),
 ) -> dict[str, SolvedSensor]:
     """Solve every sensor of a plan; a sensor that cannot be solved says why and hinders no other.
 
-    ``turns``: of the table, as visits have proved them; no sensor is blamed for what they did.
+    ``changes``: of table or meter, as visits have proved them; no sensor is blamed for what they did.
     Where all of them together show that the table stood off at single dwells, they are solved again with these dwells
     in no test of a sensor, and all carry the one finding.
     """
     rows = tuple(design_dwells(dwells))
 
-    def solve_each(known_table: KnownTable) -> dict[str, SolvedSensor]:
+    def solve_each(known_of_run: KnownOfRun) -> dict[str, SolvedSensor]:
         solved = {}
         for index, (name, sensor) in enumerate(plan.sensors.items(), start=1):
             tell(f"solving {name} ({index} of {len(plan.sensors)})")
-            known = replace(known_table, turns=turns) if sensor.rolls else NOTHING_KNOWN
+            known = replace(known_of_run, changes=changes) if sensor.rolls else NOTHING_KNOWN
             solved[name] = _solve_sensor(name, sensor, rows, rig, plan, source, known)
         return solved
 
     solved = solve_each(NOTHING_KNOWN)
-    on_table = _dwells_of_table(solved, plan, turns)
+    on_table = _dwells_of_table(solved, plan, changes)
     if not on_table.known.has_dwells:
         return solved
     return {
@@ -61,7 +61,7 @@ def solve_sensors(
     }
 
 
-def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan, turns: Sequence[TableTurn]) -> DwellsOfTable:
+def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan, changes: Sequence[ProvedChange]) -> DwellsOfTable:
     """Return at which dwells the table stood off, by all packages that it turns about pitch and roll."""
     if not plan.is_at_rest or not set(plan.axes) <= {"pitch", "roll"}:
         return DwellsOfTable()
@@ -72,7 +72,7 @@ def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan, turns: Sequ
         and plan.sensors[name].measures == "acceleration"
         and plan.sensors[name].rolls  # what a sting carries turns with other axes
     ]
-    return judge_dwells(packages, sum(len(sensor.channels) for sensor in plan.sensors.values()), turns)
+    return judge_dwells(packages, sum(len(sensor.channels) for sensor in plan.sensors.values()), changes)
 
 
 def _solve_sensor(
@@ -82,10 +82,10 @@ def _solve_sensor(
     rig: RigDescription,
     plan: Plan,
     source: str,
-    known_table: KnownTable,
+    known_of_run: KnownOfRun,
 ) -> SolvedSensor:
     with_it = tuple(row for row in rows if set(sensor.channels.values()) <= row.readings.keys())
-    item = SensorRows(name, sensor, with_it, rig, plan, f"{source}, {name}", known_table)
+    item = SensorRows(name, sensor, with_it, rig, plan, f"{source}, {name}", known_of_run)
     if not rows:
         return _unsolved(item, "no dwell of the design is accepted")
     if len(with_it) < len(rows):

@@ -76,7 +76,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         request_of_sensor,
         tested_axes=item.tested_axes,
         counts_temperature=item.plan.counts_temperature,
-        known_table=item.known_table,
+        known_of_run=item.known_of_run,
     )
     if solve.joint:
         solved = calibrate_jointly(observations, request, joint_priors(item.rig, solve))
@@ -123,7 +123,7 @@ def solve_observations(observations: Observations, request: CalibrationRequest) 
     on_table = judge_dwells([StoodPackage("the package", observations, solved)], request.tested_axes)
     if not on_table.known.has_dwells:
         return solved
-    return with_findings(calibrate(observations, replace(request, known_table=on_table.known)), on_table.findings)
+    return with_findings(calibrate(observations, replace(request, known_of_run=on_table.known)), on_table.findings)
 
 
 def checked_by_monte_carlo(

@@ -9,7 +9,7 @@ from ams.analysis.calibration_budget import AxisBudget, axis_budget
 from ams.calibration.jointly import with_level
 from ams.calibration_result import Calibration
 from ams.inputs.declared_direction import NOTHING_DECLARED, DeclaredDirection
-from ams.inputs.known_table import NOTHING_KNOWN, KnownTable
+from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import OF_THE_BASE, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
@@ -70,7 +70,7 @@ class SensorRows:
     plan: Plan
     source: str
     """Where the dwells come from, for messages."""
-    known_table: KnownTable = NOTHING_KNOWN
+    known_of_run: KnownOfRun = NOTHING_KNOWN
     """What all sensors of the run have shown of the table."""
 
     @property

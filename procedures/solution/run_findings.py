@@ -5,15 +5,19 @@ Every axis carries the findings; the significant ones stand among its warnings a
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
 from ams.calibration_result import Calibration
 from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, significant_texts
-from ams.inputs.known_table import DwellLabels, TableTurn
+from ams.inputs.known_of_run import GAIN, OFFSET, DwellLabels, ProvedChange
 from ams.surveillance.common_mode import CommonMode
 from ams.surveillance.common_mode_columns import ROTATIONS
 from procedures.records.dwells import DwellRecord
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
+
+_OF_METER: Final = frozenset({"meter-gain", "meter-offset"})
+"""Also of what moves the axes of one name in all sensors alike."""
 
 
 def run_findings(record: RunRecord) -> tuple[Finding, ...]:
@@ -31,10 +35,10 @@ def run_findings(record: RunRecord) -> tuple[Finding, ...]:
     )
 
 
-def proved_turns(record: RunRecord) -> tuple[TableTurn, ...]:
-    """Return the turns of the table in mid-run that visits have proved, with the dwells of the design on either side.
+def proved_changes(record: RunRecord) -> tuple[ProvedChange, ...]:
+    """Return the changes of table or meter in mid-run that visits proved, with the dwells of the design on either side.
 
-    What crept, what a sensor or the meter may have done as well, and what all dwells stand on one side of is none.
+    What crept, what a single sensor may have done as well, and what all dwells stand on one side of is none.
     """
     design = [dwell for dwell in record.dwells if dwell.accepted and dwell.purpose == "design"]
     found = []
@@ -43,7 +47,7 @@ def proved_turns(record: RunRecord) -> tuple[TableTurn, ...]:
             continue
         before = frozenset(_labels(dwell) for dwell in design if (dwell.epoch, dwell.ended_s) <= judged.since)
         after = frozenset(_labels(dwell) for dwell in design if (dwell.epoch, dwell.started_s) >= judged.until)
-        found.append(TableTurn(before, after, _parts(judged.common)))
+        found.append(ProvedChange(before, after, _parts(judged.common)))
     return tuple(found)
 
 
@@ -52,15 +56,22 @@ def _labels(dwell: DwellRecord) -> DwellLabels:
 
 
 def _is_proved(finding: Finding) -> bool:
-    is_turn = finding.kind == "table-rotation" and finding.is_significant
-    return is_turn and not any(finding.details.get(key) for key in ("confounded_with", ON_ONE_SIDE, ALL_AFTER))
+    """Return whether a finding is one of the table, or of what all channels share."""
+    if not finding.is_significant or any(finding.details.get(key) for key in (ON_ONE_SIDE, ALL_AFTER)):
+        return False
+    same = {word.strip() for word in str(finding.details.get("confounded_with") or "").split(",")} - {""}
+    return not same if finding.kind == "table-rotation" else finding.kind in _OF_METER and same <= _OF_METER
 
 
 def _parts(common: CommonMode) -> tuple[str, ...]:
-    """Return the turns that are told, and those about one axis that look the same at the attitudes of the visits."""
+    """Return what is told of table and meter, and the turns about one axis that look the same at the visits."""
     stated = {part for cause in common.stated if cause.kind == "table-rotation" for part in cause.parts}
-    same = {cause.parts[0] for cause in common.also if cause.kind == "table-rotation" and len(cause.parts) == 1}
-    return tuple(name for name in ROTATIONS if name in stated | same)
+    same = {
+        cause.parts[0] for cause in common.also
+        if stated and cause.kind == "table-rotation" and len(cause.parts) == 1
+    }  # fmt: skip
+    turns = tuple(name for name in ROTATIONS if name in stated | same)
+    return (*turns, GAIN, OFFSET) if any(cause.kind in _OF_METER for cause in common.stated) else turns
 
 
 def of_sensor(findings: Sequence[Finding], sensor: str) -> tuple[Finding, ...]:

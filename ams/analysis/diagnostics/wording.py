@@ -42,7 +42,7 @@ from ams.analysis.diagnostics.table_limit_wording import of_table_limit
 from ams.analysis.diagnostics.take_back import redo_command, void_command
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
-from ams.inputs.known_table import DwellLabels
+from ams.inputs.known_of_run import DwellLabels
 from ams.models.extended import CONFOUNDED
 from ams.observations import Observations
 from ams.rounding import two_digits, with_uncertainty

@@ -17,7 +17,7 @@ from ams.calibration.table_dwell_search import StoodPackage
 from ams.calibration.table_dwells import DwellsOfTable, judge_dwells
 from ams.calibration_result import Calibration
 from ams.findings import Finding, turned_the_table
-from ams.inputs.known_table import DwellLabels, labels_of
+from ams.inputs.known_of_run import DwellLabels, labels_of
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 
@@ -43,7 +43,7 @@ class Judged:
     """Sensor and axis that were struck, −1 for all."""
 
     def solved_again(self) -> list[Calibration]:
-        request = CalibrationRequest(tested_axes=3 * len(self.packages), known_table=self.found.known)
+        request = CalibrationRequest(tested_axes=3 * len(self.packages), known_of_run=self.found.known)
         return [calibrate(rows, request) for _, rows in self.packages]
 
 

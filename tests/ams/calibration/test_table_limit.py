@@ -15,6 +15,7 @@ from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding
 from ams.frames import specific_force
+from ams.inputs.known_of_run import GAIN, OFFSET, KnownOfRun, ProvedChange, labels_of
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import TableUncertainty
 
@@ -48,6 +49,23 @@ def test_a_curve_of_three_times_the_limit_is_the_tables(curve: str, limit_deg: f
 @pytest.mark.parametrize("curve", ["table-once", "table-twice", "table-harmonics", "table-teeth"])
 def test_a_curve_that_reaches_its_limit_is_not_named(curve: str) -> None:
     assert _share(_solved(curve, 1.0, 12, table_of())) <= 1 / 12
+
+
+def test_a_proved_gain_of_the_meter_is_no_error_of_the_table() -> None:
+    """A gain of 100 ppm from the middle of the second replication on: in raster order it looks like index errors."""
+    drawn = campaigns("clean", 0.0, np.random.default_rng(6), 8, replications=3)
+    rows = rows_of(drawn)
+    first = int(np.flatnonzero(rows.replication == 2)[0]) + 40
+    labels = labels_of(rows)
+    proved = ProvedChange(frozenset(labels[: first - 6]), frozenset(labels[first + 6 :]), (GAIN, OFFSET))
+    turned_up = np.where(np.arange(rows.rows) >= first, 1.0001, 1.0)
+    shares = []
+    for known in (KnownOfRun(), KnownOfRun(changes=(proved,))):
+        request = CalibrationRequest(table=table_of(), known_of_run=known)
+        outputs = ({axis: turned_up * columns_of(drawn, axis)[:, index] for axis in "xyz"} for index in range(8))
+        shares.append(_share(calibrate(replace(rows, outputs=found), request) for found in outputs))
+    assert shares[1] <= 1 / 8
+    assert shares[0] > shares[1]
 
 
 def test_a_zeroed_curve_within_its_limit_is_not_named_and_beyond_it_is() -> None:

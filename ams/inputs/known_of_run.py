@@ -1,4 +1,4 @@
-"""What is known of the table already when a package is solved: what sensors and runs together have shown of it.
+"""What is known of table and meter already when a package is solved: what sensors together have shown of them.
 
 A package by itself would blame its axes for some of it. Dwells are known by their labels of replication and point.
 """
@@ -16,26 +16,30 @@ DwellLabels = tuple[int, int]
 """Replication and point."""
 
 
+GAIN, OFFSET = "gain", "offset"
+
+
 @dataclass(frozen=True)
-class TableTurn:
-    """A turn of the table in mid-run that reference visits or check sets have proved over all sensors."""
+class ProvedChange:
+    """A turn of the table, or a change of the meter, in mid-run that visits or check sets proved over all sensors."""
 
     before: frozenset[DwellLabels]
     """Dwells that were measured before it; those of neither side were measured in between."""
     after: frozenset[DwellLabels]
     parts: tuple[str, ...]
-    """What turned, as the diagnosis of two visits names it: about roll, about pitch, with the base."""
+    """What changed: turns of the table by the names that the diagnosis of two visits has for them (about roll, about
+    pitch, with the base), :data:`GAIN` and :data:`OFFSET` of what is read."""
 
 
 @dataclass(frozen=True)
-class KnownTable:
+class KnownOfRun:
     """Of one run."""
 
     off: frozenset[DwellLabels] = frozenset()
     """Dwells at which the table stood off: they are in the result, and in no test of a sensor."""
     alike: Mapping[DwellLabels, str] = field(default_factory=dict)
     """Dwells at which the table may have stood off, and by how much: a wrong reading would look the same."""
-    turns: tuple[TableTurn, ...] = ()
+    changes: tuple[ProvedChange, ...] = ()
 
     @property
     def has_dwells(self) -> bool:
@@ -43,7 +47,7 @@ class KnownTable:
         return bool(self.off or self.alike)
 
 
-NOTHING_KNOWN: Final = KnownTable()
+NOTHING_KNOWN: Final = KnownOfRun()
 
 
 def labels_of(rows: Observations) -> list[DwellLabels]:
