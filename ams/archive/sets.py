@@ -23,7 +23,7 @@ from ams.exports.json_text import from_json, parsed, to_json
 from ams.sets.canonical import Document, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.schema import check_identity
-from ams.sets.stated_verdict import NOT_USABLE, no_conformity, standing_in_words
+from ams.sets.stated_verdict import NOT_USABLE, no_conformity, standing_in_words, unsigned_status
 from ams.surveillance.history_points import point_row
 
 BUSY_TIMEOUT_S = 10.0
@@ -126,6 +126,8 @@ def list_sets(
         accepted = accepted_verdicts(connection)
     for row in rows:
         word = accepted.get(row["sha256"])
+        if row["status"] == "approved" and not row["is_signed"]:
+            row["status"] = unsigned_status(row["status"], row["verdict"])
         row["standing"] = standing_in_words(row["status"], row["verdict"], word)
         if no_conformity(row["verdict"], is_in_quarantine=row["quarantine"] is not None):
             row["as_left"] = None

@@ -20,7 +20,14 @@ from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
 from ams.sets.schema import FORMAT, VERSION, check_identity, check_schema
 from ams.sets.sensed_quantity import FIELDS
-from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, standing_in_words, stated_verdict, verdict_in_words
+from ams.sets.stated_verdict import (
+    NOT_USABLE,
+    AcceptedVerdict,
+    standing_in_words,
+    stated_verdict,
+    unsigned_status,
+    verdict_in_words,
+)
 from ams.sets.triad_section import check_triad, triad_section
 from ams.sets.vectors import LEVEL, Validity, VectorAgreement, check_vectors, make_vectors, outputs_key
 
@@ -62,13 +69,18 @@ class CoefficientSet:
 
     @property
     def status(self) -> str:
-        """``engineering`` or ``approved``."""
-        return "approved" if self.approved_by else str(self.document["status"])
+        """``engineering`` or ``approved``; not usable, it is approved by nothing but a signature over it."""
+        if self.approved_by:
+            return "approved"
+        return unsigned_status(str(self.document["status"]), self.verdict)
 
     @property
     def approved_by(self) -> str | None:
-        """Who approved it: by the rig file when it was calibrated, or by signature since; None where nobody did."""
-        declared = self.document["approved_by"]
+        """Who approved it: by the rig file when it was calibrated, or by signature since; None where nobody did.
+
+        Who approved the rig said nothing of a calibration that is not usable.
+        """
+        declared = None if self.verdict == NOT_USABLE else self.document["approved_by"]
         return str(declared) if declared else self.approved_by_signature
 
     @property

@@ -70,6 +70,11 @@ def _named(document: Document, is_meant: Callable[[Document], bool]) -> str:
     return ", ".join(dict.fromkeys(found))
 
 
+def unsigned_status(status: str, verdict: str | None) -> str:
+    """Return the status of a set that nobody signed: not usable, an approved rig does not make it approved."""
+    return "engineering" if verdict == NOT_USABLE else status
+
+
 def standing_in_words(status: str, verdict: str | None, accepted: AcceptedVerdict | None) -> str:
     """Return a status as every text has it: an approval over the verdict ``not usable`` tells who answers for it."""
     if status != "approved" or verdict != NOT_USABLE:

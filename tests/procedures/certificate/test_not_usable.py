@@ -159,3 +159,15 @@ def test_the_command_says_what_to_do_and_takes_the_verdict_by_its_name(
     assert "verdict    not usable: accepted by C. Reader" in call(capsys, "archive", *word, *where).out
     signed = call(capsys, "archive", "sign", "SN1047", "approved", "--operator", "B. Chief", "--json", *where).document
     assert (signed["state"], signed["standing"], signed["verdict"]) == ("approved", STANDING, "not usable")
+
+
+def test_an_approved_rig_approves_no_set_that_is_not_usable(tmp_path: Path) -> None:
+    """Of one that nobody signed: the same in the set, its exports and the archive."""
+    entry, url = set_not_usable(approved_by="B. Chief"), f"sqlite:///{tmp_path / 'a.sqlite'}"
+    publish(url, [entry], MOMENT)
+    listed = list_sets(url)[0]
+    assert (entry.status, entry.standing, entry.approved_by) == ("engineering", "engineering", None)
+    assert (listed.status, listed.standing, show(url, "SN1047").standing) == ("engineering",) * 3
+    export_set(entry, "c", tmp_path / "set.h")
+    assert "; status: engineering" in (tmp_path / "set.h").read_text(encoding="utf-8")
+    assert verify(tmp_path / "set.h").standing == "engineering"
