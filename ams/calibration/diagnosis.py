@@ -30,7 +30,7 @@ from ams.analysis.diagnostics.facts import (
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
 from ams.analysis.diagnostics.memories import beside_the_dwell_before
 from ams.analysis.diagnostics.table_curves import TableLimit
-from ams.analysis.diagnostics.time_order import even_drift
+from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import FloatArray
@@ -221,11 +221,6 @@ def _diagnosis(
     evidence, solved, index = seen.evidence, seen.solved, seen.index
     scale = _scale(solved, index)
     drifted = tuple(_drift_in_parameters(evidence, solved, index, tests.conviction_level))
-    passes = [
-        finding
-        for finding in (*circumstances.order, *drifted)
-        if finding.kind == "time-confounded" and finding.is_significant
-    ]
     gravity = gravity_finding(
         gravity_on_zero(evidence, index), tests.conviction_level, _declared_g_sensitivity(circumstances.shared)
     )
@@ -237,7 +232,7 @@ def _diagnosis(
         _moves(solved, index, scale) if _some_drift(tests) else {},
         has_table=circumstances.table is not None,
         limit=limit,
-        is_contained=not passes,
+        order=(*circumstances.order, *drifted),
         follows_gravity=gravity is not None,
         alike=circumstances.alike,
     )
@@ -251,18 +246,20 @@ def _declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:
 
 
 def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, level: float) -> Iterator[Finding]:
-    if evidence.rows.time_s is None:
+    time = row_time(evidence)
+    if time is None:
         return
     problem, mixed, free = solved.problem, solved.mixed, solved.problem.free
     left, fitted = evidence.left[:, index], evidence.fitted[:, index]
-    drift = even_drift(problem.form.basis, left, fitted, evidence.rows.time_s)
+    drift = even_drift(problem.form.basis, left, fitted, time)
     if drift is None or not drift.p_value <= level:
         return
     estimator = mixed.estimator if mixed.estimator.ndim == 2 else mixed.estimator[index]
     parameters, answer = solved.parameters, drift.slope * (estimator @ drift.seconds)
     by = parameters.directions[index][:, free] @ answer
     moved = Moved(parameters.names, by, parameters.standard_uncertainties[index])
-    yield from drift_in_parameters(drift, moved, problem.models[index].measured_unit)
+    unit, has_times = problem.models[index].measured_unit, evidence.rows.time_s is not None
+    yield from drift_in_parameters(drift, moved, unit, has_times=has_times)
 
 
 def _some_drift(tests: AxisTests) -> bool:

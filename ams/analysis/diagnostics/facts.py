@@ -1,12 +1,12 @@
 """What the attitudes and their order cannot tell, and what a drift did to the estimate because of that order."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.time_order import LARGEST_CORRELATION, EvenDrift, confounding
+from ams.analysis.diagnostics.time_order import LARGEST_CORRELATION, EvenDrift, confounding, row_time
 from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
@@ -25,6 +25,15 @@ _LINEAR = 4
 """Columns of a linear sensor: offset and three sensitivities."""
 _MOST_NAMED = 3
 """Parameters in a sentence."""
+_ORDER_OF_ROWS, _NO_ORDER = "order of the rows with attitude", "order of the rows"
+"""Tests of rows without times: how the one goes with the other, and where nothing says in which order they stand."""
+_NO_TIMES = "no times are given"
+CONTAINED = "it is contained in the stated uncertainties"
+_PASSES = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
+_UNJUDGED = (
+    "whether what went on inside the replications is in the stated uncertainties cannot be judged: no times are given, "
+    "and the rows are not in the order of the replications; give the column time_s"
+)
 
 
 def stimulus_of(model: Model) -> str:
@@ -78,7 +87,10 @@ def undetermined_offset(model: Model, primary: FloatArray, covariance: FloatArra
 
 
 def time_confounded(evidence: Evidence) -> Iterator[Finding]:
-    """Yield a finding on the order of the points, where times are there."""
+    """Yield a finding on the order of the points; without times one that is not significant, of the order of rows."""
+    if evidence.rows.time_s is None:
+        yield from _rows_confounded(evidence)
+        return
     r = confounding(evidence, _LINEAR, evidence.rows.time_s)
     if r is None:
         return
@@ -98,6 +110,37 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
     )
 
 
+def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
+    """Yield what the order of rows without times tells: nothing is wrong with a run only because it has no times."""
+    passed = row_time(evidence)
+    if passed is None:
+        text = (
+            f"{_NO_TIMES}, and the rows are not in the order of the replications: a drift inside the replications "
+            "cannot be judged; give the column time_s, or the rows in the order in which they were measured"
+        )
+        yield Finding("time-confounded", text, False, None, details={"test": _NO_ORDER})
+        return
+    r = confounding(evidence, _LINEAR, passed)
+    if r is None or not r > LARGEST_CORRELATION or DRIFT_NAME in evidence.models[0].primary_names:
+        return
+    text = (
+        f"{_NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
+        f"inside the replications (correlation {r:.2f}, allowed {LARGEST_CORRELATION:g}): a drift within a replication "
+        "would pass for offset and sensitivity and is not in the uncertainties; give the column time_s, and use an "
+        "order such as there-and-back"
+    )
+    yield Finding("time-confounded", text, False, None, details={"test": _ORDER_OF_ROWS, "correlation": r})
+
+
+def as_the_order_has_it(findings: Iterable[Finding]) -> str:
+    """Return whether a drift is in the uncertainties: not where the order lets it pass, or where none is known."""
+    of_order = [finding for finding in findings if finding.kind == "time-confounded"]
+    tests = {finding.details.get("test") for finding in of_order}
+    if _NO_ORDER in tests:
+        return _UNJUDGED
+    return _PASSES if _ORDER_OF_ROWS in tests or any(finding.is_significant for finding in of_order) else CONTAINED
+
+
 @dataclass(frozen=True)
 class Moved:
     """What an even drift did to the parameters of one axis, as the order of its points has it."""
@@ -109,8 +152,11 @@ class Moved:
     """Standard, as stated."""
 
 
-def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str) -> Iterator[Finding]:
-    """Yield a finding where a drift that is plain moved a parameter by more than its standard uncertainty."""
+def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, *, has_times: bool) -> Iterator[Finding]:
+    """Yield a finding where a drift that is plain moved a parameter by more than its standard uncertainty.
+
+    Without times the drift is one from row to row.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(moved.uncertainties > 0.0, np.abs(moved.by) / moved.uncertainties, 0.0)
     share = np.nan_to_num(share)
@@ -123,16 +169,18 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str) -> Iterator[F
         for index in beyond
         for quantity, words in (label_and_unit(moved.names[index]),)
     )
-    an_hour = drift.slope * SECONDS_PER_HOUR
+    each, rate = ("an hour", drift.slope * SECONDS_PER_HOUR) if has_times else ("from row to row", drift.slope)
+    taken = "" if has_times else f" ({_NO_TIMES}; the order of the rows was taken for them, evenly spaced)"
+    ways_out = "" if has_times else "give the column time_s, and then "
     text = (
-        f"the output drifts evenly through the run, by {signed(an_hour, 2)} {printed(unit)} an hour, and the order of "
-        f"the points lets that into the estimate: {shown}; the stated uncertainties do not hold it: take the drift "
-        "into the solution (--time-term linear; [solve] time_term), or measure in an order that lets less of it in "
-        "(calrig check compares them)"
+        f"the output drifts evenly through the run, by {signed(rate, 2)} {printed(unit)} {each}{taken}, and the order "
+        f"of the points lets that into the estimate: {shown}; the stated uncertainties do not hold it: {ways_out}take "
+        "the drift into the solution (--time-term linear; [solve] time_term), or measure in an order that lets less of "
+        "it in (calrig check compares them)"
     )
     details: dict[str, float | str | None] = {
         "test": "drift in the parameters",
-        "per_hour": an_hour,
+        "per_hour" if has_times else "per_row": rate,
         "largest_share_of_u": float(share.max()),
     }
     yield Finding("time-confounded", text, True, drift.p_value, details=details, is_held=False)

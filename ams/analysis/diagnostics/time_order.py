@@ -63,6 +63,18 @@ def time_order(evidence: Evidence) -> IntArray:
     return rows_in_time(evidence.rows.time_s, evidence.layout.rows)
 
 
+def row_time(evidence: Evidence) -> FloatArray | None:
+    """Return the (N,) times of the rows; without times their order, evenly spaced.
+
+    None where there are neither: rows that are not in the order of their replications were sorted by something else.
+    """
+    if evidence.rows.time_s is not None:
+        return evidence.rows.time_s
+    replication = evidence.layout.replication
+    changes = int(np.count_nonzero(np.diff(replication)))
+    return np.arange(float(replication.size)) if changes == evidence.layout.replications - 1 else None
+
+
 def order_repeats(evidence: Evidence) -> bool:
     """Return whether every replication visits all points at the same attitudes in the same order."""
     return stands_alike(evidence.rows, evidence.layout) and _order_repeats(time_order(evidence), evidence.layout)

@@ -1,6 +1,6 @@
 """What the tests of an axis say in words: a sentence for what was found, and a short one for what was not."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import isfinite
@@ -35,6 +35,7 @@ from ams.analysis.diagnostics.beliefs import (
     TermChange,
 )
 from ams.analysis.diagnostics.dwell_words import dwell_words
+from ams.analysis.diagnostics.facts import CONTAINED, as_the_order_has_it
 from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
 from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TERMS
 from ams.analysis.diagnostics.table_curves import TableLimit
@@ -51,12 +52,10 @@ from ams.units import ARCSEC_PER_DEG, printed
 
 MOST_LISTED: Final = 5
 """Wrong dwells that a sentence names; all stand in ``steps``."""
-_CONTAINED: Final = "it is contained in the stated uncertainties"
 _BESIDE_MEMORY: Final = (
     "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
 )
 _OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
-_PASSES: Final = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
 _NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG, TERMS_OVER_TEMPERATURE, *MEMORIES})
 """What is alike in every replication, or passes for a sensitivity: no scatter between replications holds it."""
 _SYMBOLS: Final = {name: (symbol, unit) for name, _, symbol, unit in TERMS}
@@ -92,20 +91,20 @@ def findings_of(
     *,
     has_table: bool,
     limit: TableLimit | None = None,
-    is_contained: bool = True,
+    order: Sequence[Finding] = (),
     follows_gravity: bool = False,
     alike: Mapping[DwellLabels, str] = MappingProxyType({}),
 ) -> tuple[Finding, ...]:
     """Return a finding for every test that was made; ``drifts``: how far each quantity moved, in words.
 
-    ``is_contained``: whether a drift is in the uncertainties; not where the order of the points lets it pass.
+    ``order``: what is said of the order of the points, which may let a drift pass or leave it unknown.
     ``follows_gravity``: whether the zero of a gyro is told to follow gravity, beyond what is declared.
     ``alike``: dwells at which a table that stood off would look as wrong readings, and by how much it stood off then.
     """
     found = []
     is_remembering = any(tests.is_significant.get(name) for name in MEMORIES)
-    drift_is = _held(is_remembering=is_remembering, is_contained=is_contained)
-    lack_is = _OF_GRAVITY if follows_gravity else _held(is_remembering=is_remembering, is_contained=True)
+    drift_is = _BESIDE_MEMORY if is_remembering else as_the_order_has_it(order)
+    lack_is = _OF_GRAVITY if follows_gravity else _BESIDE_MEMORY if is_remembering else CONTAINED
     for name, test in tests.tests.items():
         is_significant = tests.is_significant[name]
         details = {"test": name, **_numbers(test)}
@@ -129,16 +128,12 @@ def findings_of(
 
 def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
     """Return whether lack of fit, or a drift, is in the stated uncertainties: the words that the findings have."""
-    significant = [finding for finding in findings if finding.is_significant]
+    found = list(findings)
+    significant = [finding for finding in found if finding.is_significant]
     is_remembering = any(finding.details.get("test") in MEMORIES for finding in significant)
     if not is_drift and any(finding.details.get("test") == GRAVITY for finding in significant):
         return _OF_GRAVITY
-    passes = is_drift and any(finding.kind == "time-confounded" for finding in significant)
-    return _held(is_remembering=is_remembering, is_contained=not passes)
-
-
-def _held(*, is_remembering: bool, is_contained: bool) -> str:
-    return _BESIDE_MEMORY if is_remembering else _CONTAINED if is_contained else _PASSES
+    return _BESIDE_MEMORY if is_remembering else as_the_order_has_it(found) if is_drift else CONTAINED
 
 
 def _numbers(test: BeliefTest) -> dict[str, float | str | None]:
@@ -308,7 +303,7 @@ def _change_words(change: TermChange, scale: Scale) -> str:
 
 
 def _turned_text(test: BeliefTest, scale: Scale, where: str, drift_is: str) -> str:
-    by_chance = f"{_CONTAINED} only as far as the order of the points makes chance of it"
+    by_chance = f"{CONTAINED} only as far as the order of the points makes chance of it"
     held = drift_is if drift_is == _BESIDE_MEMORY else by_chance
     return (
         f"a dwell remembers the attitude before it: {scale.words(2.0 * abs(test.size))} after a turn from one end of "

@@ -17,8 +17,19 @@ UP = (-50.0, -25.0, 0.0, 25.0, 50.0)
 GAIN_UT_PER_COUNTS = 1.0 / 31.24
 
 
-def _line(order: Sequence[Sequence[float]], drift_sd: float, *, term: bool = False, seed: int = 0) -> AxisCalibration:
-    """Solve 31.24 counts/µT with 1 count of noise; the offset drifts evenly by so many counts over the run."""
+def _line(
+    order: Sequence[Sequence[float]],
+    drift_sd: float,
+    *,
+    term: bool = False,
+    seed: int = 0,
+    has_times: bool = True,
+    is_sorted: bool = False,
+) -> AxisCalibration:
+    """Solve 31.24 counts/µT with 1 count of noise; the offset drifts evenly by so many counts over the run.
+
+    ``is_sorted``: the rows are given point by point, not as they were measured.
+    """
     levels = np.concatenate(order)
     time_s = 30.0 * np.arange(levels.size)
     drift = drift_sd * (time_s / time_s[-1] - 0.5)
@@ -26,9 +37,10 @@ def _line(order: Sequence[Sequence[float]], drift_sd: float, *, term: bool = Fal
     replication = np.repeat(np.arange(1, len(order) + 1), [len(entry) for entry in order])
     point = np.concatenate([np.argsort(np.argsort(entry)) + 1 for entry in order])
     nothing = np.zeros(levels.size)
+    at = np.lexsort((replication, point)) if is_sorted else np.arange(levels.size)
     rows = Observations(
-        replication, point, nothing, nothing, {"x": counts}, time_s=time_s, reference_level=levels,
-        units={"x": "counts"},
+        replication[at], point[at], nothing, nothing, {"x": counts[at]}, time_s=time_s[at] if has_times else None,
+        reference_level=levels[at], units={"x": "counts"},
     )  # fmt: skip
     model = StraightLine("x", "ut", "counts")
     return calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, models={"x": model}, time_term=term)).axes["x"]
@@ -43,6 +55,12 @@ def _gain_off_u(axis: AxisCalibration) -> float:
     assert gain.value is not None
     assert gain.standard_uncertainty is not None
     return (gain.value - GAIN_UT_PER_COUNTS) / gain.standard_uncertainty
+
+
+def _is_held(axis: AxisCalibration) -> bool:
+    interval = axis.parameters[0].interval_95
+    assert interval is not None
+    return interval[0] <= GAIN_UT_PER_COUNTS <= interval[1]
 
 
 @pytest.mark.parametrize("replications", [1, 4])
@@ -69,6 +87,30 @@ def test_a_drift_with_the_levels_is_told_as_what_it_does_to_the_gain() -> None:
     assert float(said[1]) == pytest.approx(4.31e-5, rel=0.12), "three standard deviations of the drift as it is found"
     assert "--time-term linear" in text
     assert not any("contained" in warning for warning in axis.warnings if "from replication to replication" in warning)
+
+
+@pytest.mark.parametrize("replications", [2, 4])
+@pytest.mark.parametrize("drift_sd", [0.0, 2.0, 4.0, 8.0, 16.0, 32.0])
+def test_without_times_a_drift_in_the_order_of_the_rows_is_in_the_interval_or_told(
+    drift_sd: float, replications: int
+) -> None:
+    """The order of the rows is taken as evenly spaced time; rows without times are no finding while nothing drifts."""
+    levels = np.linspace(-50.0, 50.0, 25).tolist()
+    axes = [_line([levels] * replications, drift_sd, seed=seed, has_times=False) for seed in range(60)]
+    told = [bool(_told(axis)) for axis in axes]
+    assert np.mean([_is_held(axis) or said for axis, said in zip(axes, told, strict=True)]) >= 0.93
+    assert drift_sd > 0.0 or np.mean(told) <= 0.05
+    for axis in axes:
+        assert not any("it is contained" in text for text in axis.warnings if "changed from" in text)
+        assert all("no times are given" in text and "give the column time_s" in text for text in _told(axis))
+
+
+def test_rows_sorted_by_point_without_times_say_that_a_drift_inside_replications_cannot_be_judged() -> None:
+    axis = _line([UP] * 4, 20.0, has_times=False, is_sorted=True)
+    said = [text for text in axis.warnings if "from replication to replication" in text]
+    assert said
+    assert all("cannot be judged" in text and "give the column time_s" in text for text in said)
+    assert any("cannot be judged" in finding.text for finding in axis.findings if finding.kind == "time-confounded")
 
 
 def test_where_the_order_keeps_a_drift_out_nothing_is_told_of_the_gain_and_the_drift_is_contained() -> None:
