@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ams.analysis.diagnostics.declared_axis import handedness
+from ams.analysis.diagnostics.declared_axis import handedness, unlike_polarities
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.arrays import FloatArray
 from ams.calibration.believed import evidence_of
@@ -96,7 +96,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     solved_axes = {label: axes[label] for label in labels}
     remarks = tuple(handedness(solved_axes, request.declared)) if base.convention == "TP" else ()
-    return Calibration(solved_axes, base.name, base.convention, warnings, remarks, package)
+    unlike = unlike_polarities(solved_axes, request.declared) if base.convention == "CR" else ()
+    return Calibration(solved_axes, base.name, base.convention, (*warnings, *unlike), remarks, package)
 
 
 def _solved(
