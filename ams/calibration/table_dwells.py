@@ -22,12 +22,13 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.axis_tests import MOST_TESTS
-from ams.analysis.diagnostics.beliefs import LEVEL
+from ams.analysis.diagnostics.beliefs import LEVEL, SLIP
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.take_back import redo_command, void_command
 from ams.analysis.diagnostics.wording import MOST_LISTED
 from ams.analysis.diagnostics.wrong_dwells import LARGEST_SHARE, LEAST_DOF
 from ams.calibration.table_dwell_search import Behind, DwellSearch, StoodPackage, seen_package
+from ams.calibration_result import Calibration
 from ams.findings import Finding
 from ams.inputs.known_of_run import NOTHING_KNOWN, DwellLabels, KnownOfRun, ProvedChange, labels_of
 from ams.surveillance.common_mode_words import who_agree
@@ -54,10 +55,11 @@ def judge_dwells(
 
     ``family``: axes of the run, None: those of the packages. ``changes``: of table or meter in mid-run that are proved:
     what was measured after one is looked at by itself, and what was measured meanwhile not at all. Packages without
-    replications, and those that sense no attitude of pitch and roll, say nothing of it.
+    replications, and those that sense no attitude of pitch and roll, say nothing of it. Where a package by itself
+    shows a slip in mid-run, that is what its dwells are off by.
     """
     seen = [seen for package in packages if (seen := seen_package(package, changes)) is not None]
-    if not seen:
+    if not seen or any(_slipped(package.calibration) for package in packages):
         return DwellsOfTable()
     search = DwellSearch(tuple(seen), tuple(labels_of(seen[0].rows)))
     size = sum(len(package.k) for package in seen)
@@ -72,6 +74,11 @@ def judge_dwells(
         },
     )
     return DwellsOfTable(known, (_finding(off, search),) if off else ())
+
+
+def _slipped(calibration: Calibration) -> bool:
+    findings = (finding for axis in calibration.axes.values() for finding in axis.findings)
+    return any(finding.is_significant and finding.details.get("test") == SLIP for finding in findings)
 
 
 @dataclass(frozen=True)

@@ -232,12 +232,13 @@ def _also(
     """Return the causes, of those ``standing``, that look the same as the one chosen, whose rank is ``fewest``.
 
     What fits everything contradicts nothing: it stands beside a turn of several angles, not beside that of one axis,
-    unless the recorded temperature changed enough for it. So does a temperature that would have moved the axes of one
-    name alone.
+    unless the recorded temperature changed enough for it, or one reading is all that there is. So does a temperature
+    that would have moved the axes of one name alone.
     """
     (stated,) = chosen.stated
     is_turn = stated.kind == "table-rotation"
-    is_doubted = fewest > 1 or _rotation_rad(visits, chosen) < visits.warmth_g
+    is_single = len(chosen.agreeing) == 1 and fewest >= data.fits_all
+    is_doubted = is_single or fewest > 1 or _rotation_rad(visits, chosen) < visits.warmth_g
     is_plain = is_turn and not is_doubted and _is_all_there_is(data, stated, visits.degrees_of_freedom)
     others = [
         cause

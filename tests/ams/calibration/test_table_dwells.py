@@ -137,6 +137,21 @@ def test_a_reading_that_is_wrong_stays_its_channels(sensors: int, size: float) -
         assert sensors == 1 or not one.found.known.alike
 
 
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_one_output_alone_never_names_the_table(axis: str) -> None:
+    """Five of 224 readings 20 standard deviations off: of a single reading a turn and a wrong reading are the same."""
+    chance = np.random.default_rng(3)
+    for one in judged("clean", 0.0, 1, count=4):
+        _, rows = one.packages[0]
+        outputs_v = rows.outputs[axis].copy()
+        outputs_v[chance.choice(rows.rows, 5, replace=False)] += 20.0 * 2.5 * np.deg2rad(1.65 / 3600.0)
+        alone = replace(rows, outputs={axis: outputs_v})
+        request = CalibrationRequest(nominal_axes={axis: axis})
+        found = judge_dwells([StoodPackage("P1", alone, calibrate(alone, request))])
+        assert not found.known.off
+        assert not found.findings
+
+
 def test_two_dwells_off_hide_neither() -> None:
     (one,) = judged("clean", 0.0, 3, count=1)
     off = {40: 0.02, 130: -0.05}
