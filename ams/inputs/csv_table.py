@@ -112,7 +112,7 @@ def parse_csv(path: Path, form: CsvForm = PLAIN) -> CsvTable:
 def header_of(path: Path, form: CsvForm = PLAIN) -> Header:
     """Read the names of a file's columns. Raises: ObservationsError: it cannot be read or has none."""
     _, cells = next(_rows(path, 0, 1, form), (0, ()))
-    return _header(path, cells, form)
+    return header_from(str(path), cells, form)
 
 
 def careful_tables(
@@ -125,7 +125,7 @@ def careful_tables(
     rows = _rows(path, start, line, form)
     is_whole = header is None
     if header is None:
-        header = _header(path, next(rows, (0, ()))[1], form)
+        header = header_from(str(path), next(rows, (0, ()))[1], form)
     while piece := list(islice(rows, _PIECE_ROWS)):
         lines, cells = zip(*piece, strict=True)
         table = CsvTable(header.file, header.columns, lines, cells, form)
@@ -183,12 +183,13 @@ def _not_utf8(path: Path, failure: UnicodeDecodeError, form: CsvForm) -> Observa
     )
 
 
-def _header(path: Path, cells: Sequence[str], form: CsvForm) -> Header:
+def header_from(file: str, cells: Sequence[str], form: CsvForm = PLAIN) -> Header:
+    """Return the names in the cells of a first line. Raises: ObservationsError: there is none, or they tell nothing."""
     if not cells:
         raise ObservationsError(
-            f"{path}: empty: no header and no rows; {form.remedies.not_done}; export the rows again"
+            f"{file}: empty: no header and no rows; {form.remedies.not_done}; export the rows again"
         )
-    header = Header(str(path), tuple(cell.strip() for cell in cells), form)
+    header = Header(file, tuple(cell.strip() for cell in cells), form)
     others = [name for character, name in _SEPARATORS.items() if character in header.columns[0]]
     if len(header.columns) == 1 and others and form.separator not in header.columns[0]:
         options = f" ({form.remedies.separators})" if form.remedies.separators else ""

@@ -14,7 +14,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.inference.angle_stream import AngleStream
-from ams.inputs.csv_table import is_number
+from ams.inputs.csv_table import CsvForm, header_from, is_number
 from ams.inputs.number_blocks import numbers_of
 from procedures.cli.attitude.rows import Rows, RowWriter
 from procedures.cli.attitude.source import REMEDIES
@@ -26,6 +26,7 @@ LONGEST_LINE: Final = 65_536
 """Letters of a row; no package has so many outputs, and what never ends must not fill the memory."""
 _AT_ONCE: Final = 1 << 18
 """Bytes that are taken at a time."""
+_FORM: Final = CsvForm(remedies=REMEDIES)
 _FEW: Final = 50
 """Rows up to which a look at every cell costs less than pandas' start."""
 
@@ -102,7 +103,7 @@ def _header(found: AngleStream, pieces: Iterator[list[bytes | None]]) -> tuple[l
     if lines[0] is None:
         raise RequestError(f"standard input: line 1: longer than {LONGEST_LINE} letters; send a header first")
     text = lines[0].decode("utf-8-sig", "replace")
-    header = [name.strip() for name in next(csv.reader([text]), [])]
+    header = list(header_from("standard input", next(csv.reader([text]), []), _FORM).columns)
     missing = [name for name in found.needed if name not in header]
     if missing:
         raise RequestError(

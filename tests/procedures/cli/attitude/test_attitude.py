@@ -229,6 +229,26 @@ def test_a_stream_says_what_the_file_says_however_it_arrives(
     assert [cells(line) for line in found[1:]] == [cells(line) for line in whole[1:]]
 
 
+@pytest.mark.parametrize(
+    ("header", "words"),
+    [("x_v,y_v,z_v,x_v", "column 'x_v' stands 2 times"), ("x_v;y_v;z_v", "separated by semicolons"), ("", "no header")],
+)
+def test_the_header_of_a_stream_is_refused_in_the_words_of_a_file(
+    stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+    header: str, words: str,
+) -> None:  # fmt: skip
+    """Of two columns of one name the last was taken, without a word."""
+    text = f"{header}\n1.0,2.0,3.0,1.0\n" if header else ""
+    path = tmp_path / "d.csv"
+    path.write_text(text)
+    of_file = call(capsys, "attitude", stored, path)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    of_stream = call(capsys, "attitude", stored, "-")
+    assert (of_stream.status, of_stream.out) == (of_file.status, of_file.out)
+    assert words in of_stream.err
+    assert of_stream.err.replace("standard input", str(path)) == of_file.err
+
+
 def cells(line: str) -> list[float | str]:
     """Return a line's numbers, however these are written, and its flag."""
     *numbers, flag = line.split(",")
