@@ -27,6 +27,7 @@ from procedures.cli.attitude.untested import (
     assumed_gravity,
     assumed_of_gyros,
     remarks_on_rest,
+    untested_temperature,
 )
 from procedures.cli.options import require_folder_of
 from procedures.cli.output import note
@@ -180,6 +181,7 @@ def _assumptions(
     """Yield what the angles take for granted, a set that is not usable first."""
     field = angles.field if isinstance(angles, AidedAngles) else None
     yield from _doubts_of_sets([*_packages_of(angles, package, second), *([] if field is None else [field.package])])
+    yield from untested_temperature(_packages_of(angles, package, second))
     if package.follows_sting:
         yield f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0"
     elif len(package.columns) == 2 and not package.senses_rates:

@@ -4,10 +4,12 @@ Three outputs have a length that has to be g. One or two have an angle for every
 flagged, so the rows together are looked at.
 """
 
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
+from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import GyroAngles
 
@@ -30,6 +32,18 @@ def assumed_gravity(package: Package) -> str:
         "rows tests it, nor the gain and the offset of an output where it reads less than one g: what three axes would "
         f"flag stays unseen; an output at its zero is flagged where {moves}"
     )
+
+
+def untested_temperature(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
+    """Say of sets that no temperature was recorded for that readings at any other are taken as they are."""
+    names = dict.fromkeys(
+        used.coefficients.sensor for used in packages if used.coefficients.validity.temperature_degc is None
+    )
+    if names:
+        yield (
+            f"{', '.join(names)}: no temperature was recorded in the calibration: what the sensor reads otherwise at "
+            "another one is in no angle, no standard deviation and no flag"
+        )
 
 
 def assumed_of_gyros(angles: GyroAngles) -> tuple[str, ...]:

@@ -127,7 +127,17 @@ def test_nothing_is_said_of_flags_where_there_are_none(
     stored: Path, data: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data.write_text("".join(data.read_text().splitlines(keepends=True)[:3]))  # without the vertical
-    assert call(capsys, "attitude", stored, data).err == ""
+    (said,) = call(capsys, "attitude", stored, data).err.splitlines()
+    assert "flag" not in said.removesuffix("and no flag")
+
+
+def test_a_set_without_a_temperature_says_that_none_is_tested(
+    stored: Path, data: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Readings at 60 °C had no flag and no word."""
+    header, *rows = data.read_text().splitlines()
+    data.write_text("\n".join([f"{header},temperature_degc", *(f"{row},60.0" for row in rows[:2])]) + "\n")
+    assert "TP1: no temperature was recorded in the calibration" in call(capsys, "attitude", stored, data).err
 
 
 def test_a_damaged_set_is_refused(stored: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
