@@ -90,12 +90,22 @@ ADVICE: Mapping[str, str] = {
         "All sensors turned together: look at the table's coupling, its base and the common fixture. To measure the "
         "dwells in doubt again put it right, calrig stop RUN, then calrig void RUN --from STEP --operator NAME "
         "--reason TEXT (or calrig redo RUN --replication N --operator NAME --reason TEXT) and calrig resume RUN; "
-        "calrig continue RUN keeps them, and the report says so."
+        "calrig continue RUN keeps them, and the report says so. What is measured again on a table that has "
+        "slipped and was not put right stands off its declared zero: such sets are not to be used."
     ),
     "mount": "Package, wiring and rig file contradict each other as told. Correct it; a changed file needs a new run.",
 }
-OTHERWISE = "Read the cause above; calrig handover RUN shows the whole state, calrig resume RUN goes on where it can."
+OTHERWISE = (
+    "Read the cause above; calrig handover RUN shows the whole state, calrig resume RUN goes on where it can, "
+    "after a trip with --operator NAME --reason TEXT."
+)
 
 
 def advice(cause: str) -> str:
     return ADVICE.get(cause, OTHERWISE)
+
+
+def advice_once_stopped(cause: str) -> str:
+    """Return the advice on a hold that a person stopped the run in: without the stop, and without a continue."""
+    kept = advice(cause).replace("calrig stop RUN, then ", "then ")
+    return kept.replace("calrig continue RUN", "calrig resume RUN")

@@ -11,7 +11,7 @@ from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
-from procedures.journal.stop_advice import advice
+from procedures.journal.stop_advice import advice, advice_once_stopped
 from procedures.journal.verdict_file import read_verdict
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE
@@ -86,8 +86,11 @@ def _next(run_dir: Path, state: State, cause: str, held_before: str) -> str:
     if state in ACTIVE:
         return f"nothing; calrig status {run_dir} shows how far it is, calrig stop {run_dir} ends it after the dwell"
     if state in (State.STOPPED, State.INTERRUPTED):
-        before = f"it was held before. {advice(held_before).replace('RUN', str(run_dir))} " if held_before else ""
-        return f"{before}calrig resume {run_dir}"
+        if not held_before:
+            return f"calrig resume {run_dir}"
+        before = advice_once_stopped(held_before)
+        resume = "" if "calrig resume" in before else " calrig resume RUN"
+        return f"it was held before. {before}{resume}".replace("RUN", str(run_dir))
     if state is not State.FINISHED:
         return "this run has ended; begin a new one"
     is_solved = read_verdict(run_dir, state) is not None
