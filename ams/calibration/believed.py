@@ -21,8 +21,6 @@ from ams.solve.layout import layout_of
 from ams.solve.linearised import linearise
 from ams.solve.replicated import replicated_sums
 
-_NOTHING = 1e-9
-
 
 @dataclass(frozen=True)
 class Believed:
@@ -52,11 +50,11 @@ class Believed:
 
     def part_of(self, columns: FloatArray) -> FloatArray:
         """Return (N,) what (N, c) columns explain of the output, beside the effects of points."""
-        return columns @ self._sizes(columns)
+        return self.evidence.part_of(self.index, columns)
 
     def without_course(self, course: LikeliestCourse) -> "Believed":
         """Return the same of a course through the run, which :meth:`with_course` puts back."""
-        taken = course.columns @ self._sizes(course.columns)
+        taken = self.part_of(course.columns)
         followed = replace(self, course=self.course + taken)
         if course.is_of_temperature:  # the points are asked for it by itself
             return followed.less(taken)
@@ -69,10 +67,6 @@ class Believed:
     def less(self, taken: FloatArray) -> "Believed":
         """Return the output less (N,) something."""
         return self.of(np.ones(self.rows.rows, dtype=bool), taken)
-
-    def _sizes(self, columns: FloatArray) -> FloatArray:
-        left = self.evidence.by_point(columns)
-        return np.asarray(np.linalg.lstsq(left, self.evidence.departures[:, self.index], rcond=_NOTHING)[0])
 
     @property
     def nominal_axis(self) -> str:

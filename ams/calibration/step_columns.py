@@ -16,7 +16,6 @@ from ams.surveillance.loose_mount import force_changes
 
 LINEAR: Final = 4
 """Offset and three sensitivities."""
-_NOTHING: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -50,9 +49,7 @@ def step_columns(evidence: Evidence, output: int, during: Sequence[Changed]) -> 
 
 def part_of(evidence: Evidence, output: int, during: Sequence[Changed]) -> FloatArray:
     """Return (N,) what changes put into an output, as far as its replications differ by them."""
-    columns = step_columns(evidence, output, during)
-    sizes = np.linalg.lstsq(evidence.by_point(columns), evidence.departures[:, output], rcond=_NOTHING)[0]
-    return np.asarray(columns @ sizes)
+    return evidence.part_of(output, step_columns(evidence, output, during))
 
 
 def moments_of(change: ProvedChange, evidence: Evidence) -> Iterator[Changed]:

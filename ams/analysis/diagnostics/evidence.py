@@ -17,6 +17,7 @@ from ams.solve.layout import Layout
 from ams.solve.replicated import ReplicatedSums
 
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
+_NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,11 @@ class Evidence:
     def by_point(self, column: FloatArray) -> FloatArray:
         """Return a (N, …) column less its mean over the replications of each point."""
         return self.layout.about_points(column)
+
+    def part_of(self, output: int, columns: FloatArray) -> FloatArray:
+        """Return (N,) what (N, c) columns explain of an output, beside the effects of points."""
+        sizes = np.linalg.lstsq(self.by_point(columns), self.departures[:, output], rcond=_NOTHING)[0]
+        return np.asarray(columns @ sizes)
 
     def on_grid(self, columns: FloatArray) -> FloatArray:
         """Return (N, c) columns on the grid of all replications and points, zero where a dwell is missing."""
