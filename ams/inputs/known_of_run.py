@@ -57,4 +57,6 @@ def labels_of(rows: Observations) -> list[DwellLabels]:
 
 def is_among(rows: Observations, dwells: frozenset[DwellLabels]) -> BoolArray:
     """Return (N,) whether each row is one of some dwells."""
+    if not dwells:
+        return np.zeros(rows.rows, dtype=bool)
     return np.array([labels in dwells for labels in labels_of(rows)], dtype=bool)

@@ -80,3 +80,18 @@ def test_what_is_large_is_computed_each_time() -> None:
     large = np.zeros(200_000)
     assert noted(large) == noted(large)
     assert len(calls) == 2
+
+
+def test_content_that_is_looked_up_alike_is_still_told_apart() -> None:
+    calls = []
+
+    @remembered(8)
+    def total(values: np.ndarray) -> float:
+        calls.append(values)
+        return float(values.sum())
+
+    for index in range(0, 5000, 7):  # one number differs, wherever it stands
+        values = np.zeros(5000)
+        values[index] = 2.0**-30
+        assert total(values) == 2.0**-30
+    assert len(calls) == len(range(0, 5000, 7))
