@@ -233,8 +233,8 @@ def _of_residuals(test: BeliefTest, scale: Scale, lack_is: str, *, has_table: bo
         ),
         ROBUST: lambda: (
             f"a robust fit, which gives little weight to dwells that stand out, is {_robust_words(test, scale)} from "
-            f"the estimate: dwells read too far to one side, each too little to be named; look at the residuals of the "
-            "channel"
+            f"the estimate: dwells read too far to one side, each too little to be named, or the noise is longer to "
+            "one side; look at the residuals of the channel"
         ),
         SQUARENESS: lambda: (
             f"the axes of the table are not at right angles: "
