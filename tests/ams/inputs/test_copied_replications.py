@@ -11,6 +11,8 @@ from ams.errors import ObservationsError
 from ams.inputs.copied_replications import refuse_copies
 from ams.observations import Observations
 
+ARCSEC = np.pi / 648_000
+
 
 def _rows(noise_arcsec: float = 1.65, seed: int = 2, **design: float) -> Observations:
     drawn = campaigns("use-good", 0.0, np.random.default_rng(seed), 1, noise_arcsec=noise_arcsec, **design).calibration
@@ -64,3 +66,61 @@ def test_exact_outputs_of_a_file_with_few_digits_are_none(digits: int) -> None:
 def test_an_axis_that_stands_still_makes_no_copies() -> None:
     rows = _rows()
     refuse_copies(replace(rows, outputs={**rows.outputs, "z": np.full(rows.rows, 0.3)}))
+
+
+@pytest.mark.parametrize("points", [16, 78, 130])
+def test_a_part_of_a_replication_that_is_copied_is_refused(points: int) -> None:
+    with pytest.raises(ObservationsError, match=f"1 is a copy in part of replication 0: {points} of 156 points"):
+        refuse_copies(_copied(_rows(), (2,), kept=156 - points))
+
+
+def test_one_output_that_is_copied_is_refused_by_name() -> None:
+    rows = _rows()
+    copied = _copied(rows, (2,)).outputs["x"]
+    with pytest.raises(ObservationsError, match="156 of 156 points have the same output x "):
+        refuse_copies(replace(rows, outputs={**rows.outputs, "x": copied}))
+
+
+@pytest.mark.parametrize("step_in_noise", [0.05, 0.2, 0.4, 0.6, 2.0])
+@pytest.mark.parametrize("seed", range(6))
+def test_readings_that_repeat_by_the_step_of_a_meter_are_no_copies(step_in_noise: float, seed: int) -> None:
+    rows = _rows(seed=seed)
+    step_v = step_in_noise * 1.65 * ARCSEC * 2.5
+    refuse_copies(replace(rows, outputs={a: np.rint(v / step_v) * step_v for a, v in rows.outputs.items()}))
+
+
+def test_an_output_that_hangs_in_two_replications_is_not_called_a_copy() -> None:
+    rows = _rows()
+    first, second, *_ = np.unique(rows.replication)
+    outputs = {axis: values.copy() for axis, values in rows.outputs.items()}
+    for label in (first, second):
+        for values in outputs.values():
+            values[np.flatnonzero(rows.replication == label)[:100]] = 0.3
+    refuse_copies(replace(rows, outputs=outputs))
+
+
+def _sting(noise_v: float, step_v: float, copied_points: int = 0) -> Observations:
+    """Three replications of a package that pitches and yaws, by the definition of gravity forward, right and down."""
+    grid = np.deg2rad([(pitch, yaw) for pitch in range(-30, 31, 5) for yaw in range(-20, 21, 5)])
+    pitch, yaw = np.tile(grid, (3, 1)).T
+    gravity = np.stack([-np.sin(pitch) * np.cos(yaw), np.sin(pitch) * np.sin(yaw), np.cos(pitch)], axis=-1)
+    sensitivities = np.array([[2.5, 0.02, -0.01], [-0.015, 2.48, 0.02], [0.01, -0.02, 2.51]])
+    read = 0.01 + gravity @ sensitivities.T + noise_v * np.random.default_rng(1).standard_normal(gravity.shape)
+    read = np.rint(read / step_v) * step_v
+    read[len(grid) : len(grid) + copied_points] = read[:copied_points]
+    points = np.tile(np.arange(len(grid)), 3)
+    return Observations(
+        np.repeat([1, 2, 3], len(grid)), points, pitch, np.zeros_like(pitch),
+        dict(zip("xyz", read.T, strict=True)), yaw_rad=yaw,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("noise_v", "step_v"), [(0.0, 1e-9), (0.0, 1e-4), (2e-6, 1e-4), (2e-5, 1e-4), (2e-5, 1e-9)])
+def test_a_quiet_package_that_yaws_on_a_coarse_meter_is_no_copy(noise_v: float, step_v: float) -> None:
+    """Gravity without yaw does not explain its outputs: what was left passed for scatter, and the rows were refused."""
+    refuse_copies(_sting(noise_v, step_v))
+
+
+def test_a_part_that_is_copied_is_refused_of_a_package_that_yaws() -> None:
+    with pytest.raises(ObservationsError, match="2 is a copy in part of replication 1: 50 of 117 points"):
+        refuse_copies(_sting(2e-5, 1e-9, copied_points=50))
