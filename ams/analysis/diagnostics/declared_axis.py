@@ -101,20 +101,21 @@ def handedness(axes: Mapping[str, AxisCalibration], declared: Mapping[str, Decla
 
 
 def unlike_polarities(axes: Mapping[str, AxisCalibration], declared: Mapping[str, DeclaredDirection]) -> Iterator[str]:
-    """Yield a sentence where x, y, z of CR's convention do not all read with gravity, or all against it, as declared.
+    """Yield a sentence where axes of CR's convention do not all read with gravity, or all against it, as declared.
 
-    A sensor of specific force reads against gravity, so that one sign of all three says nothing; two signs do.
+    A sensor of specific force reads against gravity, so that one sign of all says nothing; two signs do.
     """
     are_accelerometers = all(f"k_{name}_v_per_g" in axis.primary_names for name, axis in axes.items() if name in AXES)
-    if set(axes) != set(AXES) or not are_accelerometers or any(map(_is_unusable, axes.values())):
+    sensed = [axis for axis in AXES if axis in axes]
+    if len(sensed) < 2 or not are_accelerometers or any(map(_is_unusable, axes.values())):
         return
     signs = {}
-    for axis in AXES:
+    for axis in sensed:
         along = _components(axes[axis].primary_names, axes[axis].primary).get(axis, 0.0)
         signs[axis] = (declared[axis].polarity or 1 if axis in declared else 1) * (1 if along > 0.0 else -1)
     if len(set(signs.values())) == 1:
         return
-    ahead, against = (" and ".join(axis for axis in AXES if signs[axis] == sign) for sign in (1, -1))
+    ahead, against = (" and ".join(axis for axis in sensed if signs[axis] == sign) for sign in (1, -1))
     yield (
         f"the axes do not read with one polarity: {ahead} with gravity, {against} against it, polarities counted as "
         "they are declared: the sign of pitch, yaw or roll, or a channel, is the other way round from what this model "

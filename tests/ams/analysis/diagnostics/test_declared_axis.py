@@ -50,3 +50,12 @@ def test_a_polarity_that_is_declared_is_counted() -> None:
     assert told(rows((1.0, -1.0, 1.0)))
     assert not told(rows((1.0, -1.0, 1.0)), replace(REQUEST, declared=declared))
     assert told(rows(), replace(REQUEST, declared=declared))
+
+
+@pytest.mark.parametrize(("axes", "angle"), [("xz", "pitch_rad"), ("yz", "pitch_rad"), ("xy", "yaw_rad")])
+def test_two_axes_tell_it_as_three_do(axes: str, angle: str) -> None:
+    plain = rows()
+    plain = replace(plain, outputs={axis: plain.outputs[axis] for axis in axes})
+    assert not told(plain)
+    (text,) = told(replace(plain, **{angle: -getattr(plain, angle)}))
+    assert f"{axes[1]} with gravity, {axes[0]}" in text or f"{axes[0]} with gravity, {axes[1]}" in text
