@@ -33,6 +33,13 @@ def with_uncertainty(value: float, uncertainty: float | None) -> tuple[str, str]
     return to_place(value, decimal_place), printed
 
 
+def significant(value: float, digits: int) -> str:
+    """Return a number of a sentence to so many significant digits, without an exponent where that is readable."""
+    text = f"{value:.{digits}g}"
+    is_readable = math.isfinite(value) and (value == 0.0 or abs(value) >= 10.0**-MOST_DECIMALS)
+    return (f"{Decimal(text):f}" if is_readable else text).replace("-", "−")
+
+
 def two_digits(value: float) -> str:
     """Return two significant digits without an exponent where that is readable."""
-    return f"{float(f'{value:.2g}'):g}".replace("-", "−")
+    return significant(value, 2)

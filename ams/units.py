@@ -8,6 +8,8 @@ import math
 import re
 from collections.abc import Mapping
 
+from ams.rounding import significant
+
 ARCSEC_PER_DEG = 3600.0
 ARCSEC_PER_RAD = ARCSEC_PER_DEG * 180.0 / math.pi
 RAD_PER_ARCSEC = math.radians(1.0 / ARCSEC_PER_DEG)
@@ -89,7 +91,8 @@ def with_unit(number: str, unit: str) -> str:
 
 def signed(value: float, digits: int) -> str:
     """Return a difference with its sign, to so many significant digits, and with a minus that reads as one."""
-    return f"{value:+.{digits}g}".replace("-", "−")
+    text = significant(value, digits)
+    return text if text.startswith("−") else f"+{text}"
 
 
 def label_and_unit(name: str) -> tuple[str, str]:
@@ -106,6 +109,18 @@ def label_and_unit(name: str) -> tuple[str, str]:
 def dof_words(count: float) -> str:
     """Return ``1 degree of freedom``, ``2 degrees of freedom``; whole numbers."""
     return f"{count:.0f} degree{'' if round(count) == 1 else 's'} of freedom"
+
+
+def in_words(value: float, unit: str, digits: int = 2) -> str:
+    """Return a size of a sentence in the unit that it is readable in: 1.2e-05 V/g² as ``12 µV/g²``."""
+    shown, factor = small_unit(printed(unit))
+    return with_unit(significant(factor * value, digits), shown).rstrip()
+
+
+def signed_in_words(value: float, unit: str, digits: int = 2) -> str:
+    """Return a difference as :func:`in_words` has a size, with its sign."""
+    shown, factor = small_unit(printed(unit))
+    return with_unit(signed(factor * value, digits), shown).rstrip()
 
 
 def small_unit(unit: str) -> tuple[str, float]:

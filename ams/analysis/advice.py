@@ -18,6 +18,7 @@ from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.extended import CONFOUNDED
 from ams.models.registry import MODELS, is_solved_from_levels
 from ams.observations import Observations
+from ams.rounding import two_digits
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import t_quantile
 from ams.units import ARCSEC_PER_DEG
@@ -172,7 +173,8 @@ def _line(at: FloatArray, values: FloatArray) -> tuple[float, tuple[float, float
 
 def _term_sentence(term: ResidualTerm) -> str:
     if abs(term.amplitude_deg) > _LARGEST_ANGLE_DEG:
-        return f"The residuals repeat as {term.name} with {term.amplitude_v:.2g} V: no small error of a good model."
+        amplitude = f"{two_digits(term.amplitude_v)} V"
+        return f"The residuals repeat as {term.name} with {amplitude}: no small error of a good model."
     low, high = map(_angle, term.interval_95_deg)
     return (
         f"The residuals repeat as {term.name} with {_angle(term.amplitude_deg)} ({_number(1e6 * term.amplitude_v)} µV; "

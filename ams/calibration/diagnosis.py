@@ -55,7 +55,7 @@ from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.rounding import two_digits
-from ams.units import ARCSEC_PER_DEG, label_and_unit
+from ams.units import in_words, label_and_unit
 
 
 @dataclass(frozen=True)
@@ -328,4 +328,4 @@ def _move(name: str, span: float, mean: float, scale: Scale) -> str:
         return scale.words(span)
     if name.startswith("sensitivity_v") and mean != 0.0:
         return f"{two_digits(1e6 * span / abs(mean))} ppm"
-    return f"{span * ARCSEC_PER_DEG:.3g}″" if name.endswith("_deg") else f"{span:.2g} {label_and_unit(name)[1]}"
+    return in_words(span, label_and_unit(name)[1], 3 if name.endswith("_deg") else 2)

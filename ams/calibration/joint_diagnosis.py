@@ -24,6 +24,7 @@ from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, corrected
 from ams.observations import Observations
+from ams.rounding import two_digits
 from ams.solve.extension import angles_of_points
 from ams.solve.joint import JointFit
 from ams.solve.layout import layout_of
@@ -128,10 +129,10 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
         is_index = nuisance.name not in WHOLE_TABLE and not nuisance.name.startswith(SEAT)
         where = "its limit in the rig file" if is_index else "--prior; joint_priors_arcsec"
         text = (
-            f"{nuisance.name}: {signed(estimate, 3)}″ ± {u:.2g}″, where {prior:.2g}″ (standard) is declared: the rows "
-            f"contradict the prior, {abs(estimate) / prior:.2g} times over; the estimate is drawn towards it, and what "
-            "it lacks is in the other errors of the table, in offset and sensitivities, and not in their "
-            f"uncertainties; look at the table, or declare what it has ({where})"
+            f"{nuisance.name}: {signed(estimate, 3)}″ ± {two_digits(u)}″, where {two_digits(prior)}″ (standard) is "
+            f"declared: the rows contradict the prior, {two_digits(abs(estimate) / prior)} times over; the estimate is "
+            "drawn towards it, and what it lacks is in the other errors of the table, in offset and sensitivities, "
+            f"and not in their uncertainties; look at the table, or declare what it has ({where})"
         )
         details: dict[str, float | str | None] = {
             "test": "prior of the table",

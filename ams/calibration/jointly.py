@@ -20,6 +20,7 @@ from ams.inputs.request import CalibrationRequest, refuse_unusable
 from ams.inputs.shared_errors import COURSES, HALF, Effect, SharedError, carriers
 from ams.models.model import Model
 from ams.observations import Observations
+from ams.rounding import significant, two_digits
 from ams.solve.joint import JointFit, joint_fit
 from ams.solve.layout import layout_of
 from ams.solve.linearised import linearise
@@ -179,7 +180,8 @@ def _of_the_table(fit: JointFit) -> Iterator[str]:
     parts = [nuisance for nuisance in fit.nuisances if nuisance.name not in WHOLE_TABLE]
     sentences = [
         f"{nuisance.name} {nuisance.estimate_rad / RAD_PER_ARCSEC:+.2f}″ "
-        f"(u {nuisance.standard_deviation_rad / RAD_PER_ARCSEC:.2g}″, prior {nuisance.prior_rad / RAD_PER_ARCSEC:.3g}″)"
+        f"(u {two_digits(nuisance.standard_deviation_rad / RAD_PER_ARCSEC)}″, "
+        f"prior {significant(nuisance.prior_rad / RAD_PER_ARCSEC, 3)}″)"
         for nuisance in fit.nuisances
         if nuisance.name in WHOLE_TABLE
     ]

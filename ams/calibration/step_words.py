@@ -11,6 +11,8 @@ from ams.analysis.diagnostics.step_scan import Change, Course
 from ams.analysis.diagnostics.take_back import redo_command, void_command
 from ams.findings import Finding
 from ams.observations import Observations
+from ams.rounding import significant, two_digits
+from ams.units import signed
 
 OFFSET_LIMIT: Final = "largest_offset_shift_v"
 SENSITIVITY_LIMIT: Final = "largest_sensitivity_shift"
@@ -84,8 +86,8 @@ def with_size(text: str, step: Step, unit: str) -> str:
         factor, name = 1e6, "ppm"
     else:
         factor, name = (1e6, "µV") if unit == "v" else (1.0, unit)
-    size = f"by {factor * step.size:+.3g} ± {2.0 * factor * step.standard_uncertainty:.2g} {name}"
-    limit = f"the declared {step.key} of {factor * step.limit:.4g} {name}"
+    size = f"by {signed(factor * step.size, 3)} ± {two_digits(2.0 * factor * step.standard_uncertainty)} {name}"
+    limit = f"the declared {step.key} of {significant(factor * step.limit, 4)} {name}"
     if not step.is_within:
         return f"{text}; {size}, beyond {limit}" if step.limit > 0.0 else f"{text}; {size}"
     return as_held(text, f"{size}, within {limit}")

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, turned_the_table
+from ams.rounding import significant, two_digits
 from ams.surveillance.common_mode import LIKE_AXES, Cause, CommonMode
 from ams.surveillance.common_mode_columns import BASE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
-from ams.units import ARCSEC_PER_DEG
+from ams.units import ARCSEC_PER_DEG, in_words, signed, signed_in_words
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 _TEMPERATURE = "temperature"
@@ -74,10 +75,11 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
         return f"changed {between}, all axes of one name alike, as offset or sensitivity and as no rotation alone would"
     size = next(iter(sizes.values()), None)
     if cause.kind == "meter-gain" and size is not None:
-        return f"read {1e6 * size.value:+.3g} ppm (u {1e6 * size.standard_uncertainty:.2g} ppm) more {between}"
+        u_ppm = two_digits(1e6 * size.standard_uncertainty)
+        return f"read {signed(1e6 * size.value, 3)} ppm (u {u_ppm} ppm) more {between}"
     if cause.kind == "meter-offset" and size is not None:
-        factor, name = (1e6, "µV") if unit == "v" else (1.0, unit)
-        return f"read {factor * size.value:+.3g} {name} (u {factor * size.standard_uncertainty:.2g}) more {between}"
+        u = in_words(size.standard_uncertainty, unit)
+        return f"read {signed_in_words(size.value, unit, 3)} (u {u}) more {between}"
     if cause.parts:
         return f"changed {between}: {cause.name}"
     return f"changed {between}, as neither a rotation nor gain or offset of the meter would"
@@ -87,7 +89,7 @@ def turn_in_words(found: CommonMode, cause: Cause) -> str:
     """Return how far the table turned and about what."""
     sizes = {name: found.estimates[name] for name in cause.parts if name in found.estimates}
     if cause.parts == ROTATIONS:
-        return f"up to {abs(_in_arcsec(found.rotation_rad)):.3g}″"
+        return f"up to {significant(abs(_in_arcsec(found.rotation_rad)), 3)}″"
     if cause.parts == (BASE,):
         return f"{_angle(sizes[BASE])} about the base's forward axis"
     turns = [f"{_angle(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in sizes]
@@ -141,12 +143,12 @@ def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:
 
 
 def _angle(estimate: Estimate) -> str:
-    return f"{_arcsec(estimate.value)} (u {_in_arcsec(estimate.standard_uncertainty):.2g}″)"
+    return f"{_arcsec(estimate.value)} (u {two_digits(_in_arcsec(estimate.standard_uncertainty))}″)"
 
 
 def _arcsec(angle_rad: float) -> str:
     size = _in_arcsec(angle_rad)
-    return f"{size:+.0f}″" if abs(size) >= 100.0 else f"{size:+.3g}″"
+    return f"{signed(round(size), 9) if abs(size) >= 100.0 else signed(size, 3)}″"
 
 
 def _in_arcsec(angle_rad: float) -> float:

@@ -65,7 +65,7 @@ def a_sensor(
 
 
 TURNED = Finding(
-    "table-rotation", "all three sensors turned by -72″ about roll between visits 2 and 3: the table", True, 1e-9,
+    "table-rotation", "all three sensors turned by −72″ about roll between visits 2 and 3: the table", True, 1e-9,
     details={"turned_arcsec": 72.0, "confounded_with": None},
 )  # fmt: skip
 

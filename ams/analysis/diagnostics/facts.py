@@ -12,8 +12,9 @@ from ams.findings import Finding
 from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
+from ams.rounding import significant, two_digits
 from ams.statistics.intervals import t_quantile
-from ams.units import label_and_unit, printed, signed
+from ams.units import label_and_unit, signed_in_words
 
 _DISTINGUISHED, _LEVEL = 3.0, 0.9
 """Standard uncertainties at the least, and the level of Student's factor where few replications know them badly: of
@@ -59,11 +60,12 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
     if not abs(k) <= max(_DISTINGUISHED, float(t_quantile(_LEVEL, dof[index]))) * u:
         return
     unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
+    size = f"{significant(k, 3)} {unit}"
     text = (
-        f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {k:.3g} {unit} with a "
-        f"standard uncertainty of {u:.2g} {unit}: what was visited does not change what this axis senses, or the "
-        "channel is dead; the result is not usable and there is no coefficient set; add attitudes that change it, or "
-        "leave this axis out"
+        f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {size} with a "
+        f"standard uncertainty of {two_digits(u)} {unit}: what was visited does not change what this axis senses, or "
+        "the channel is dead; the result is not usable and there is no coefficient set; add attitudes that change it, "
+        "or leave this axis out"
     )
     yield Finding("axis-undetermined", text, True, None, details={"sensitivity": k, "standard_uncertainty": u})
 
@@ -79,9 +81,9 @@ def undetermined_offset(model: Model, primary: FloatArray, covariance: FloatArra
     if not change_v <= _EXPANDED * u:
         return
     text = (
-        f"the offset has a standard uncertainty of {u:.2g} V where the output changes by {change_v:.3g} V from 0 to "
-        "1 g: no angle is told by this axis; the result is not usable and there is no coefficient set; correct what "
-        "is declared (the budget names the source), or measure again"
+        f"the offset has a standard uncertainty of {two_digits(u)} V where the output changes by "
+        f"{significant(change_v, 3)} V from 0 to 1 g: no angle is told by this axis; the result is not usable and "
+        "there is no coefficient set; correct what is declared (the budget names the source), or measure again"
     )
     yield Finding("axis-undetermined", text, True, None, details={"sensitivity": change_v, "standard_uncertainty": u})
 
@@ -164,7 +166,7 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, *, has_times:
         return
     beyond = [int(index) for index in np.argsort(-share)[:_MOST_NAMED] if share[index] > 1.0]
     shown = ", ".join(
-        f"{quantity} by {signed(float(moved.by[index]), 2)}{' ' if words else ''}{words} ({share[index]:.2g} of its "
+        f"{quantity} by {signed_in_words(float(moved.by[index]), words)} ({two_digits(float(share[index]))} of its "
         "standard uncertainties)"
         for index in beyond
         for quantity, words in (label_and_unit(moved.names[index]),)
@@ -173,7 +175,7 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, *, has_times:
     taken = "" if has_times else f" ({_NO_TIMES}; the order of the rows was taken for them, evenly spaced)"
     ways_out = "" if has_times else "give the column time_s, and then "
     text = (
-        f"the output drifts evenly through the run, by {signed(rate, 2)} {printed(unit)} {each}{taken}, and the order "
+        f"the output drifts evenly through the run, by {signed_in_words(rate, unit)} {each}{taken}, and the order "
         f"of the points lets that into the estimate: {shown}; the stated uncertainties do not hold it: {ways_out}take "
         "the drift into the solution (--time-term linear; [solve] time_term), or measure in an order that lets less of "
         "it in (calrig check compares them)"

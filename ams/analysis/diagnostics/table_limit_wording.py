@@ -35,10 +35,8 @@ def _beyond_the_table(sizes: Mapping[str, float], limits: Mapping[str, float], l
     )
     declared = " and ".join(f"±{two_digits(size)}″ in {axis}" for axis, size in limits.items())
     index_errors = f"its index errors in {shown}, as far as the attitudes show them"
-    compared = (
-        f"no index errors within the declared {declared} explain the points as larger ones do "
-        f"(p = {two_digits(limit.p_value)})"
-    )
+    chance = f"{limit.p_value:.2g}".replace("-", "−")
+    compared = f"no index errors within the declared {declared} explain the points as larger ones do (p = {chance})"
     unheld = (
         "offset and sensitivities hold part of it that the stated uncertainties do not: look at the table, its "
         "coupling and its last certificate, and declare the limit, or the errors at angles, that it has"

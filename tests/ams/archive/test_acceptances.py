@@ -75,7 +75,7 @@ def test_a_released_set_counts_again_and_its_quarantine_stays_on_record(archive:
     assert show(url, "SN1").sha256 == second
     assert [coefficients.quarantine for coefficients in list_sets(url)] == [None, None]
     signed = sign_off(url, "SN1")
-    assert str(signed.quarantine).startswith("all three sensors turned by -72″")
+    assert str(signed.quarantine).startswith("all three sensors turned by −72″")
     assert signed.release is not None
     assert (signed.release.name, signed.release.reason) == ("C. Lim", "an autocollimator saw no turn")
     published = publish_run(url, a_run(20), [a_sensor(20)], NOW)

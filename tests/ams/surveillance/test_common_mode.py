@@ -1,5 +1,6 @@
 """What all sensors saw at once is told from what one did by itself; the truth is made by explicit rotations."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -9,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ams.findings import Finding, turned_the_table
-from ams.surveillance.common_mode import CommonMode, judge_visits
-from ams.surveillance.common_mode_columns import Visits, WatchedAxes
+from ams.surveillance.common_mode import Cause, CommonMode, judge_visits
+from ams.surveillance.common_mode_columns import BASE, PITCH, ROLL, Estimate, Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of
 
 Floats = NDArray[np.float64]
@@ -138,7 +139,7 @@ def test_a_slip_is_the_tables_and_of_its_size(
 
 def test_the_sentence_names_sensors_size_axis_and_whose_doing_it_is() -> None:
     _, (finding,) = judged(8, CHECK, Happened(roll=-72.0))
-    assert finding.text.startswith("all eight sensors turned by -72")
+    assert finding.text.startswith("all eight sensors turned by −72")
     assert finding.text.endswith(
         "about roll between visits 2 and 3: the table, its base or the common fixture, not the sensors"
     )
@@ -185,7 +186,7 @@ def test_a_sensor_that_changes_by_itself_is_blamed_and_no_other(
 def test_a_slip_is_seen_through_the_change_of_one_sensor() -> None:
     found, findings = judged(8, CHECK, Happened(roll=-72.0, change=axis_offset(1e-3)))
     assert {finding.kind for finding in findings} == {"table-rotation", "sensor-change"}
-    assert findings[0].text.startswith("seven of eight sensors turned by -7")
+    assert findings[0].text.startswith("seven of eight sensors turned by −7")
     assert [sensor_change.sensor for sensor_change in found.sensor_changes] == ["SN2"]
 
 
@@ -385,3 +386,21 @@ def test_a_slip_with_a_change_of_temperature_is_told_as_what_cannot_be_told_apar
     _, findings = held(np.random.default_rng(25), 8, TWO, 10.0, 1.0, roll=72.0)
     assert "a rotation of the table would look the same here" in findings[0].text
     assert findings[0].details["confounded_with"] == "table-rotation"
+
+
+@pytest.mark.parametrize(
+    "cause",
+    [
+        Cause("table-rotation", ROLL, (ROLL,)),
+        Cause("table-rotation", "base", (PITCH, BASE)),
+        Cause("meter-gain", "gain of dmm", ("gain dmm",)),
+        Cause("meter-offset", "offset of dmm", ("offset dmm",)),
+    ],
+)
+@pytest.mark.parametrize("unit", ["v", "counts"])
+def test_no_size_is_told_with_an_exponent(cause: Cause, unit: str) -> None:
+    for exponent in range(-10, 3):
+        sizes = {name: Estimate(-1.234 * 10.0**exponent, 1.234 * 10.0 ** (exponent - 2)) for name in cause.parts}
+        found = CommonMode((cause,), 1e-9, (), sizes, (), ("SN1", "SN2"), 10.0**exponent)
+        (finding,) = findings_of(found, ("SN1", "SN2"), "between visits 2 and 3", unit)
+        assert not re.search(r"\de[+-]?\d", finding.text), finding.text

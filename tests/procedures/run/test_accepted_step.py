@@ -80,7 +80,7 @@ def test_visits_after_an_accepted_step_are_not_held_for_it_again(three: Bench, t
     assert common_mode_events(run_dir) == []
     solved = solve_run(run_dir)
     (turn,) = run_findings(solved.record)
-    assert turn.text.startswith("all three sensors turned by -7")
+    assert turn.text.startswith("all three sensors turned by −7")
     assert "about roll since the check set of epoch 1" in turn.text
     assert "stand after it" not in turn.text, "seven dwells of the design stand before it"
     assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"

@@ -142,7 +142,7 @@ def test_a_turn_that_all_dwells_stand_after_parts_them_from_the_declared_zero(
     solved = solve_run(run_dir)
     view = assemble_view(solved.record, solved.sensors)
     (finding,) = run_findings(solved.record)
-    assert finding.text.startswith("all three sensors turned by -7")
+    assert finding.text.startswith("all three sensors turned by −7")
     assert "about roll since the check set of epoch 1" in finding.text
     assert "all dwells that count stand after it" in finding.text
     assert "set the zero and read the level anew and calibrate again from the start" in finding.text
@@ -416,5 +416,5 @@ def test_fault_88_a_slip_behind_real_ports_is_held_at_the_next_visit(three: Benc
     assert outcome.state is State.STOPPED
     ((kinds, is_held, text),) = common_mode_events(run_dir)
     assert (kinds, is_held) == (["table-rotation"], True)
-    assert text.startswith("all three sensors turned by -7")
+    assert text.startswith("all three sensors turned by −7")
     assert "about roll between visits 2 and 3: the table, its base or the common fixture, not the sensors" in text
