@@ -1,5 +1,6 @@
 """Cells of the page: every value as the text that stands in a table. The templates call these as filters."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -26,6 +27,7 @@ from procedures.report.rejected_rows import rejected_rows
 from procedures.report.view import AxisView, ParameterRow, RunView
 from procedures.solution.budget_view import BudgetView
 
+_INDEXED: Final = re.compile(r"(?<=(?<![A-Za-z_])[A-Za-z])_([a-z0-9]{1,3})(?![A-Za-z0-9_])")
 MOST_PARAMETERS: Final = 7
 """Columns of a budget beside its sources: with the coefficients of temperature the last stood outside the page."""
 
@@ -227,6 +229,15 @@ def largest_level_at(errors: LevelErrors) -> str:
     return f"{_minus(f'{errors.level[errors.worst]:.4g}')} {printed_unit(errors.unit)}"
 
 
+def with_indices(text: str) -> Markup:
+    """Return a symbol or an equation with the indices that plain text has after a low line set below: q_xx, f_y²."""
+    pieces = _INDEXED.split(text)
+    return Markup("").join(
+        Markup("{}").format(piece) if index % 2 == 0 else Markup("<sub>{}</sub>").format(piece)
+        for index, piece in enumerate(pieces)
+    )
+
+
 def _minus(text: str) -> str:
     return text.replace("-", "−", 1) if text.startswith("-") else text
 
@@ -254,6 +265,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "data_uri": data_uri,
     "attitude": attitude,
     "degrees": angle,
+    "indices": with_indices,
     "overview_rows": overview_rows,
     "rejected_rows": rejected_rows,
     "significant_findings": significant_findings,

@@ -12,7 +12,7 @@ from typing import Any
 from urllib.parse import unquote_to_bytes
 
 ON_SCREEN_ONLY = frozenset({"head", "nav"})
-INLINE = frozenset({"a", "b", "i", "span", "br", "img"})
+INLINE = frozenset({"a", "b", "i", "sub", "span", "br", "img"})
 BLOCKS = frozenset(
     {"html", "body", "main", "header", "section", "div", "footer", "h1", "h2", "h3", "p", "ul", "li", "dl", "dt", "dd"}
     | {"table", "thead", "tbody", "tr", "th", "td", "figure", "figcaption"}
