@@ -87,9 +87,36 @@ def judge_extension(
             f"extended model of {label}: {joined.shape[0]} points do not determine its {_TERMS} parameters and an "
             "error; nothing was decided; add pitch and roll angles (five or more of each, past ±45°)"
         )
+    if means.within_v2 is not None and means.common.shape[1] == 0:
+        return _of_alike(joined, means, means.within_v2, level)
     test, q, q_covariance = _tested(joined, means, level)
     before, after = _standard_errors(observations, label, means)
     return Extension(test, q, q_covariance, test.is_significant, before, after)
+
+
+def _of_alike(joined: FloatArray, means: _PointMeans, within_v2: float, level: float) -> Extension:
+    """Return the same where every point was read as often and has no error in common with others: one projection."""
+    q, inverse, unscaled = _terms_last(joined)
+    n, points = float(means.readings[0]), joined.shape[0]
+    along = q.T @ means.output_v
+    left = means.output_v - q @ along
+    terms, square, dof = along[4:], n * float(left @ left), points - _TERMS
+    variance = max(square / dof, means.precision_v2, float(np.finfo(float).tiny))
+    explained, after = n * float(terms @ terms), within_v2 + square
+    test = f_test(explained / variance / terms.size, terms.size, dof, level)
+    before_v, after_v = (
+        float(np.sqrt(squares / (n * points - parameters)))
+        for squares, parameters in ((after + explained, 4), (after, _TERMS))
+    )
+    return Extension(test, inverse @ terms, variance / n * unscaled, test.is_significant, before_v, after_v)
+
+
+@remembered(16)
+def _terms_last(joined: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the orthonormal columns, what turns the last of them into terms, and the terms' covariance."""
+    q, r = orthogonal(joined)
+    inverse = np.asarray(np.linalg.inv(r[4:, 4:]), dtype=np.float64)
+    return q, inverse, np.asarray(inverse @ inverse.T)
 
 
 def judge_rate_terms(
@@ -202,15 +229,15 @@ def _means_of_alike(
     pitch, roll = blocks
     basis, quadratic = _bases_of_alike(pitch, roll)
     by_replication = output.reshape(n, points)
-    mean = by_replication.mean(axis=0)
+    mean = by_replication.sum(axis=0) / n
     q, _ = orthogonal(basis)
     about_mean = by_replication - mean
     left = about_mean - (about_mean @ q) @ q.T
     dof = (n - 1) * (points - q.shape[1])
-    precision = float(np.sum(left**2)) / dof if dof > 0 else 0.0
+    precision = float(np.vdot(left, left)) / dof if dof > 0 else 0.0
     readings = np.full(points, float(n))
     common = _common(table, basis, mean, pitch, roll)
-    return _PointMeans(basis, quadratic, mean, readings, precision, common, float(np.sum(about_mean**2)))
+    return _PointMeans(basis, quadratic, mean, readings, precision, common, float(np.vdot(about_mean, about_mean)))
 
 
 def _common(

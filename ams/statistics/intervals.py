@@ -122,7 +122,7 @@ def f_tests(
         return {name: _no_tests(ratios.size) for name, ratios in variance_ratios.items()}
 
     limit = _f_limit(level, float(numerator_dof), float(denominator_dof))
-    ratios = np.stack(list(variance_ratios.values()))
+    ratios = np.array(list(variance_ratios.values()))
     p_values, flags = f_tail(ratios, numerator_dof, denominator_dof), ratios > limit
     return {
         name: FTestColumns(t, limit, p_value, numerator_dof, denominator_dof, is_above)
@@ -141,8 +141,12 @@ def _no_tests(size: int) -> FTestColumns:
 
 
 def f_test(variance_ratio: float, numerator_dof: float, denominator_dof: float, level: float = 0.95) -> FTest:
-    """Test one variance ratio against its limit."""
-    return f_tests({"": np.array([variance_ratio])}, numerator_dof, denominator_dof, level)[""].of(0)
+    """Test one variance ratio against its limit; all NaN where there is none."""
+    if not (numerator_dof > 0 and denominator_dof > 0) or np.isnan(variance_ratio):
+        return NO_TEST
+    limit = _f_limit(level, float(numerator_dof), float(denominator_dof))
+    p_value = float(f_tail(variance_ratio, numerator_dof, denominator_dof))
+    return FTest(variance_ratio, limit, p_value, numerator_dof, denominator_dof, variance_ratio > limit)
 
 
 def holm(p_values: FloatArray, level: float = 0.05, count: float = np.inf) -> BoolArray:
@@ -161,7 +165,7 @@ def after_holm(tests: Mapping[str, FTestColumns]) -> dict[str, FTestColumns]:
     """Return the same tests, their significance after Holm's correction over all of them, axis by axis."""
     if not tests:
         return {}
-    flags = holm(np.stack([test.p_value for test in tests.values()], axis=-1)).T
+    flags = holm(np.array([test.p_value for test in tests.values()]).T).T
     return {name: test.judged(flag) for flag, (name, test) in zip(flags, tests.items(), strict=True)}
 
 

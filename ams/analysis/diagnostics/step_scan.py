@@ -100,7 +100,11 @@ class Course:
 
     def in_time(self, values: FloatArray) -> FloatArray:
         """Return (N,) values of the rows in the order of time."""
-        return values if _is_in_order(self.time_order) else values[self.time_order]
+        return values if self._is_in_order else values[self.time_order]
+
+    @cached_property
+    def _is_in_order(self) -> bool:
+        return _is_in_order(self.time_order)
 
     def during(self, change: Change) -> BoolArray:
         """Return (N,) the rows that a change is in."""
@@ -122,19 +126,13 @@ class Scan:
     """Of the columns of the pattern, that are weighed."""
     weights: FloatArray | None
     """(q,) of the pairs; None where there is one."""
-    along: FloatArray
-    """(N,) what each dwell adds, in the order of time."""
+    since: FloatArray
+    """(N + 1,) sums from every place on of what each dwell adds, in the order of time."""
     squares: float
     """Of the departures."""
     dof: int
     variance: float = 1.0
     """That squares are told in."""
-
-    @cached_property
-    def since(self) -> FloatArray:
-        """(N + 1,) sums from every place on."""
-        # A change lasts to the end: each place has one dwell more than the one after it, so all places cost one sum.
-        return np.append(np.cumsum(self.along[::-1])[::-1], 0.0)
 
     @property
     def paths(self) -> Paths:
@@ -169,18 +167,18 @@ def scans_of_table(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]
     if not course.is_judged or not seen:
         return
     k, variance = (
-        np.stack([output.k for output in seen if output.k is not None]),
+        np.array([output.k for output in seen if output.k is not None]),
         np.array([output.variance for output in seen]),
     )
-    field = np.stack([output.departures for output in seen], axis=1) @ (k / variance[:, None])
-    weights = k.T @ (k / variance[:, None])
+    departures = np.array([output.departures for output in seen]).T
+    weighed, weights = (k / variance[:, None]).T, k.T @ (k / variance[:, None])
     squares = sum(float(output.departures @ output.departures) / output.variance for output in seen)
     slips: tuple[What, ...] = ("roll", "pitch")
     for what in slips:
         pattern, pairs = slip_pattern(what, course.pitch_rad, course.roll_rad), _SLIPS[what]
-        along = course.in_time(np.einsum("nj,nj->n", pattern, field))
+        along = course.in_time(np.einsum("nm,nm->n", pattern @ weighed, departures))
         twice = np.array([weights[a, b] * (1.0 if a == b else 2.0) for a, b in pairs])
-        yield Scan(what, None, course, pattern, pairs, twice, along, squares, len(seen) * course.dof)
+        yield Scan(what, None, course, pattern, pairs, twice, _since(along), squares, len(seen) * course.dof)
 
 
 def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[Scan]:
@@ -194,9 +192,18 @@ def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[S
     )
     for what, pattern in patterns:
         along = departures if what == "offset" else departures * course.in_time(pattern)
-        scan = Scan(what, output, course, pattern, _ALONE, None, along, squares, course.dof, watched.variance)
+        since = _since(along)
+        scan = Scan(what, output, course, pattern, _ALONE, None, since, squares, course.dof, watched.variance)
         if scan.paths.squares.max(initial=0.0) > NOTHING * pattern.size:
             yield scan
+
+
+def _since(along: FloatArray) -> FloatArray:
+    """Return (N + 1,) the sums of (N,) numbers from every place on."""
+    # A change lasts to the end: each place has one dwell more than the one after it, so all places cost one sum.
+    found = np.zeros(along.size + 1)
+    np.cumsum(along[::-1], out=found[-2::-1])
+    return found
 
 
 def changes_of(scans: Iterable[Scan]) -> list[Change]:
@@ -226,7 +233,8 @@ def _came_back(scan: Scan) -> Change | None:
     intervals = scan.intervals
     if intervals.begin.size == 0:
         return None
-    explained = _explained(scan.since[intervals.begin] - scan.since[intervals.end], scan.weighed(intervals.squares))
+    sums = scan.since.take(intervals.begin) - scan.since.take(intervals.end)
+    explained = _explained(sums, scan.weighed(intervals.squares))
     index = int(np.argmax(explained))
     share = scan.share(float(explained[index]))
     if share * scan.dof < _SEEN:
@@ -240,7 +248,7 @@ def located(scan: Scan, change: Change) -> Change:
     begin, end = change.index, change.end
     if end is None:
         return change
-    paths, rows = scan.paths, scan.along.size
+    paths, rows = scan.paths, scan.course.point.size
     size, aside, explained = scan.weighed(paths.squares), least_aside(rows), change.square * scan.variance
     for _ in range(_ROUNDS):
         for is_begin in (True, False):
@@ -257,7 +265,7 @@ def located(scan: Scan, change: Change) -> Change:
 
 def _overlap(scan: Scan, index: int) -> FloatArray:
     """Return (N,) the inner product of a change before one place and one before each, of all dwells."""
-    order, rows = scan.course.time_order, scan.along.size
+    order, rows = scan.course.time_order, scan.course.point.size
     patterns, point = scan.pattern.reshape(rows, -1)[order], scan.course.point[order]
     changed = np.where(np.arange(rows)[:, None] >= index, patterns, 0.0)
     readings = np.bincount(point).clip(min=1)
@@ -269,6 +277,8 @@ def _overlap(scan: Scan, index: int) -> FloatArray:
 
 def _explained(sums: FloatArray, size: FloatArray) -> FloatArray:
     least = NOTHING * float(size.max())
+    if float(size.min()) > least:
+        return np.asarray(sums * sums / size)
     return np.where(size > least, sums * sums / np.maximum(size, least), 0.0)
 
 
