@@ -307,7 +307,7 @@ def _replication(
     ]
     names = [quantity(parameters.names[i]) for i in tested]
     directions = parameters.directions[:, tested][..., problem.free][..., :alone_size]
-    largest_v = np.abs(problem.outputs).max(axis=0)
+    largest_v = np.maximum(problem.outputs.max(axis=0), -problem.outputs.min(axis=0))
     return analyse(problem.alone, layout, largest_v, mixed.sums, names, directions)
 
 

@@ -68,7 +68,7 @@ def primary_from_parameters_jacobian(nominal_axis: str, parameters: FloatArray) 
 
 def _not_following(k: FloatArray, covariance: FloatArray, offset_v: float) -> str:
     """Return why angles say nothing, empty where they do: an output that gravity does not move (unplugged, stuck)."""
-    length, u = sqrt(float(k @ k)), sqrt(max(float(np.trace(covariance)), 0.0) / k.size)
+    length, u = hypot(*k.tolist()), sqrt(max(sum(covariance.diagonal().tolist()), 0.0) / k.size)
     if length > max(_OBSERVABLE_CONING_U * u, _ROUNDING_SENSITIVITY * abs(offset_v)):
         return ""
     return (
@@ -109,7 +109,10 @@ class PitchRoll(LinearModel):
         azimuth_deg = np.rad2deg(np.arctan2(second, first))
         azimuth_deg = np.where(azimuth_deg <= -180.0, 180.0, azimuth_deg)
         sensitivity = sign * np.hypot(along, across)
-        return np.stack([primary[..., 0], sensitivity, np.rad2deg(np.arctan2(across, along)), azimuth_deg], axis=-1)
+        found = np.empty((*primary.shape[:-1], 4))
+        found[..., 0], found[..., 1], found[..., 3] = primary[..., 0], sensitivity, azimuth_deg
+        found[..., 2] = np.rad2deg(np.arctan2(across, along))
+        return found
 
     def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
         i, j, m = (1 + index for index in cyclic(self.nominal_axis))
@@ -134,10 +137,10 @@ class PitchRoll(LinearModel):
         if unmoved := _not_following(primary[1:4], covariance[1:4, 1:4], float(primary[0])):
             return dict.fromkeys(("coning_deg", "azimuth_deg"), unmoved)
         i, j, m = (1 + index for index in cyclic(self.nominal_axis))
-        k = primary.tolist()
+        k, variances = primary.tolist(), covariance.diagonal().tolist()
         across, length = hypot(k[j], k[m]), hypot(*k[1:]) or nan
         coning = atan2(across, abs(k[i]))
-        u = sqrt(max(0.5 * (covariance[j, j] + covariance[m, m]), 0.0)) / length
+        u = sqrt(max(0.5 * (variances[j] + variances[m]), 0.0)) / length
         if coning > _ROUNDING_CONING_RAD and coning >= _OBSERVABLE_CONING_U * u:
             return {}
         reason = (

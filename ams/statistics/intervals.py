@@ -47,6 +47,7 @@ INFINITE_DOF = 1e7
 """Beyond this Student's t is the normal distribution to nine digits."""
 _FEW_DOF = 3.0
 _NORMAL_FACTOR = 1.9601
+_ALMOST: Final = 1.0 + 1e-9
 _TABLE_ROWS: Final = 2049
 """Evenly over 1/ν from 0 to 1: the straight line between two of ln t is off by less than 1e-6."""
 NO_TEST = FTest(float("nan"), float("nan"), float("nan"), float("nan"), float("nan"), False)
@@ -157,7 +158,13 @@ def holm(p_values: FloatArray, level: float = 0.05, count: float = np.inf) -> Bo
     """
     if p_values.size == 0:
         return np.zeros(p_values.shape, dtype=bool)
-    passed = [_largest_passed(family, level, count) for family in p_values.reshape(-1, p_values.shape[-1]).tolist()]
+    families = p_values.reshape(-1, p_values.shape[-1])
+    if len(families) == 1:
+        return np.asarray(p_values <= _largest_passed(families[0].tolist(), level, count))
+    known = np.count_nonzero(~np.isnan(families), axis=1)
+    passed = np.full(len(families), -1.0)
+    for index in np.flatnonzero(np.fmin.reduce(families, axis=1) * np.minimum(count, known) <= _ALMOST * level):
+        passed[index] = _largest_passed(families[index].tolist(), level, count)
     return np.asarray(p_values <= np.reshape(passed, (*p_values.shape[:-1], 1)))
 
 

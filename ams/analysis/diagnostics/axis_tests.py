@@ -235,14 +235,14 @@ def _robust(evidence: Evidence, grid: GridResiduals) -> list[BeliefTest]:
 def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
     """Test what repeats against precision and what the table's certificate and others explain, all together."""
     assert evidence.replication is not None
-    plain, given = evidence.replication.lack_of_fit, np.hstack([evidence.basis, known])
-    given = independent(given) if known.shape[1] > 0 else given
+    plain = evidence.replication.lack_of_fit
+    given = independent(np.hstack([evidence.basis, known])) if known.shape[1] > 0 else evidence.basis
     means = evidence.means(output, given)
     repeating = means.precision_variance * max(float(plain.t[output]) - 1.0, 0.0)
     p_value, dof = float(plain.p_value[output]), evidence.layout.points - given.shape[1]
     if (means.common.shape[1] > 0 or known.shape[1] > 0) and means.precision_variance > 0.0 and dof > 0:
-        nothing = np.zeros((evidence.layout.points, 0))
-        whole = Elimination(gram_of(means, nothing, means.precision_variance), given.shape[1], 0, dof, given)
+        joined = np.column_stack([given, means.mean])
+        whole = Elimination(gram_of(means, joined, means.precision_variance), given.shape[1], 0, dof, given)
         p_value = float(f_tail(whole.chi_square / dof, dof, plain.denominator_dof))
     return BeliefTest(LACK_OF_FIT, "lack-of-fit", p_value, float(np.sqrt(repeating)))
 

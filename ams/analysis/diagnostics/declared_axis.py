@@ -7,7 +7,8 @@ something else than its name says.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -128,10 +129,11 @@ def _is_unusable(axis: AxisCalibration) -> bool:
     return any(finding.kind in UNUSABLE_AXIS and finding.is_significant for finding in axis.findings)
 
 
-def _components(names: Sequence[str], primary: FloatArray) -> dict[str, float]:
+def _components(names: tuple[str, ...], primary: FloatArray) -> dict[str, float]:
     return {name: float(primary[index]) for name, index in _component_indices(names).items()}
 
 
-def _component_indices(names: Sequence[str]) -> dict[str, int]:
+@cache
+def _component_indices(names: tuple[str, ...]) -> Mapping[str, int]:
     """Return axis to the place of its sensitivity among the primary parameters."""
     return {match[1]: index for index, name in enumerate(names) if (match := _COMPONENT.fullmatch(name))}

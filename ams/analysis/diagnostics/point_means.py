@@ -8,6 +8,7 @@ beside them, never less than precision.
 """
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
@@ -115,16 +116,16 @@ def eliminate(means: PointMeans, columns: FloatArray, further: FloatArray) -> El
 
     ``further`` may hold what the basis or the columns hold: it is what many outputs share, and is factored once.
     """
-    design = np.column_stack([means.basis, columns])
+    joined = np.column_stack([means.basis, columns, means.mean])
+    design = joined[:, :-1]
     whole = _independent_of(further, design)
     dof = means.mean.size - whole.shape[1]
     variance = _variance(means, whole, dof)
-    return Elimination(gram_of(means, columns, variance), means.basis.shape[1], columns.shape[1], dof, design)
+    return Elimination(gram_of(means, joined, variance), means.basis.shape[1], columns.shape[1], dof, design)
 
 
-def gram_of(means: PointMeans, columns: FloatArray, variance: float) -> FloatArray:
-    """Return the Gram matrix of [basis | columns | y] under the inverse of the covariance."""
-    joined = np.column_stack([means.basis, columns, means.mean])
+def gram_of(means: PointMeans, joined: FloatArray, variance: float) -> FloatArray:
+    """Return the Gram matrix of the columns [basis | columns | y] under the inverse of the covariance."""
     weighted = joined * (means.readings / variance)[:, None]
     gram = weighted.T @ joined
     if means.common.shape[1] == 0:
@@ -156,13 +157,13 @@ def _independent_of(shared: FloatArray, added: FloatArray) -> FloatArray:
     left = added - q @ (q.T @ added)
     length = np.einsum("kc,kc->c", added, added)
     found: list[FloatArray] = []
-    for index in np.flatnonzero(np.einsum("kc,kc->c", left, left) > _NOTHING_LEFT * length):
-        column = left[:, index]
+    for index in np.flatnonzero(np.einsum("kc,kc->c", left, left) > _NOTHING_LEFT * length).tolist():
+        column = left[:, index].copy()
         for other in found:
-            column = column - other * (other @ column)
+            column -= other * (other @ column)
         square = float(column @ column)
         if square > _NOTHING_LEFT * length[index]:
-            found.append(column / np.sqrt(square))
+            found.append(column / sqrt(square))
     return np.column_stack([q, *found])
 
 
