@@ -38,13 +38,13 @@ def answer_stream(
 ) -> None:
     """Read a header and rows, write a header and answers, flushed whenever all that arrived is answered.
 
-    Raises: RequestError where the header lacks a column.
+    Raises: RequestError where the header lacks a column, or no row follows it.
     """
     pieces = _pieces(source)
     header, first = _header(found, pieces)
     writer, target = writer_of(found.answers)
     target.flush()
-    line = 2
+    line, has_rows = 2, False
     for piece in chain([first], pieces):
         names = [name for name in (*found.needed, *found.optional) if name in header]
         names = list(dict.fromkeys(names))
@@ -52,9 +52,12 @@ def answer_stream(
         if readings[names[0]].size:
             rows = Rows.of(found.answer(readings))
             writer.write(_with_reasons(rows, wrong) if wrong and found.answers_at_once else rows)
+            has_rows = True
         line = line + len(piece)
         target.flush()
     _end(found, writer, target)
+    if not has_rows:
+        raise RequestError(f"standard input: a header and no rows; {REMEDIES.not_done}; send rows after the header")
 
 
 def answer_blocks(
@@ -162,7 +165,8 @@ def _cells(
     nothing = [np.nan] * len(names)
     if line is None:
         return nothing, f"longer than {LONGEST_LINE} letters"
-    cells = [cell.strip() for cell in line.decode("utf-8", "replace").split(",")]
+    text = line.decode("utf-8", "replace")
+    cells = [cell.strip() for cell in (next(csv.reader([text]), []) if '"' in text else text.split(","))]
     if len(cells) != len(header):
         return nothing, f"{len(cells)} {'cell' if len(cells) == 1 else 'cells'} instead of {len(header)}"
     row = dict(zip(header, cells, strict=True))

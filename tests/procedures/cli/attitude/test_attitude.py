@@ -259,6 +259,32 @@ def test_the_header_of_a_stream_is_refused_in_the_words_of_a_file(
     assert of_stream.err.replace("standard input", str(path)) == of_file.err
 
 
+def test_a_stream_of_a_header_only_is_refused_as_a_file_is(
+    stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "d.csv"
+    path.write_text("x_v,y_v,z_v\n")
+    of_file = call(capsys, "attitude", stored, path)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"x_v,y_v,z_v\n")))
+    of_stream = call(capsys, "attitude", stored, "-")
+    assert of_stream.status == of_file.status == 2
+    assert "standard input: a header and no rows; nothing was computed" in of_stream.err
+
+
+def test_cells_in_quotes_are_read_from_a_stream_as_from_a_file(
+    stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = '"x_v","y_v","z_v"\n"0.1","0.2",-2.4\n'
+    path = tmp_path / "d.csv"
+    path.write_text(text)
+    of_file = call(capsys, "attitude", stored, path)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+    of_stream = call(capsys, "attitude", stored, "-")
+    assert "no number" not in of_stream.out
+    for found, expected in zip(of_stream.out.splitlines()[1:], of_file.out.splitlines()[1:], strict=True):
+        assert cells(found) == cells(expected)
+
+
 def cells(line: str) -> list[float | str]:
     """Return a line's numbers, however these are written, and its flag."""
     *numbers, flag = line.split(",")
