@@ -50,7 +50,8 @@ def assemble_view(
     counts = _counts(record)
     interruptions = interruptions_in(record.events)
     chains = correcting(record.rig.chain)
-    checks = check_comparisons([at_declared(dwell, chains) for dwell in dwells], labels, record.events)
+    declared = [at_declared(dwell, chains) for dwell in dwells]
+    checks = check_comparisons(declared, labels, record.events, record.judged_visits)
     started_utc = dwells[0].started_utc if dwells else record.created_utc
     return RunView(
         title=record.plan.title,

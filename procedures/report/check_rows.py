@@ -50,7 +50,7 @@ def _row(check: CheckComparison) -> CheckRow:
         _drawn(check, check.largest_change),
         check.largest_at,
         _drawn(check, check.scatter),
-        "step" if check.is_step else "stands",
+        _with_cause("step" if check.is_step else "stands", check),
     )
 
 
@@ -67,8 +67,13 @@ def _summary(checks: list[CheckComparison]) -> CheckRow:
         _drawn(worst, worst.largest_change),
         f"{worst.label}, {worst.largest_at}",
         _span(checks, lambda check: _scaled(check, check.scatter), lambda check: _drawn(check, check.scatter)),
-        "stand",
+        _with_cause("stand", worst),
     )
+
+
+def _with_cause(judged: str, check: CheckComparison) -> str:
+    """Return what a channel is judged, with whose doing it is: one that stands alone may have turned with all."""
+    return f"{judged}; all together: {check.cause}" if check.cause else judged
 
 
 def _span(

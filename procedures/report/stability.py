@@ -7,7 +7,10 @@ from itertools import groupby
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.findings import Finding
+from ams.units import signed_in_words
 from procedures.common_mode.check_sets import CheckSetPair, check_set_pairs, visits_before
+from procedures.common_mode.visit_watch import Judged
 from procedures.numbers import attitude
 from procedures.records.dwells import ChannelReading, DwellRecord, Event
 from procedures.report.view import CheckComparison, ReferenceTrace, TemperatureTrace
@@ -16,6 +19,14 @@ from procedures.solution.observations import run_times_s
 
 Labels = Mapping[str, tuple[str, float]]
 """Channel to its name on the page and its sensitivity, V/g; 0 where its readings are no volts of gravity."""
+
+
+_TOGETHER: Mapping[str, str] = {
+    "table-rotation": "the table, its base or the common fixture",
+    "meter-gain": "the gain of the meter, or what all sensors share",
+    "meter-offset": "the offset of the meter, or what all sensors share",
+}
+"""Kind of a finding that a check set shows over all sensors to whose doing it is; a turn of the table is told first."""
 
 
 def temperature_traces(dwells: Sequence[DwellRecord]) -> tuple[TemperatureTrace, ...]:
@@ -56,36 +67,66 @@ def reference_traces(dwells: Sequence[DwellRecord], labels: Labels) -> tuple[Ref
 
 
 def check_comparisons(
-    dwells: Sequence[DwellRecord], labels: Labels, events: Sequence[Event] = ()
+    dwells: Sequence[DwellRecord], labels: Labels, events: Sequence[Event] = (), judged_visits: Sequence[Judged] = ()
 ) -> tuple[CheckComparison, ...]:
-    """Compare the check set of every later epoch with the first that counts, attitude by attitude, and judge it."""
+    """Compare the check set of every later epoch with the first that counts, attitude by attitude, and judge it.
+
+    ``judged_visits``: what check sets show over all sensors, as the verdict tells it.
+    """
     found = []
     for pair in check_set_pairs(dwells, events):
+        cause = _cause(
+            finding
+            for visit in judged_visits
+            if visit.until[0] == pair.epoch and visit.step in pair.after
+            for finding in visit.findings
+        )
         judged = groupby(compare(pair.before, pair.after, visits_before(dwells, pair)), key=lambda step: step.channel)
         strongest_of = {channel: strongest(members) for channel, members in judged}
         first, later = (_by_attitude(members.values()) for members in (pair.before, pair.after))
         for channel, label in labels.items():
             comparison = _compare(pair.epoch, first, later, channel, label)
             if comparison is not None:
-                found.append(_judged(comparison, strongest_of.get(channel), pair))
+                found.append(replace(_judged(comparison, strongest_of.get(channel), pair), cause=cause))
     return tuple(found)
 
 
 def restart_steps(checks: Sequence[CheckComparison]) -> tuple[str, ...]:
     """Return what a check set after a restart found changed beyond its limit: of each epoch the channel that the run
     itself named when it tripped.
+
+    Where all sensors together show whose doing it is, that comes first, and no channel is blamed for it.
     """
     found = []
-    for _, members in groupby(checks, key=lambda check: check.epoch):
-        stepped = [check for check in members if check.is_step]
-        if stepped:
-            worst = max(stepped, key=lambda step: step.departure)
-            others = f", and {len(stepped) - 1} other channels" if len(stepped) > 1 else ""
-            found.append(
-                f"restart {worst.epoch - 1}: {worst.label} changed by {worst.departed_by:.3g} "
-                f"{worst.unit.upper() if worst.unit == 'v' else worst.unit} at {worst.departed_at}{others}"
-            )
+    for epoch, members in groupby(checks, key=lambda check: check.epoch):
+        of_epoch = list(members)
+        stepped, cause = [check for check in of_epoch if check.is_step], of_epoch[0].cause
+        if not stepped and not cause:
+            continue
+        said = _steps_in_words(stepped) if stepped else "all channels together, none of them beyond its own limit"
+        found.append(f"restart {epoch - 1}: {f'{cause}: ' if cause else ''}{said}")
     return tuple(found)
+
+
+def _steps_in_words(stepped: Sequence[CheckComparison]) -> str:
+    worst = max(stepped, key=lambda step: step.departure)
+    size = signed_in_words(worst.departed_by, worst.unit, 3)
+    changed, where = f"changed by {size} at {worst.departed_at}", len(stepped) - 1
+    if worst.cause:
+        channels = f"{len(stepped)} channels changed beyond their limits" if where else "one channel beyond its limit"
+        return f"{channels}; {worst.label} {changed}"
+    others = f", and {where} other channel{'s' if where > 1 else ''}" if where else ""
+    return f"{worst.label} {changed}{others}"
+
+
+def _cause(findings: Iterable[Finding]) -> str:
+    """Return whose doing the change of a check set is where it is none of a sensor; empty where nothing says so."""
+    significant = [finding for finding in findings if finding.is_significant and finding.kind in _TOGETHER]
+    foremost = min(significant, key=lambda finding: list(_TOGETHER).index(finding.kind), default=None)
+    if foremost is None:
+        return ""
+    same = ", or what would look the same" if foremost.details.get("confounded_with") else ""
+    return f"{_TOGETHER[foremost.kind]}{same}"
 
 
 def _judged(comparison: CheckComparison, step: RestartComparison | None, pair: CheckSetPair) -> CheckComparison:

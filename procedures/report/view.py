@@ -280,6 +280,8 @@ class CheckComparison:
     departed_by: float = 0.0
     """The change there, in ``unit``."""
     departed_at: str = ""
+    cause: str = ""
+    """Whose doing the change of the whole check set is, as all sensors together show it; empty: none is told."""
 
 
 @dataclass(frozen=True)

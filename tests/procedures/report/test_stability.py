@@ -5,6 +5,9 @@ import numpy as np
 import pytest
 from report_dwells import dwell, event
 
+from ams.findings import Finding, FindingKind
+from ams.surveillance.common_mode import CommonMode
+from procedures.common_mode.visit_watch import Judged
 from procedures.records.dwells import DwellRecord
 from procedures.report.stability import check_comparisons, reference_traces, restart_steps, temperature_traces
 from procedures.run.ending import RunEnds
@@ -67,7 +70,7 @@ def test_the_verdict_tells_of_a_restart_step_exactly_where_the_table_of_restarts
         found = check_comparisons(_sets({1: 0.0, 2: by_v}, {1: 6, 2: 6}), LABELS)
         said = restart_steps(found)
         assert bool(said) == any(entry.is_step for entry in found) == (by_v > 1.5e-6)
-    assert said[0].startswith("restart 1: SN1 x changed by 0.0001 V")
+    assert said[0].startswith("restart 1: SN1 x changed by +100 µV")
 
 
 def test_fault_87_a_set_that_was_cut_short_is_compared_as_far_as_it_goes() -> None:
@@ -109,7 +112,7 @@ def test_the_run_that_trips_and_its_report_name_the_same_channel_and_attitude() 
         require_no_step(history, after, Quiet(), {}, Quiet(), is_alike=True)  # type: ignore[arg-type]
     assert "dmm.x" not in str(ends.value)
     (said,) = restart_steps(check_comparisons([*before.values(), *after.values()], labels))
-    assert said == "restart 1: SN2 y changed by 0.00015 V at pitch 60°, roll 0°, and 1 other channels"
+    assert said == "restart 1: SN2 y changed by +150 µV at pitch 60°, roll 0°, and 1 other channel"
 
 
 def test_a_set_at_another_temperature_is_drawn_and_not_judged() -> None:
@@ -126,3 +129,21 @@ def test_visits_at_two_attitudes_have_a_trace_each() -> None:
     traces = reference_traces(visits, LABELS)
     assert [trace.change.tolist() for trace in traces] == [[0.0, 0.5], [0.0, 0.25]]
     assert traces[1].label == "SN1 x, pitch 30°, roll 0°"
+
+
+def _shown(epoch: int, *findings: Finding) -> Judged:
+    common = CommonMode((), 1e-9, (), {}, (), ("SN1", "SN2"))
+    return Judged(0, "since the check set of epoch 1", common, findings, (), (1, 0.0), (epoch, 0.0))
+
+
+@pytest.mark.parametrize("by_v", [2e-7, 1e-4])
+@pytest.mark.parametrize(
+    ("kind", "whose"), [("table-rotation", "the table, its base"), ("meter-gain", "the gain of the meter")]
+)
+def test_a_restart_is_told_as_all_sensors_together_show_it(by_v: float, kind: FindingKind, whose: str) -> None:
+    """Also where no channel alone is beyond its limit: the verdict tells a turn then, and the restart told none."""
+    finding = Finding(kind, "all sensors did alike", True, 1e-9)
+    sets = _sets({1: 0.0, 2: by_v, 3: by_v}, {1: 6, 2: 6, 3: 6})
+    said = restart_steps(check_comparisons(sets, LABELS, (), [_shown(2, finding)]))
+    assert said[0].startswith(f"restart 1: {whose}")
+    assert [text.startswith("restart 2: SN1 x changed") for text in said[1:]] == [True] * (by_v > 1e-5)

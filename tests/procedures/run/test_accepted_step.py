@@ -14,6 +14,7 @@ from procedures.journal.corrections import Authorisation, redo, void_from
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view
+from procedures.report.check_rows import check_rows
 from procedures.run.resume import resume_on
 from procedures.solution.run_findings import run_findings
 from rig.assembly.open_rig import open_rig
@@ -83,7 +84,13 @@ def test_visits_after_an_accepted_step_are_not_held_for_it_again(three: Bench, t
     assert turn.text.startswith("all three sensors turned by −7")
     assert "about roll since the check set of epoch 1" in turn.text
     assert "stand after it" not in turn.text, "seven dwells of the design stand before it"
-    assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"
+    view = assemble_view(solved.record, solved.sensors)
+    assert view.verdict.trust == "unusable"
+    restart = next(ground for ground in view.verdict.grounds if ground.startswith("A restart made a step"))
+    assert "restart 1: the table, its base or the common fixture: " in restart
+    assert {row.judged.partition("; ")[2] for row in check_rows(view.checks) if row.restart == 1} == {
+        "all together: the table, its base or the common fixture"
+    }
     url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
     publish_solved(url, run_dir, solved.record, solved.sensors, sets_of(solved))
     assert [coefficients.quarantine for coefficients in list_sets(url)] == [turn.text] * 3
