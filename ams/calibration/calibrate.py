@@ -88,8 +88,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     for (group, solved, _), found in zip(groups, _diagnosed(rows, groups, choices, request), strict=True):
         for row, label in enumerate(group):
             curved = request.residual_curvature
-            solved_axis = _axis(label, solved, row, observations, choices[label], found[row], curved=curved)
-            axes[label] = replace(solved_axis, notes={**solved_axis.notes, **_limits(shared[label])})
+            limits = _limits(shared[label])
+            axes[label] = _axis(label, solved, row, observations, choices[label], found[row], limits, curved=curved)
             names = choices[label].model.primary_names
             parts[label] = SolvedAxis(label, names, solved.components, row, shared[label])
     warnings = (*left_out, *_layout_warnings(layout, rows))
@@ -229,12 +229,13 @@ def _axis(
     observations: Observations,
     choice: ModelChoice,
     found: Diagnosis,
+    limits: Mapping[str, object],
     *,
     curved: bool,
 ) -> AxisCalibration:
     """Return the calibration of one axis.
 
-    ``curved``: for H_E.
+    ``limits``: what its users must know, among the notes. ``curved``: for H_E.
     """
     model, primary = choice.model, solved.primary[row]
     output_v = observations.outputs[label]
@@ -265,6 +266,7 @@ def _axis(
         notes={
             **_notes(solved, row, choice),
             **_curvature(model, primary, observations, output_v - fitted_v, curved=curved),
+            **limits,
         },
     )
 

@@ -7,6 +7,7 @@ two.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class SolvedColumns:
         alone_size = self.problem.alone.basis.shape[1]
         separate = np.repeat(mixed.estimate[row][None], self.layout.replications, axis=0)
         separate[:, :alone_size] = mixed.sums.separate[..., row]
-        kept = [i for i, name in enumerate(model.parameter_names) if _is_per_replication(name)]
+        kept = _of_each_replication(model.parameter_names)
         names = [model.parameter_names[i] for i in kept]
         values = model.parameters(self.problem.complete(separate))[:, kept].tolist()
         rows = zip(self.layout.replication_labels, values, strict=True)
@@ -299,17 +300,21 @@ def _replication(
     if mixed.sums is None:
         return None
     alone_size = problem.alone.basis.shape[1]
-    # Terms of low order are the sensor's, and their own test tells of them.
-    tested = [
-        i
-        for i, name in enumerate(parameters.names)
-        if (_is_per_replication(name) and name not in (*LOW_ORDER_NAMES, TRACELESS_NAME))
-    ]
-    names = [quantity(parameters.names[i]) for i in tested]
+    tested, names = _held_against_drift(parameters.names)
     directions = parameters.directions[:, tested][..., problem.free][..., :alone_size]
     largest_v = np.maximum(problem.outputs.max(axis=0), -problem.outputs.min(axis=0))
     return analyse(problem.alone, layout, largest_v, mixed.sums, names, directions)
 
 
-def _is_per_replication(name: str) -> bool:
-    return name not in NOT_PER_REPLICATION and not is_shared(name)
+@cache
+def _held_against_drift(names: tuple[str, ...]) -> tuple[list[int], list[str]]:
+    """Return the places of the parameters that are tested for a drift, and what they are called."""
+    # Terms of low order are the sensor's, and their own test tells of them.
+    kept = [i for i in _of_each_replication(names) if names[i] not in (*LOW_ORDER_NAMES, TRACELESS_NAME)]
+    return kept, [quantity(names[i]) for i in kept]
+
+
+@cache
+def _of_each_replication(names: tuple[str, ...]) -> list[int]:
+    """Return the places of the parameters that every replication determines by itself."""
+    return [i for i, name in enumerate(names) if name not in NOT_PER_REPLICATION and not is_shared(name)]

@@ -8,7 +8,6 @@ import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.tested_terms import linear_base
-from ams.analysis.diagnostics.time_order import time_order
 from ams.arrays import BoolArray, FloatArray
 from ams.inputs.known_of_run import GAIN, OFFSET, ProvedChange, is_among
 from ams.surveillance.common_mode_columns import BASE, PITCH, ROTATIONS
@@ -57,7 +56,7 @@ def moments_of(change: ProvedChange, evidence: Evidence) -> Iterator[Changed]:
     after, before = is_among(evidence.rows, change.after), is_among(evidence.rows, change.before)
     if not (after.any() and before.any()):
         return
-    order = time_order(evidence)
+    order = evidence.time_order
     between = order[~(after | before)[order]]
     for first in range(between.size + 1):
         changed = after.copy()

@@ -35,7 +35,7 @@ from ams.analysis.diagnostics.step_scan import (
 )
 from ams.analysis.diagnostics.temperature import explained, varies
 from ams.analysis.diagnostics.tested_terms import linear_base
-from ams.analysis.diagnostics.time_order import courses_of_drift, parts_of_replications, time_order
+from ams.analysis.diagnostics.time_order import courses_of_drift, parts_of_replications
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration import step_words
 from ams.calibration.step_columns import LINEAR, Changed, moments_of, step_columns
@@ -156,7 +156,7 @@ class _Search:
     def course(self) -> Course:
         layout, rows = self.evidence.layout, self.evidence.rows
         dof = layout.rows - layout.points
-        return Course(layout.point, time_order(self.evidence), rows.pitch_rad, rows.roll_rad, dof)
+        return Course(layout.point, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof)
 
     @cached_property
     def watched(self) -> tuple[Watched, ...]:

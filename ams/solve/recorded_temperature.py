@@ -58,8 +58,7 @@ def recorded_temperature(
         swung = warm.column * (fitted[:, index] - float(warm.departing @ fitted[:, index]))
         swing = form.estimator @ swung
         taken_up = np.stack([warm.taken_up, swing], axis=1)
-        apart = np.stack([warm.apart, swung - form.fitted(swing)])
-        slopes = _slopes(apart, left[:, index], np.array([warm.square, swung @ swung]))
+        slopes = _slopes(warm, swung, swung - form.fitted(swing), left[:, index])
         if estimator is form.estimator:
             answer = taken_up
         else:
@@ -82,6 +81,8 @@ class _Warm:
     """(N,) what the model leaves of it."""
     square: float
     """Of the column."""
+    apart_square: float
+    """Of what the model leaves of it."""
     departing: FloatArray
     """(N,) weights of the mean output at which the temperature departs, so that the column and its product with the
     output about that mean are at right angles. With the plain mean one reading that stands apart would make two
@@ -93,19 +94,24 @@ def _warm(basis: FloatArray, estimator: FloatArray, temperature_degc: FloatArray
     column = temperature_degc - temperature_degc.mean()
     taken_up, square = estimator @ column, float(column @ column)
     departing = column**2 / square if square > 0.0 else np.zeros_like(column)
-    return _Warm(column, taken_up, column - basis @ taken_up, square, departing)
+    apart = column - basis @ taken_up
+    return _Warm(column, taken_up, apart, square, float(apart @ apart), departing)
 
 
-def _slopes(apart: FloatArray, left: FloatArray, squares: FloatArray) -> FloatArray:
-    """Return the (2,) slopes that two columns of (2,) ``squares`` have in what is left.
+def _slopes(warm: _Warm, swung: FloatArray, swung_apart: FloatArray, left: FloatArray) -> FloatArray:
+    """Return the (2,) slopes that the temperature, and (N,) its product with the output, have in what is left.
 
-    ``apart`` (2, N) is what the model does not take up of them. Where they are one in the residuals that of the one
-    that explains more; 0 for what leaves too little to tell.
+    ``swung_apart`` (N,) is what the model does not take up of the product. Where the two are one in the residuals that
+    of the one that explains more; 0 for what leaves too little to tell.
     """
-    gram, along = apart @ apart.T, apart @ left
-    is_determined = np.diag(gram) > _LEFT * squares
-    if is_determined.all() and gram[0, 1] ** 2 < (1.0 - _LEFT) * gram[0, 0] * gram[1, 1]:
-        return np.asarray(np.linalg.solve(gram, along))
-    alone = np.where(is_determined, np.diag(gram), np.inf)
-    most = along**2 / alone == np.max(along**2 / alone)
-    return np.where(most & is_determined, along / alone, 0.0)
+    squares = warm.apart_square, float(swung_apart @ swung_apart)
+    along = float(warm.apart @ left), float(swung_apart @ left)
+    both = float(warm.apart @ swung_apart)
+    wholes = warm.square, float(swung @ swung)
+    is_determined = [square > _LEFT * whole for square, whole in zip(squares, wholes, strict=True)]
+    if all(is_determined) and both**2 < (1.0 - _LEFT) * squares[0] * squares[1]:
+        crossed = squares[1] * along[0] - both * along[1], squares[0] * along[1] - both * along[0]
+        return np.array(crossed) / (squares[0] * squares[1] - both**2)
+    alone = np.where(is_determined, squares, np.inf)
+    explained = np.square(along) / alone
+    return np.where((explained == explained.max()) & is_determined, along / alone, 0.0)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
+from ams.remembered import remembered
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 
@@ -109,16 +110,15 @@ def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: IntA
     left = rows - means
     ss_departures = np.einsum("rkm,rkm->m", left, left)
     contrasts = estimator @ left
-    contrasts -= contrasts.mean(axis=0)
+    contrasts -= contrasts.sum(axis=0) / n
     left -= basis @ contrasts
     ss_lack_of_fit = n * np.einsum("km,km->m", misfit, misfit)
-    centring = np.eye(n) - 1.0 / n
     return ReplicatedSums(
         is_balanced=True,
         pooled=pooled,
         separate=pooled + contrasts,
         contrasts=contrasts,
-        contrast_covariance=centring[:, None, :, None] * (n * form.unscaled_covariance)[:, None, :],
+        contrast_covariance=_covariance_of_contrasts(n, form.unscaled_covariance),
         ss_precision=np.einsum("rkm,rkm->m", left, left),
         dof_precision=(n - 1) * (points - size),
         ss_lack_of_fit=ss_lack_of_fit,
@@ -128,6 +128,13 @@ def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: IntA
         ss_pooled_bias=ss_lack_of_fit,
         ss_pooled_precision=ss_departures,
     )
+
+
+@remembered(16)
+def _covariance_of_contrasts(n: int, unscaled: FloatArray) -> FloatArray:
+    """Return (n, P, n, P) for n replications that each hold every point, by the (P, P) covariance of them all."""
+    centring = np.eye(n) - 1.0 / n
+    return np.asarray(centring[:, None, :, None] * (n * unscaled)[:, None, :])
 
 
 def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> ReplicatedSums:

@@ -166,8 +166,7 @@ def axis_tests(
     made = {test.name: test for test in found if np.isfinite(test.p_value)} | dict(convicted)
     memories = [made[name] for name in MEMORIES if name in made]
     decided = _decided(made, by_replication, between, convicted, level, columns)
-    decided = _explained_by_temperature(evidence, output, decided)
-    return replace(decided, grid=grid, memories=memories)
+    return replace(_explained_by_temperature(evidence, output, decided), grid=grid, memories=memories)
 
 
 def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | None, FloatArray | None]:
@@ -304,8 +303,9 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
         else previous_attitude.memories_of_points(evidence, base.nominal_axis)
     )
     in_order = _in_order(memories, settling_of_points(evidence), is_determined)
-    columns = np.hstack([terms, skew[:, None], before[:, None], in_order, _by_point_degc(evidence, output)])
-    return eliminate(means, columns, _beside(evidence.basis, terms, in_order))
+    turns, degc = np.column_stack([skew, before]), _by_point_degc(evidence, output)
+    columns, unshared = np.hstack([terms, turns, in_order, degc]), np.hstack([known, turns, degc])
+    return eliminate(means, columns, _beside(evidence.basis, terms, in_order), unshared)
 
 
 @remembered(16)

@@ -18,7 +18,7 @@ from ams.analysis.diagnostics.beliefs import BY_REPLICATION, DRIFT_OF, OVER_TIME
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.temperature import explained
 from ams.analysis.diagnostics.tested_terms import linear_base
-from ams.analysis.diagnostics.time_order import LEAST_DOF, courses_of_drift, order_repeats, settling, time_order
+from ams.analysis.diagnostics.time_order import LEAST_DOF, courses_of_drift, order_repeats, settling
 from ams.arrays import FloatArray
 
 PER_NUMBER: Final = 4.0
@@ -75,7 +75,7 @@ def _of_drift(evidence: Evidence, output: int) -> Iterator[tuple[FloatArray, int
     """Yield (N, c) courses of the offset, and of offset and sensitivity, with how many numbers each has to choose."""
     layout, along = evidence.layout, evidence.sensed[:, [output]]
     levels = np.asarray(layout.replication[:, None] == np.arange(1, layout.replications), dtype=np.float64)
-    for columns, numbers in (*courses_of_drift(time_order(evidence)), (levels, layout.replications - 1)):
+    for columns, numbers in (*courses_of_drift(evidence.time_order), (levels, layout.replications - 1)):
         yield columns, numbers
         yield np.hstack([columns, columns * along]), 2 * numbers
 

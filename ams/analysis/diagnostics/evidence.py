@@ -13,6 +13,7 @@ from ams.analysis.replication import ReplicationColumns
 from ams.arrays import FloatArray, IntArray
 from ams.models.model import Model
 from ams.observations import Observations
+from ams.solve.dwell_order import rows_in_time
 from ams.solve.layout import Layout
 from ams.solve.replicated import ReplicatedSums
 
@@ -43,6 +44,11 @@ class Evidence:
     sums: ReplicatedSums | None
     """None with one replication."""
     replication: ReplicationColumns | None
+
+    @cached_property
+    def time_order(self) -> IntArray:
+        """(N,) the rows in the order of time; without times the order of the rows stands for it."""
+        return rows_in_time(self.rows.time_s, self.layout.rows)
 
     @cached_property
     def dwell(self) -> IntArray:

@@ -111,14 +111,17 @@ class Elimination:
         return float(self.gram[y, y] - explained)
 
 
-def eliminate(means: PointMeans, columns: FloatArray, further: FloatArray) -> Elimination:
+def eliminate(
+    means: PointMeans, columns: FloatArray, further: FloatArray, unshared: FloatArray | None = None
+) -> Elimination:
     """Return (K, c) columns ready to be tested; ``further`` (K, f) count as explained in the scatter as well.
 
     ``further`` may hold what the basis or the columns hold: it is what many outputs share, and is factored once.
+    ``unshared`` (K, …): those of the basis and the columns that it does not hold; None: any of them.
     """
     joined = np.column_stack([means.basis, columns, means.mean])
     design = joined[:, :-1]
-    whole = _independent_of(further, design)
+    whole = _independent_of(further, design if unshared is None else unshared)
     dof = means.mean.size - whole.shape[1]
     variance = _variance(means, whole, dof)
     return Elimination(gram_of(means, joined, variance), means.basis.shape[1], columns.shape[1], dof, design)

@@ -17,7 +17,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.settling import UNKNOWN, Estimate, joined
-from ams.analysis.diagnostics.time_order import LEAST_DOF, order_repeats, time_order
+from ams.analysis.diagnostics.time_order import LEAST_DOF, order_repeats
 from ams.arrays import FloatArray, IntArray
 from ams.frames import specific_force
 from ams.remembered import remembered
@@ -34,13 +34,13 @@ _DRIFTS = 0.05
 def turned_from(evidence: Evidence, output: int) -> FloatArray:
     """Return the (N,) change of what the output senses from this dwell back to the one before it, over its largest."""
     along = evidence.sensed[:, output]
-    return np.asarray(along[_dwell_before(time_order(evidence), evidence.layout)] - along)
+    return np.asarray(along[_dwell_before(evidence.time_order, evidence.layout)] - along)
 
 
 def memories(evidence: Evidence, nominal_axis: str) -> FloatArray:
     """Return (N, 3) what an element with a memory of so many dwells shows still less what there is now, g."""
     rows = evidence.rows
-    return _memories(rows.time_s, time_order(evidence), rows.pitch_rad, rows.roll_rad, nominal_axis)
+    return _memories(rows.time_s, evidence.time_order, rows.pitch_rad, rows.roll_rad, nominal_axis)
 
 
 def memories_of_points(evidence: Evidence, nominal_axis: str) -> FloatArray:

@@ -93,7 +93,7 @@ class GridResiduals:
         if columns.shape[1] == 1:
             line = columns.reshape(self.replications, self.points)
             if self.replications > 1:
-                line = line - line.mean(axis=0)
+                line = line - line.sum(axis=0) / self.replications
             flat = (line - (line @ self.q) @ self.q.T).reshape(-1, 1)
         else:
             grid = columns.reshape(self.replications, self.points, -1)

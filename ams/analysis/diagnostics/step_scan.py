@@ -134,7 +134,7 @@ class Scan:
     variance: float = 1.0
     """That squares are told in."""
 
-    @property
+    @cached_property
     def paths(self) -> Paths:
         """Return the products for every place."""
         return paths_of(self.course.point, self.course.time_order, self.pattern, self.pairs)

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.time_order import LEAST_DOF, time_order
+from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
@@ -79,7 +79,7 @@ def lagged_degc(evidence: Evidence, time_constant_h: float) -> FloatArray | None
     temperature, time = evidence.rows.temperature_degc, evidence.rows.time_s
     if temperature is None or time is None or not np.ptp(time) > 0.0:
         return None
-    order = time_order(evidence)
+    order = evidence.time_order
     kept = np.exp(-np.diff(time[order]) / (SECONDS_PER_HOUR * time_constant_h))
     steps = np.diff(temperature[order])
     apart = np.zeros(order.size)

@@ -17,7 +17,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
-from ams.solve.dwell_order import rows_in_time, settling_of_rows, turns_in_replication
+from ams.solve.dwell_order import settling_of_rows, turns_in_replication
 from ams.solve.extension import stands_alike
 from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
@@ -58,11 +58,6 @@ class Slope:
     p_value: FloatArray
 
 
-def time_order(evidence: Evidence) -> IntArray:
-    """Return the rows in the order of time; without times the order of the rows stands for it."""
-    return rows_in_time(evidence.rows.time_s, evidence.layout.rows)
-
-
 def row_time(evidence: Evidence) -> FloatArray | None:
     """Return the (N,) times of the rows; without times their order, evenly spaced.
 
@@ -77,7 +72,7 @@ def row_time(evidence: Evidence) -> FloatArray | None:
 
 def order_repeats(evidence: Evidence) -> bool:
     """Return whether every replication visits all points at the same attitudes in the same order."""
-    return stands_alike(evidence.rows, evidence.layout) and _order_repeats(time_order(evidence), evidence.layout)
+    return stands_alike(evidence.rows, evidence.layout) and _order_repeats(evidence.time_order, evidence.layout)
 
 
 @remembered(16)
@@ -100,7 +95,7 @@ def courses_of_drift(order: IntArray) -> Iterator[tuple[FloatArray, int]]:
 
 def parts_of_replications(evidence: Evidence, parts: int) -> IntArray:
     """Return for each row the number of its part: every replication is so many of them, one after the other."""
-    return _parts(time_order(evidence), evidence.layout.replication, evidence.layout.replications, parts)
+    return _parts(evidence.time_order, evidence.layout.replication, evidence.layout.replications, parts)
 
 
 @remembered(16)
@@ -112,7 +107,7 @@ def _parts(order: IntArray, replication: IntArray, replications: int, parts: int
 def settling(evidence: Evidence) -> FloatArray:
     """Return the (N,) column of a transient at the start of every replication: one at its first dwell, fading."""
     # Tested and never a term of the estimate: that would widen every clean offset by a tenth.
-    return settling_of_rows(time_order(evidence), evidence.layout)
+    return settling_of_rows(evidence.time_order, evidence.layout)
 
 
 def settling_of_points(evidence: Evidence) -> FloatArray:

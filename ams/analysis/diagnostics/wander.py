@@ -13,7 +13,7 @@ import numpy as np
 from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.beliefs import AUTOCORRELATION, BY_REPLICATION, LACK_OF_FIT, ROBUST, SETTLING, AxisTests
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.time_order import settling, time_order
+from ams.analysis.diagnostics.time_order import settling
 from ams.arrays import FloatArray
 
 _LAGS: Final = 60
@@ -43,7 +43,7 @@ def beside_wander(evidence: Evidence, output: int, tests: AxisTests, made: froze
 
 def _inflation(evidence: Evidence, output: int, column: FloatArray | None) -> float:
     """Return by how much more than white noise's the square of an estimate scatters; of a sum of squares without."""
-    order = time_order(evidence)
+    order = evidence.time_order
     y = evidence.departures[order, output]
     if column is None:
         return max(1.0, 1.0 + 2.0 * float(np.sum(_correlations(y) ** 2)))

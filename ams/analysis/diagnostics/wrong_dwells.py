@@ -40,10 +40,9 @@ def largest_p_values(residuals: GridResiduals) -> tuple[FloatArray, IntArray]:
     size = squares.size
     if dof < LEAST_DOF:
         return np.full(size, np.nan), np.zeros(size, dtype=np.int64)
-    judged = (leverages > 0.0)[:, None]
-    share = residuals.residuals**2
-    np.divide(share, leverages[:, None], out=share, where=judged)
-    share *= judged
+    judged = leverages > 0.0
+    share = np.square(residuals.residuals)
+    share *= np.divide(1.0, leverages, out=np.zeros_like(leverages), where=judged)[:, None]
     index = np.argmax(share, axis=0)
     largest = share[index, np.arange(size)]
     rest = np.maximum(squares - largest, np.finfo(float).tiny)
