@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ams.analysis.diagnostics.take_back import redo_command, void_command
 from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
@@ -23,6 +22,7 @@ from procedures.common_mode.check_sets import accepted_epochs, check_set_pairs, 
 from procedures.common_mode.opening_checks import OpeningChecks
 from procedures.common_mode.planned_visits import plateau_numbers_of, visits_of
 from procedures.common_mode.sensed_axes import Attitude, KnownAxes, attitude_of, sensed_axes
+from procedures.common_mode.ways_out import Moment, in_doubt, take_back_commands
 from procedures.plan.plan import Plan
 from procedures.records.declared_supply import at_declared
 from procedures.records.dwells import DwellRecord, Event
@@ -37,10 +37,6 @@ LARGEST_TC_PER_DEGC = 1e-4
 STEEPEST_DEG = 45.0
 """Pitch up to which a turn about roll moves readings by more than two thirds of what it does at level."""
 _AXES = frozenset(("pitch", "roll"))
-
-
-Moment = tuple[int, float]
-"""Epoch and rig seconds within it: dates of two starts may overlap, where the clock was set or time is virtual."""
 
 
 @dataclass(frozen=True)
@@ -380,13 +376,8 @@ def way_out(judged: Judged, plan: Plan) -> str:
     """Name the dwells in doubt, and what takes them back."""
     if not judged.doubtful:
         return "calrig continue RUN goes on, and compares with this visit from then on"
-    first, last = min(judged.doubtful), max(judged.doubtful)
-    in_doubt = set(judged.doubtful)
-    labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in in_doubt})
-    taken_back = void_command(first, "RUN")
-    redone = " and ".join(redo_command(label, "RUN") for label in labels)
     return (
-        f"in doubt are the {len(judged.doubtful)} dwells of steps {first} to {last}: to measure them again put the "
-        f"table right, calrig stop RUN, then {taken_back}, or {redone}, and calrig resume RUN; "
+        f"{in_doubt(judged.doubtful)}: to measure them again put the table right, calrig stop RUN, then "
+        f"{take_back_commands(judged.doubtful, plan, 'RUN')}, and calrig resume RUN; "
         "calrig continue RUN keeps them and compares with this visit from then on"
     )

@@ -1,10 +1,13 @@
 """The whole state of a run on one page, for whoever takes over the shift."""
 
+import shlex
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from ams.analysis.diagnostics.take_back import void_command
+from procedures.common_mode.visit_watch import COMMON_MODE
+from procedures.common_mode.ways_out import measured_again
 from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_sentence, read_guard_record
@@ -13,6 +16,9 @@ from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
 from procedures.journal.stop_advice import advice, advice_once_stopped
 from procedures.journal.verdict_file import read_verdict
+from procedures.journal.voids import KIND as VOIDED
+from procedures.journal.voids import keys_in
+from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, state_sentence
@@ -27,6 +33,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
     stands = status(run_dir)
     with JournalReader.open(run_dir) as reader:
         header, stamped = reader.header, list(reader.events())
+        plan = header.plan
         events = list(on_one_clock(stamped))
         dwells = list(dwells_on_one_clock(reader.dwells(with_samples=False), stamped))
         quarantined = reader.quarantined()
@@ -60,7 +67,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_listed("answered for", [event for event in events if event.kind == "override"]),
         *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
-        f"next       {_next(run_dir, stands.state, cause, _held_before(events))}",
+        f"next       {_next(run_dir, stands.state, cause, _held_before(events), _meter_doubts(run_dir, events, plan))}",
         *_solved(run_dir, stands.state),
     ]
     return "\n".join(lines) + "\n"
@@ -75,8 +82,11 @@ def _standing(state: State, entered: Event, newest: Event, words: LastWords | No
     return one_line(f"{state} since {at_both(words.stopped_utc)}: {words}")
 
 
-def _next(run_dir: Path, state: State, cause: str, held_before: str) -> str:
-    """``held_before``: the cause of the hold that a person stopped the run in; empty where it was none."""
+def _next(run_dir: Path, state: State, cause: str, held_before: str, meter_doubts: str) -> str:
+    """``held_before``: the cause of the hold that a person stopped the run in; empty where it was none.
+
+    ``meter_doubts``: the way out of what visits found of the meter; empty where they found nothing that still counts.
+    """
     if state in (State.HELD, State.TRIPPED):
         return advice(cause).replace("RUN", str(run_dir))
     if state in ANSWERED_FOR:
@@ -93,8 +103,27 @@ def _next(run_dir: Path, state: State, cause: str, held_before: str) -> str:
         return f"it was held before. {before}{resume}".replace("RUN", str(run_dir))
     if state is not State.FINISHED:
         return "this run has ended; begin a new one"
-    is_solved = read_verdict(run_dir, state) is not None
-    return f"{'nothing, it is solved; what is missing is made by ' if is_solved else ''}calrig solve {run_dir}"
+    verdict = read_verdict(run_dir, state)
+    if verdict is None:
+        return f"calrig solve {run_dir}{f'; {meter_doubts}' if meter_doubts else ''}"
+    solve = f"what is missing is made by calrig solve {run_dir}"
+    if meter_doubts:
+        return f"it is solved, and the meter changed while it measured: {meter_doubts}; {solve}"
+    if verdict.get("trust") == "sound":
+        return f"nothing, it is solved; {solve}"
+    return f"it is solved; read the verdict and its grounds in the report first: each says what it leaves open; {solve}"
+
+
+def _meter_doubts(run_dir: Path, events: Sequence[Event], plan: Plan) -> str:
+    """Return how the dwells are measured again that a change of the meter left in doubt and nobody took back since."""
+    doubtful: set[int] = set()
+    for event in events:
+        kinds, steps = event.detail.get("kinds"), event.detail.get("doubtful")
+        if event.kind == COMMON_MODE and isinstance(kinds, list) and isinstance(steps, list):
+            doubtful |= set(steps) if not {"meter-gain", "meter-offset"}.isdisjoint(kinds) else set()
+        elif event.kind == VOIDED:
+            doubtful -= {step for step, _, _ in keys_in(event)}
+    return measured_again(doubtful, plan, shlex.quote(str(run_dir))) if doubtful else ""
 
 
 def _held_before(events: Sequence[Event]) -> str:

@@ -12,6 +12,8 @@ from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, significant_texts
 from ams.inputs.known_of_run import GAIN, OFFSET, DwellLabels, ProvedChange
 from ams.surveillance.common_mode import CommonMode
 from ams.surveillance.common_mode_columns import ROTATIONS
+from procedures.common_mode.visit_watch import Judged
+from procedures.common_mode.ways_out import meter_way_out
 from procedures.records.dwells import DwellRecord
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
@@ -29,10 +31,18 @@ def run_findings(record: RunRecord) -> tuple[Finding, ...]:
     return tuple(
         replace(finding, is_significant=False)
         if has_term and judged_visit.is_slow and finding.kind == "sensor-change"
-        else finding
+        else _with_way_out(finding, judged_visit, record)
         for judged_visit in record.judged_visits
         for finding in judged_visit.findings
     )
+
+
+def _with_way_out(finding: Finding, judged: Judged, record: RunRecord) -> Finding:
+    """Return a change of the meter with the dwells that it leaves in doubt, and the commands; any other as it is."""
+    if not finding.is_significant or finding.kind not in _OF_METER:
+        return finding
+    way_out = meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, record.plan)
+    return replace(finding, text=f"{finding.text}; {way_out}")
 
 
 def proved_changes(record: RunRecord) -> tuple[ProvedChange, ...]:

@@ -168,7 +168,7 @@ def test_the_handover_of_a_finished_run_tells_its_verdict_and_no_end_to_come(who
     ):
         assert said in page
     assert "\nends " not in page
-    assert "next       nothing, it is solved; what is missing is made by calrig solve " in page
+    assert "next       it is solved; read the verdict and its grounds in the report first" in page
 
 
 def test_what_a_result_lacks_is_listed_and_what_contradicts_the_day_is_refused(small: Bench) -> None:

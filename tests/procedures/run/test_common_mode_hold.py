@@ -1,5 +1,7 @@
 """All sensors turned at once: the table is held and named while the run runs; what one does is blamed on that one."""
 
+import re
+import shlex
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +14,7 @@ from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
 from ams.archive.sets import list_sets
 from ams.findings import turned_the_table
+from procedures.cli.main import run_command
 from procedures.common_mode.visit_watch import VisitWatch, judge_run
 from procedures.delivery.deliver import sets_of, solve_run
 from procedures.delivery.publish import publish_solved
@@ -225,6 +228,35 @@ def test_a_drift_of_one_sensor_is_blamed_on_it_and_the_meters_gain_and_offset_on
     assert {kind} == {kind for kinds, _, _ in found for kind in kinds}
     assert not any(held for _, held, _ in found)
     assert words in found[0][2]
+
+
+@pytest.mark.parametrize("by", [times(1.0002), more_v(2e-4)])
+def test_a_change_of_the_meter_names_the_dwells_in_doubt_and_what_measures_them_again(
+    three: Bench, tmp_path: Path, by: Callable[[Burst], Burst]
+) -> None:
+    """The commands of the handover, split as a shell does, are what the command line takes."""
+    unattended = UnattendedRun(tmp_path / "run of today")
+    run_dir = unattended.run_dir
+    assert run_unattended(three, unattended, rig_of=around(changed("dmm", by, SINCE))).state is State.FINISHED
+    (noted,) = events(run_dir, "common_mode")
+    doubtful = noted.detail["doubtful"]
+    assert isinstance(doubtful, list)
+    solved = solve_run(run_dir)
+    (finding,) = run_findings(solved.record)
+    assert f"in doubt are the {len(doubtful)} dwells of steps {min(doubtful)} to {max(doubtful)}" in finding.text
+    assert f"calrig void --from {min(doubtful)} --operator NAME --reason TEXT" in finding.text
+    assert "accept the finding by name and reason" in finding.text
+    page = handover(run_dir).partition("\nnext ")[2]
+    assert "nothing, it is solved" not in page
+    command = re.search(r"calrig (void .+? --reason TEXT)", page)
+    assert command is not None
+    words = [{"NAME": "bert", "TEXT": "the meter is put right"}.get(word, word) for word in shlex.split(command[1])]
+    assert words[1:4] == [str(run_dir), "--from", str(min(doubtful))]
+    assert run_command(words) == 0
+    with open_rig(three.rig) as rig:
+        assert resume_on(run_dir, rig, "bert").state is State.FINISHED
+    assert run_findings(solve_run(run_dir).record) == ()
+    assert "in doubt" not in handover(run_dir).partition("\nnext ")[2]
 
 
 def test_a_quiet_run_says_nothing(three: Bench, tmp_path: Path) -> None:

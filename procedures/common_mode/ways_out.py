@@ -1,0 +1,60 @@
+"""Which dwells a change of table or meter leaves in doubt, and the commands that have them measured again."""
+
+from collections.abc import Collection, Sequence
+from typing import Final
+
+from ams.analysis.diagnostics.take_back import redo_command, void_command
+from procedures.plan.plan import Plan
+from procedures.records.dwells import DwellRecord
+
+Moment = tuple[int, float]
+"""Epoch and rig seconds within it: dates of two starts may overlap, where the clock was set or time is virtual."""
+
+ACCEPTED: Final = "or keep them, and accept the finding by name and reason when the set is signed"
+
+
+def in_doubt(steps: Collection[int]) -> str:
+    """Name the dwells in doubt: of the one step, or how many of which steps."""
+    first, last = min(steps), max(steps)
+    return (
+        f"in doubt is the dwell of step {first}"
+        if len(steps) == 1
+        else f"in doubt are the {len(steps)} dwells of steps {first} to {last}"
+    )
+
+
+def take_back_commands(steps: Collection[int], plan: Plan, run: str = "") -> str:
+    """Return the commands that take back the dwells in doubt: from the first on, or the replications they are of."""
+    labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in set(steps)})
+    redone = " and ".join(redo_command(label, run) for label in labels)
+    return f"{void_command(min(steps), run)}{f', or {redone}' if redone else ''}"
+
+
+def measured_again(steps: Collection[int], plan: Plan, run: str = "") -> str:
+    """Return how dwells that a change of the meter leaves in doubt are measured again, or what else can be done."""
+    resume = f"calrig resume {run}".rstrip()
+    return (
+        f"{in_doubt(steps)}: to measure them again put the meter right, then {take_back_commands(steps, plan, run)}, "
+        f"and {resume}; {ACCEPTED}"
+    )
+
+
+def meter_way_out(steps: Sequence[int], since: Moment, until: Moment, dwells: Sequence[DwellRecord], plan: Plan) -> str:
+    """Say what a change of the meter leaves in doubt of the design, and the way out.
+
+    ``steps``: measured in between, where visits tell it; else those that count and were. ``since`` and ``until``: when
+    the meter still and already stood as it was found.
+    """
+    design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
+    before = [dwell.step for dwell in design if (dwell.epoch, dwell.ended_s) <= since]
+    after = [dwell.step for dwell in design if (dwell.epoch, dwell.started_s) >= until]
+    counting = {dwell.step for dwell in design}
+    between = [step for step in steps if step in counting] or sorted(counting - set(before) - set(after))
+    if between:
+        return measured_again(between, plan)
+    if not before or not after:
+        return "all dwells that count stand on one side of it: none is in doubt by it"
+    return (
+        f"{len(after)} of {len(design)} dwells were measured after it, and the result is a mixture: "
+        f"{measured_again(after, plan)}"
+    )
