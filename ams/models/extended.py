@@ -164,17 +164,24 @@ class ExtendedPitchRoll(LinearModel):
         }
 
     def parameters(self, primary: FloatArray) -> FloatArray:
-        derived = PitchRoll(self.nominal_axis).parameters(primary[..., :4])
-        traceless = primary[..., :1] - primary[..., 4:] @ self._traces[:, None]
-        return np.concatenate([derived, primary[..., 4:], traceless], axis=-1)
+        found = np.empty((*primary.shape[:-1], primary.shape[-1] + 1))
+        found[..., :4], found[..., 4:-1] = self._linear.parameters(primary[..., :4]), primary[..., 4:]
+        found[..., -1] = primary[..., 0] - primary[..., 4:] @ self._traces
+        return found
 
     def parameters_jacobian(self, primary: FloatArray) -> FloatArray:
-        size = primary.size
-        rows = np.zeros((size + 1, size))
-        rows[:size] = np.eye(size)
-        rows[:4, :4] = PitchRoll(self.nominal_axis).parameters_jacobian(primary[:4])
-        rows[size, 0], rows[size, 4:] = 1.0, -self._traces
+        rows = self._of_terms.copy()
+        rows[:4, :4] = self._linear.parameters_jacobian(primary[:4])
         return rows
+
+    @cached_property
+    def _linear(self) -> PitchRoll:
+        return PitchRoll(self.nominal_axis)
+
+    @cached_property
+    def _of_terms(self) -> FloatArray:
+        """(t + 5, t + 4) derivatives of the parameters, those of the linear sensor left as ones."""
+        return np.vstack([np.eye(4 + self._traces.size), [1.0, 0.0, 0.0, 0.0, *-self._traces]])
 
     @cached_property
     def _traces(self) -> FloatArray:
@@ -182,7 +189,7 @@ class ExtendedPitchRoll(LinearModel):
         return np.array([constant for constant, *_ in self.centring])
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
-        return PitchRoll(self.nominal_axis).undetermined(primary[:4], covariance[:4, :4])
+        return self._linear.undetermined(primary[:4], covariance[:4, :4])
 
 
 _QUADRATIC_TEXT = (

@@ -117,7 +117,7 @@ def halfwidths_95(names: Sequence[str], propagated: FloatArray) -> FloatArray:
 
 
 def _diagonal(covariance: FloatArray) -> FloatArray:
-    return np.asarray(np.diagonal(covariance, axis1=-2, axis2=-1))
+    return covariance.diagonal(axis1=-2, axis2=-1)
 
 
 def _root_of_diagonal(covariance: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ temperature's.
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, isfinite
 from typing import Final
 
 import numpy as np
@@ -163,7 +163,7 @@ def axis_tests(
             between.with_means(by_replication.referred(_term(column, tested, terms.dof), index))
             for index, (column, tested) in enumerate(zip(columns, terms.each(), strict=False))
         ]
-    made = {test.name: test for test in found if np.isfinite(test.p_value)} | dict(convicted)
+    made = {test.name: test for test in found if isfinite(test.p_value)} | dict(convicted)
     memories = [made[name] for name in MEMORIES if name in made]
     decided = _decided(made, by_replication, between, convicted, level, columns)
     return replace(_explained_by_temperature(evidence, output, decided), grid=grid, memories=memories)
@@ -353,7 +353,7 @@ def _decided(
             if name in made and name not in known and name not in convicted:
                 tested = _term(tested_columns[column_index], scatter.terms.test(column_index, beside), dof)
                 tested = between.with_means(scatter.referred(tested, column_index, beside))
-                made[name] = replace(tested, p_value=tested.p_value if np.isfinite(tested.p_value) else 1.0)
+                made[name] = replace(tested, p_value=tested.p_value if isfinite(tested.p_value) else 1.0)
 
 
 def _next(
@@ -374,7 +374,7 @@ def _next(
     # By the means alone, where all have the same degrees of freedom: an estimate between replications as well would put
     # a transient before the bend that it only looks like.
     in_means = {names[index]: columns.test(index, beside).p_value for index in others}
-    most = min(in_means, key=lambda name: (in_means[name] if np.isfinite(in_means[name]) else 1.0, made[name].p_value))
+    most = min(in_means, key=lambda name: (in_means[name] if isfinite(in_means[name]) else 1.0, made[name].p_value))
     plainer = _PLAINER.get(most)
     if plainer is not None and plainer in still_open:
         still_needed = columns.test(names.index(most), (*beside, names.index(plainer)))

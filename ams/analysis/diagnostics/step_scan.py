@@ -170,13 +170,13 @@ def scans_of_table(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]
         np.array([output.k for output in seen if output.k is not None]),
         np.array([output.variance for output in seen]),
     )
-    departures = np.array([output.departures for output in seen]).T
-    weighed, weights = (k / variance[:, None]).T, k.T @ (k / variance[:, None])
+    departures, weighed = np.array([output.departures for output in seen]), k / variance[:, None]
+    weights = k.T @ weighed
     squares = sum(float(output.departures @ output.departures) / output.variance for output in seen)
     slips: tuple[What, ...] = ("roll", "pitch")
     for what in slips:
         pattern, pairs = slip_pattern(what, course.pitch_rad, course.roll_rad), _SLIPS[what]
-        along = course.in_time(np.einsum("nm,nm->n", pattern @ weighed, departures))
+        along = course.in_time(((weighed @ pattern.T) * departures).sum(axis=0))
         twice = np.array([weights[a, b] * (1.0 if a == b else 2.0) for a, b in pairs])
         yield Scan(what, None, course, pattern, pairs, twice, _since(along), squares, len(seen) * course.dof)
 
