@@ -35,7 +35,7 @@ _WAVES: Final = np.arange(1, 20)
 def step_of(readings: FloatArray) -> float | None:
     """Return the step of (N,) readings; None where none shows."""
     ordered = np.sort(readings)
-    apart = np.diff(ordered)
+    apart = ordered[1:] - ordered[:-1]
     span = float(ordered[-1] - ordered[0])
     is_other = apart > _SAME * span
     if np.count_nonzero(~is_other) < _LEAST_REPEATED * readings.size:
