@@ -15,7 +15,7 @@ columns: G Gᵀ with ∂v/∂angle times a column for every independent part. So
 standard uncertainties', for the columns; the weights by simulation (docs/mathematics.md).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Final, Literal
@@ -155,20 +155,9 @@ class TableUncertainty:
     def index_errors(self, axis: str, angle_rad: FloatArray) -> "IndexColumns":
         """Return the independent parts of the errors of an axis at (N,) angles that it shows."""
         declared, standard_rad = self.declared(axis), self.standard_rad()[axis]
-        zero = np.array([] if declared.zero_rad is None else [declared.zero_rad])
-        shown = np.concatenate([angle_rad, zero])
         if declared.known is None:
-            found = _shaped(_SHAPES[declared.shape], standard_rad, shown)
-        else:
-            found = _corrected(declared, standard_rad, shown)
-        if declared.zero_rad is not None:
-            found = replace(found, columns=found.columns[:-1] - found.columns[-1])
-            found = found.beside(
-                IndexColumns(
-                    ("set to zero",), np.array([declared.zero_standard_uncertainty_rad]), np.ones((angle_rad.size, 1))
-                )
-            )
-        return found.without_nothing()
+            return _errors_of_shape(declared, standard_rad, angle_rad)
+        return _beside_zero(declared, angle_rad, lambda shown: _corrected(declared, standard_rad, shown))
 
 
 @dataclass(frozen=True)
@@ -198,6 +187,25 @@ class IndexColumns:
     def scaled_rad(self) -> FloatArray:
         """(N, q) one standard deviation of each."""
         return self.standard_rad * self.columns
+
+
+@remembered(16)
+def _errors_of_shape(declared: IndexErrors, standard_rad: float, angle_rad: FloatArray) -> IndexColumns:
+    """Return the errors of an axis whose certificate lists none."""
+    return _beside_zero(declared, angle_rad, lambda shown: _shaped(_SHAPES[declared.shape], standard_rad, shown))
+
+
+def _beside_zero(
+    declared: IndexErrors, angle_rad: FloatArray, errors_at: Callable[[FloatArray], IndexColumns]
+) -> IndexColumns:
+    """Return errors at (N,) angles less those at the index where the axis was set to read true, if there is one."""
+    if declared.zero_rad is None:
+        return errors_at(angle_rad).without_nothing()
+    found = errors_at(np.append(angle_rad, declared.zero_rad))
+    less = replace(found, columns=found.columns[:-1] - found.columns[-1])
+    standard_rad = np.array([declared.zero_standard_uncertainty_rad])
+    set_to_zero = IndexColumns(("set to zero",), standard_rad, np.ones((angle_rad.size, 1)))
+    return less.beside(set_to_zero).without_nothing()
 
 
 def _shaped(parts: _Parts, standard_rad: float, angle_rad: FloatArray) -> IndexColumns:
