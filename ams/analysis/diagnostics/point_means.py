@@ -62,7 +62,7 @@ class Elimination:
 
     def test(self, column: int, beside: tuple[int, ...] = ()) -> Tested:
         """Test one column with the basis and the columns ``beside`` given; NaN where they leave nothing of it."""
-        gram, given = self.gram, [*range(self.given), *(self.given + column for column in beside)]
+        gram, given = self.gram, self._known(beside)
         rest = [self.given + column, self.given + self.columns]
         block = gram[np.ix_(rest, rest)] - gram[np.ix_(rest, given)] @ np.linalg.solve(
             gram[np.ix_(given, given)], gram[np.ix_(given, rest)]
@@ -93,7 +93,7 @@ class Elimination:
 
         It is 0 where they leave nothing of a column.
         """
-        known = [*range(self.given), *(self.given + column for column in beside)]
+        known = self._known(beside)
         tested = slice(self.given, self.given + self.columns)
         across, whole = self.gram[known, tested], self.gram[tested, tested]
         left = whole - across.T @ np.linalg.solve(self.gram[np.ix_(known, known)], across)
@@ -102,6 +102,11 @@ class Elimination:
         is_left = square > _NOTHING_LEFT * np.diagonal(whole)
         scale[is_left] = square[is_left] ** -0.5
         return np.asarray(left * np.outer(scale, scale))
+
+    def _known(self, beside: tuple[int, ...]) -> list[int]:
+        """Return the places of the basis and of the columns beside: what the points have nothing of takes nothing."""
+        columns = (self.given + column for column in beside)
+        return [*range(self.given), *(column for column in columns if self.gram[column, column] > 0.0)]
 
     @property
     def chi_square(self) -> float:
