@@ -8,9 +8,11 @@ earlier ones measured of it, whole or not. From an epoch whose step a person acc
 was measured before: its check set and its visits begin anew.
 """
 
+import shlex
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -28,8 +30,6 @@ from procedures.records.declared_supply import at_declared
 from procedures.records.dwells import DwellRecord, Event
 from rig.description.signal_chain import Chain
 
-COMMON_MODE = "common_mode"
-"""The event of what a reference visit shows over all sensors."""
 FALSE_ALARM = 1e-4
 """Of each of the two tests of a visit or a check set; a night has some fifty of them."""
 LARGEST_TC_PER_DEGC = 1e-4
@@ -56,6 +56,11 @@ class Judged:
     """When the first dwell after it began."""
     is_slow: bool = False
     """Whether it crept from visit to visit and shows only against the first."""
+
+    @property
+    def sentence(self) -> str:
+        """All that was found, as it is told."""
+        return "; ".join(finding.text for finding in self.findings)
 
     @property
     def holds(self) -> bool:
@@ -372,12 +377,13 @@ def since_check_set(epoch: int) -> str:
     return f"since the check set of epoch {epoch}"
 
 
-def way_out(judged: Judged, plan: Plan) -> str:
+def way_out(judged: Judged, plan: Plan, folder: Path) -> str:
     """Name the dwells in doubt, and what takes them back."""
+    run = shlex.quote(str(folder))
     if not judged.doubtful:
-        return "calrig continue RUN goes on, and compares with this visit from then on"
+        return f"calrig continue {run} goes on, and compares with this visit from then on"
     return (
-        f"{in_doubt(judged.doubtful)}: to measure them again put the table right, calrig stop RUN, then "
-        f"{take_back_commands(judged.doubtful, plan, 'RUN')}, and calrig resume RUN; "
-        "calrig continue RUN keeps them and compares with this visit from then on"
+        f"{in_doubt(judged.doubtful)}: to measure them again put the table right, calrig stop {run}, then "
+        f"{take_back_commands(judged.doubtful, plan, run)}, and calrig resume {run}; "
+        f"calrig continue {run} keeps them and compares with this visit from then on"
     )

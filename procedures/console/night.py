@@ -11,7 +11,7 @@ from procedures.console.watched_run import RunPage
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.run_list import ListedRun
-from procedures.journal.stop_advice import advice
+from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
 from procedures.journal.verdict_file import read_verdict
 from procedures.records.dwells import Event
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, is_unasked, state_sentence
@@ -96,6 +96,7 @@ def _night_run(run: ListedRun, item: int | None) -> NightRun:
     try:
         with JournalReader.open(run.path) as reader:
             states = list(reader.events("state"))
+            numbers = numbers_of(run.path.name, reader.events(), reader.dwells(with_samples=False))
     except ProcedureError as error:
         return NightRun(run, (), "", "", str(error))
     verdict = read_verdict(run.path, run.state) or {}
@@ -104,7 +105,7 @@ def _night_run(run: ListedRun, item: int | None) -> NightRun:
         tuple(_stops(states)),
         str(verdict.get("sentence", "")),
         str(verdict.get("trust", "")),
-        _to_do(run, str(states[-1].detail.get("cause", ""))),
+        _to_do(run, str(states[-1].detail.get("cause", "")), numbers),
         item,
     )
 
@@ -119,10 +120,10 @@ def _stops(states: list[Event]) -> Iterable[Stop]:
         yield Stop(event.utc, state, state_sentence(str(event.detail.get("reason", "")), by), lasted_s)
 
 
-def _to_do(run: ListedRun, cause: str) -> str:
-    name, state = run.path.name, run.state
+def _to_do(run: ListedRun, cause: str, numbers: StopNumbers) -> str:
+    name, state = numbers.run, run.state
     if state in (State.HELD, State.TRIPPED):
-        return advice(cause).replace("RUN", name)
+        return advice(cause, state, numbers)
     if state is State.PAUSED:
         return f"it waits: calrig continue {name}"
     if state in ANSWERED_FOR:

@@ -16,7 +16,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.live import Live, read_live
 from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import Row, rows_of
-from procedures.journal.stop_advice import advice
+from procedures.journal.stop_advice import advice, numbers_of
 from procedures.journal.verdict_file import read_verdict
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import Key, key_of, keys_in
@@ -130,9 +130,7 @@ class WatchedRun:
                 is_alive=news.is_alive,
                 rows=tuple(rows_of(progress_of("state", status), status.why, live, self.clock.now_utc())),
                 live=live,
-                advice=advice(self._cause).replace("RUN", self.folder.name)
-                if status.state in (State.HELD, State.TRIPPED)
-                else "",
+                advice=self._advice(status.state) if status.state in (State.HELD, State.TRIPPED) else "",
                 happened=tuple(reversed(self._happened)),
                 channels=()
                 if last is None
@@ -145,6 +143,11 @@ class WatchedRun:
                 last_step=self._last_step(),
                 version=hashlib.sha256(repr(mark).encode()).hexdigest()[:16],
             )
+
+    def _advice(self, state: State) -> str:
+        with JournalReader.open(self.folder) as reader:
+            numbers = numbers_of(self.folder.name, reader.events(), reader.dwells(with_samples=False))
+        return advice(self._cause, state, numbers)
 
     def picture(self) -> HeatMap | None:
         """Return the residuals so far. Raises: JournalError."""

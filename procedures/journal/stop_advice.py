@@ -1,17 +1,31 @@
-"""What a person should do, by the cause of a stop: the words on the page ``why.html`` and in ``docs/messages.md``."""
+"""What a person should do next, by the cause of a stop: on ``why.html``, in handover, web pages and messages.md."""
 
-from collections.abc import Mapping
+import shlex
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from ams.analysis.diagnostics.take_back import redo_command, void_command
+from procedures.journal.voids import KIND as VOIDED
+from procedures.journal.voids import keys_in
+from procedures.records.dwells import DwellRecord, Event
+from procedures.records.progress import COMMON_MODE
+from procedures.records.states import State
+
+_NEVER_BEGUN: Final = "no run"
+_SIGNED: Final = "--operator NAME --reason TEXT"
+"""What a person alone can say; refused as it stands here."""
 
 ADVICE: Mapping[str, str] = {
     "link": (
-        "Check plug, cable, adapter and power of the device named above. The run tries again by itself, at least once "
-        "a minute; when every device answers, it homes, measures the check set and goes on. Only stop or abort end "
-        "that."
+        "Check plug, cable, adapter and power of the device named above. The run tries again by itself, at "
+        "least once a minute; when every device answers, it homes, measures the check set and goes on. Only "
+        "stop or abort end that."
     ),
     "standstill": (
-        "The run has ended, and not every axis could be seen to stand. Go and look at the machine: where something "
-        "moves, press its stop button. Then mend the line or device named above (plug, cable, adapter, power) and "
-        "calrig resume RUN --operator NAME --reason TEXT: it homes, measures the check set and goes on with the first "
+        "The run has ended, and not every axis could be seen to stand. Go and look at the machine: where "
+        "something moves, press its stop button. Then mend the line or device named above (plug, cable, "
+        "adapter, power) and {resume_signed}: it homes, measures the check set and goes on with the first "
         "missing dwell."
     ),
     "home": "An axis lost its home, as after a power cut of its controller. The run homes and goes on by itself.",
@@ -19,93 +33,158 @@ ADVICE: Mapping[str, str] = {
         "The computer slept. Forbid it (docs/service.md). The run opens its lines anew, homes and goes on by itself."
     ),
     "interlock": (
-        "The value named above left its band. A hold goes on by itself when it is back; what was measured meanwhile is "
-        "taken back and measured again. A trip: remove the cause, then calrig resume RUN --operator NAME --reason "
-        "TEXT. Where the band itself is wrong: first correct the key that is named above in the rig file; resume with "
+        "The value named above left its band. A hold goes on by itself when it is back; what was measured "
+        "meanwhile is taken back and measured again. A trip: remove the cause, then {resume_signed}. Where "
+        "the band itself is wrong: first correct the key that is named above in the rig file; resume with "
         "--accept-changes takes bands of [interlocks] over, everything else needs a new run."
     ),
     "disk": "Free space on the disk of the run. It goes on by itself when there is room.",
     "storage": (
-        "The disk refused the journal; everything committed before is intact. Repair or free it, then calrig resume "
-        "RUN; where the journal itself is damaged, calrig salvage RUN first."
+        "The disk refused the journal; everything committed before is intact. Repair or free it, then "
+        "{resume}; where the journal itself is damaged, calrig salvage {run} first."
     ),
     "moved": (
         "Somebody moved, renamed or removed the folder of the run while it went on. Put it back where it was, or find "
-        "where it is now; then calrig resume it there. calrig ack RUN ends the alarm, by the name that the run had."
+        "where it is now; then {resume}, with its new path where it has one. calrig ack {run} ends the alarm, by the "
+        "name that the run had."
     ),
     "no run": (
-        "The disk took no journal, so there is no run yet, and nothing moved. Make room or repair it, then begin the "
-        "run again."
+        "The disk took no journal, so there is no run yet, and nothing moved. Make room or repair it, then "
+        "begin the run again."
     ),
     "process died": (
-        "The process of the run was killed, ran out of memory, or was frozen and then ended; its stop guard told every "
-        "axis to stop. Find out what ended it and see that the axes stand, then calrig resume RUN."
+        "The process of the run was killed, ran out of memory, or was frozen and then ended; its stop guard "
+        "told every axis to stop. Find out what ended it and see that the axes stand, then {resume}."
     ),
-    "link quality": "Look at cable, earth and adapter of the line named above, then calrig continue RUN.",
-    "noise": "Look for vibration, a loose cable, a failing sensor or meter, then calrig continue RUN.",
-    "suspect dwell": "See why the dwell was rejected, then calrig continue RUN: it is measured again.",
+    "link quality": "Look at cable, earth and adapter of the line named above, then {go_on}.",
+    "noise": "Look for vibration, a loose cable, a failing sensor or meter, then {go_on}.",
+    "suspect dwell": "See why the dwell was rejected, then {go_on}: it is measured again.",
     "motion": (
-        "Something moved an axis that should rest. See who or what, see that the package still sits as it did, then "
-        "calrig resume RUN --operator NAME --reason TEXT; if it was moved, first calrig void RUN --from STEP "
-        "--remounted."
+        "Something moved an axis that should rest. See who or what, see that the package still sits as it "
+        "did, then {resume_signed}{if_moved}"
     ),
     "supervision": (
-        "An axis left the way that it was sent, or who would stop it is gone. See who or what moved it, whether the "
-        "line or the stop guard was meddled with, and that nothing was wound up or hit; then calrig resume RUN "
-        "--operator NAME --reason TEXT."
+        "An axis left the way that it was sent, or who would stop it is gone. See who or what moved it, "
+        "whether the line or the stop guard was meddled with, and that nothing was wound up or hit; then "
+        "{resume_signed}."
     ),
     "device": (
         "A device reports a fault: limit switch, stop button, coupling, drive. Clear it at the machine, then "
-        "calrig resume RUN --operator NAME --reason TEXT; releasing a button alone starts nothing."
+        "{resume_signed}; releasing a button alone starts nothing."
     ),
     "rig file": (
-        "A device is set up otherwise than the rig file says; the key stands above in brackets. A resume before that "
-        "is put right stops here again. Where the device is wrong: set it, then calrig resume RUN --operator NAME "
-        "--reason TEXT. Where the file is wrong: correct that key, let calrig check and calrig prove pass, and begin a "
-        "new run: this one keeps the file that it began with."
+        "A device is set up otherwise than the rig file says; the key stands above in brackets. A resume "
+        "before that is put right stops here again. Where the device is wrong: set it, then {resume_signed}. "
+        "Where the file is wrong: correct that key, let calrig check and calrig prove pass, and begin a new "
+        "run: this one keeps the file that it began with."
     ),
     "slip": (
-        "The sensors say that an axis stands elsewhere than its read-back. The run homes, measures the check set and "
-        "goes on; where homing does not help, the seam test trips. Look at coupling and encoder."
+        "The sensors say that an axis stands elsewhere than its read-back. The run homes, measures the check "
+        "set and goes on; where homing does not help, the seam test trips. Look at coupling and encoder."
     ),
     "channels": (
-        "Channels carry one another's readings: look at scanner, connectors and wiring, put them right, then calrig "
-        "resume RUN --operator NAME --reason TEXT; the dwells in doubt were taken back and are measured again."
+        "Channels carry one another's readings: look at scanner, connectors and wiring, put them right, then "
+        "{resume_signed}; the dwells in doubt were taken back and are measured again."
     ),
     "meter": (
-        "The meter reads its short or its reference beyond the limit of the rig file; what was measured since its last "
-        "good proof is taken back. Look at meter, scanner and reference; after a trip calrig resume RUN --operator "
-        "NAME --reason TEXT, after a hold calrig continue RUN: it is read again at once. Where the limit itself is "
-        "wrong: correct the key that is named above in the rig file and begin a new run."
+        "The meter reads its short or its reference beyond the limit of the rig file; what was measured since "
+        "its last good proof is taken back. Look at meter, scanner and reference; then {go_on}: it is read "
+        "again at once. Where the limit itself is wrong: correct the key that is named above in the rig file "
+        "and begin a new run."
     ),
-    "process": "This process grew too far and ended the run in time: calrig resume RUN goes on; send its folder.",
-    "identity": "Other devices answer than at the start: swapped cables or a replaced device. Put it right; resume.",
+    "process": "This process grew too far and ended the run in time: {resume} goes on; send its folder.",
+    "identity": (
+        "Other devices answer than at the start: swapped cables or a replaced device. Put it right, then "
+        "{resume_signed}."
+    ),
     "seam": (
-        "The check set differs from the one before: look at what is named above. If the table turned, put it right "
-        "first: dwells measured after a turn stand off the declared zero. If the package was moved, calrig void RUN "
-        "--from STEP --remounted --operator NAME --reason TEXT; calrig resume RUN --operator NAME --reason TEXT "
-        "accepts the step."
+        "The check set differs from the one before: look at what is named above. If the table turned, put it "
+        "right first: dwells measured after a turn stand off the declared zero. {resume_signed} accepts the "
+        "step{if_moved}"
     ),
     "table": (
-        "All sensors turned together: look at the table's coupling, its base and the common fixture. To measure the "
-        "dwells in doubt again put it right, calrig stop RUN, then calrig void RUN --from STEP --operator NAME "
-        "--reason TEXT (or calrig redo RUN --replication N --operator NAME --reason TEXT) and calrig resume RUN; "
-        "calrig continue RUN keeps them, and the report says so. What is measured again on a table that has "
-        "slipped and was not put right stands off its declared zero: such sets are not to be used."
+        "All sensors turned together: look at the table's coupling, its base and the common fixture. To "
+        "measure the dwells in doubt again put it right, {stop}{take_back} and {resume}; {go_on} keeps them, "
+        "and the report says so. What is measured again on a table that has slipped and was not put right "
+        "stands off its declared zero: such sets are not to be used."
     ),
-    "mount": "Package, wiring and rig file contradict each other as told. Correct it; a changed file needs a new run.",
+    "mount": (
+        "Package, wiring and rig file contradict each other as told. Correct it; a changed file needs a new run."
+    ),
 }
-OTHERWISE = (
-    "Read the cause above; calrig handover RUN shows the whole state, calrig resume RUN goes on where it can, "
-    "after a trip with --operator NAME --reason TEXT."
+"""In braces: commands of a run, as its state takes them."""
+OTHERWISE: Final = (
+    "Read the cause above; calrig handover {run} shows the whole state, {resume} goes on where it can, "
+    f"after a trip with {_SIGNED}."
 )
 
 
-def advice(cause: str) -> str:
-    return ADVICE.get(cause, OTHERWISE)
+@dataclass(frozen=True)
+class StopNumbers:
+    """What a command has to name of a stopped run."""
+
+    run: str
+    """As a shell takes it: its folder or its name."""
+    newest: int | str | None = None
+    """Step of the dwell that was accepted last; None where none was."""
+    doubtful: int | str | None = None
+    """The first step in doubt by what held the run; None where none is."""
+    replications: tuple[int | str, ...] = ()
+    """Those that the dwells in doubt are of."""
 
 
-def advice_once_stopped(cause: str) -> str:
-    """Return the advice on a hold that a person stopped the run in: without the stop, and without a continue."""
-    kept = advice(cause).replace("calrig stop RUN, then ", "then ")
-    return kept.replace("calrig continue RUN", "calrig resume RUN")
+IN_GENERAL: Final = StopNumbers("RUN", "STEP", "STEP", ("N",))
+"""For a page that is of no run."""
+
+
+def numbers_of(run: str, events: Iterable[Event], dwells: Iterable[DwellRecord]) -> StopNumbers:
+    """Return the numbers of a run from its journal; ``run``: its folder, or its name among the runs."""
+    accepted = [dwell for dwell in dwells if dwell.accepted]
+    doubtful: set[int] = set()
+    for event in events:
+        steps = event.detail.get("doubtful")
+        if event.kind == COMMON_MODE and event.detail.get("held") and isinstance(steps, list):
+            doubtful = set(steps)
+        elif event.kind == VOIDED:
+            doubtful -= {step for step, _, _ in keys_in(event)}
+    labels = {dwell.replication for dwell in accepted if dwell.step in doubtful and dwell.purpose == "design"}
+    return StopNumbers(
+        shlex.quote(run),
+        max(accepted, key=lambda dwell: (dwell.epoch, dwell.ended_s)).step if accepted else None,
+        min(doubtful, default=None),
+        tuple(sorted(labels)),
+    )
+
+
+def advice(cause: str, state: State, numbers: StopNumbers) -> str:
+    """Return what to do next of a run that stands in ``state`` for ``cause``, with whole commands.
+
+    A run that a person stopped in a hold, or that was interrupted in it, takes neither a stop nor a continue.
+    """
+    run, is_held = numbers.run, state is State.HELD
+    signed = f"calrig resume {run} {_SIGNED}"
+    resume = signed if state is State.TRIPPED else f"calrig resume {run}"
+    text = ADVICE.get(cause, OTHERWISE).format(
+        run=run,
+        resume=resume,
+        resume_signed=signed,
+        go_on=f"calrig continue {run}" if is_held else resume,
+        stop=f"calrig stop {run}, then " if is_held else "",
+        take_back=_take_back(numbers),
+        if_moved=_if_moved(numbers),
+    )
+    is_whole = is_held or cause == _NEVER_BEGUN or "calrig resume" in text
+    return text if is_whole else f"{text} {resume}"
+
+
+def _take_back(numbers: StopNumbers) -> str:
+    if numbers.doubtful is None:
+        return f"take back what was measured since (calrig handover {numbers.run} lists the steps)"
+    redone = " and ".join(redo_command(label, numbers.run) for label in numbers.replications)
+    return f"{void_command(numbers.doubtful, numbers.run)}{f' (or {redone})' if redone else ''}"
+
+
+def _if_moved(numbers: StopNumbers) -> str:
+    if numbers.newest is None:
+        return "."
+    return f"; if the package was moved, first {void_command(numbers.newest, numbers.run)} --remounted."

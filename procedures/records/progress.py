@@ -8,6 +8,8 @@ from procedures.records.states import State
 from rig.local_time import at_both
 from rig.plain_text import one_line
 
+COMMON_MODE = "common_mode"
+"""The event of what a reference visit shows over all sensors."""
 LEASE, LEASE_LOST = "lease", "lease lost"
 """Events: held again; and an alarm though the run goes on. The first is the kind of both in the journal."""
 

@@ -15,11 +15,12 @@ from collections import defaultdict, deque
 from functools import partial
 from itertools import count
 
-from procedures.common_mode.visit_watch import COMMON_MODE, Judged, VisitWatch, way_out
+from procedures.common_mode.visit_watch import Judged, VisitWatch, way_out
 from procedures.journal.voids import DROPPED, void_detail
 from procedures.plan.adaptive import Readings
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Measurement
+from procedures.records.progress import COMMON_MODE
 from procedures.records.states import State
 from procedures.run.adaptive_dwells import AdaptiveDwells
 from procedures.run.context import LOOK_S, RunContext
@@ -248,13 +249,13 @@ class Epoch:
         """Tell what a visit shows; hold where all sensors turned, until a person says continue."""
         if judged is None or not judged.findings:
             return
-        sentence = "; ".join(finding.text for finding in judged.findings)
+        sentence, folder = judged.sentence, self._progress_log.folder
         kinds = [finding.kind for finding in judged.findings]
         detail = {"step": judged.step, "text": sentence, "kinds": kinds, "held": judged.holds}
         self._progress_log.event(COMMON_MODE, {**detail, "doubtful": list(judged.doubtful)})
         self._progress_log.tell(COMMON_MODE, sentence)
         if judged.holds:
-            self._context.hold(Alarm(TABLE, f"{sentence}; {way_out(judged, self._plan)}", "ask"))
+            self._context.hold(Alarm(TABLE, f"{sentence}; {way_out(judged, self._plan, folder)}", "ask"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Learn from a dwell: accepted ones judge later ones, in the order in which an uninterrupted run takes them."""

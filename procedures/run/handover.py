@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from ams.analysis.diagnostics.take_back import void_command
-from procedures.common_mode.visit_watch import COMMON_MODE
 from procedures.common_mode.ways_out import measured_again
 from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
 from procedures.journal.guard_record import EVENT as GUARDED
@@ -14,13 +13,13 @@ from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
-from procedures.journal.stop_advice import advice, advice_once_stopped
+from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
 from procedures.journal.verdict_file import read_verdict
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import keys_in
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord, Event
-from procedures.records.progress import LEASE
+from procedures.records.progress import COMMON_MODE, LEASE
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State, state_sentence
 from rig.local_time import at_both
 from rig.plain_text import one_line
@@ -39,6 +38,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         quarantined = reader.quarantined()
     last = next(event for event in reversed(events) if event.kind == "state")
     cause = str(last.detail.get("cause", ""))
+    doubts, numbers = _meter_doubts(run_dir, events, plan), numbers_of(str(run_dir), events, dwells)
     lines = [
         one_line(header.title),
         f"run        {run_dir}",
@@ -54,7 +54,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         f"mounting   {max((dwell.mounting for dwell in dwells), default=1)}",
         *_temperatures(dwells),
         *_rejected(dwells),
-        *_accepted(dwells),
+        *_accepted(run_dir, dwells),
         *[f"damaged    {name}" for name in quarantined],
         *_listed("stops", [event for event in events if _is_stop(event)]),
         *_listed("terminal", [event for event in events if event.kind == "terminal"]),
@@ -67,7 +67,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_listed("answered for", [event for event in events if event.kind == "override"]),
         *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
-        f"next       {_next(run_dir, stands.state, cause, _held_before(events), _meter_doubts(run_dir, events, plan))}",
+        f"next       {_next(run_dir, stands.state, cause, _held_before(events), doubts, numbers)}",
         *_solved(run_dir, stands.state),
     ]
     return "\n".join(lines) + "\n"
@@ -82,31 +82,31 @@ def _standing(state: State, entered: Event, newest: Event, words: LastWords | No
     return one_line(f"{state} since {at_both(words.stopped_utc)}: {words}")
 
 
-def _next(run_dir: Path, state: State, cause: str, held_before: str, meter_doubts: str) -> str:
+def _next(run_dir: Path, state: State, cause: str, held_before: str, meter_doubts: str, numbers: StopNumbers) -> str:
     """``held_before``: the cause of the hold that a person stopped the run in; empty where it was none.
 
     ``meter_doubts``: the way out of what visits found of the meter; empty where they found nothing that still counts.
     """
     if state in (State.HELD, State.TRIPPED):
-        return advice(cause).replace("RUN", str(run_dir))
+        return advice(cause, state, numbers)
     if state in ANSWERED_FOR:
-        return f"calrig resume {run_dir} --operator NAME --reason TEXT; calrig close {run_dir} --reason TEXT ends it"
+        ends = f"calrig close {numbers.run} --reason TEXT ends it"
+        return f"calrig resume {numbers.run} --operator NAME --reason TEXT; {ends}"
     if state is State.PAUSED:
-        return f"calrig continue {run_dir}"
+        return f"calrig continue {numbers.run}"
     if state in ACTIVE:
-        return f"nothing; calrig status {run_dir} shows how far it is, calrig stop {run_dir} ends it after the dwell"
+        ends = f"calrig stop {numbers.run} ends it after the dwell"
+        return f"nothing; calrig status {numbers.run} shows how far it is, {ends}"
     if state in (State.STOPPED, State.INTERRUPTED):
         if not held_before:
-            return f"calrig resume {run_dir}"
-        before = advice_once_stopped(held_before)
-        resume = "" if "calrig resume" in before else " calrig resume RUN"
-        return f"it was held before. {before}{resume}".replace("RUN", str(run_dir))
+            return f"calrig resume {numbers.run}"
+        return f"it was held before. {advice(held_before, state, numbers)}"
     if state is not State.FINISHED:
         return "this run has ended; begin a new one"
     verdict = read_verdict(run_dir, state)
     if verdict is None:
-        return f"calrig solve {run_dir}{f'; {meter_doubts}' if meter_doubts else ''}"
-    solve = f"what is missing is made by calrig solve {run_dir}"
+        return f"calrig solve {numbers.run}{f'; {meter_doubts}' if meter_doubts else ''}"
+    solve = f"what is missing is made by calrig solve {numbers.run}"
     if meter_doubts:
         return f"it is solved, and the meter changed while it measured: {meter_doubts}; {solve}"
     if verdict.get("trust") == "sound":
@@ -181,13 +181,13 @@ def _rejected(dwells: Iterable[DwellRecord]) -> Iterable[str]:
         yield one_line(f"rejected   {sum(reasons.values())} dwells: {listed}")
 
 
-def _accepted(dwells: Sequence[DwellRecord]) -> Iterable[str]:
+def _accepted(run_dir: Path, dwells: Sequence[DwellRecord]) -> Iterable[str]:
     """Tell the newest steps that count: what ``calrig void --from`` is given."""
     counted = [dwell for dwell in dwells if dwell.accepted]
     if not counted:
         return
-    take_back = void_command("STEP")
-    yield f"accepted ({len(counted)}), the newest last; {take_back} takes back a step and all after it"
+    take_back = void_command(counted[-1].step, shlex.quote(str(run_dir)))
+    yield f"accepted ({len(counted)}), the newest last; {take_back} takes back the newest, an earlier step all after it"
     for dwell in counted[-_MOST:]:
         angles = ", ".join(f"{name} {angle_deg:g}°" for name, angle_deg in dwell.targets_deg.items())
         what = f"{dwell.purpose}, replication {dwell.replication}" if dwell.replication else dwell.purpose

@@ -3,6 +3,7 @@
 Cause, moment, that nothing moved since, what to do, and the last minutes of everything, out of the journal alone.
 """
 
+import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from procedures.journal.last_words import MOVED, STORAGE
 from procedures.journal.owner import is_owned
 from procedures.journal.second_folder import make_beside
 from procedures.journal.standing import derived_state
-from procedures.journal.stop_advice import advice
+from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.pages import page_environment
 from procedures.records.dwells import DwellRecord, Event
@@ -98,7 +99,7 @@ def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float], caus
         utc=SystemClock().now_utc(),
         progress="not known" if is_begun or is_moved else "nothing",
         positions=_positions(positions_deg),
-        advice=advice(cause),
+        advice=advice(cause, State.FAILED, StopNumbers(shlex.quote(str(run_dir)))),
         traces=(),
         dwells=(),
         events=(),
@@ -119,16 +120,17 @@ def read_why(
         known = [] if positions_deg else _known_motion(reader)
         done = len(reader.accepted_steps() & {dwell.step for dwell in plan.design_dwells})
         cause = cause or str(state.detail.get("cause", ""))
+        stands = derived_state(reader.state(), is_alive=is_owned(run_dir))
         return Why(
             run=run_dir.name,
             title=reader.header.title,
-            state=derived_state(reader.state(), is_alive=is_owned(run_dir)),
+            state=stands,
             cause=cause or "unknown",
             reason=reason or str(state.detail.get("reason", "")),
             utc=when,
             progress=f"{done} of {len(plan.design_dwells)} dwells of the design",
             positions=_positions(positions_deg, known),
-            advice=advice(cause),
+            advice=advice(cause, stands, numbers_of(str(run_dir), events, reader.dwells(with_samples=False))),
             traces=_traces(dwells),
             dwells=dwells[-_MOST_ROWS:],
             events=[(event.utc, event.kind, _in_words(event)) for event in events if event.utc >= since][-_MOST_ROWS:],

@@ -9,11 +9,12 @@ from dataclasses import replace
 
 from ams.surveillance.common_mode_words import still_in_doubt
 from procedures.common_mode.check_sets import accepted_epochs
-from procedures.common_mode.visit_watch import COMMON_MODE, Judged, VisitWatch
+from procedures.common_mode.visit_watch import Judged, VisitWatch
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import Key, key_of, keys_in
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord, Event
+from procedures.records.progress import COMMON_MODE
 from rig.description.signal_chain import Chain
 
 

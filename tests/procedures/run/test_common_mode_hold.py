@@ -65,9 +65,9 @@ def test_fault_88_a_slip_in_mid_run_is_held_at_the_next_reference_visit_with_the
     reason = str(held.detail["reason"])
     assert held.detail["cause"] == "table"
     assert f"about {axis} between visits 2 and 3: the table, its base or the common fixture, not the sensors" in reason
-    assert reason.startswith("all eight sensors turned by " + ("-7" if by_deg < 0 else "+7"))
+    assert reason.startswith("all eight sensors turned by " + ("−7" if by_deg < 0 else "+7"))
     assert "in doubt are the 3 dwells of steps" in reason
-    assert "calrig redo RUN --replication 1 --operator NAME --reason TEXT" in reason
+    assert f"calrig redo {unattended.run_dir} --replication 1 --operator NAME --reason TEXT" in reason
     ((kinds, is_held, _),) = common_mode_events(unattended.run_dir)
     assert (kinds, is_held) == (["table-rotation"], True)
 
@@ -103,10 +103,15 @@ def test_what_was_in_doubt_is_measured_again_after_void_and_resume(three: Bench,
     assert isinstance(doubtful, list)
     page = handover(unattended.run_dir)
     assert "next       it was held before. All sensors turned together" in page, "not only that it may be resumed"
-    assert f"calrig void {unattended.run_dir} --from STEP" in page.partition("next  ")[2]
     assert "\nends " not in page, "nothing goes on"
-    voided = void_from(unattended.run_dir, min(doubtful), Authorisation("bert", "the coupling is tight again"))
-    assert voided == len(doubtful) + 2, "and the visit at two attitudes"
+    command = re.search(r"calrig (void .+? --reason TEXT)", page.partition("next  ")[2])
+    assert command is not None
+    filled_in = {"NAME": "bert", "TEXT": "the coupling is tight again"}
+    words = [filled_in.get(word, word) for word in shlex.split(command[1])]
+    assert words[1:4] == [str(unattended.run_dir), "--from", str(min(doubtful))]
+    assert run_command(words) == 0
+    (taken_back,) = events(unattended.run_dir, "voided")
+    assert len(taken_back.detail["dwells"]) == len(doubtful) + 2, "and the visit at two attitudes"  # type: ignore[arg-type]
     with open_rig(three.rig) as rig:
         assert resume_on(unattended.run_dir, rig, "bert").state is State.FINISHED
     assert len(common_mode_events(unattended.run_dir)) == 1
@@ -360,9 +365,9 @@ def test_fault_88_a_slip_before_the_first_visit_is_held_there_by_the_check_set(
     reason = str(held.detail["reason"])
     whose = "the table, its base or the common fixture, not the sensors"
     assert f"about {axis} between the check set and visit 1: {whose}" in reason
-    assert reason.startswith("all eight sensors turned by " + ("-7" if by_deg < 0 else "+7"))
+    assert reason.startswith("all eight sensors turned by " + ("−7" if by_deg < 0 else "+7"))
     assert "in doubt are the 3 dwells of steps 6 to 8" in reason
-    assert "calrig void RUN --from 6 --operator NAME --reason TEXT" in reason
+    assert f"calrig void {unattended.run_dir} --from 6 --operator NAME --reason TEXT" in reason
     solved = solve_run(unattended.run_dir)
     assert assemble_view(solved.record, solved.sensors).verdict.trust == "unusable"
 

@@ -35,7 +35,11 @@ def test_a_hold_leaves_a_page_that_says_why_where_the_axes_are_and_what_to_do(sm
     assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=_noisy)).state is State.FINISHED
     text, page = ((unattended.run_dir / name).read_text() for name in ("why.txt", "why.html"))
     assert text.startswith("small grid: held\n")
-    for said in ("rejected 3 times: dmm.", "calrig continue RUN: it is measured again", "dwells of the design"):
+    for said in (
+        "rejected 3 times: dmm.",
+        f"calrig continue {unattended.run_dir}: it is measured again",
+        "dwells of the design",
+    ):
         assert said in text
         assert said in page
     assert "axes     at rest, read back: pitch at" in text
@@ -77,7 +81,9 @@ def test_where_the_rig_file_is_contradicted_the_page_names_file_and_key_to_chang
     text = (unattended.run_dir / "why.txt").read_text()
     assert "(readouts.dmm: cards)" in text
     assert "correct that key" in text
-    assert text.index("A resume before that is put right stops here again") < text.index("calrig resume RUN")
+    assert text.index("A resume before that is put right stops here again") < text.index(
+        f"calrig resume {unattended.run_dir}"
+    )
 
 
 def test_axes_that_do_not_answer_are_not_said_to_rest(small: Bench, tmp_path: Path) -> None:
