@@ -6,7 +6,8 @@ solution without it, so that nothing else is blamed for it. The result itself ke
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot
+from math import hypot, nan
+from typing import Final
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from ams.analysis.diagnostics.memories import beside_the_dwell_before
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
+from ams.analysis.diagnostics.wrong_dwells import smallest_detected
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import FloatArray
 from ams.calibration import step_words
@@ -56,6 +58,9 @@ from ams.models.model import Model
 from ams.observations import Observations
 from ams.rounding import two_digits
 from ams.units import in_words, label_and_unit
+
+_FAR: Final = 8.0
+"""Standard deviations of a dwell: in four replications of a dozen points, six or seven are enough for a finding."""
 
 
 @dataclass(frozen=True)
@@ -282,6 +287,19 @@ def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
     p_value = None if stated is None else np.full(size, stated.p_value)
     lack_of_fit = columns.lack_of_fit.judged(np.full(size, flags.get(LACK_OF_FIT, False)), p_value)
     return ReplicationColumns(lack_of_fit, drift, columns.tp)
+
+
+def undetected_dwell(label: str, found: Diagnosis) -> tuple[str, ...]:
+    """Return how far a single dwell may be off without a finding, where that is far."""
+    dwells = found.tests.dwells
+    smallest = nan if dwells is None else smallest_detected(dwells, found.tests.conviction_level)
+    if dwells is None or not smallest > _FAR:
+        return ()
+    size = _scale(found.solved, found.row).words(smallest * float(np.sqrt(dwells.squares[0] / dwells.dof)))
+    return (
+        f"axis {label}: among so few dwells a single one that is wrong is found only from about {smallest:.0f} "
+        f"standard deviations of a dwell on ({size}); add points or replications to find a smaller one",
+    )
 
 
 def sensitivity_of(found: Diagnosis) -> float | None:

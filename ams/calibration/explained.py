@@ -118,11 +118,11 @@ def _scatter(seen: Believed) -> float:
 
 def _convicted(evidence: Evidence, output: int, tests: AxisTests) -> WrongDwells | None:
     level = tests.conviction_level
-    if tests.grid is None or WRONG_DWELL not in tests.tests or not tests.tests[WRONG_DWELL].p_value <= level:
+    if tests.dwells is None or WRONG_DWELL not in tests.tests or not tests.tests[WRONG_DWELL].p_value <= level:
         return None
     other_view = np.zeros(evidence.grid.present.size)
     other_view[evidence.dwell] = evidence.left[:, output]
-    return convict(tests.grid, level, other_view)
+    return convict(tests.dwells, level, other_view)
 
 
 def _rows_of(evidence: Evidence, wrong: WrongDwells) -> tuple[BoolArray, Convicted]:

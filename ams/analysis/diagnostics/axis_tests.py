@@ -2,8 +2,7 @@
 
 Each test has a p-value of its own; which are significant is decided over all of them by Holm's correction, at the share
 of the level that the axis has: the tests of all axes of a run are one family. A term of low order that is significant
-counts as known, and its nearly collinear neighbours are tested beside it. A drift that temperature explains is
-temperature's.
+counts as known, and its neighbours are tested beside it. A drift that temperature explains is temperature's.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -66,7 +65,7 @@ from ams.analysis.diagnostics.time_order import (
     settling_of_points,
     slope_between,
 )
-from ams.analysis.diagnostics.wrong_dwells import largest_p_values
+from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values
 from ams.arrays import FloatArray
 from ams.frames import Attitude
 from ams.models.gyro import Gyro, GyroWithTerms
@@ -128,12 +127,14 @@ def axis_tests(
         return AxisTests({})
     level = LEVEL / family
     lag, lagging = _lag(evidence, output, level)
-    grid = evidence.grid.of(output)
+    grid, steady = evidence.grid.of(output), evidence.steady_grid_of(output)
     wrong_p_value, wander = float(shared.wrong_dwell[output]), shared.autocorrelation.of(output)
     if lagging is not None:
-        grid = grid.beside(evidence.on_grid(lagging))
-        wrong_p_value = float(largest_p_values(grid)[0][0])
+        grid, steady = grid.beside(evidence.on_grid(lagging)), None
         wander = autocorrelation(grid, neighbours(evidence)).of(0)
+    dwells = judged_by(grid, steady)
+    if lagging is not None or dwells is steady:
+        wrong_p_value = float(largest_p_values(dwells)[0][0])
     known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
     if given is not None and given.shape[1] > 0:
         known = np.hstack([known, given])
@@ -166,7 +167,7 @@ def axis_tests(
     made = {test.name: test for test in found if isfinite(test.p_value)} | dict(convicted)
     memories = [made[name] for name in MEMORIES if name in made]
     decided = _decided(made, by_replication, between, convicted, level, columns)
-    return replace(_explained_by_temperature(evidence, output, decided), grid=grid, memories=memories)
+    return replace(_explained_by_temperature(evidence, output, decided), grid=grid, dwells=dwells, memories=memories)
 
 
 def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | None, FloatArray | None]:
@@ -254,8 +255,7 @@ def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known:
         found = [slope_test(BY_REPLICATION, "temperature-residual", shared.by_replication, output, "per °C")]
         if tested_base(evidence.models[output]) is None:
             found += _by_point(evidence, output, known)
-    is_bend_modelled = SECOND_ORDER_NAMES[0] in evidence.models[output].primary_names
-    if by_temperature.has_plateaus(evidence) and not is_bend_modelled:
+    if by_temperature.has_plateaus(evidence) and SECOND_ORDER_NAMES[0] not in evidence.models[output].primary_names:
         bent = by_temperature.between_replications(evidence, output, None, curved=True).curvature
         found.append(BeliefTest(CURVATURE, "temperature-curvature", bent.p_value, bent.size))
     return found

@@ -108,6 +108,8 @@ class AxisTests:
     is_significant: Mapping[str, bool] = field(default_factory=dict)
     grid: GridResiduals | None = None
     """What every dwell says beside the others and beside what is known; None where nothing was tested."""
+    dwells: GridResiduals | None = None
+    """What single dwells are judged by."""
     memories: Sequence[BeliefTest] = ()
     """Of each time constant, beside no other memory."""
     level: float = LEVEL

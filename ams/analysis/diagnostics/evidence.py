@@ -19,6 +19,8 @@ from ams.solve.replicated import ReplicatedSums
 
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
 _NOTHING = 1e-9
+_FEW = 0.75
+"""Of what the offsets of the replications leave: where their other parameters leave less, a dwell hides in them."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,19 @@ class Evidence:
     def grid(self) -> GridResiduals:
         """What every dwell says beside the others."""
         return grid_residuals(self.basis, self.left, self.dwell, self.layout.replications, self.layout.points)
+
+    @cached_property
+    def _steady_grid(self) -> GridResiduals:
+        layout = self.layout
+        offset = np.ones((layout.points, 1))
+        return grid_residuals(offset, self.left, self.dwell, layout.replications, layout.points)
+
+    def steady_grid_of(self, output: int) -> GridResiduals | None:
+        """Return the same of an output whose replications differ by an offset alone; None where that is hardly more."""
+        points, parameters = self.basis.shape
+        if self.sums is None or points - parameters >= _FEW * (points - 1):
+            return None
+        return self._steady_grid.of(output)
 
     @cached_property
     def readings(self) -> tuple[FloatArray, float]:

@@ -2,20 +2,26 @@
 
 The largest |t| is held against Student's distribution with the other dwells' own scatter (externally studentised); a
 dwell that is convicted is taken out and the next largest looked at, so that one wrong dwell convicts no neighbour: it
-leaves a part of itself in every other replication of its point.
+leaves a part of itself in every other replication of its point. Where the points are few, most of a wrong dwell passes
+for a change of the parameters of its replication: there the replications are taken to differ by their offset alone,
+unless what is left without the dwell shows that they do not.
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.statistics.distributions import f_tail
+from ams.statistics.intervals import t_quantile
 
 LEAST_DOF = 4
 LARGEST_SHARE = 0.1
 """Of the dwells: when more than these are convicted, it is no matter of single dwells."""
+_UNSTEADY: Final = 0.05
+"""Chance of what differs between replications beside their offsets: where it is less, they differ by more."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +57,42 @@ def largest_p_values(residuals: GridResiduals) -> tuple[FloatArray, IntArray]:
     pairs = 2 if residuals.replications == 2 else 1  # of two, both are as far from their mean
     p_value = np.count_nonzero(judged) / pairs * f_tail(t_square, 1.0, float(dof - 1))
     return np.where(squares > 0.0, np.minimum(p_value, 1.0), np.nan), index
+
+
+def judged_by(grid: GridResiduals, steady: GridResiduals | None) -> GridResiduals:
+    """Return what the dwells of one output are judged by: ``steady``, where the replications differ by an offset alone.
+
+    They do where without the dwell that stands out most they show no need of more parameters, and where that dwell, if
+    it stands out by more than chance, explains more than all parameters of its own replication.
+    """
+    if steady is None or steady.dof < LEAST_DOF:
+        return grid
+    p_value, largest = largest_p_values(steady)
+    dwell = int(largest[0])
+    without, freely = steady.without(dwell), grid.without(dwell)
+    dof, left = without.dof - freely.dof, float(freely.squares[0]) / max(freely.dof, 1)
+    if dof < 1 or not left > 0.0:
+        return grid
+    f = max(float(without.squares[0] - freely.squares[0]), 0.0) / dof / left
+    if f_tail(f, float(dof), float(max(freely.dof, 1))) <= _UNSTEADY:
+        return grid
+    of_replication = np.zeros((steady.replications, steady.points, grid.q.shape[1]))
+    of_replication[dwell // steady.points] = grid.q
+    beside_it = steady.beside(of_replication.reshape(-1, grid.q.shape[1]))
+    return grid if p_value[0] <= _UNSTEADY and beside_it.squares[0] < without.squares[0] else steady
+
+
+def smallest_detected(judged: GridResiduals, level: float) -> float:
+    """Return how many standard deviations of a dwell one must be off to be convicted more often than not, at the worst.
+
+    NaN where no dwell is judged.
+    """
+    leverages = judged.leverages[judged.leverages > 0.0]
+    if judged.dof < LEAST_DOF or leverages.size == 0:
+        return float("nan")
+    pairs = 2 if judged.replications == 2 else 1
+    bound = t_quantile(1.0 - level * pairs / leverages.size, float(judged.dof - 1))
+    return float(bound / np.sqrt(leverages.min()))
 
 
 def convict(residuals: GridResiduals, level: float, other_view: FloatArray) -> WrongDwells:
