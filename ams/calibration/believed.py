@@ -43,14 +43,17 @@ class Believed:
     course: FloatArray
     """(N,) what of the output was taken out as a drift or the temperature's: the result itself is told with it."""
 
-    def without(self, columns: FloatArray) -> "Believed":
-        """Return the output less what (N, c) columns explain of it, beside the effects of points; solved anew."""
-        without = replace(self, taken=np.hstack([self.taken, columns]))
-        return without.less(self.part_of(columns))
+    def without(self, columns: FloatArray, beside: FloatArray | None = None) -> "Believed":
+        """Return the output less what (N, c) columns explain of it, beside the effects of points; solved anew.
 
-    def part_of(self, columns: FloatArray) -> FloatArray:
-        """Return (N,) what (N, c) columns explain of the output, beside the effects of points."""
-        return self.evidence.part_of(self.index, columns)
+        ``beside``: (N, d) others that stay in it.
+        """
+        without = replace(self, taken=np.hstack([self.taken, columns]))
+        return without.less(self.part_of(columns, beside))
+
+    def part_of(self, columns: FloatArray, beside: FloatArray | None = None) -> FloatArray:
+        """Return (N,) what (N, c) columns explain of the output, beside the effects of points and (N, d) others."""
+        return self.evidence.part_of(self.index, columns, beside)
 
     def without_course(self, course: LikeliestCourse) -> "Believed":
         """Return the same of a course through the run, which :meth:`with_course` puts back."""

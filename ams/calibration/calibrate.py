@@ -183,10 +183,10 @@ def _without_changes(
 ) -> Observations:
     """Return the rows without what is told to have changed in mid-run, which would pass for errors of the table."""
     parts = {
-        label: part_of(evidence, index, during)
+        label: part_of(evidence, index, found.during, drifts=found.drifts)
         for (group, *_), evidence in zip(groups, judged, strict=True)
         for index, label in enumerate(group)
-        if evidence is not None and (during := steps.get(label, NO_STEPS).during)
+        if evidence is not None and (found := steps.get(label, NO_STEPS)).during
     }
     if not parts:
         return rows

@@ -46,7 +46,7 @@ from ams.calibration.explained import (
     without_transient,
     without_wrong_dwells,
 )
-from ams.calibration.step_columns import step_columns
+from ams.calibration.step_columns import beside_of, step_columns
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput, with_steps
 from ams.findings import Finding
 from ams.frames import wrap_deg
@@ -144,8 +144,9 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         steps = NO_STEPS
     if steps.during:
         columns = step_columns(seen.evidence, seen.index, steps.during)
-        before, seen = seen, seen.without(columns)
-        part, model = before.part_of(columns), before.solved.problem.models[before.index]
+        beside = beside_of(seen.evidence, drifts=steps.drifts)
+        before, seen = seen, seen.without(columns, beside)
+        part, model = before.part_of(columns, beside), before.solved.problem.models[before.index]
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
     made = {test.name: test for test in steps.tests}
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)

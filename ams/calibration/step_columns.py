@@ -8,6 +8,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.analysis.diagnostics.time_order import even_course
 from ams.arrays import BoolArray, FloatArray
 from ams.inputs.known_of_run import GAIN, OFFSET, ProvedChange, is_among
 from ams.surveillance.common_mode_columns import BASE, PITCH, ROTATIONS
@@ -46,9 +47,17 @@ def step_columns(evidence: Evidence, output: int, during: Sequence[Changed]) -> 
     return np.hstack([np.where(changed.rows[:, None], columns_of(changed), 0.0) for changed in during])
 
 
-def part_of(evidence: Evidence, output: int, during: Sequence[Changed]) -> FloatArray:
-    """Return (N,) what changes put into an output, as far as its replications differ by them."""
-    return evidence.part_of(output, step_columns(evidence, output, during))
+def beside_of(evidence: Evidence, *, drifts: bool) -> FloatArray:
+    """Return (N, 1) the even drift of an output that drifts, beside which changes are estimated; (N, 0) of another."""
+    return even_course(evidence.time_order)[:, None][:, : int(drifts)]
+
+
+def part_of(evidence: Evidence, output: int, during: Sequence[Changed], *, drifts: bool) -> FloatArray:
+    """Return (N,) what changes put into an output, as far as its replications differ by them.
+
+    ``drifts``: whether it drifts evenly beside them.
+    """
+    return evidence.part_of(output, step_columns(evidence, output, during), beside_of(evidence, drifts=drifts))
 
 
 def moments_of(change: ProvedChange, evidence: Evidence) -> Iterator[Changed]:

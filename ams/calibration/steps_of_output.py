@@ -19,6 +19,8 @@ class StepsOfOutput:
     """Significant, of what is told."""
     during: tuple[Changed, ...] = ()
     """What is told of any output of the package, or was proved of the table."""
+    drifts: bool = False
+    """Whether an even drift of the output stands beside them."""
 
 
 NO_STEPS: Final = StepsOfOutput()

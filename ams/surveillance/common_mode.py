@@ -349,7 +349,8 @@ def _sized(axes: WatchedAxes, visits: Visits, found: SensorChange, common: Commo
     worst = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
     imperfect = (model_error(axes, visits)[:, None] * sensitivity_of(axes)) ** 2
     seated = visits.seating_rad**2 * (columns[ROLL] ** 2 + columns[PITCH] ** 2)
-    change, variance = (visits.change - shared)[:, kept], (visits.variance + imperfect + seated)[:, kept]
+    drifted = 0.0 if visits.drifted is None else visits.drifted**2
+    change, variance = (visits.change - shared)[:, kept], (visits.variance + imperfect + seated + drifted)[:, kept]
     freedom = visits.degrees_of_freedom
     culprit = mount_or_sensor(LeftOver(visits.pitch_rad, visits.roll_rad, change, variance, axes.k[kept], freedom))
     return replace(found, axis=axes.axis[int(worst[1])], largest_rad=float(angle[worst]), attribution=culprit)

@@ -61,6 +61,9 @@ class Visits:
     """The most that the recorded change of temperature between the visits can have done to an axis."""
     is_momentary: bool = False
     """Whether the later one is a single dwell among others: no temperature did that to all sensors alike."""
+    drifted: FloatArray | None = None
+    """(K, A) one standard uncertainty of what each axis drifted by itself, alike at all attitudes: where a drift was
+    taken from the change, how well it is known. None where no axis drifts."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +117,7 @@ def whiten(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> Whitened:
     columns = columns_of(axes, visits, kept, is_lone=len(among) == 1)
     pieces_y: list[FloatArray] = []
     pieces: dict[str, list[FloatArray]] = {name: [] for name in columns}
+    drifts: list[FloatArray] = []
     spread = model_error(axes, visits)
     for index in range(visits.pitch_rad.size):
         read = kept & np.isfinite(visits.change[index])
@@ -129,13 +133,23 @@ def whiten(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> Whitened:
         pieces_y.append(np.linalg.solve(factor, visits.change[index, read]))
         for name, column in columns.items():
             pieces[name].append(np.linalg.solve(factor, column[index, read]))
+        if visits.drifted is not None:
+            drifts.append(np.linalg.solve(factor, np.diag(visits.drifted[index])[read]))
     empty = [np.zeros(0)]
+    whitened = {name: np.concatenate(found or empty) for name, found in pieces.items()}
+    y = np.concatenate(pieces_y or empty)
+    if visits.drifted is not None and y.size > 0:
+        y, *beside = _beside(np.concatenate(drifts), [y, *whitened.values()])
+        whitened = dict(zip(whitened, beside, strict=True))
     names = {(at, axes.axis[index]) for at, index in np.argwhere(np.isfinite(visits.change) & kept).tolist()}
-    return Whitened(
-        np.concatenate(pieces_y or empty),
-        {name: np.concatenate(found or empty) for name, found in pieces.items()},
-        len(names),
-    )
+    return Whitened(y, whitened, len(names))
+
+
+def _beside(drifts: FloatArray, whitened: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return each (n,) of unit variance, which share (n, A) errors D as well, each of unit variance: (I + DDᵀ)^(−½)."""
+    shared, sizes, _ = np.linalg.svd(drifts, full_matrices=False)
+    lessened = 1.0 - 1.0 / np.sqrt(1.0 + sizes**2)
+    return [values - shared @ (lessened * (shared.T @ values)) for values in whitened]
 
 
 def sensitivity_of(axes: WatchedAxes) -> FloatArray:

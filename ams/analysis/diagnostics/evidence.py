@@ -110,10 +110,11 @@ class Evidence:
         """Return a (N, …) column less its mean over the replications of each point."""
         return self.layout.about_points(column)
 
-    def part_of(self, output: int, columns: FloatArray) -> FloatArray:
-        """Return (N,) what (N, c) columns explain of an output, beside the effects of points."""
-        sizes = np.linalg.lstsq(self.by_point(columns), self.departures[:, output], rcond=_NOTHING)[0]
-        return np.asarray(columns @ sizes)
+    def part_of(self, output: int, columns: FloatArray, beside: FloatArray | None = None) -> FloatArray:
+        """Return (N,) what (N, c) columns explain of an output, beside the effects of points and (N, d) others."""
+        every = columns if beside is None else np.hstack([columns, beside])
+        sizes = np.linalg.lstsq(self.by_point(every), self.departures[:, output], rcond=_NOTHING)[0]
+        return np.asarray(columns @ sizes[: columns.shape[1]])
 
     def on_grid(self, columns: FloatArray) -> FloatArray:
         """Return (N, c) columns on the grid of all replications and points, zero where a dwell is missing."""

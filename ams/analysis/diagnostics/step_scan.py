@@ -9,6 +9,9 @@ A slip of the table is the same angle for all outputs of a package, and is tried
 of the largest of all places is bounded by what the unit vectors of the columns travel on their sphere (Hotelling 1939,
 Knowles and Siegmund 1989): P(max|t| > u) ≤ P(|t| > u) + L/π·(1 − w²)^(ν/2 − 1), w² = u²/(u² + ν − 1).
 
+An output that drifts evenly has the course of that beside every change, d of unit length: |z|² of a column z is then
+less by (d·z)², and so is what two places have in common, z·z′ by (d·z)(d·z′), so that all places cost one sum more.
+
 What came back is looked for between the places of a coarse grid, of which every replication has as many, so that a
 replication by itself is one of them; that of the largest of all pairs is at most their number times P(|t| > u).
 """
@@ -57,6 +60,13 @@ class Watched:
     """(3,) per g; None where it senses no attitude."""
     sensed: FloatArray
     """(N,) what a change of its sensitivity scales."""
+    drift: FloatArray | None = None
+    """(N,) of unit length, less the mean of each point: an even drift that stands beside every change, and that the
+    departures are without; None where it does not drift. The same for all outputs that do."""
+
+    def beside(self, columns: FloatArray) -> FloatArray:
+        """Return (N, …) columns without what they have in common with the drift."""
+        return columns if self.drift is None else columns - np.multiply.outer(self.drift, self.drift @ columns)
 
 
 @dataclass(frozen=True)
@@ -133,6 +143,10 @@ class Scan:
     dof: int
     variance: float = 1.0
     """That squares are told in."""
+    drift: FloatArray | None = None
+    """(N,) of unit length: it stands beside every change; None where nothing drifts."""
+    drifting: FloatArray | None = None
+    """(q,) as the weights, of the outputs that drift; None where there is one."""
 
     @cached_property
     def paths(self) -> Paths:
@@ -144,7 +158,66 @@ class Scan:
         """Return the products for every pair of places of a coarse grid."""
         return intervals_of(self.course.point, self.course.time_order, self.pattern, self.pairs)
 
-    def weighed(self, products: FloatArray) -> FloatArray:
+    @cached_property
+    def sizes(self) -> FloatArray:
+        """(C,) squares of the columns of all places."""
+        paths = self.paths
+        moments = np.arange(paths.first, paths.first + paths.squares.shape[0])
+        return self._weighed(paths.squares) - self._drifted(moments, moments)
+
+    @cached_property
+    def travelled(self) -> float:
+        """Return the angle that the unit vectors of the columns travel."""
+        paths = self.paths
+        # The way of one pattern with itself is kept with the design; that under weights, or beside a drift, is not.
+        if self.weights is None and self.drift is None:
+            return paths.travelled
+        moments = np.arange(paths.first, paths.first + paths.overlaps.shape[0])
+        return travelled(self.sizes, self._weighed(paths.overlaps) - self._drifted(moments, moments + 1))
+
+    @property
+    def interval_sizes(self) -> FloatArray:
+        """(I,) squares of the columns of all pairs of places of the coarse grid."""
+        intervals = self.intervals
+        begin, end = intervals.begin, intervals.end
+        both = self._drifted(begin, begin) + self._drifted(end, end) - 2.0 * self._drifted(begin, end)
+        return self._weighed(intervals.squares) - both
+
+    def overlap(self, index: int) -> FloatArray:
+        """Return (N,) the inner product of a change before one place and one before each, of all dwells."""
+        order, rows = self.course.time_order, self.course.point.size
+        patterns, point = self.pattern.reshape(rows, -1)[order], self.course.point[order]
+        changed = np.where(np.arange(rows)[:, None] >= index, patterns, 0.0)
+        readings = np.bincount(point).clip(min=1)
+        left = changed - np.stack([(np.bincount(point, column) / readings)[point] for column in changed.T], axis=1)
+        first, second = self._sides
+        crossed = 0.5 * (patterns[:, first] * left[:, second] + patterns[:, second] * left[:, first])
+        found = np.cumsum(self._weighed(crossed)[::-1])[::-1]
+        return found - self._drifted(np.full(rows, index), np.arange(rows))
+
+    @property
+    def _sides(self) -> tuple[IntArray, IntArray]:
+        """Return the columns of the pattern on either side of the pairs."""
+        first, second = np.array(self.pairs).T
+        return first, second
+
+    @cached_property
+    def _in_drift(self) -> FloatArray:
+        """(N + 1, p) what the columns of every place have in common with the drift."""
+        if self.drift is None:
+            return np.zeros((self.course.point.size + 1, 1))
+        along = self.course.in_time(self.pattern.reshape(self.course.point.size, -1) * self.drift[:, None])
+        return np.concatenate([np.cumsum(along[::-1], axis=0)[::-1], np.zeros((1, along.shape[1]))])
+
+    def _drifted(self, moments: IntArray, against: IntArray) -> FloatArray:
+        """Return (n,) what the products of n pairs of places are less by, beside the drift."""
+        if self.drift is None:
+            return np.zeros(moments.size)
+        (first, second), u, v = self._sides, self._in_drift[moments], self._in_drift[against]
+        products = 0.5 * (u[:, first] * v[:, second] + u[:, second] * v[:, first])
+        return products[:, 0] if self.drifting is None else products @ self.drifting
+
+    def _weighed(self, products: FloatArray) -> FloatArray:
         """Return (…,) inner products of pairs of patterns (…, q), all together."""
         return products[:, 0] if self.weights is None else products @ self.weights
 
@@ -173,12 +246,18 @@ def scans_of_table(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]
     departures, weighed = np.array([output.departures for output in seen]), k / variance[:, None]
     weights = k.T @ weighed
     squares = sum(float(output.departures @ output.departures) / output.variance for output in seen)
+    drifts = [output.drift is not None for output in seen]
+    drift = next((output.drift for output in seen if output.drift is not None), None)
+    drifting = k[drifts].T @ (k[drifts] / variance[drifts, None])
+    dof = len(seen) * course.dof - sum(drifts)
     slips: tuple[What, ...] = ("roll", "pitch")
     for what in slips:
         pattern, pairs = slip_pattern(what, course.pitch_rad, course.roll_rad), _SLIPS[what]
         along = course.in_time(((weighed @ pattern.T) * departures).sum(axis=0))
-        twice = np.array([weights[a, b] * (1.0 if a == b else 2.0) for a, b in pairs])
-        yield Scan(what, None, course, pattern, pairs, twice, _since(along), squares, len(seen) * course.dof)
+        twice, of_drifts = (
+            np.array([weight[a, b] * (1.0 if a == b else 2.0) for a, b in pairs]) for weight in (weights, drifting)
+        )
+        yield Scan(what, None, course, pattern, pairs, twice, _since(along), squares, dof, 1.0, drift, of_drifts)
 
 
 def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[Scan]:
@@ -192,8 +271,8 @@ def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[S
     )
     for what, pattern in patterns:
         along = departures if what == "offset" else departures * course.in_time(pattern)
-        since = _since(along)
-        scan = Scan(what, output, course, pattern, _ALONE, None, since, squares, course.dof, watched.variance)
+        since, dof = _since(along), course.dof - (watched.drift is not None)
+        scan = Scan(what, output, course, pattern, _ALONE, None, since, squares, dof, watched.variance, watched.drift)
         if scan.paths.squares.max(initial=0.0) > NOTHING * pattern.size:
             yield scan
 
@@ -213,19 +292,17 @@ def changes_of(scans: Iterable[Scan]) -> list[Change]:
 
 def _largest(scan: Scan) -> Change:
     """Return the place at which a change explains most, with the chance of that over all places."""
-    paths = scan.paths
-    size = scan.weighed(paths.squares)
-    explained = _explained(scan.since[paths.first : paths.first + size.size], size)
+    size, first = scan.sizes, scan.paths.first
+    explained = _explained(scan.since[first : first + size.size], size)
     index = int(np.argmax(explained))
     share, p_value = scan.share(float(explained[index])), 1.0
     if share > 0.0:
         beyond = scan.beyond(share)
         crossing = (1.0 - share) ** (0.5 * scan.dof - 1.0) / np.pi
-        p_value = beyond + paths.travelled * crossing
-        # The way of one pattern with itself is kept with the design; that under the outputs' weights is not.
-        if scan.weights is not None and p_value < _WORTH_IT:
-            p_value = beyond + travelled(size, paths.overlaps @ scan.weights) * crossing
-    return scan.change(index + paths.first, p_value, float(explained[index]))
+        p_value = beyond + scan.paths.travelled * crossing
+        if p_value < _WORTH_IT:
+            p_value = beyond + scan.travelled * crossing
+    return scan.change(index + first, p_value, float(explained[index]))
 
 
 def _came_back(scan: Scan) -> Change | None:
@@ -234,7 +311,7 @@ def _came_back(scan: Scan) -> Change | None:
     if intervals.begin.size == 0:
         return None
     sums = scan.since.take(intervals.begin) - scan.since.take(intervals.end)
-    explained = _explained(sums, scan.weighed(intervals.squares))
+    explained = _explained(sums, scan.interval_sizes)
     index = int(np.argmax(explained))
     share = scan.share(float(explained[index]))
     if share * scan.dof < _SEEN:
@@ -248,31 +325,19 @@ def located(scan: Scan, change: Change) -> Change:
     begin, end = change.index, change.end
     if end is None:
         return change
-    paths, rows = scan.paths, scan.course.point.size
-    size, aside, explained = scan.weighed(paths.squares), least_aside(rows), change.square * scan.variance
+    first, rows = scan.paths.first, scan.course.point.size
+    size, aside, explained = scan.sizes, least_aside(rows), change.square * scan.variance
     for _ in range(_ROUNDS):
         for is_begin in (True, False):
             fixed = end if is_begin else begin
-            dwells = np.arange(paths.first, fixed - aside + 1 if is_begin else paths.first + size.size)
+            dwells = np.arange(first, fixed - aside + 1 if is_begin else first + size.size)
             dwells = dwells if is_begin else dwells[dwells >= fixed + aside]
-            lengths = size[dwells - paths.first] + size[fixed - paths.first] - 2.0 * _overlap(scan, fixed)[dwells]
+            lengths = size[dwells - first] + size[fixed - first] - 2.0 * scan.overlap(fixed)[dwells]
             found = _explained(scan.since[dwells] - scan.since[fixed], lengths)
             best = int(np.argmax(found))
             begin, end = (int(dwells[best]), fixed) if is_begin else (fixed, int(dwells[best]))
             explained = float(found[best])
     return scan.change(begin, change.p_value, explained, end)
-
-
-def _overlap(scan: Scan, index: int) -> FloatArray:
-    """Return (N,) the inner product of a change before one place and one before each, of all dwells."""
-    order, rows = scan.course.time_order, scan.course.point.size
-    patterns, point = scan.pattern.reshape(rows, -1)[order], scan.course.point[order]
-    changed = np.where(np.arange(rows)[:, None] >= index, patterns, 0.0)
-    readings = np.bincount(point).clip(min=1)
-    left = changed - np.stack([(np.bincount(point, column) / readings)[point] for column in changed.T], axis=1)
-    first, second = (np.array([pair[side] for pair in scan.pairs]) for side in (0, 1))
-    crossed = 0.5 * (patterns[:, first] * left[:, second] + patterns[:, second] * left[:, first])
-    return np.cumsum(scan.weighed(crossed)[::-1])[::-1]
 
 
 def _explained(sums: FloatArray, size: FloatArray) -> FloatArray:

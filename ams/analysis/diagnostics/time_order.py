@@ -83,10 +83,16 @@ def _order_repeats(order: IntArray, layout: Layout) -> bool:
     return bool(np.all(by_point == by_point[0]))
 
 
-def courses_of_drift(order: IntArray) -> Iterator[tuple[FloatArray, int]]:
-    """Yield (N, c) courses that a drift has over the whole run, and how many numbers each has to choose."""
+def even_course(order: IntArray) -> FloatArray:
+    """Return the (N,) course of a drift that goes evenly from 0 to 1 with the order of time."""
     passed = np.empty(order.size)
     passed[order] = np.linspace(0.0, 1.0, order.size)
+    return passed
+
+
+def courses_of_drift(order: IntArray) -> Iterator[tuple[FloatArray, int]]:
+    """Yield (N, c) courses that a drift has over the whole run, and how many numbers each has to choose."""
+    passed = even_course(order)
     yield np.stack([passed], axis=1), 1
     yield np.stack([passed, passed**2], axis=1), 2
     yield from ((np.exp(-passed / part)[:, None], _FREE_OF_FADING) for part in _FADING)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from physics_scenes import Campaign, campaigns
+from physics_scenes import Campaign, campaigns, mixed
 from scipy.stats import binom  # type: ignore[import-untyped]
 
 from ams.analysis.diagnostics.beliefs import SETTLING
@@ -105,6 +105,56 @@ def test_the_likeliest_step_of_a_drift_is_no_step(scene: str, size: float) -> No
     kinds = [told(found) for found, *_ in solved(scene, size, replications=6)]
     assert sum("drift" in one or "autocorrelation" in one for one in kinds) == COUNT
     assert sum(bool(one & {"sensor-change", "meter-offset", "table-rotation"}) for one in kinds) <= 1
+
+
+@pytest.mark.parametrize("scene", ["slip-roll", "slip-pitch"])
+@pytest.mark.parametrize("drift_arcsec", [2.0, 8.0, 40.0])
+def test_a_table_that_slips_while_every_output_drifts_evenly_is_named_and_so_is_the_drift(
+    scene: str, drift_arcsec: float
+) -> None:
+    """The drift has a likeliest step of its own, of each output, and larger than the slip: no sensor is blamed for it.
+
+    Over the run it is 2 to 40″, against a slip of 10″; the turn that is told is that of the table alone.
+    """
+    drawn = mixed(
+        {"drift-linear": drift_arcsec, scene: 10.0}, np.random.default_rng(17), 3, pitch_count=7, roll_count=8, **ALONE
+    )
+    assert drawn.event is not None
+    for place in range(3):
+        found = calibrate(observed(drawn, place), CalibrationRequest())
+        slips = of_kind(found, "table-rotation")
+        assert len(slips) == 3
+        assert f"about {scene.partition('-')[2]}" in slips[0].text
+        assert abs(slips[0].steps[0] - (int(drawn.event.dwell[place]) + 1)) <= 17
+        assert float(slips[0].details["turned_arcsec"] or 0.0) == pytest.approx(10.0, rel=0.25)
+        assert "drift" in told(found)
+        assert not told(found) & {"sensor-change", "meter-offset", "meter-gain"}
+        assert found.verdict == "not usable"
+
+
+@pytest.mark.parametrize("size_v", [2e-4, 1e-3])
+def test_one_output_that_steps_while_all_drift_is_the_sensors(size_v: float) -> None:
+    for seed in (21, 22, 23):
+        rows = there_and_back("roll", 0.0, (500, 936), seed, offset_of_x_v=size_v)
+        passed: NDArray[np.float64] = np.linspace(0.0, 1.0, rows.rows)
+        outputs = {name: values + 1e-4 * passed for name, values in rows.outputs.items()}
+        found = calibrate(replace(rows, outputs=outputs), CalibrationRequest())
+        (change,) = of_kind(found, "sensor-change")
+        (own,) = (name for name in change.details if name.startswith("own_") and not name.endswith("uncertainty"))
+        assert own.startswith("own_offset")
+        assert own.endswith("_x")
+        assert float(change.details[own] or 0.0) == pytest.approx(size_v, abs=1.5e-5)
+        assert abs(change.steps[0] - 501) <= 6
+        assert "table-rotation" not in told(found)
+        assert all(any(f.kind == "drift" and f.is_significant for f in found.axes[name].findings) for name in "yz")
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("scene", ["drift-linear", "drift-walk", "drift-warm-up"])
+@pytest.mark.parametrize("size", [0.5, 2.0, 10.0])
+def test_no_drift_of_sensors_alone_is_called_a_turn_of_the_table(scene: str, size: float) -> None:
+    kinds = [told(found) for found, *_ in solved(scene, size, count=100, seed=5, pitch_count=7, roll_count=8)]
+    assert sum("table-rotation" in one for one in kinds) <= 1
 
 
 def test_one_dwell_that_is_wrong_makes_no_step_wherever_it_is() -> None:
@@ -243,8 +293,11 @@ def test_a_change_that_stays_is_not_told_as_one_that_came_back() -> None:
     assert not any("and back" in text for text in texts)
 
 
-def chances(count: int, seed: int) -> NDArray[np.float64]:
-    """p-values over white noise, of the table and of an output alone: few dwells, missing at random, in any order."""
+def chances(count: int, seed: int, drift_per_dwell: float | None = None) -> NDArray[np.float64]:
+    """p-values over white noise, of the table and of an output alone: few dwells, missing at random, in any order.
+
+    ``drift_per_dwell``: of the second and the third output, in standard deviations, with which it is known to drift.
+    """
     chance = np.random.default_rng(seed)
     found = []
     for _ in range(count):
@@ -253,29 +306,78 @@ def chances(count: int, seed: int) -> NDArray[np.float64]:
         order = chance.permutation(point.size)
         readings = np.bincount(point, minlength=14)
         outputs = []
-        for axis in np.eye(3):
-            noise = chance.standard_normal(point.size)
-            departures = noise - (np.bincount(point, noise, 14) / np.maximum(readings, 1))[point]
-            dof = int(point.size - np.count_nonzero(readings))
-            outputs.append(Watched(departures, float(departures @ departures) / dof, axis, np.sin(pitch)))
+        drift = about_points(np.argsort(order) / 1.0, point)
+        unit = drift / np.linalg.norm(drift)
+        dof = int(point.size - np.count_nonzero(readings))
+        for which, axis in enumerate(np.eye(3)):
+            departures, free, known = about_points(chance.standard_normal(point.size), point), dof, None
+            if drift_per_dwell is not None and which > 0:
+                departures, free, known = departures + drift_per_dwell * drift, dof - 1, unit
+                departures = departures - unit * (unit @ departures)
+            outputs.append(Watched(departures, float(departures @ departures) / free, axis, np.sin(pitch), known))
         course = Course(point, order, pitch, roll, dof)
         if not course.is_judged:
             continue
-        scans = scans_of_table(course, outputs), scans_of_output(course, outputs[0], 0)
+        scans = scans_of_table(course, outputs), scans_of_output(course, outputs[2], 2)
         found.append([min(1.0, 4.0 * min(one.p_value for one in changes_of(group))) for group in scans])
     return np.array(found)
 
 
-def test_the_bound_keeps_its_level_over_all_places() -> None:
-    p_values = chances(400, 11)
+def about_points(column: NDArray[np.float64], point: NDArray[np.int64]) -> NDArray[np.float64]:
+    return column - (np.bincount(point, column) / np.maximum(np.bincount(point), 1))[point]
+
+
+@pytest.mark.parametrize("drift_per_dwell", [None, 10.0])
+def test_the_bound_keeps_its_level_over_all_places(drift_per_dwell: float | None) -> None:
+    p_values = chances(400, 11, drift_per_dwell)
     for level in (0.05, 0.01):
         for rings in (p_values <= level).sum(axis=0):
             assert binom.sf(int(rings) - 1, 400, level) > 1e-3
     assert (p_values <= 0.3).sum() > 40  # and is no bound that never rings
 
 
+def test_beside_a_drift_a_change_explains_what_least_squares_with_both_do() -> None:
+    """The sums over all places are those of a fit of one column and a drift of each output that drifts, place by place.
+
+    There is no other arithmetic than of numpy's least squares here, over three outputs of which two drift.
+    """
+    chance, point = np.random.default_rng(5), np.tile(np.arange(14), 5)
+    pitch, roll = (angle[point] for angle in chance.uniform(-1.5, 1.5, (2, 14)))
+    order, drift = chance.permutation(point.size), np.zeros(point.size)
+    drift[order] = np.arange(point.size)
+    drift = about_points(drift, point) / np.linalg.norm(about_points(drift, point))
+    noise = [about_points(chance.standard_normal(point.size), point) for _ in range(3)]
+    outputs = [Watched(noise[0], 0.7, np.eye(3)[0], np.sin(pitch))]
+    for which, variance in ((1, 1.3), (2, 2.0)):
+        left = noise[which] - drift * (drift @ noise[which])
+        outputs.append(Watched(left, variance, np.eye(3)[which], np.sin(pitch), drift))
+    course = Course(point, order, pitch, roll, point.size - 14)
+    slip = (force_g(pitch, roll + 1e-4) - force_g(pitch, roll - 1e-4)).T / 2e-4
+    y = np.concatenate([n / np.sqrt(o.variance) for n, o in zip(noise, outputs, strict=True)])
+    drifts = np.kron([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], drift[:, None])
+    explained = []
+    for first in range(8, point.size - 7):
+        since = np.zeros(point.size)
+        since[order[first:]] = 1.0
+        column = [about_points(s * since, point) / np.sqrt(o.variance) for s, o in zip(slip, outputs, strict=True)]
+        both = np.column_stack([np.concatenate(column), drifts])
+        explained.append(squares(drifts, y) - squares(both, y))
+    (roll_scan, _) = scans_of_table(course, outputs)
+    (best, *_) = changes_of([roll_scan])
+    assert best.index == 8 + int(np.argmax(explained))
+    assert best.square == pytest.approx(max(explained), rel=1e-6)
+
+
+def squares(columns: NDArray[np.float64], y: NDArray[np.float64]) -> float:
+    """Return the sum of squares that columns leave of y."""
+    left = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+    return float(left @ left)
+
+
 @pytest.mark.soak
-def test_the_bound_keeps_its_level_over_all_places_of_many() -> None:
+@pytest.mark.parametrize("drift_per_dwell", [None, 10.0])
+def test_the_bound_keeps_its_level_over_all_places_of_many(drift_per_dwell: float | None) -> None:
+    p_values = chances(20_000, 12, drift_per_dwell)
     for level in (0.05, 0.01, 0.002):
-        for rings in (chances(20_000, 12) <= level).sum(axis=0):
+        for rings in (p_values <= level).sum(axis=0):
             assert binom.sf(int(rings) - 1, 20_000, level) > 1e-3

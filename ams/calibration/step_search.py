@@ -1,0 +1,232 @@
+"""The search for changes in mid-run over the outputs of a package, beside what is told of them already."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.step_scan import (
+    Change,
+    Course,
+    Scan,
+    Watched,
+    changes_of,
+    force_along,
+    located,
+    scans_of_output,
+    scans_of_table,
+    slip_pattern,
+)
+from ams.analysis.diagnostics.temperature import explained
+from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.analysis.diagnostics.time_order import even_course
+from ams.arrays import BoolArray, FloatArray
+from ams.calibration.step_columns import LINEAR, Changed, moments_of, step_columns
+from ams.inputs.known_of_run import ProvedChange
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
+
+TRIED: Final = 4.0
+"""Changes for the table, and for each output: of two patterns, one that stayed and one that came back."""
+NOTHING: Final = 1e-9
+_RETURNED: Final = 16.0
+"""In variances of a dwell: what a return has to explain beyond a change that stayed; the likeliest of all places does
+less by chance."""
+_CLIPPED: Final = 5.0
+_STRUCK: Final = 36.0
+"""In squares of a standard deviation."""
+
+
+@dataclass(frozen=True)
+class StepSearch:
+    seen: tuple[tuple[Evidence, int], ...]
+    taken: tuple[Changed, ...] = ()
+    """Changes that are told already."""
+    drifting: frozenset[int] = frozenset()
+    """Outputs that drift evenly: their drift stands beside every change."""
+    is_clipped: bool = False
+    """Whether single dwells that stand out are drawn in, so that no change is made of one that is wrong."""
+
+    @property
+    def evidence(self) -> Evidence:
+        """What is the same for all outputs: rows and layout."""
+        return self.seen[0][0]
+
+    @cached_property
+    def course(self) -> Course:
+        layout, rows = self.evidence.layout, self.evidence.rows
+        dof = layout.rows - layout.points
+        return Course(layout.point, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof)
+
+    @cached_property
+    def watched(self) -> tuple[Watched, ...]:
+        return tuple(self._watched(at) for at in range(len(self.seen)))
+
+    @cached_property
+    def drift(self) -> FloatArray:
+        """(N,) an even drift as replications differ by it, of unit length."""
+        left = self.evidence.by_point(even_course(self.course.time_order))
+        return np.asarray(left / max(float(np.linalg.norm(left)), NOTHING))
+
+    def _beside(self, at: int) -> tuple[FloatArray, FloatArray]:
+        """Return (N, c) what changes that are told do to an output, and (N, 1) its drift, or (N, 0)."""
+        evidence, index = self.seen[at]
+        drifts = self.drift[:, None][:, : int(at in self.drifting)]
+        if not self.taken:
+            return np.zeros((self.course.point.size, 0)), drifts
+        return evidence.by_point(step_columns(evidence, index, self.taken)), drifts
+
+    def _watched(self, at: int) -> Watched:
+        evidence, index = self.seen[at]
+        base, rows = linear_base(evidence.models[index]), evidence.rows
+        departures, variance = evidence.departures[:, index], float(evidence.precision_variance[index])
+        drift = self.drift if at in self.drifting else None
+        if self.taken or drift is not None:
+            changed, drifts = self._beside(at)
+            columns = np.hstack([changed, drifts])
+            departures = departures - columns @ np.linalg.lstsq(columns, departures, rcond=NOTHING)[0]
+        if self.is_clipped:
+            scatter = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(departures)))
+            departures = evidence.by_point(np.clip(departures, -_CLIPPED * scatter, _CLIPPED * scatter))
+        # Drawn in, a coarse meter that reads most dwells alike has no departures left; it keeps its scatter.
+        variance = float(departures @ departures) / (self.course.dof - (drift is not None)) or variance
+        if base is None:
+            return Watched(departures, variance, None, evidence.sensed[:, index], drift)
+        along = force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
+        return Watched(departures, variance, evidence.primary[index][1:LINEAR], along, drift)
+
+    @cached_property
+    def on_table(self) -> tuple[int, ...]:
+        """Outputs that show how the table stands."""
+        return tuple(index for index, watched in enumerate(self.watched) if watched.k is not None)
+
+    @cached_property
+    def scans(self) -> list[Scan]:
+        by_output = [scans_of_output(self.course, watched, index) for index, watched in enumerate(self.watched)]
+        return [*scans_of_table(self.course, self.watched), *(scan for each in by_output for scan in each)]
+
+    @cached_property
+    def changes(self) -> list[Change]:
+        return changes_of(self.scans)
+
+    def share(self, change: Change) -> int:
+        return len(self.on_table) if change.output is None else 1
+
+    def plainest(self, level: float) -> "tuple[Change, StepSearch] | None":
+        """Return the change that explains most of those that are significant, and what it was found in.
+
+        It has to be significant with dwells that stand out drawn in as well; where such dwells hide it, alone.
+        """
+        plain = [change for change in self.changes if TRIED * change.p_value <= level * self.share(change)]
+        if self.is_clipped or not (plain or self.is_struck):
+            return (self._likeliest(plain), self) if plain else None
+        clipped = replace(self, is_clipped=True).plainest(level)
+        if clipped is None or not plain:
+            return clipped
+        same = [change for change in plain if change.output == clipped[0].output]
+        return self._likeliest(same or plain), self
+
+    def _likeliest(self, plain: Sequence[Change]) -> Change:
+        """Return the change that explains most; one that came back has to explain plainly more than one that stayed."""
+        stayed, returned = (
+            max((change for change in plain if (change.end is None) is is_for_good), key=_square, default=None)
+            for is_for_good in (True, False)
+        )
+        if returned is None or stayed is None:
+            best = returned or stayed
+            assert best is not None
+        else:
+            dof = self.course.dof * self.share(returned)
+            variance = max(1.0 - returned.square / dof, NOTHING)
+            best = returned if returned.square - stayed.square > _RETURNED * variance else stayed
+        scan = next(scan for scan in self.scans if (scan.what, scan.output) == (best.what, best.output))
+        return located(scan, best)
+
+    @property
+    def is_struck(self) -> bool:
+        """Whether a single dwell stands out."""
+        return any(
+            float(np.abs(watched.departures).max()) ** 2 > _STRUCK * watched.variance for watched in self.watched
+        )
+
+    def drifting_beside(self, change: Change, level: float) -> frozenset[int]:
+        """Return the outputs whose even drift is plain beside a change of them, and that are not known to drift.
+
+        Of all that the diagnosis will look at: what one of them drifted by is no part of what another did.
+        """
+        output = change.output
+        outputs = self.on_table if output is None or output in self.on_table else (output,)
+        return frozenset(
+            index for index in outputs if index not in self.drifting and self._chance_of_drift(index, change) <= level
+        )
+
+    def _chance_of_drift(self, index: int, change: Change) -> float:
+        watched = self.watched[index]
+        step = self.left_of((index,), self.pattern(change, index), self.course.during(change)[:, None])
+        y = watched.departures / self.sd(index)
+        by_step, rank = explained(step, y)
+        together, most = explained(np.column_stack([step, self.drift]), y)
+        dof = self.course.dof - most
+        if most == rank or dof < 1:
+            return 1.0
+        left = max(float(y @ y) - together, NOTHING * float(y @ y))
+        return float(f_tail((together - by_step) * dof / left, 1.0, float(dof)))
+
+    def beside_drift_of(self, outputs: frozenset[int]) -> "StepSearch":
+        """Return the search beside an even drift of some outputs."""
+        return replace(self, drifting=self.drifting | outputs)
+
+    def without(self, change: Change) -> "StepSearch":
+        return replace(self, taken=(*self.taken, Changed(self.course.during(change))))
+
+    def beside(self, change: ProvedChange) -> "StepSearch":
+        """Return the search beside a change that is proved, at the likeliest of the moments that it may have been."""
+        likeliest = max(moments_of(change, self.evidence), key=self._explained_by, default=None)
+        return self if likeliest is None else replace(self, taken=(*self.taken, likeliest))
+
+    def _explained_by(self, changed: Changed) -> float:
+        """Return what a change explains of the outputs, in variances of a dwell."""
+        return sum(
+            explained(self.evidence.by_point(step_columns(evidence, at, (changed,))), watched.departures)[0]
+            / watched.variance
+            for (evidence, at), watched in zip(self.seen, self.watched, strict=True)
+        )
+
+    def sd(self, index: int) -> float:
+        return float(np.sqrt(self.watched[index].variance))
+
+    def pattern(self, change: Change, index: int) -> FloatArray:
+        """Return (N,) what one output takes of a change, over its standard deviation."""
+        watched = self.watched[index]
+        if change.what == "offset":
+            return np.full(watched.departures.size, 1.0 / self.sd(index))
+        if change.what == "sensitivity" or watched.k is None:
+            return np.asarray(watched.sensed / self.sd(index))
+        course = self.course
+        return np.asarray(slip_pattern(change.what, course.pitch_rad, course.roll_rad) @ watched.k / self.sd(index))
+
+    def left_of(self, outputs: Sequence[int], pattern: FloatArray, columns: FloatArray | BoolArray) -> FloatArray:
+        """Return pattern times columns of the rows as far as replications differ by them, output after output."""
+        by_output = pattern.reshape(-1, columns.shape[0])
+        return np.concatenate(
+            [
+                self.watched[index].beside(self.evidence.by_point(column[:, None] * columns))
+                for index, column in zip(outputs, by_output, strict=True)
+            ]
+        )
+
+    def undrifted(self, at: int) -> FloatArray:
+        """Return (N,) the departures of an output without what is told already, a drift left in it."""
+        departures = self.watched[at].departures
+        if at not in self.drifting:
+            return departures
+        evidence, index = self.seen[at]
+        columns = np.hstack(self._beside(at))
+        sizes = np.linalg.lstsq(columns, evidence.departures[:, index], rcond=NOTHING)[0]
+        return np.asarray(departures + sizes[-1] * self.drift)
+
+
+def _square(change: Change) -> float:
+    return change.square
