@@ -15,6 +15,7 @@ from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration, SensorVerdict
 from ams.findings import Finding
 from ams.observations import Observations
+from ams.sets.stated_verdict import unsigned_status
 from ams.surveillance.adjustment import Adjustment
 from ams.units import ARCSEC_PER_RAD, small_unit
 from procedures.journal.audit_trail import Interruption, Note
@@ -155,6 +156,11 @@ class SensorView:
     """Who signed its set and accepted its findings; None where no archive knows it."""
     section: Section | None = None
     """Of a sensor that is told by its readings, not by angles; it has no ``axes`` then."""
+
+    def is_approved_by(self, approved_by: str) -> bool:
+        """Return whether who approved the rig, or a signature, approves this result: as list and archive have it."""
+        is_signed = self.signed is not None and self.signed.state == "approved"
+        return is_signed or unsigned_status("approved" if approved_by else "engineering", self.verdict) == "approved"
 
     @property
     def slug(self) -> str:
@@ -335,6 +341,14 @@ class RunView:
     @property
     def stamps(self) -> tuple[str, ...]:
         """What must be read before any number is."""
-        return (("SIMULATED",) if self.is_simulated else ()) + (
-            () if self.approved_by and not self.missing else ("ENGINEERING",)
-        )
+        return (("SIMULATED",) if self.is_simulated else ()) + (("ENGINEERING",) if self.why_engineering else ())
+
+    @property
+    def why_engineering(self) -> str:
+        """Why nothing of it is a calibration as it stands; empty where it is one."""
+        if not self.approved_by:
+            return "Not approved."
+        if self.missing:
+            return "Something is missing for a calibration."
+        unsigned = [sensor.name for sensor in self.sensors if not sensor.is_approved_by(self.approved_by)]
+        return f"Not usable, and nobody signed for it: {', '.join(unsigned)}." if unsigned else ""

@@ -2,7 +2,7 @@ import base64
 import hashlib
 import re
 from dataclasses import replace
-from datetime import timedelta
+from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -10,6 +10,7 @@ from urllib.parse import unquote
 import pytest
 from report_scene import Scene, run_view
 
+from ams.archive.sign_offs import Signature, SignOff
 from procedures.report.figures import Figures, draw_figures
 from procedures.report.page import render_page
 from procedures.report.view import RunView
@@ -214,3 +215,18 @@ def test_what_holds_for_every_axis_is_said_once() -> None:
     page = render_page(view, draw_figures(view))
     assert page.count("of all<") == 1
     assert all(f"<b>{axis.axis}:</b> of {axis.axis} alone" in page for axis in axes)
+
+
+def test_a_sensor_that_is_not_usable_is_stamped_until_its_set_is_signed() -> None:
+    """As archive and list have it: who approved the rig said nothing of such a calibration."""
+    view = replace(run_view(Scene(simulated=False)), approved_by="QM")
+    assert view.stamps == ()
+    (sensor, *others) = view.sensors
+    unusable = replace(view, sensors=(replace(sensor, verdict="not usable"), *others))
+    assert unusable.stamps == ("ENGINEERING",)
+    text = render_page(unusable, _without_figures(unusable))
+    assert f"Not usable, and nobody signed for it: {sensor.name}." in text
+    when = datetime(2026, 3, 1, tzinfo=UTC)
+    approved = SignOff("0" * 64, (Signature("approved", "QM", when, ""),), ())
+    signed = replace(sensor, verdict="not usable", signed=approved)
+    assert replace(view, sensors=(signed, *others)).stamps == ()
