@@ -104,9 +104,14 @@ class Elimination:
         return np.asarray(left * np.outer(scale, scale))
 
     def _known(self, beside: tuple[int, ...]) -> list[int]:
-        """Return the places of the basis and of the columns beside: what the points have nothing of takes nothing."""
-        columns = (self.given + column for column in beside)
-        return [*range(self.given), *(column for column in columns if self.gram[column, column] > 0.0)]
+        """Return the places of the basis and of the columns beside of which those before leave anything."""
+        gram, known = self.gram, list(range(self.given))
+        for index in (self.given + column for column in beside):
+            across = gram[known, index]
+            left = gram[index, index] - across @ np.linalg.solve(gram[np.ix_(known, known)], across)
+            if left > _NOTHING_LEFT * gram[index, index]:
+                known.append(index)
+        return known
 
     @property
     def chi_square(self) -> float:
