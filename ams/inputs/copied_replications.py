@@ -4,6 +4,9 @@ Replications tell noise and drift; of copies they tell none, and every uncertain
 last digit for two other reasons: a coarse meter puts them on the same step, or they were computed without noise. Then
 either the readings of one replication show the step, or they lie on their fit; such outputs tell nothing of copies.
 
+Where there are too few points for a smooth fit the other replications tell the scatter; where none is left, what is off
+a plain line in gravity does, of readings with so many digits that no meter repeats them.
+
 One output may repeat at some attitudes by itself, where it does not feel what shakes the others: of one alone only
 nearly all points are a copy. Two outputs that scatter repeat together at more points than chance gives in copies only.
 """
@@ -20,14 +23,23 @@ from ams.errors import ObservationsError
 from ams.frames import from_level_axes
 from ams.inputs.common_step import GRID, common_step
 from ams.observations import Observations
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION
 
 LEAST_POINTS: Final = 8
-"""That two replications must have in common, and of which one must repeat for a part to be a copy."""
+"""Of which one output must repeat for a part to be a copy."""
+_FEWEST_IN_COMMON: Final = 5
+"""Points of two replications: one more than a plain line in gravity takes."""
+_IMPOSSIBLE: Final = 1e-9
+"""Probability that what repeats does so by chance."""
 _NEARLY_ALL: Final = 0.9
 _EXACT: Final = 1e-7
 """Of the span: readings that lie so near a line in the force were computed, or rounded for a file."""
 _LEAST_STEP: Final = 0.5
 """Of the scatter: with such a step and hardly any noise readings may repeat to the last digit."""
+_NO_STEP: Final = 1e-7
+"""Of the span: no meter whose readings repeat by their step has so fine a one."""
+_LINE: Final = 4
+"""Columns of a plain line in gravity, the first of the smooth ones."""
 _FAR: Final = 6.0
 """Standard deviations of a count of points that repeat by chance."""
 
@@ -77,7 +89,7 @@ def _copies(observations: Observations) -> Iterator[tuple[int, _Copy]]:
         if second in done:
             continue
         common = sorted(rows[first].keys() & rows[second].keys())
-        if len(common) < LEAST_POINTS:
+        if len(common) < _FEWEST_IN_COMMON:
             continue
         here, there = (np.array([rows[label][point] for point in common]) for label in (first, second))
         copied = _copied(observations, first, here, there)
@@ -89,15 +101,23 @@ def _copies(observations: Observations) -> Iterator[tuple[int, _Copy]]:
 def _copied(observations: Observations, first: int, here: IntArray, there: IntArray) -> _Copy | None:
     outputs = observations.outputs
     equal = {axis: values[here] == values[there] for axis, values in outputs.items() if np.ptp(values[here]) > 0.0}
-    if not any(_repeats(outputs[axis], here, same) >= LEAST_POINTS for axis, same in equal.items()):
+    repeats_of = {axis: _repeats(outputs[axis], here, same) for axis, same in equal.items()}
+    if not any(repeats >= min(LEAST_POINTS, here.size) for repeats in repeats_of.values()):
         return None
     basis = _smooth(observations, here)
-    chances = {axis: chance for axis in equal if (chance := _chance(outputs[axis][here], basis)) is not None}
+    others = np.setdiff1d(np.arange(observations.rows), np.concatenate([here, there]))
+    chances = {
+        axis: chance
+        for axis in equal
+        if (chance := _chance(outputs[axis], here, basis, _scatter_of(observations, axis, first, others))) is not None
+    }
     if not chances:
         return None
     whole = tuple(
-        axis for axis in chances if _repeats(outputs[axis], here, equal[axis]) >= _NEARLY_ALL * here.size
-    )  # fmt: skip
+        axis
+        for axis, chance in chances.items()
+        if repeats_of[axis] >= _NEARLY_ALL * here.size and chance ** repeats_of[axis] < _IMPOSSIBLE
+    )
     if whole:
         both = np.logical_and.reduce([equal[axis] for axis in whole])
         still = [axis for axis in equal if axis not in chances and np.mean(equal[axis]) >= _NEARLY_ALL]
@@ -140,13 +160,33 @@ def _smooth(observations: Observations, rows: IntArray) -> FloatArray:
     return np.hstack(columns)
 
 
-def _chance(read: FloatArray, basis: FloatArray) -> float | None:
-    """Return how probable it is that a reading repeats to the last digit; None where the readings do not tell it."""
-    if basis.shape[1] >= read.size:
-        return None
+def _scatter_of(observations: Observations, axis: str, first: int, others: IntArray) -> float:
+    """Return by how much an output of one replication differs from the others', as a standard deviation; 0: by nothing.
+
+    The median of absolute differences, so that others which are copies too and dwells that stand out tell little.
+    """
+    values, of_first = observations.outputs[axis], _by_point(observations, first)
+    points = observations.point[others].tolist()
+    paired = [(row, of_first[point]) for row, point in zip(others.tolist(), points, strict=True) if point in of_first]
+    if not paired:
+        return 0.0
+    differences = np.abs(np.subtract(*values[np.array(paired).T]))
+    return float(SD_PER_MEDIAN_DEVIATION * np.median(differences) / np.sqrt(2.0))
+
+
+def _chance(values: FloatArray, here: IntArray, basis: FloatArray, between: float) -> float | None:
+    """Return how probable it is that a reading repeats to the last digit; None where the readings do not tell it.
+
+    ``between``: the scatter that other replications tell.
+    """
+    read = values[here]
+    is_smooth = basis.shape[1] < read.size
+    basis = basis if is_smooth else basis[:, :_LINE]
     left = read - basis @ np.linalg.lstsq(basis, read, rcond=None)[0]
-    scatter, span = float(np.sqrt(np.mean(left**2))), float(np.ptp(read))
+    apart, span = float(np.sqrt(np.mean(left**2))), float(np.ptp(read))
+    scatter = apart if is_smooth or between == 0.0 else between
+    coarsest = _LEAST_STEP * scatter if is_smooth or between > 0.0 else _NO_STEP * span
     step = common_step(read, GRID * span)
-    if scatter <= _EXACT * span or step >= _LEAST_STEP * scatter:
+    if apart <= _EXACT * span or step >= coarsest:
         return None
     return float(step / (2.0 * np.sqrt(np.pi) * scatter))

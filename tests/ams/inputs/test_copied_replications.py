@@ -124,3 +124,44 @@ def test_a_quiet_package_that_yaws_on_a_coarse_meter_is_no_copy(noise_v: float, 
 def test_a_part_that_is_copied_is_refused_of_a_package_that_yaws() -> None:
     with pytest.raises(ObservationsError, match="2 is a copy in part of replication 1: 50 of 117 points"):
         refuse_copies(_sting(2e-5, 1e-9, copied_points=50))
+
+
+SIX = np.deg2rad([(0.0, 0.0), (0.0, 90.0), (0.0, 180.0), (0.0, -90.0), (90.0, 0.0), (-90.0, 0.0)])
+TWELVE = np.deg2rad([(p, r) for p in (-45.0, 0.0, 45.0) for r in (-180.0, -90.0, 0.0, 90.0)])
+
+
+def _few(
+    points: np.ndarray, seed: int = 1, *, step_v: float = 1e-12, bend: float = 2e-5, noise_v: float = 2e-5
+) -> Observations:
+    """Four replications of a sensor that bends a little, read by a meter with a step."""
+    pitch, roll = np.tile(points, (4, 1)).T
+    force = np.stack([np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], axis=-1)
+    read = 0.01 + 2.5 * force + bend * force**2 + noise_v * np.random.default_rng(seed).standard_normal(force.shape)
+    read = np.rint(read / step_v) * step_v
+    numbers = np.tile(np.arange(len(points)), 4)
+    outputs = dict(zip("xyz", read.T, strict=True))
+    return Observations(np.repeat([1, 2, 3, 4], len(points)), numbers, pitch, roll, outputs)
+
+
+@pytest.mark.parametrize("points", [SIX, TWELVE], ids=["six points", "twelve points"])
+@pytest.mark.parametrize("copies", [(3,), (2, 3, 4)])
+def test_copies_of_few_points_are_refused(points: np.ndarray, copies: tuple[int, ...]) -> None:
+    rows = _few(points)
+    outputs = {axis: values.copy() for axis, values in rows.outputs.items()}
+    for values in outputs.values():
+        for label in copies:
+            values[rows.replication == label] = values[rows.replication == 1]
+    with pytest.raises(ObservationsError, match=f"of replication 1: {len(points)} of {len(points)} points"):
+        refuse_copies(replace(rows, outputs=outputs))
+
+
+@pytest.mark.parametrize("points", [SIX, TWELVE], ids=["six points", "twelve points"])
+@pytest.mark.parametrize(("step_v", "noise_v"), [(1e-12, 2e-5), (1e-5, 2e-5), (1e-4, 2e-5), (1e-4, 1e-6), (1e-6, 1e-8)])
+def test_few_points_that_were_measured_are_no_copies(points: np.ndarray, step_v: float, noise_v: float) -> None:
+    """A quiet sensor that bends by ten steps of its meter repeats every reading, and tells so by the steps."""
+    for seed in range(20):
+        refuse_copies(_few(points, seed, step_v=step_v, noise_v=noise_v))
+
+
+def test_few_points_that_were_computed_without_noise_are_no_copies() -> None:
+    refuse_copies(_few(SIX, bend=0.0, noise_v=0.0))
