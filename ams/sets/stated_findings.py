@@ -30,6 +30,10 @@ class StatedFinding:
     text: str
 
 
+_OUTSIDE: Final = "not in the uncertainty"
+"""In the words of a remark: what it names widens no interval."""
+
+
 def significant_findings(coefficients: CoefficientSet) -> Iterator[StatedFinding]:
     """Yield every significant finding of a set, axis by axis; sets of before version 3 have none."""
     for axis, section in table(coefficients.document["axes"]).items():
@@ -66,6 +70,11 @@ def package_reservations(document: Document) -> Iterator[str]:
     """Yield what must be read before the package of a set's document is used; remarks are none of it."""
     remarks = listed(document.get("remarks", []))
     yield from (str(text) for text in listed(document["warnings"]) if text not in remarks)
+
+
+def outside_uncertainty(document: Document) -> Iterator[str]:
+    """Yield the remarks of a set's document that say what its points do not determine and its uncertainties lack."""
+    yield from (str(text) for text in listed(document.get("remarks", [])) if _OUTSIDE in str(text))
 
 
 def axis_reservations(document: Document) -> Iterator[tuple[str, str]]:

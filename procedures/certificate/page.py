@@ -8,7 +8,7 @@ from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS
 from ams.rounding import to_place
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.stated_findings import axis_reservations, package_reservations
+from ams.sets.stated_findings import axis_reservations, outside_uncertainty, package_reservations
 from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
@@ -54,6 +54,7 @@ def certificate_page(grounds: Grounds) -> str:
         began=_began(grounds),
         shift=_shift_in_words(grounds.coefficients),
         reservations=_reservations(grounds),
+        lacking=[_sentence(text) for text in outside_uncertainty(grounds.coefficients.document)],
         specimen=SPECIMEN,
         not_usable=NOT_USABLE,
         standing_sentence=_standing_sentence(grounds),
@@ -138,7 +139,11 @@ def _reservations(grounds: Grounds) -> list[str]:
     shown = {finding.text for finding in grounds.signed.findings if finding.name in accepted}
     of_axes = (f"Axis {axis}: {text}" for axis, text in axis_reservations(document) if text not in shown)
     sentences = [*(text for text in package_reservations(document) if text not in shown), *of_axes]
-    return [f"{text[0].upper()}{text[1:].rstrip('.')}." for text in sentences]
+    return [_sentence(text) for text in sentences]
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:].rstrip('.')}."
 
 
 def _began(grounds: Grounds) -> str:

@@ -326,7 +326,8 @@ def test_the_range_of_temperature_of_use_and_the_reasons_of_the_verdict_stand_on
     of_x = replace(
         plain.axes["x"], warnings=(reasons["x"],), variance_components=(*plain.axes["x"].variance_components, used)
     )
-    calibration = replace(plain, axes={**plain.axes, "x": of_x}, warnings=(reasons[""],), remarks=("said in passing",))
+    remarks = ("said in passing", "what bends is not in the uncertainty: add angles")
+    calibration = replace(plain, axes={**plain.axes, "x": of_x}, warnings=(reasons[""],), remarks=remarks)
     entry = build_set(calibration, provenance(**{**RELEASED, "temperature_range_degc": (15.0, 25.0)}))
     grounds = _grounds(coefficients=entry, adjustment=_adjustment(entry))
     text = _text(grounds)
@@ -336,6 +337,7 @@ def test_the_range_of_temperature_of_use_and_the_reasons_of_the_verdict_stand_on
     assert f"{reasons['']}." in text
     assert f"Axis x: {reasons['x']}." in text
     assert "said in passing" not in text.lower()[text.index("Verdict of the calibration") :]
+    assert "What bends is not in the uncertainty: add angles." in text
     certificate = to_dcc(entry).decode("utf-8")
     assert all(reason in certificate for reason in reasons.values())
     assert "[15.0, 25.0]" in certificate
