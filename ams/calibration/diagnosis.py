@@ -241,6 +241,7 @@ def _diagnosis(
         order=(*circumstances.order, *drifted),
         follows_gravity=gravity is not None,
         alike=circumstances.alike,
+        offset_expanded=2.0 * float(np.sqrt(solved.primary_covariance[index, 0, 0])),
     )
     of_gravity = () if gravity is None else (gravity,)
     return Diagnosis((*of_gravity, *findings, *drifted), solved, index, tests)

@@ -306,6 +306,10 @@ def test_a_sensor_that_remembers_where_it_was_turned_from_is_named_with_its_size
             assert abs(size - kept_v_per_g) < 4 * uncertainty < kept_v_per_g
 
 
+def _robust_of(findings: tuple[Finding, ...]) -> list[Finding]:
+    return [entry for entry in findings if entry.details.get("test") == "robust fit"]
+
+
 @pytest.mark.parametrize(("share", "named"), [(0.0, False), (0.1, True)])
 def test_dwells_that_stand_out_a_little_to_one_side_part_a_robust_fit_from_the_estimate(
     share: float, named: bool
@@ -321,9 +325,13 @@ def test_dwells_that_stand_out_a_little_to_one_side_part_a_robust_fit_from_the_e
         replication, point = np.divmod(np.arange(pitch.size), len(grid))
         rows = Observations(replication + 1, point + 1, pitch, roll, {"x": outputs})
         said = calibrate(rows, CalibrationRequest()).axes["x"].findings
-        robust = next(entry for entry in said if entry.details["test"] == "robust fit")
+        (robust,) = _robust_of(said)
         assert "by chance ±" in robust.text
         found.append(robust.is_significant)
+        table = TableUncertainty(20.0 * RAD_PER_ARCSEC, 20.0 * RAD_PER_ARCSEC, "limit")
+        (wide,) = _robust_of(calibrate(rows, CalibrationRequest(table=table)).axes["x"].findings)
+        assert wide.is_held or not wide.is_significant, "with a table of 20 arc seconds U holds it"
+        assert not (robust.is_significant and robust.is_held), "a tenth at 3 standard deviations moves it beyond U"
     assert found == [named] * 3
 
 
