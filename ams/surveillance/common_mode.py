@@ -209,20 +209,20 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
         for index, (cause, left, used) in enumerate(fits)
         if _chance_of(data, (cause, left, used), scale, is_lone=len(among) == 1) >= CONSISTENT
     ]
-    fewest, _, first = min(consistent, default=(data.fits_all, 0.0, 0))
-    if fewest >= data.fits_all or (fewest > 1 and causes[first].kind == "table-rotation"):
-        turn = _nearly_all(data, visits, fits, bare, nothing)
-        if turn is not None:
-            return replace(turn, p_value=p_value)
+    turn = _nearly_all(data, visits, fits, bare, replace(nothing, p_value=p_value))
     if not consistent:
-        return _together(data, among, scale, p_value, false_alarm)
+        return turn or _together(data, among, scale, p_value, false_alarm)
     fewest, least_left, _ = min(consistent)
     close = least_left + SAME * max(least_left, 1.0)
     index = next(index for used, left, index in consistent if used == fewest and left <= close)
     stated = causes[index]
     chosen = CommonMode((stated,), p_value, (), data.estimates(stated.parts, scale.variance), (), tuple(among))
     stands = {index for *_, index in consistent} | {at for at, (_, left, _) in enumerate(fits) if left <= close}
-    return replace(chosen, also=_also(data, visits, chosen, fewest, [fits[at] for at in sorted(stands)]))
+    chosen = replace(chosen, also=_also(data, visits, chosen, fewest, [fits[at] for at in sorted(stands)]))
+    is_open = fewest >= data.fits_all or (
+        fewest > 1 and len(among) > 1 and any(cause.kind != stated.kind for cause in chosen.also)
+    )
+    return turn if turn is not None and is_open else chosen
 
 
 def _nearly_all(

@@ -174,7 +174,7 @@ def test_fault_17_a_process_that_grows_ends_its_run_in_time_and_a_fresh_one_goes
     outcome = run_unattended(small, unattended)
     assert (outcome.state, outcome.exit_status) == (State.STOPPED, ExitStatus.FAILED)
     assert "this process has grown: open_files from 10 to 600, allowed 500 more" in outcome.reason
-    assert "calrig resume RUN goes on" in (unattended.run_dir / "why.txt").read_text(encoding="utf-8")
+    assert f"calrig resume {unattended.run_dir} goes on" in (unattended.run_dir / "why.txt").read_text(encoding="utf-8")
     assert [event.detail["open_files"] for event in events(unattended.run_dir, "process")] == [10.0, 600.0]
     assert resumed(unattended.run_dir).state is State.FINISHED
 
