@@ -22,7 +22,13 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.arrays import FloatArray
 from ams.calibration.believed import evidence_of
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
-from ams.calibration.diagnosis import Circumstances, Diagnosis, corrected_replication, undetected_dwell
+from ams.calibration.diagnosis import (
+    Circumstances,
+    Diagnosis,
+    corrected_replication,
+    undetected_dwell,
+    untold_transient,
+)
 from ams.calibration.memory import diagnose_together
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration.step_columns import part_of
@@ -259,7 +265,12 @@ def _axis(
         residuals_v=output_v - fitted_v,
         replication=_replication(solved, row, found),
         warnings=(*choice.warnings, *_axis_warnings(label, solved, row), *significant_texts(found.findings)),
-        remarks=(*choice.remarks, *_axis_remarks(label, model), *undetected_dwell(label, found)),
+        remarks=(
+            *choice.remarks,
+            *_axis_remarks(label, model),
+            *undetected_dwell(label, found),
+            *untold_transient(label, found),
+        ),
         variance_components=components_of(solved.components, row),
         centring=choice.centring,
         findings=found.findings,

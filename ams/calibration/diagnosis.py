@@ -15,6 +15,7 @@ from ams.analysis.diagnostics.axis_tests import shared_tests
 from ams.analysis.diagnostics.beliefs import (
     DRIFT_OF,
     LACK_OF_FIT,
+    SETTLING,
     AxisTests,
     BeliefTest,
 )
@@ -301,6 +302,17 @@ def undetected_dwell(label: str, found: Diagnosis) -> tuple[str, ...]:
     return (
         f"axis {label}: among so few dwells a single one that is wrong is found only from about {smallest:.0f} "
         f"standard deviations of a dwell on ({size}); add points or replications to find a smaller one",
+    )
+
+
+def untold_transient(label: str, found: Diagnosis) -> tuple[str, ...]:
+    """Return that the points do not tell a transient at the start of every replication, where they do not."""
+    if not found.tests.tests or SETTLING in found.tests.tests:
+        return ()
+    return (
+        f"axis {label}: whether the output settles at the start of every replication is not told by these points: what "
+        "it does then passes for offset and sensitivities, and is not in the uncertainty; let the sensor settle first, "
+        "or add points",
     )
 
 

@@ -72,3 +72,11 @@ def test_what_so_few_dwells_do_not_find_is_a_remark(replications: int, share: fl
     remarks = [_remarks(_solved(replications, none, np.random.default_rng([3, seed]))) for seed in range(10)]
     assert np.mean([bool(said) for said in remarks]) == pytest.approx(share, abs=0.2)
     assert all("standard deviations of a dwell on (" in text for said in remarks for text in said)
+
+
+def test_a_transient_that_six_points_do_not_tell_is_a_remark() -> None:
+    """It goes the same way through the points in every replication, and passes for offset and sensitivities."""
+    settles = 15.0 * np.exp(-2.0 * np.arange(len(SIX))) * np.ones((4, 1))
+    solved = _solved(4, settles, np.random.default_rng(4))
+    told = [entry for entry in solved.findings if entry.is_significant and "settling" in str(entry.details.get("test"))]
+    assert told or any("settles at the start of every replication is not told" in text for text in solved.remarks)
