@@ -70,6 +70,7 @@ def test_what_is_stated_is_held_at_every_attitude_whatever_the_set_is_wrong_by(a
 
 
 @pytest.mark.thorough
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize("axes", ["x", "xy", "xz", "yz", "xyz"])
 def test_it_is_held_over_many_campaigns(axes: str) -> None:
     for cell, inside in shares_held(axes, 30, 45).items():
