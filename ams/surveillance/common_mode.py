@@ -209,9 +209,9 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
         for index, (cause, left, used) in enumerate(fits)
         if _chance_of(data, (cause, left, used), scale, is_lone=len(among) == 1) >= CONSISTENT
     ]
-    turn = _nearly_all(data, visits, fits, bare, replace(nothing, p_value=p_value))
+    untold = replace(nothing, p_value=p_value)
     if not consistent:
-        return turn or _together(data, among, scale, p_value, false_alarm)
+        return _nearly_all(data, visits, fits, bare, untold) or _together(data, among, scale, p_value, false_alarm)
     fewest, least_left, _ = min(consistent)
     close = least_left + SAME * max(least_left, 1.0)
     index = next(index for used, left, index in consistent if used == fewest and left <= close)
@@ -222,7 +222,7 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     is_open = fewest >= data.fits_all or (
         fewest > 1 and len(among) > 1 and any(cause.kind != stated.kind for cause in chosen.also)
     )
-    return turn if turn is not None and is_open else chosen
+    return (_nearly_all(data, visits, fits, bare, untold) if is_open else None) or chosen
 
 
 def _nearly_all(

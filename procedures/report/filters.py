@@ -233,8 +233,7 @@ def with_indices(text: str) -> Markup:
     """Return a symbol or an equation with the indices that plain text has after a low line set below: q_xx, f_y²."""
     pieces = _INDEXED.split(text)
     return Markup("").join(
-        Markup("{}").format(piece) if index % 2 == 0 else Markup("<sub>{}</sub>").format(piece)
-        for index, piece in enumerate(pieces)
+        escape(piece) if index % 2 == 0 else Markup("<sub>{}</sub>").format(piece) for index, piece in enumerate(pieces)
     )
 
 

@@ -111,12 +111,12 @@ def restart_steps(checks: Sequence[CheckComparison]) -> tuple[str, ...]:
 def _steps_in_words(stepped: Sequence[CheckComparison]) -> str:
     worst = max(stepped, key=lambda step: step.departure)
     size = signed_in_words(worst.departed_by, worst.unit, 3)
-    changed, where = f"changed by {size} at {worst.departed_at}", len(stepped) - 1
+    changed, others = f"changed by {size} at {worst.departed_at}", len(stepped) - 1
     if worst.cause:
-        channels = f"{len(stepped)} channels changed beyond their limits" if where else "one channel beyond its limit"
+        channels = f"{len(stepped)} channels changed beyond their limits" if others else "one channel beyond its limit"
         return f"{channels}; {worst.label} {changed}"
-    others = f", and {where} other channel{'s' if where > 1 else ''}" if where else ""
-    return f"{worst.label} {changed}{others}"
+    more = f", and {others} other channel{'s' if others > 1 else ''}" if others else ""
+    return f"{worst.label} {changed}{more}"
 
 
 def _cause(findings: Iterable[Finding]) -> str:
