@@ -47,6 +47,12 @@ class RunFailed(ProcedureError):
     exit_status = ExitStatus.FAILED
 
 
+class NotSolved(ProcedureError):
+    """A defect kept a run from being solved: its dwells are kept, and its folder has a page that says so."""
+
+    exit_status = ExitStatus.FAILED
+
+
 class StorageFailed(ProcedureError):
     """The disk refuses the journal (full, read-only, broken, held): what was committed before is intact."""
 

@@ -5,31 +5,36 @@ Only a finished run leaves coefficient sets; any run leaves a report that says w
 what hinders one is told and hinders no other, and delivering again makes what is missing.
 """
 
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from ams.archive.runs import Override, PublishedRun
 from ams.calibration.findings_document import full_document
 from ams.calibration_result import Calibration
-from ams.errors import AmsError
+from ams.errors import AmsError, WriteFailed
 from ams.exports import dcc, json_text
 from ams.exports.formats import export_set, format_named
-from ams.exports.optional_libraries import missing_sentence
 from ams.models.registry import is_solved_from_levels
 from ams.sets.axis_section import primary_section
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import LACKING
+from procedures.delivery.parts import DONE, NOT_DUE, Parts
 from procedures.delivery.past import past_of
 from procedures.delivery.publish import publish_solved
+from procedures.delivery.unsolved import keep_tracebacks
 from procedures.errors import RequestError
 from procedures.journal.audit_trail import clock_words, missing_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.solve import solve_record
 from procedures.records.states import State
+from procedures.report.overview import overview_rows
 from procedures.report.paper.pdf import Attachment
+from procedures.report.plain_page import PlainPage, write_plain
 from procedures.report.view import Past, RunView
 from procedures.report.write import (
     REPORT_FILE,
@@ -40,15 +45,14 @@ from procedures.report.write import (
     write_paper,
     write_screen,
     write_sensor_document,
+    write_verdict,
 )
 from procedures.solution.lines import lines_document
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import RunRecord, read_record
 from procedures.solution.request import SolvedSensor
 from rig.crash_points import CrashPoint, crash_point
-from rig.defects import defect_text
 
-Made = TypeVar("Made")
 Tell = Callable[[str], None]
 
 
@@ -75,13 +79,6 @@ class SolvedRun:
         return [f"{name}: {solved.why_not_usable}" for name, solved in self.sensors.items() if solved.why_not_usable]
 
 
-PARTS = ("set", "archive", "exports", "html", "pdf")
-"""What a run leaves, in the order in which it is made; each part succeeds or fails by itself."""
-DONE = "done"
-NOT_DUE = "not due"
-"""How the word for a part begins that the run does not leave."""
-
-
 @dataclass(frozen=True)
 class Delivery:
     """What was written, and what became of each part."""
@@ -100,6 +97,8 @@ class Delivery:
     """Where the sets were published; None where they were not."""
     archived: PublishedRun | None = None
     """As found and as left of every sensor, as the archive has them."""
+    defects: Mapping[str, str] = field(default_factory=dict)
+    """Sensor or part that a defect hindered to its traceback; all of them stand in ``defects.txt`` of the run."""
 
     @property
     def failures(self) -> Mapping[str, str]:
@@ -129,12 +128,13 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     """
     crash_point(CrashPoint.SOLVED)
     # The archive before the page, which shows as found and as left as the archive has them; the paper is the page.
-    parts = _Parts()
-    built = parts.made("set", lambda: sets_of(run)) if run.is_finished else {}
-    sets: Mapping[str, CoefficientSet] = built or {}
-    if built is not None and not sets:
+    parts = Parts(shlex.quote(str(run.folder)))
+    names = with_set(run) if run.is_finished else ()
+    built = {name: parts.made("set", lambda: set_of(run, name)) for name in names}  # noqa: B023  called at once
+    sets: Mapping[str, CoefficientSet] = {name: made for name, made in built.items() if made is not None}
+    if not names:
         parts.leave_out(("set", "archive", "exports"), _why_no_set(run))
-    if built is None:
+    elif not sets:
         parts.fail(("archive", "exports"), "there is no set")
     tell("writing coefficient sets, archive and exports")
     paths = parts.made("set", lambda: _written_sets(run, sets)) if sets else {}
@@ -152,15 +152,21 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     drawn = None if view is None else parts.made("html", lambda: draw_report(view, tell))
     if drawn is None:
         parts.fail(("pdf",), "there is no page to print")
+        _write_plain(run, view, parts)
     else:
         parts.made("html", lambda: write_screen(drawn, run.folder))
         tell("setting the paper")
         parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(sets.values())))
         _write_sensor_documents(run, drawn, sets, past, parts, tell)
+    if (hindered := parts.hindered()) and view is not None:
+        rows = [asdict(row) for row in overview_rows(view)]
+        parts.made("html", lambda: write_verdict(run.folder, view.verdict, rows, hindered))
+    defects = {**_tracebacks(run), **parts.tracebacks}
+    keep_tracebacks(run.folder, defects)
     crash_point(CrashPoint.REPORTED)
     published_to = archive_url if archived is not None else None
     page = run.folder / REPORT_FILE
-    return Delivery(run, parts.in_words(), view, page, paths or {}, exports or (), published_to, archived)
+    return Delivery(run, parts.in_words(), view, page, paths or {}, exports or (), published_to, archived, defects)
 
 
 def _write_sensor_documents(
@@ -168,7 +174,7 @@ def _write_sensor_documents(
     drawn: Drawn,
     sets: Mapping[str, CoefficientSet],
     past: Past | None,
-    parts: "_Parts",
+    parts: Parts,
     tell: Tell,
 ) -> None:
     """Of several sensors each has a document of its own, which shows no other: for its customer."""
@@ -186,37 +192,16 @@ def _write_sensor_document(
     return write_sensor_document(document, run.folder, attachments)
 
 
-class _Parts:
-    """What became of each part so far."""
+def _write_plain(run: SolvedRun, view: RunView | None, parts: Parts) -> None:
+    """Leave a page that says why there is no report, where a part of it failed; a page of before would be of before."""
+    why, record = parts.in_words()["html"], run.record
+    page = PlainPage(record.plan.title, record.run_id, str(record.state), why, record.is_simulated)
+    with suppress(WriteFailed, OSError):  # the disk, of which the parts have told
+        write_plain(run.folder, page, tuple(record.plan.sensors), view)
 
-    def __init__(self) -> None:
-        self._outcomes: dict[str, str] = {}
 
-    def made(self, part: str, make: Callable[[], Made]) -> Made | None:
-        """Make a part and return it; None where it failed, which is kept as a sentence."""
-        try:
-            made = make()
-        except AmsError as error:
-            self._outcomes[part] = str(error)
-        except ModuleNotFoundError as error:
-            self._outcomes[part] = f"{missing_sentence(error.name or part)}; then calrig solve makes it"
-        except OSError as error:
-            self._outcomes[part] = f"{error.filename or part}: {error.strerror or error}; calrig solve makes it"
-        except Exception as error:  # noqa: BLE001  a rim: a defect in one part takes no other part from the laboratory
-            self._outcomes[part] = f"{defect_text(error)}; send the run's folder"
-        else:
-            self._outcomes.setdefault(part, DONE)
-            return made
-        return None
-
-    def leave_out(self, parts: Iterable[str], why: str) -> None:
-        self._outcomes |= dict.fromkeys(parts, f"{NOT_DUE}: {why}")
-
-    def fail(self, parts: Iterable[str], why: str) -> None:
-        self._outcomes |= dict.fromkeys(parts, f"not made: {why}")
-
-    def in_words(self) -> dict[str, str]:
-        return {name: self._outcomes.get(name, DONE) for name in PARTS}
+def _tracebacks(run: SolvedRun) -> dict[str, str]:
+    return {name: solved.traceback for name, solved in run.sensors.items() if solved.traceback}
 
 
 def _why_no_set(run: SolvedRun) -> str:
@@ -281,13 +266,25 @@ def run_document(delivery: Delivery) -> dict[str, Any]:
 
 def sets_of(run: SolvedRun) -> dict[str, CoefficientSet]:
     """Return sensor to the set of its solution; a sensor without one is missing. Raises: ams.errors.SetError."""
-    return {
-        name: build_set(_with_words(solved.calibration, run.record), provenance_of(solved, run.record))
+    return {name: set_of(run, name) for name in with_set(run)}
+
+
+def with_set(run: SolvedRun) -> tuple[str, ...]:
+    """Return the sensors whose solution is a set."""
+    return tuple(
+        name
         for name, solved in run.sensors.items()
         if solved.calibration is not None
         and solved.calibration.model in FIELDS
         and not solved.calibration.unusable_axes
-    }
+    )
+
+
+def set_of(run: SolvedRun, name: str) -> CoefficientSet:
+    """Return the set of a sensor that :func:`with_set` names. Raises: ams.errors.SetError."""
+    solved = run.sensors[name]
+    assert solved.calibration is not None
+    return build_set(_with_words(solved.calibration, run.record), provenance_of(solved, run.record))
 
 
 def primaries_of(run: SolvedRun) -> dict[str, dict[str, Any]]:

@@ -1,12 +1,18 @@
 """From dwells to solved sensors, for runs of every kind."""
 
+import shlex
+import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from ams.calibration.table_dwell_search import StoodPackage
 from ams.calibration.table_dwells import DwellsOfTable, judge_dwells
 from ams.errors import AmsError
 from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun, ProvedChange
+from ams.observations import Observations
+from procedures.errors import ProcedureError
 from procedures.kinds.registry import KINDS
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
@@ -14,17 +20,30 @@ from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import of_sensor, proved_changes, run_findings, with_run_findings
-from rig.description.rig_file import RigDescription, Sensor
+from rig.defects import defect_text
+from rig.description.rig_file import RigDescription
+from rig.errors import RigError
 
 Tell = Callable[[str], None]
 
 
 def solve_record(record: RunRecord, tell: Tell = lambda _step: None) -> dict[str, SolvedSensor]:
-    """Solve every sensor of a run from its accepted dwells, as its procedure asks; ``tell`` hears of each."""
-    changes = proved_changes(record)
-    solved = solve_sensors(record.dwells, record.rig, record.plan, f"run {record.run_id}", tell, changes)
-    findings = run_findings(record)
-    return {name: with_run_findings(sensor, of_sensor(findings, name)) for name, sensor in solved.items()}
+    """Solve every sensor of a run from its accepted dwells, as its procedure asks; ``tell`` hears of each.
+
+    A defect costs the sensors that it concerns their result, and says so; where it is in what is told of all of them
+    together, none has one.
+    """
+    run, source = shlex.quote(record.run_id), f"run {record.run_id}"
+    try:
+        changes = proved_changes(record)
+        solved = solve_sensors(record.dwells, record.rig, record.plan, source, tell, changes, run)
+        findings = run_findings(record)
+        return {name: with_run_findings(sensor, of_sensor(findings, name)) for name, sensor in solved.items()}
+    except (AmsError, ProcedureError, RigError):
+        raise
+    except Exception as error:  # noqa: BLE001  a rim: without a page nobody is told that the dwells are kept
+        names = record.plan.sensors
+        return {name: _hindered(SolvedSensor(name, _no_rows(source), None, ""), error, run) for name in names}
 
 
 def solve_sensors(
@@ -34,10 +53,12 @@ def solve_sensors(
     source: str,
     tell: Tell = lambda _step: None,
     changes: tuple[ProvedChange, ...] = (),
+    run: str = "",
 ) -> dict[str, SolvedSensor]:
     """Solve every sensor of a plan; a sensor that cannot be solved says why and hinders no other.
 
-    ``changes``: of table or meter, as visits have proved them; no sensor is blamed for what they did.
+    ``changes``: of table or meter, as visits have proved them; no sensor is blamed for what they did. ``run``: as
+    commands take it.
     Where all of them together show that the table stood off at single dwells, they are solved again with these dwells
     in no test of a sensor, and all carry the one finding.
     """
@@ -48,11 +69,19 @@ def solve_sensors(
         for index, (name, sensor) in enumerate(plan.sensors.items(), start=1):
             tell(f"solving {name} ({index} of {len(plan.sensors)})")
             known = replace(known_of_run, changes=changes) if sensor.rolls else NOTHING_KNOWN
-            solved[name] = _solve_sensor(name, sensor, rows, rig, plan, source, known)
+            with_it = tuple(row for row in rows if set(sensor.channels.values()) <= row.readings.keys())
+            item = SensorRows(name, sensor, with_it, rig, plan, f"{source}, {name}", known, run)
+            solved[name] = _solve_sensor(item, rows)
         return solved
 
     solved = solve_each(NOTHING_KNOWN)
-    on_table = _dwells_of_table(solved, plan, changes)
+    try:
+        on_table = _dwells_of_table(solved, plan, changes)
+    except Exception as error:  # noqa: BLE001  a rim: what no table turns was solved without it
+        return {
+            name: _hindered(sensor, error, run) if plan.sensors[name].rolls else sensor
+            for name, sensor in solved.items()
+        }
     if not on_table.known.has_dwells:
         return solved
     return {
@@ -75,25 +104,20 @@ def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan, changes: Se
     return judge_dwells(packages, sum(len(sensor.channels) for sensor in plan.sensors.values()), changes)
 
 
-def _solve_sensor(
-    name: str,
-    sensor: Sensor,
-    rows: tuple[DwellRecord, ...],
-    rig: RigDescription,
-    plan: Plan,
-    source: str,
-    known_of_run: KnownOfRun,
-) -> SolvedSensor:
-    with_it = tuple(row for row in rows if set(sensor.channels.values()) <= row.readings.keys())
-    item = SensorRows(name, sensor, with_it, rig, plan, f"{source}, {name}", known_of_run)
+def _solve_sensor(item: SensorRows, rows: tuple[DwellRecord, ...]) -> SolvedSensor:
+    """``rows``: all accepted dwells of the design, also those that lack the sensor."""
     if not rows:
         return _unsolved(item, "no dwell of the design is accepted")
-    if len(with_it) < len(rows):
-        return _unsolved(item, _dropped(len(rows) - len(with_it)))
+    if len(item.dwells) < len(rows):
+        return _unsolved(item, _dropped(len(rows) - len(item.dwells)))
     try:
-        return KINDS[plan.kind].solve(item)
+        return KINDS[item.plan.kind].solve(item)
     except AmsError as error:
         return _unsolved(item, _without_source(str(error), item.source))
+    except (ProcedureError, RigError):
+        raise
+    except Exception as error:  # noqa: BLE001  a rim: a defect at one sensor takes the result of no other
+        return _hindered(SolvedSensor(item.name, _no_rows(item.source), None, ""), error, item.run)
 
 
 def _without_source(failure: str, source: str) -> str:
@@ -103,6 +127,24 @@ def _without_source(failure: str, source: str) -> str:
 
 def _unsolved(item: SensorRows, failure: str) -> SolvedSensor:
     return SolvedSensor(item.name, observations_of(item.dwells, item.channels, source=item.source), None, failure)
+
+
+def _hindered(sensor: SolvedSensor, error: Exception, run: str) -> SolvedSensor:
+    """Return a sensor that an error which nobody expected kept from being solved, with what to do about it."""
+    what = str(error) if isinstance(error, AmsError) else defect_text(error)
+    failure = (
+        f"{what}; it was not solved, and every dwell of the run is kept in its journal: send the run's folder; "
+        f"calrig solve {run or 'RUN'} with a newer version of calrig does it"
+    )
+    return replace(
+        sensor, calibration=None, failure=failure, budgets={}, traceback="".join(traceback.format_exception(error))
+    )
+
+
+def _no_rows(source: str) -> Observations:
+    """Return the rows of a sensor whose own could not even be put together."""
+    none, labels = np.zeros(0), np.zeros(0, dtype=np.int64)
+    return Observations(labels, labels, none, none, {}, source=source)
 
 
 def _dropped(dwells: int) -> str:

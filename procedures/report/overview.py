@@ -34,6 +34,8 @@ class OverviewRow:
     as_found: str
     as_left: str
     findings: str
+    failure: str = ""
+    """Why there is no result to use, and what to do; empty where there is one."""
 
 
 def has_overview(view: RunView) -> bool:
@@ -149,6 +151,7 @@ def _row(sensor: SensorView) -> OverviewRow:
         as_found=NONE if adjustment is None else _condition(adjustment.as_found),
         as_left=NONE if adjustment is None else _condition(adjustment.as_left),
         findings=", ".join(significant) or "none",
+        failure=sensor.failure or "",
     )
 
 

@@ -69,7 +69,10 @@ def judge(
     if undeclared:
         result += f", without {' and '.join(undeclared)}, which {'is' if len(undeclared) == 1 else 'are'} not declared"
     if failures:
-        return Verdict("unusable", "There is no result to use for at least one sensor.", (*failures, *doubts, *facts))
+        without = [sensor.name for sensor in sensors if sensor.failure]
+        whose = "any sensor" if len(without) == len(sensors) > 1 else ", ".join(without)
+        sentence = f"There is no result to use of {whose}."
+        return Verdict("unusable", sentence, (*failures, *doubts, *facts))
     if turned:
         table = "the table, its base or the fixture"
         sentence = (
@@ -107,7 +110,7 @@ def _result(sensors: Sequence[SensorView]) -> str:
         else f"{len(sensors)} sensors"
     )
     text = f"{names}: standard error of one dwell at most {two_digits(error)}″"
-    seen = [sensor.observations for sensor in sensors if sensor.observations]
+    seen = [rows for sensor in sensors if sensor.axes and (rows := sensor.observations) is not None]
     if not seen:
         return text
     widest = max(widest for sensor in sensors if (widest := widest_arcsec(sensor)) is not None)

@@ -13,7 +13,7 @@ from procedures.report.figures import Figures, draw_figures, figures_of_sensor, 
 from procedures.report.overview import overview_rows
 from procedures.report.page import render_page
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
-from procedures.report.view import Past, RunView
+from procedures.report.view import Past, RunView, Verdict
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import standard_uncertainty_arcsec
@@ -69,10 +69,18 @@ def write_sensor_document(drawn: Drawn, folder: Path, attachments: Sequence[Atta
 def write_screen(drawn: Drawn, folder: Path) -> Path:
     """``report.html``, ``verdict.json`` and ``figures/``; returns the page's path. Raises: WriteFailed."""
     write_figures(drawn.figures, folder / FIGURES_FOLDER)
-    verdict = {**asdict(drawn.view.verdict), "sensors": [asdict(row) for row in overview_rows(drawn.view)]}
-    write_whole(folder / VERDICT_FILE, (json.dumps(verdict, ensure_ascii=False, indent=1) + "\n").encode("utf-8"))
+    write_verdict(folder, drawn.view.verdict, [asdict(row) for row in overview_rows(drawn.view)])
     write_whole(folder / REPORT_FILE, drawn.page.encode("utf-8"))
     return folder / REPORT_FILE
+
+
+def write_verdict(
+    folder: Path, verdict: Verdict, rows: Sequence[Mapping[str, object]], not_made: Mapping[str, str] | None = None
+) -> None:
+    """``verdict.json``. ``not_made``: the parts that a defect hindered, each with its sentence. Raises: WriteFailed."""
+    hindered = {"not_made": dict(not_made)} if not_made else {}
+    document = {**asdict(verdict), "sensors": list(rows), **hindered}
+    write_whole(folder / VERDICT_FILE, (json.dumps(document, ensure_ascii=False, indent=1) + "\n").encode("utf-8"))
 
 
 def write_paper(drawn: Drawn, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:

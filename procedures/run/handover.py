@@ -107,11 +107,25 @@ def _next(run_dir: Path, state: State, cause: str, held_before: str, meter_doubt
     if verdict is None:
         return f"calrig solve {numbers.run}{f'; {meter_doubts}' if meter_doubts else ''}"
     solve = f"what is missing is made by calrig solve {numbers.run}"
+    if hindered := _hindered(verdict):
+        return hindered
     if meter_doubts:
         return f"it is solved, and the meter changed while it measured: {meter_doubts}; {solve}"
     if verdict.get("trust") == "sound":
         return f"nothing, it is solved; {solve}"
     return f"it is solved; read the verdict and its grounds in the report first: each says what it leaves open; {solve}"
+
+
+def _hindered(verdict: Mapping[str, object]) -> str:
+    """Say what of a run could not be solved or made and what to do: solving again as it was ends as it did."""
+    about: dict[str, list[str]] = {}
+    for row in _rows(verdict):
+        if row.get("failure"):
+            about.setdefault(str(row["failure"]), []).append(str(row.get("sensor")))
+    not_made = verdict.get("not_made")
+    parts = not_made.items() if isinstance(not_made, Mapping) else ()
+    said = [f"no result to use of {', '.join(names)}: {failure}" for failure, names in about.items()]
+    return one_line("; ".join([*said, *(f"{part} could not be made: {sentence}" for part, sentence in parts)]))
 
 
 def _meter_doubts(run_dir: Path, events: Sequence[Event], plan: Plan) -> str:

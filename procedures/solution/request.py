@@ -49,6 +49,8 @@ class SolvedSensor:
     """Axis to what a long rest showed; there is no calibration then."""
     reference: ReferenceAttitude | None = None
     """What the attitudes of its rows are wrong by; None where they are no attitudes of a rig."""
+    traceback: str = ""
+    """Of the defect that kept it from being solved; empty where none did."""
 
     @property
     def why_not_usable(self) -> str | None:
@@ -72,6 +74,8 @@ class SensorRows:
     """Where the dwells come from, for messages."""
     known_of_run: KnownOfRun = NOTHING_KNOWN
     """What all sensors of the run have shown of the table."""
+    run: str = ""
+    """Name of the run, as commands take it; empty where nobody said it."""
 
     @property
     def channels(self) -> dict[str, str]:

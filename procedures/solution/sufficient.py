@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from ams.calibration.expectation import Shown, shown
 from ams.errors import AmsError
+from procedures.errors import ProcedureError
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
 from procedures.records.sufficiency import Sufficiency
@@ -18,16 +19,24 @@ from procedures.solution.beliefs import AxisBelief, beliefs_of
 from procedures.solution.by_model import observed
 from procedures.solution.expected import Believed, PlannedRows, Usage, expected_sensor
 from procedures.solution.request import SensorRows, request_of
+from rig.defects import defect_text
 from rig.description.rig_file import RigDescription
+from rig.errors import RigError
 
 
 def sufficient(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord]) -> Sufficiency:
-    """Judge whole replications of the design; what cannot be solved is not enough, and says why."""
+    """Judge whole replications of the design; what cannot be solved is not enough, and says why.
+
+    That of a defect too: all replications are measured then, and no run that goes on ends by it.
+    """
     replications = max(dwell.replication for dwell in dwells)
     try:
         return _judged(rig, plan, dwells, replications)
-    except AmsError as error:
-        why = f"replication {replications}: not judged: {error}: one more"
+    except (ProcedureError, RigError):
+        raise
+    except Exception as error:  # noqa: BLE001  a rim: what is judged in between costs no dwell
+        found = str(error) if isinstance(error, AmsError) else defect_text(error)
+        why = f"replication {replications}: not judged: {found}: one more"
         return Sufficiency(replications, is_enough=False, text=why, half_width_deg={})
 
 

@@ -11,6 +11,7 @@ from procedures.cli.run.run import tell, tell_failures
 from procedures.cli.run.working import working
 from procedures.cli.steer.choose_run import alive_or_latest
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
+from procedures.delivery.unsolved import page_of_unsolved
 from procedures.errors import ExitStatus
 from procedures.report.summary import MOST_IN_FULL
 from procedures.solution.by_model import checked_by_monte_carlo
@@ -34,7 +35,7 @@ def solve(
     """
     check_trials(monte_carlo, is_possible=True)
     folder = alive_or_latest(run, out)
-    with working() as progress_line:
+    with working() as progress_line, page_of_unsolved(folder):
         solved = solve_run(folder, progress_line)
     if monte_carlo:
         plan = solved.record.plan

@@ -34,6 +34,7 @@ from procedures.cli.options import (
     RunsFolder,
 )
 from procedures.cli.output import note, note_paragraph, print_json, say
+from procedures.cli.program_log import tell as log
 from procedures.cli.run.archive_url import require_archive_url
 from procedures.cli.run.attend import Attendance, attended
 from procedures.cli.run.detach import detached
@@ -41,10 +42,12 @@ from procedures.cli.run.opening import Opening, opening
 from procedures.cli.run.terminal import outlived
 from procedures.cli.run.working import working
 from procedures.cli.steer.choose_run import run_in_state
-from procedures.delivery.deliver import DONE, Delivery, deliver, run_document, solve_run
+from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
 from procedures.delivery.lessons import learned
+from procedures.delivery.parts import DONE, NOT_MADE
 from procedures.delivery.publish import history_findings
-from procedures.errors import ExitStatus, RequestError
+from procedures.delivery.unsolved import DEFECTS_FILE, page_of_unsolved
+from procedures.errors import ExitStatus, NotSolved, RequestError
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
@@ -238,11 +241,12 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
         note_paragraph(f"run {folder.name}: {outcome.state}: {outcome.reason}")
     try:
         with working() as progress_line:
-            solved = solve_run(folder, progress_line)
+            with page_of_unsolved(folder):
+                solved = solve_run(folder, progress_line)
             url = archive_of(folder.parent, archive, is_simulated=solved.record.is_simulated)
             delivery = deliver(solved, url, progress_line)
     except BaseException as error:
-        attendance.tell_end(f"{outcome.state}, and nothing delivered", f"{error}\ncalrig solve {folder} delivers it.")
+        attendance.tell_end(f"{outcome.state}, and nothing delivered", _what_next(folder, error))
         raise
     if outcome.state is State.FINISHED:
         attendance.tell_end(*_last_word(delivery))
@@ -270,13 +274,25 @@ def _last_word(delivery: Delivery) -> tuple[str, str]:
     return f"finished: {delivery.view.verdict.trust}", "\n".join(line for line in lines if line)
 
 
+def _what_next(folder: Path, error: BaseException) -> str:
+    """Say what kept a run from being solved, and what to do; an error that a person can mend says it itself."""
+    return str(error) if isinstance(error, NotSolved) else f"{error}\ncalrig handover {folder} says what comes next."
+
+
 def tell_failures(delivery: Delivery) -> None:
-    """Tell what of the run's results is missing, a line each, and how it is made."""
+    """Tell what of the run's results is missing, a line each, and how it is made; tracebacks go to the log."""
+    for name, text in delivery.defects.items():
+        log("defect", f"{delivery.run.folder}: {name}: {text}", "error")
     for part, failure in delivery.failures.items():
         note(f"{part}: {failure}")
+    if delivery.defects:
+        note(f"the traceback for whoever mends it is in {delivery.run.folder / DEFECTS_FILE}")
+    is_mended_by_solve = any(
+        part not in delivery.defects and not word.startswith(NOT_MADE) for part, word in delivery.failures.items()
+    )
     if delivery.failures.keys() == {"archive"}:
         note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
-    elif delivery.failures:
+    elif is_mended_by_solve:
         note(f"everything else is written; calrig solve {delivery.run.folder} makes what is missing")
 
 
