@@ -10,7 +10,7 @@ from typing import Final, Literal
 import numpy as np
 
 from ams.arrays import Centring, FloatArray
-from ams.findings import UNUSABLE_AXIS, Finding, beyond_the_stated, turned_the_table
+from ams.findings import Finding, beyond_the_stated, leaves_nothing, turned_the_table
 
 METHOD_VERSION: Final = 4
 """Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
@@ -180,7 +180,7 @@ class Calibration:
             label: finding.text
             for label, axis in self.axes.items()
             for finding in axis.findings
-            if finding.kind in UNUSABLE_AXIS and finding.is_significant
+            if leaves_nothing(finding)
         }
 
     @property

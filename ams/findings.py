@@ -36,12 +36,16 @@ FindingKind = Literal[
 ]
 """``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited, or its
 offset is not known to within what the output changes by over 1 g;
-``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity;
+``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity, or the
+readings fit with another sign or order of the angles than the declared one;
 ``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in;
 ``output-clipped``: dwells stand at a rail of the amplifier or the meter, equal to the last digit."""
 
 UNUSABLE_AXIS: Final[frozenset[FindingKind]] = frozenset({"axis-undetermined", "axis-contradicted", "output-clipped"})
 """Of an axis with such a finding, where it is significant, there is no result to use and no set."""
+FITS_WITH: Final = "fits_with"
+"""Of a finding's details: the signs of angles and outputs, or the order of angles, that the readings fit with. Nothing
+says whether an angle or a channel is the other way round, so that there is a set, and a person judges the finding."""
 HOLDING_ARCSEC: Final = 3.0
 """A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""
 ON_ONE_SIDE: Final = "all_dwells_on_one_side"
@@ -91,6 +95,11 @@ def significant_texts(findings: Iterable[Finding]) -> tuple[str, ...]:
 def beyond_the_stated(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return the significant findings that the stated uncertainties do not hold: nothing is usable with those."""
     return tuple(finding for finding in findings if finding.is_significant and not finding.is_held)
+
+
+def leaves_nothing(finding: Finding) -> bool:
+    """Return whether there is no result to use of the axis of a finding, and no set."""
+    return finding.kind in UNUSABLE_AXIS and finding.is_significant and FITS_WITH not in finding.details
 
 
 def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -17,11 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from ams.analysis.diagnostics.declared_axis import handedness, unlike_polarities
+from ams.analysis.diagnostics.declared_axis import handedness
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.arrays import FloatArray
 from ams.calibration.believed import evidence_of
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
+from ams.calibration.contradicted_signs import contradicted_signs
 from ams.calibration.diagnosis import (
     Circumstances,
     Diagnosis,
@@ -102,8 +103,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     solved_axes = {label: axes[label] for label in labels}
     remarks = tuple(handedness(solved_axes, request.declared)) if base.convention == "TP" else ()
-    unlike = unlike_polarities(solved_axes, request.declared) if base.convention == "CR" else ()
-    return Calibration(solved_axes, base.name, base.convention, (*warnings, *unlike), remarks, package)
+    return Calibration(solved_axes, base.name, base.convention, warnings, remarks, package)
 
 
 def _solved(
@@ -146,12 +146,16 @@ def _diagnosed(
     by_output = iter(
         judge_table([(solved, range(len(group))) for group, solved, _ in groups_still], still, request.table)
     )
+    signs = contradicted_signs(rows, [solved for _, solved, _ in groups], tuple(choices), request)
     every = []
     for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
         limits, changed = [next(by_output) for _ in group], [steps.get(label, NO_STEPS) for label in group]
         errors, said = request.shared_errors.get(group[0], ()), [_declared(label, choices, request) for label in group]
         alike = request.known_of_run.alike
-        under = Circumstances(rows, outputs, request.table, errors, limits, family, (), changed, said, alike=alike)
+        contradicted = [signs.get(label) for label in group]
+        under = Circumstances(
+            rows, outputs, request.table, errors, limits, family, (), changed, said, alike=alike, signs=contradicted
+        )
         every.append((solved, under, evidence))
     return diagnose_together(every)
 

@@ -6,7 +6,7 @@ solution without it, so that nothing else is blamed for it. The result itself ke
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot, nan
+from math import hypot, inf, nan
 from typing import Final
 
 import numpy as np
@@ -21,6 +21,7 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
+from ams.analysis.diagnostics.declared_signs import fits_other_angles
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import (
@@ -30,6 +31,7 @@ from ams.analysis.diagnostics.facts import (
     time_confounded,
 )
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
+from ams.analysis.diagnostics.held_words import LARGEST_LACK
 from ams.analysis.diagnostics.memories import beside_the_dwell_before
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
@@ -53,7 +55,7 @@ from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.known_of_run import DwellLabels
-from ams.inputs.shared_errors import G_SENSITIVITY, SHIFTS_WITHIN, SharedError
+from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.observations import Observations
@@ -106,8 +108,15 @@ class Circumstances:
     alike: Mapping[DwellLabels, str] = field(default_factory=dict)
     """Dwells at which the table may have stood off, and by how much."""
 
+    signs: Sequence[Finding | None] = ()
+    """Of each output, what says that the angles or the outputs have another sign or order; empty: not asked."""
+
     def memory_of(self, index: int) -> BeliefTest | None:
         return self.memories[index] if self.memories else None
+
+    def signs_of(self, index: int) -> tuple[Finding, ...]:
+        said = self.signs[index] if self.signs else None
+        return () if said is None else (said,)
 
     def limit_of(self, index: int) -> TableLimit | None:
         return self.limits[index] if self.limits else None
@@ -209,7 +218,8 @@ def _without_clipped(seen: Believed) -> tuple[tuple[Finding, ...], Believed]:
 
 def _of_direction(solved: SolvedColumns, index: int, circumstances: Circumstances) -> Iterator[Finding]:
     model, declared = solved.problem.models[index], circumstances.declared
-    return direction_findings(
+    yield from circumstances.signs_of(index)
+    yield from direction_findings(
         model,
         solved.primary[index],
         solved.primary_covariance[index],
@@ -241,11 +251,21 @@ def _diagnosis(
         limit=limit,
         order=(*circumstances.order, *drifted),
         follows_gravity=gravity is not None,
+        other_angles=any(fits_other_angles(finding) for finding in circumstances.signs_of(index)),
+        largest_lack=_largest_lack(seen, circumstances.shared),
         alike=circumstances.alike,
         offset_expanded=2.0 * float(np.sqrt(solved.primary_covariance[index, 0, 0])),
     )
     of_gravity = () if gravity is None else (gravity,)
     return Diagnosis((*of_gravity, *findings, *drifted), solved, index, tests)
+
+
+def _largest_lack(seen: Believed, shared: Sequence[SharedError]) -> float:
+    """Return the lack of fit that the stated uncertainties may hold, in the output's unit."""
+    declared = max((error.limit for error in shared if error.name == NONLINEARITY), default=0.0)
+    if seen.solved.problem.models[seen.index].convention == "SR":
+        return inf
+    return max(declared, LARGEST_LACK * float(np.linalg.norm(seen.solved.primary[seen.index, 1:4])))
 
 
 def _declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:

@@ -16,7 +16,7 @@ import numpy as np
 from ams.analysis.diagnostics.facts import undetermined_axis, undetermined_offset
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration
-from ams.findings import UNUSABLE_AXIS, Finding
+from ams.findings import Finding, leaves_nothing
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.models.model import Model
@@ -51,7 +51,7 @@ def contradicted_axis(
     model: Model, primary: FloatArray, covariance: FloatArray, declared: DeclaredDirection
 ) -> Finding | None:
     """Return a finding where the sensitivities point along another axis than declared, or the other way."""
-    at = _component_indices(model.primary_names)
+    at = component_indices(model.primary_names)
     if declared.axis not in at:
         return None
     k = {axis: float(primary[index]) for axis, index in at.items()}
@@ -101,39 +101,15 @@ def handedness(axes: Mapping[str, AxisCalibration], declared: Mapping[str, Decla
     )
 
 
-def unlike_polarities(axes: Mapping[str, AxisCalibration], declared: Mapping[str, DeclaredDirection]) -> Iterator[str]:
-    """Yield a sentence where axes of CR's convention do not all read with gravity, or all against it, as declared.
-
-    A sensor of specific force reads against gravity, so that one sign of all says nothing; two signs do.
-    """
-    are_accelerometers = all(f"k_{name}_v_per_g" in axis.primary_names for name, axis in axes.items() if name in AXES)
-    sensed = [axis for axis in AXES if axis in axes]
-    if len(sensed) < 2 or not are_accelerometers or any(map(_is_unusable, axes.values())):
-        return
-    signs = {}
-    for axis in sensed:
-        along = _components(axes[axis].primary_names, axes[axis].primary).get(axis, 0.0)
-        signs[axis] = (declared[axis].polarity or 1 if axis in declared else 1) * (1 if along > 0.0 else -1)
-    if len(set(signs.values())) == 1:
-        return
-    ahead, against = (" and ".join(axis for axis in sensed if signs[axis] == sign) for sign in (1, -1))
-    yield (
-        f"the axes do not read with one polarity: {ahead} with gravity, {against} against it, polarities counted as "
-        "they are declared: the sign of pitch, yaw or roll, or a channel, is the other way round from what this model "
-        "takes, or a polarity has to be declared (nominal_sensitivity_v_per_g of the rig file); angles inferred with "
-        "such a set have that sign"
-    )
-
-
 def _is_unusable(axis: AxisCalibration) -> bool:
-    return any(finding.kind in UNUSABLE_AXIS and finding.is_significant for finding in axis.findings)
+    return any(leaves_nothing(finding) for finding in axis.findings)
 
 
 def _components(names: tuple[str, ...], primary: FloatArray) -> dict[str, float]:
-    return {name: float(primary[index]) for name, index in _component_indices(names).items()}
+    return {name: float(primary[index]) for name, index in component_indices(names).items()}
 
 
 @cache
-def _component_indices(names: tuple[str, ...]) -> Mapping[str, int]:
+def component_indices(names: tuple[str, ...]) -> Mapping[str, int]:
     """Return axis to the place of its sensitivity among the primary parameters."""
     return {match[1]: index for index, name in enumerate(names) if (match := _COMPONENT.fullmatch(name))}

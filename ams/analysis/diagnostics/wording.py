@@ -1,9 +1,9 @@
 """What the tests of an axis say in words: a sentence for what was found, and a short one for what was not."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from math import isfinite
+from math import inf, isfinite
 from types import MappingProxyType
 from typing import Final
 
@@ -36,7 +36,7 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.facts import CONTAINED, as_the_order_has_it
-from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
+from ams.analysis.diagnostics.held_words import BESIDE_MEMORY, lack_words
 from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TERMS
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.table_limit_wording import of_table_limit
@@ -52,10 +52,6 @@ from ams.units import ARCSEC_PER_DEG, printed
 
 MOST_LISTED: Final = 5
 """Wrong dwells that a sentence names; all stand in ``steps``."""
-_BESIDE_MEMORY: Final = (
-    "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
-)
-_OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
 _NOT_HELD: Final = frozenset({SETTLING, BY_POINT, BY_POINT_GAIN, LAG, TERMS_OVER_TEMPERATURE, ROBUST, *MEMORIES})
 """What is alike in every replication, passes for a sensitivity, or reads to one side: no scatter between replications
 holds it."""
@@ -73,7 +69,7 @@ class Scale:
     volts_per_radian: float | None
 
     def words(self, size: float) -> str:
-        if self.volts_per_radian is None:
+        if self.volts_per_radian is None or abs(size) > self.volts_per_radian:
             return f"{two_digits(size)} {printed(self.unit)}"
         return f"{two_digits(np.rad2deg(size / self.volts_per_radian) * ARCSEC_PER_DEG)}″"
 
@@ -97,6 +93,8 @@ def findings_of(
     limit: TableLimit | None = None,
     order: Sequence[Finding] = (),
     follows_gravity: bool = False,
+    other_angles: bool = False,
+    largest_lack: float = inf,
     alike: Mapping[DwellLabels, str] = MappingProxyType({}),
     offset_expanded: float = 0.0,
 ) -> tuple[Finding, ...]:
@@ -104,13 +102,20 @@ def findings_of(
 
     ``order``: what is said of the order of the points, which may let a drift pass or leave it unknown.
     ``follows_gravity``: whether the zero of a gyro is told to follow gravity, beyond what is declared.
+    ``other_angles``: whether other signs or another order of the angles are told to explain a lack of fit.
+    ``largest_lack``: of fit that the stated uncertainties may hold, in the output's unit.
     ``offset_expanded``: the expanded uncertainty of the offset.
     ``alike``: dwells at which a table that stood off would look as wrong readings, and by how much it stood off then.
     """
     found = []
     is_remembering = any(tests.is_significant.get(name) for name in MEMORIES)
-    drift_is = _BESIDE_MEMORY if is_remembering else as_the_order_has_it(order)
-    lack_is = _OF_GRAVITY if follows_gravity else _BESIDE_MEMORY if is_remembering else CONTAINED
+    drift_is = BESIDE_MEMORY if is_remembering else as_the_order_has_it(order)
+    lack = tests.tests.get(LACK_OF_FIT)
+    is_large = lack is not None and lack.size > largest_lack
+    lack_is = lack_words(
+        other_angles=other_angles, is_large=is_large, follows_gravity=follows_gravity, is_remembering=is_remembering
+    )
+    beyond = {*_NOT_HELD, *([LACK_OF_FIT] if other_angles or is_large else [])}
     for name, test in tests.tests.items():
         is_significant = tests.is_significant[name]
         details = {"test": name, **_numbers(test)}
@@ -127,21 +132,11 @@ def findings_of(
             text += _barely_significant(test, tests.conviction_level) if name in _SYMBOLS else ""
         else:
             text = f"{name}: {_not_significant(test)}{_beside(test, scale)}"
-        is_held = name not in _NOT_HELD or (name == ROBUST and MOST_MOVED * abs(test.size) <= offset_expanded)
+        is_held = name not in beyond or (name == ROBUST and MOST_MOVED * abs(test.size) <= offset_expanded)
         if name == ROBUST and is_significant:
             text += f"; that is {'' if is_held else 'not '}in the stated uncertainty of the offset"
         found.append(Finding(test.kind, text, is_significant, test.p_value, details=details, is_held=is_held))
     return tuple(found)
-
-
-def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
-    """Return whether lack of fit, or a drift, is in the stated uncertainties: the words that the findings have."""
-    found = list(findings)
-    significant = [finding for finding in found if finding.is_significant]
-    is_remembering = any(finding.details.get("test") in MEMORIES for finding in significant)
-    if not is_drift and any(finding.details.get("test") == GRAVITY for finding in significant):
-        return _OF_GRAVITY
-    return _BESIDE_MEMORY if is_remembering else as_the_order_has_it(found) if is_drift else CONTAINED
 
 
 def _numbers(test: BeliefTest) -> dict[str, float | str | None]:
@@ -313,7 +308,7 @@ def _change_words(change: TermChange, scale: Scale) -> str:
 
 def _turned_text(test: BeliefTest, scale: Scale, where: str, drift_is: str) -> str:
     by_chance = f"{CONTAINED} only as far as the order of the points makes chance of it"
-    held = drift_is if drift_is == _BESIDE_MEMORY else by_chance
+    held = drift_is if drift_is == BESIDE_MEMORY else by_chance
     return (
         f"a dwell remembers the attitude before it: {scale.words(2.0 * abs(test.size))} after a turn from one end of "
         f"its range to the other{where}; hysteresis, or the output has not settled: a longer settling time tells "

@@ -1,0 +1,48 @@
+"""Whether what was found is in the stated uncertainties: the words of findings and pages."""
+
+from collections.abc import Iterable
+from typing import Final
+
+from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, MEMORIES
+from ams.analysis.diagnostics.declared_signs import fits_other_angles
+from ams.analysis.diagnostics.facts import CONTAINED, as_the_order_has_it
+from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
+from ams.findings import Finding
+
+BESIDE_MEMORY: Final = (
+    "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
+)
+_OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
+_OF_ANGLES: Final = "other signs or another order of the angles explain it, and the stated uncertainties do not hold it"
+LARGEST_LACK: Final = 0.01
+"""Of the sensitivity, or half a degree near level: no table, base or mount that is declared does as much, and no sensor
+whose nonlinearity is not."""
+_TOO_LARGE: Final = (
+    "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
+    "are not those of the readings, and the stated uncertainties do not hold it; look at the residuals by attitude"
+)
+
+
+def lack_words(*, other_angles: bool, is_large: bool, follows_gravity: bool, is_remembering: bool) -> str:
+    """Return whether a lack of fit is in the stated uncertainties, what explains it first."""
+    if other_angles:
+        return _OF_ANGLES
+    if is_large:
+        return _TOO_LARGE
+    return _OF_GRAVITY if follows_gravity else BESIDE_MEMORY if is_remembering else CONTAINED
+
+
+def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
+    """Return whether lack of fit, or a drift, is in the stated uncertainties: the words that the findings have."""
+    found = list(findings)
+    significant = [finding for finding in found if finding.is_significant]
+    tests = {finding.details.get("test") for finding in significant}
+    is_remembering = not tests.isdisjoint(MEMORIES)
+    if is_drift:
+        return BESIDE_MEMORY if is_remembering else as_the_order_has_it(found)
+    return lack_words(
+        other_angles=any(map(fits_other_angles, significant)),
+        is_large=any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),
+        follows_gravity=GRAVITY in tests,
+        is_remembering=is_remembering,
+    )
