@@ -8,7 +8,12 @@ from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS
 from ams.rounding import to_place
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.stated_findings import axis_reservations, outside_uncertainty, package_reservations
+from ams.sets.stated_findings import (
+    DAY_NOT_KNOWN,
+    axis_reservations,
+    outside_uncertainty,
+    package_reservations,
+)
 from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
@@ -51,7 +56,7 @@ def certificate_page(grounds: Grounds) -> str:
         gaps=list(gaps_of(grounds)) if grounds.is_specimen else [],
         meters=list(meters_undeclared(grounds)),
         conditions=_conditions(grounds.coefficients.document),
-        began=_began(grounds),
+        calibrated=_calibrated(grounds),
         shift=_shift_in_words(grounds.coefficients),
         reservations=_reservations(grounds),
         lacking=[_sentence(text) for text in outside_uncertainty(grounds.coefficients.document)],
@@ -144,6 +149,15 @@ def _reservations(grounds: Grounds) -> list[str]:
 
 def _sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:].rstrip('.')}."
+
+
+def _calibrated(grounds: Grounds) -> str:
+    """Return the days of the calibration; of a set that does not know them, what its day is."""
+    solved, remarks = grounds.coefficients.created_utc.date(), listed(grounds.coefficients.document.get("remarks", []))
+    if any(str(text).startswith(DAY_NOT_KNOWN) for text in remarks):
+        return f"on a day that is not known; the readings were solved on {solved}"
+    began = _began(grounds)
+    return began if began == solved.isoformat() else f"{began} to {solved}"
 
 
 def _began(grounds: Grounds) -> str:

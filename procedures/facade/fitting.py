@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Literal
 
@@ -13,14 +13,16 @@ from ams.calibration.linear_levels import Levels, calibrated_levels, levels_of_t
 from ams.errors import DesignError
 from ams.inputs.csv_table import parse_csv, table_of
 from ams.inputs.observations_csv import observations_of_table
+from ams.inputs.reading_times import last_reading_utc
 from ams.inputs.request import CalibrationRequest
-from ams.models.registry import MODELS
+from ams.models.registry import MODELS, senses_rates, takes_levels
 from ams.models.thermal import TemperatureCoefficients
 from procedures.data.solved import Solved
 from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
+from procedures.solution.fit_options import errors_of_gyros, in_python, measured_utc, model_named
 from procedures.solution.fitted import fitted, require_sensor, sensor_of
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import shared_errors, table_uncertainty
@@ -32,6 +34,7 @@ def fit(
     axes: Mapping[str, str],
     *,
     model: str = "pitch-roll",
+    package: Literal["sting", "model"] | None = None,
     temperature: Literal["none", "apply", "estimate"] = "none",
     temperature_order: Literal[1, 2] = 1,
     known_temperature: Mapping[str, TemperatureCoefficients] | None = None,
@@ -39,26 +42,30 @@ def fit(
     extended: Literal["no", "test", "yes"] = "yes",
     time_term: Literal["none", "linear"] = "none",
     rig: str | Path | None = None,
+    rate_uncertainty_ppm: float | None = None,
+    largest_g_sensitivity_dps_per_g: float | None = None,
     sensor: str | None = None,
+    calibrated_on: str | date | None = None,
 ) -> Solved:
     """Solve observations of a CSV file, or of a table with the same columns; equals ``calrig fit`` to the last bit.
 
-    ``axes`` maps a sensor axis to its column, such as ``{"x": "sx_v"}``. ``rig``: a rig file whose certificates are
-    carried into the result. ``sensor``: one of that file, where there is one. ``linear``: known levels in
+    ``axes`` maps a sensor axis to its column, such as ``{"x": "sx_v"}``; every other argument is the option of that
+    name of the command. ``package``: of ``pitch-yaw-roll``. ``rig``: a rig file whose certificates are carried into
+    the result. ``sensor``: one of that file, where there is one. ``calibrated_on``: the day of the readings, by which
+    the due days of the rig's standards are judged; a column started_utc tells it. ``linear``: known levels in
     reference_<unit>, no attitudes and no rig; two levels once have gain and offset in the document alone, since nothing
     tells an uncertainty.
 
     Raises: ams.errors.AmsError for observations that say something impossible or determine nothing; RequestError for
     another model, or a sensor that the rig file has not; rig.errors.DescriptionError for a wrong rig file.
     """
-    if model not in MODELS:
-        raise RequestError(f"fit: model: got {model!r}, allowed are {', '.join(MODELS)}; nothing was solved")
-    if MODELS[model].takes_levels and rig is not None:
+    wanted = MODELS[model_named(model, package, in_python)]
+    if rig is not None and (senses_rates(model) or takes_levels(model)):
         raise RequestError(f"fit: rig: carries the indices of a table at rest: not allowed with model {model!r}")
     described = None if rig is None else read_rig_of_site(Path(rig))
     require_sensor(described, sensor, str(rig))
     request = CalibrationRequest(
-        model=model,
+        model=wanted.name,
         nominal_axes={label: label for label in axes},
         temperature=temperature,
         temperature_order=temperature_order,
@@ -68,17 +75,21 @@ def fit(
         time_term=time_term == "linear",
         declared={} if described is None else declared_directions(sensor_of(described, sensor)),
         table=None if described is None else table_uncertainty(described),
-        shared_errors={} if described is None else shared_errors(described, sensor_of(described, sensor)),
+        shared_errors=errors_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model, in_python)
+        if described is None
+        else shared_errors(described, sensor_of(described, sensor)),
     )
     if isinstance(observations, pd.DataFrame):
         table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")
     else:
         table = parse_csv(Path(observations))
     name = sensor or "sensor"
-    if MODELS[model].takes_levels:
+    today = local_day(datetime.now(UTC))
+    measured = measured_utc(last_reading_utc(table), calibrated_on, today, in_python)
+    if wanted.takes_levels:
         return _lines(levels_of_table(table, axes), request, name)
-    rows = observations_of_table(table, axes, MODELS[model].columns, rates=MODELS[model].needs_rates)
-    overdue = () if described is None else overdue_warnings(described, local_day(datetime.now(UTC)))
+    rows = observations_of_table(table, axes, wanted.columns, rates=wanted.needs_rates)
+    overdue = () if described is None else overdue_warnings(described, today, measured)
     solved = fitted(name, rows, axes, request, described, doubts=overdue)
     assert solved.calibration is not None
     return Solved({name: solved}, full_document(solved.calibration, rows, solved.budgets))

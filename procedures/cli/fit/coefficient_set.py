@@ -1,11 +1,11 @@
 """A coefficient set from a fit: what the file and the command say about where the numbers come from."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,16 @@ from ams.models.convert import STANDARD_GRAVITY_MPS2
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import NO_GRAVITY_STATED, Provenance, Standard, level_ranges
+from ams.sets.stated_findings import DAY_NOT_KNOWN
 from procedures.errors import RequestError
 from procedures.solution.provenance import declared_tables, roll_range_deg, standards_pointed_to
 from rig.description.rig_file import RigDescription
 
 ROUNDING_DIGITS = 9
+OF_TODAY: Final = (
+    f"{DAY_NOT_KNOWN}: the set has the day on which they were solved (--calibrated-on of calrig fit, or a column "
+    "started_utc, tells it)"
+)
 
 
 @dataclass(frozen=True)
@@ -37,12 +42,22 @@ class WishedSet:
     standards: tuple[Standard, ...] = ()
     declared: Mapping[str, Any] = field(default_factory=dict)
     """The level, the job and what else the rig file declares of a calibration; nothing without one."""
+    measured_utc: datetime | None = None
+    """When the readings were taken; None where nothing says it."""
 
 
 def wished_set(
-    path: Path, sensor: str | None, gravity_mps2: float | None, rig: RigDescription | None, *, senses_gravity: bool
+    path: Path,
+    sensor: str | None,
+    gravity_mps2: float | None,
+    rig: RigDescription | None,
+    measured_utc: datetime | None,
+    *,
+    senses_gravity: bool,
 ) -> WishedSet:
     """Return the set that is to be written; ``senses_gravity``: whether the model's coefficients are per local g.
+
+    ``measured_utc``: when the readings were taken; None where nothing says it.
 
     Raises: RequestError where the command does not say what a set must know.
     """
@@ -66,12 +81,13 @@ def wished_set(
             gravity.name,
             tuple(standards_pointed_to(rig)),
             {**declared_tables(rig), "sensor_model": rig.sensors[sensor].model},
+            measured_utc,
         )
     if gravity_mps2 is None:
-        return WishedSet(path, sensor, None, "", "")
+        return WishedSet(path, sensor, None, "", "", measured_utc=measured_utc)
     if not 9.7 <= gravity_mps2 <= 9.9:
         raise RequestError(f"--gravity-mps2: got {gravity_mps2:g} m/s², allowed 9.7 to 9.9 m/s²")
-    return WishedSet(path, sensor, gravity_mps2, "stated on the command line", "")
+    return WishedSet(path, sensor, gravity_mps2, "stated on the command line", "", measured_utc=measured_utc)
 
 
 def refuse_per_g(wish: WishedSet, units: Iterable[str]) -> None:
@@ -84,7 +100,12 @@ def refuse_per_g(wish: WishedSet, units: Iterable[str]) -> None:
 
 
 def write_set(wish: WishedSet, observations: Observations, calibration: Calibration) -> None:
-    """Write the set whole. Raises: ams.errors.SetError."""
+    """Write the set whole, dated by its readings; where nothing says when, by today, which a remark tells.
+
+    Raises: ams.errors.SetError.
+    """
+    if wish.measured_utc is None:
+        calibration = replace(calibration, remarks=(*calibration.remarks, OF_TODAY))
     export_set(build_set(calibration, _provenance(wish, observations, calibration)), "json", wish.path)
 
 
@@ -104,7 +125,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         rate_range_dps=rates,
         level_ranges=level_ranges(calibration),
         temperature_range_degc=None if rows.temperature_degc is None else _range(rows.temperature_degc),
-        created_utc=datetime.now(UTC),
+        created_utc=wish.measured_utc or datetime.now(UTC),
         software_version=version("calrig"),
         rig=wish.rig,
         procedure=f"fit of {Path(rows.source).name}",

@@ -14,11 +14,11 @@ from ams.calibration.linear_levels import calibrated_levels, linear_document, re
 from ams.errors import DesignError
 from ams.inference.inference import Package
 from ams.inference.sting_reference import WARNING, read_with_sting
-from ams.inputs.csv_table import CsvForm
+from ams.inputs.csv_table import CsvForm, header_of, parse_csv
 from ams.inputs.observations_csv import read_csv
+from ams.inputs.reading_times import STARTED, last_reading_utc
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.shared_errors import SharedError
-from ams.models.registry import MODELS, names_by_option, names_of_rates, senses_rates, takes_levels
+from ams.models.registry import MODELS, names_by_option, senses_rates, takes_levels
 from ams.models.thermal import TemperatureCoefficients
 from procedures.cli.attitude.source import package_of
 from procedures.cli.fit.coefficient_set import WishedSet, refuse_per_g, wished_set, write_set
@@ -32,15 +32,14 @@ from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
-from procedures.solution.fitted import fitted, rate_error, require_sensor, sensor_of
-from procedures.solution.type_b import g_sensitivity_error, shared_errors, table_uncertainty
+from procedures.solution.fit_options import errors_of_gyros, measured_utc, model_named, on_command_line
+from procedures.solution.fitted import fitted, require_sensor, sensor_of
+from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.description.rig_file import RigDescription
 from rig.local_time import local_day
 
 Named = Annotated[list[str] | None, Parameter(negative=())]
 Value = TypeVar("Value")
-LARGEST_RATE_PPM = 1e5
-LARGEST_G_SENSITIVITY_DPS_PER_G = 10.0
 
 
 def fit(
@@ -71,6 +70,7 @@ def fit(
     set_: Annotated[Path | None, Parameter(name="--set")] = None,
     sensor: str | None = None,
     gravity_mps2: float | None = None,
+    calibrated_on: str | None = None,
     json: Json = False,
 ) -> None:
     """Solve observations from a CSV file; no rig needed.
@@ -135,22 +135,20 @@ def fit(
     gravity_mps2
         Local gravity of the calibration, for the set, where no rig file states it; what senses no gravity (gyros,
         straight lines of rates or fields) needs none.
+    calibrated_on
+        The day on which the readings were taken, such as 2026-03-01, for the set and for the due days of a rig file's
+        standards; a file with the column started_utc tells it itself.
     """
     require_folder_of(set_, "--set")
-    if temperature_order != 1 and temperature != "estimate":
-        raise RequestError(
-            f"--temperature-order: belongs to --temperature estimate, not to --temperature {temperature}"
-        )
+    _refuse_order(temperature_order, temperature)
     form = _form(separator, decimal)
-    columns = _by_axis(axis, "--axis", "COLUMN", lambda text: text)
-    _refuse_shared(columns)
-    name = _model_name(model, package)
+    columns = _columns(axis)
+    name = model_named(model, package, on_command_line)
     description = None if rig is None else read_rig_of_site(rig)
     require_sensor(description, sensor, str(rig))
     check_trials(monte_carlo, is_possible=not takes_levels(model) and not joint)
     takes_rig = not (senses_rates(model) or takes_levels(model))
-    if description is not None and not takes_rig:
-        raise RequestError(f"--rig: carries the indices of a table at rest: not allowed with --model {model}")
+    _refuse_rig(description, model, takes_rig=takes_rig)
     request = CalibrationRequest(
         model=name,
         nominal_axes={label: label for label in columns},
@@ -163,27 +161,33 @@ def fit(
         residual_curvature=hessian,
         declared={} if description is None else declared_directions(sensor_of(description, sensor)),
         table=None if description is None else table_uncertainty(description),
-        shared_errors=_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model)
+        shared_errors=errors_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model, on_command_line)
         if description is None
         else shared_errors(description, sensor_of(description, sensor)),
     )
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
         raise RequestError("--prior and --mount: belong to --joint, which is missing")
-    wish = None if set_ is None else wished_set(set_, sensor, gravity_mps2, description, senses_gravity=takes_rig)
+    measured = _measured_utc(file, form, calibrated_on, is_of_use=(rig or set_) is not None)
+    wish = (
+        None
+        if set_ is None
+        else wished_set(set_, sensor, gravity_mps2, description, measured, senses_gravity=takes_rig)
+    )
+    overdue = () if description is None else overdue_warnings(description, local_day(datetime.now(UTC)), measured)
     with _refusals_name(file):
         if joint:
             stated = check_joint(request, description)
             given = parse_priors(prior)
-            document = fit_jointly(file, form, columns, stated, given, mount, wish, sensor=sensor, request=request)
+            document = fit_jointly(
+                file, form, columns, stated, given, mount, wish, sensor=sensor, request=request, doubts=overdue
+            )
         elif takes_levels(model):
             _refuse_curvature(hessian)
             document = _linear(file, form, columns, request, wish)
         else:
-            document = _solved(file, form, columns, request, wish, reference, description, sensor, monte_carlo)
-    _show(document, as_json=json, is_joint=joint)
-    if wish is not None:
-        note(f"coefficient set: {wish.path}")
+            document = _solved(file, form, columns, request, wish, reference, description, sensor, monte_carlo, overdue)
+    _show(document, wish, as_json=json, is_joint=joint)
 
 
 @contextmanager
@@ -196,16 +200,18 @@ def _refusals_name(file: Path) -> Iterator[None]:
         raise DesignError(sentence if sentence.startswith(str(file)) else f"{file}: {sentence}") from None
 
 
-def _show(document: dict[str, Any], *, as_json: bool, is_joint: bool) -> None:
-    """Print the result as its document, or as lines of text."""
+def _show(document: dict[str, Any], wish: WishedSet | None, *, as_json: bool, is_joint: bool) -> None:
+    """Print the result as its document, or as lines of text, and where the set is that was wished for."""
     if as_json:
         print_json(document)
-        return
-    for line in (*axes_lines(document["axes"]), *(joint_lines(document) if is_joint else ())):
-        say(line)
-    say()
-    for line in verdict_lines(document):
-        say(line)
+    else:
+        for line in (*axes_lines(document["axes"]), *(joint_lines(document) if is_joint else ())):
+            say(line)
+        say()
+        for line in verdict_lines(document):
+            say(line)
+    if wish is not None:
+        note(f"coefficient set: {wish.path}")
 
 
 def _solved(
@@ -218,19 +224,30 @@ def _solved(
     rig: RigDescription | None,
     sensor: str | None,
     trials: int,
+    overdue: tuple[str, ...],
 ) -> dict[str, Any]:
     if sting is None:
         wanted = MODELS[request.model]
         observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates, form=form)
     else:
         observations = read_with_sting(file, columns, sting, form)
-    overdue = () if rig is None else overdue_warnings(rig, local_day(datetime.now(UTC)))
     doubts = (*((WARNING,) if sting else ()), *overdue)
     solved = fitted(sensor or "", observations, columns, request, rig, doubts=doubts, trials=trials)
     assert solved.calibration is not None
     if wish is not None:
         write_set(wish, observations, solved.calibration)
     return full_document(solved.calibration, observations, solved.budgets)
+
+
+def _measured_utc(file: Path, form: CsvForm, stated: str | None, *, is_of_use: bool) -> datetime | None:
+    """Return when the readings were taken, as file or command tells. Raises: ObservationsError, RequestError.
+
+    ``is_of_use``: whether anything is asked for that has a day.
+    """
+    if stated is not None and not is_of_use:
+        raise RequestError("--calibrated-on: belongs to --set or --rig, which are missing; nothing was solved")
+    last_utc = last_reading_utc(parse_csv(file, form)) if STARTED in header_of(file, form).columns else None
+    return measured_utc(last_utc, stated, local_day(datetime.now(UTC)), on_command_line)
 
 
 def _form(separator: str, decimal: str) -> CsvForm:
@@ -240,29 +257,6 @@ def _form(separator: str, decimal: str) -> CsvForm:
             "--decimal comma: columns are separated by commas too; nothing was solved; add --separator semicolon or tab"
         )
     return CsvForm({"comma": ",", "semicolon": ";", "tab": "\t"}[separator], {"point": ".", "comma": ","}[decimal])
-
-
-def _of_gyros(
-    uncertainty_ppm: float | None, g_sensitivity_dps_per_g: float | None, model: str
-) -> Mapping[str, tuple[SharedError, ...]]:
-    """Return what the table's rates are wrong by, and what gravity does to gyros. Raises: RequestError elsewhere."""
-    options = {
-        "--rate-uncertainty-ppm": (uncertainty_ppm, LARGEST_RATE_PPM, "ppm", rate_error),
-        "--largest-g-sensitivity-dps-per-g": (
-            g_sensitivity_dps_per_g, LARGEST_G_SENSITIVITY_DPS_PER_G, "°/s per g", g_sensitivity_error
-        ),
-    }  # fmt: skip
-    found: list[SharedError] = []
-    for option, (value, largest, unit, error_of) in options.items():
-        if value is None:
-            continue
-        if not senses_rates(model):
-            known = " or ".join(names_of_rates())
-            raise RequestError(f"{option}: belongs to --model {known}, not to --model {model}")
-        if not 0.0 < value < largest:
-            raise RequestError(f"{option}: got {value:g}, allowed above 0 and below {largest:g} {unit}")
-        found.append(error_of(value))
-    return dict.fromkeys("xyz", tuple(found)) if found else {}
 
 
 def sting_package(path: Path | None, pairs: list[str] | None, model: str, *, is_joint: bool) -> Package | None:
@@ -292,8 +286,21 @@ def _linear(
     return linear_document(levels, request)
 
 
-def _refuse_shared(columns: Mapping[str, str]) -> None:
-    """Refuse a column that is given for two axes: one column is one sensor."""
+def _refuse_order(temperature_order: int, temperature: str) -> None:
+    if temperature_order != 1 and temperature != "estimate":
+        raise RequestError(
+            f"--temperature-order: belongs to --temperature estimate, not to --temperature {temperature}"
+        )
+
+
+def _refuse_rig(rig: RigDescription | None, model: str, *, takes_rig: bool) -> None:
+    if rig is not None and not takes_rig:
+        raise RequestError(f"--rig: carries the indices of a table at rest: not allowed with --model {model}")
+
+
+def _columns(pairs: list[str] | None) -> dict[str, str]:
+    """Return sensor axis to column. Raises: RequestError, also for one column of two axes: one column is one sensor."""
+    columns = _by_axis(pairs, "--axis", "COLUMN", lambda text: text)
     taken: dict[str, str] = {}
     for label, column in columns.items():
         if column in taken:
@@ -301,19 +308,7 @@ def _refuse_shared(columns: Mapping[str, str]) -> None:
                 f"--axis {label}={column}: the column is already axis {taken[column]}; each is one sensor"
             )
         taken[column] = label
-
-
-def _model_name(model: str, package: str | None) -> str:
-    """Return the name of a model in the mathematics, where CR's two packages are two models."""
-    if model not in names_by_option():
-        raise RequestError(f"--model: got {model!r}, allowed are {', '.join(names_by_option())}; nothing was solved")
-    if model != "pitch-yaw-roll":
-        if package is not None:
-            raise RequestError(f"--package {package}: belongs to --model pitch-yaw-roll, not to --model {model}")
-        return model
-    if package is None:
-        raise RequestError("--package is missing: --model pitch-yaw-roll needs --package sting or --package model")
-    return f"{model}-{package}"
+    return columns
 
 
 def _coefficients(pairs: list[str] | None, temperature: str) -> Mapping[str, TemperatureCoefficients]:

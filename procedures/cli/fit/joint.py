@@ -1,7 +1,6 @@
 """``calrig fit --joint``: package and table in one fit, under what the rig and the operator state of the table."""
 
 from collections.abc import Iterator, Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,13 +15,11 @@ from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks
-from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.fitted import sensor_of
 from procedures.solution.request import budgets_of, joint_priors_in_words
 from procedures.solution.run_findings import with_findings
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
 from rig.description.rig_file import RigDescription
-from rig.local_time import local_day
 
 PRIORS = {
     "pitch-zero": "pitch_zero_rad",
@@ -48,19 +45,22 @@ def joint(
     *,
     sensor: str | None,
     request: CalibrationRequest,
+    doubts: tuple[str, ...],
 ) -> dict[str, Any]:
-    """Solve the file with the table's errors as unknowns, and write the set wished for. Raises: ams.errors.AmsError."""
+    """Solve the file with the table's errors as unknowns, and write the set wished for.
+
+    ``doubts``: of the rig's standards on the day of the readings. Raises: ams.errors.AmsError.
+    """
     mountings = read_mountings(file, columns, mount, form)
     for mounting in mountings:
         refuse_copies(mounting.observations)
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
-    overdue = overdue_warnings(rig, local_day(datetime.now(UTC)))
-    doubts = (*level_warnings(rig), *gravity_warnings(rig, None), *overdue)
+    of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts)
     on_meter = meter_remarks(rig, sensor_of(rig, sensor))
     remarks = (*(() if set(priors) >= _TILTS else level_remarks(rig)), *on_meter)
-    calibration = joint_calibration(found, diagnosis, doubts, remarks)
+    calibration = joint_calibration(found, diagnosis, of_rig, remarks)
     budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))
     solved = with_findings(calibration, [Finding("meter-undeclared", text, False) for text in on_meter])
     if wish is not None:

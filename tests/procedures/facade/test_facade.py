@@ -7,11 +7,13 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Literal
 
 import calrig
 import pandas as pd
 import pytest
 from command import call
+from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, table_3_profile, write_package
 from example_files import EXAMPLE_RIG
 from finished_job import FinishedJob
 from job_files import job
@@ -22,6 +24,7 @@ from procedures.errors import RequestError, RunFailed
 ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "docs" / "python.md"
 OBSERVATIONS = ROOT / "examples" / "observations.csv"
+PACKAGES = {"sting": TABLE_3_STING, "model": TABLE_3_MODEL}
 AXES = {"x": "sx_v", "y": "sy_v", "z": "sz_v"}
 GRID = next(case for case in CASES if case.folder.name == "grid")
 
@@ -61,6 +64,31 @@ def test_fit_is_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     found = calrig.fit(str(OBSERVATIONS), AXES, rig=str(EXAMPLE_RIG), extended="test", sensor="SN1047")
     assert json.loads(json.dumps(found.document)) == outcome.document
     assert found.parameters["sensor"].unique().tolist() == ["SN1047"]
+
+
+@pytest.mark.parametrize("package", ["sting", "model"])
+def test_both_packages_are_fitted_as_the_command_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], package: Literal["sting", "model"]
+) -> None:
+    file = write_package(tmp_path / "obs.csv", package, PACKAGES[package], table_3_profile())
+    named = [word for axis in "xyz" for word in ("--axis", f"{axis}={axis}_v")]
+    outcome = call(capsys, "fit", file, "--model", "pitch-yaw-roll", "--package", package, *named, "--json")
+    found = calrig.fit(file, {axis: f"{axis}_v" for axis in "xyz"}, model="pitch-yaw-roll", package=package)
+    assert json.loads(json.dumps(found.document)) == outcome.document
+    for given, said in ((None, "fit: package is missing"), ("stand", "fit: package got 'stand'")):
+        with pytest.raises(RequestError, match=said):
+            calrig.fit(file, {"x": "x_v"}, model="pitch-yaw-roll", package=given)
+    with pytest.raises(RequestError, match="fit: package sting: belongs to fit: model pitch-yaw-roll"):
+        calrig.fit(OBSERVATIONS, AXES, package="sting")
+
+
+def test_a_standard_is_held_against_the_day_of_the_readings(tmp_path: Path) -> None:
+    text = EXAMPLE_RIG.read_text(encoding="utf-8")
+    rig = tmp_path / "rig.toml"
+    rig.write_text(text.replace("due = 2027-06-30", "due = 2025-06-30"), encoding="utf-8")
+    early, late = (calrig.fit(OBSERVATIONS, AXES, rig=rig, calibrated_on=day) for day in ("2025-06-30", "2025-07-01"))
+    assert not any("2025-06-30" in text for text in early.warnings)
+    assert any("due: 2025-06-30, before the readings of 2025-07-01" in text for text in late.warnings)
 
 
 def test_a_table_is_refused_as_its_file_would_be() -> None:

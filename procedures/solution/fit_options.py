@@ -1,0 +1,93 @@
+"""What ``calrig fit`` and ``calrig.fit`` are told in the same words: model and package, gyros, day of the readings."""
+
+from collections.abc import Callable, Mapping
+from datetime import UTC, date, datetime, time
+from typing import Final
+
+from ams.inputs.shared_errors import SharedError
+from ams.models.registry import names_by_option, names_of_rates, senses_rates
+from procedures.errors import RequestError
+from procedures.solution.fitted import rate_error
+from procedures.solution.type_b import g_sensitivity_error
+
+Option = Callable[[str], str]
+"""From the name of an option, such as ``calibrated_on``, to how the caller is told of it."""
+OF_TWO_PACKAGES: Final = "pitch-yaw-roll"
+LARGEST_RATE_PPM: Final = 1e5
+LARGEST_G_SENSITIVITY_DPS_PER_G: Final = 10.0
+
+
+def on_command_line(name: str) -> str:
+    """Return ``--calibrated-on`` of ``calibrated_on``."""
+    return f"--{name.replace('_', '-')}"
+
+
+def in_python(name: str) -> str:
+    """Return ``fit: calibrated_on`` of ``calibrated_on``."""
+    return f"fit: {name}"
+
+
+def model_named(model: str, package: str | None, option: Option) -> str:
+    """Return the name of a model in the mathematics, where CR's two packages are two models. Raises: RequestError."""
+    if model not in names_by_option():
+        allowed = ", ".join(names_by_option())
+        raise RequestError(f"{option('model')}: got {model!r}, allowed are {allowed}; nothing was solved")
+    if model != OF_TWO_PACKAGES:
+        if package is not None:
+            raise RequestError(
+                f"{option('package')} {package}: belongs to {option('model')} {OF_TWO_PACKAGES}, not to {model}; "
+                "nothing was solved"
+            )
+        return model
+    if package not in ("sting", "model"):
+        found = "is missing" if package is None else f"got {package!r}"
+        raise RequestError(
+            f"{option('package')} {found}: {OF_TWO_PACKAGES} needs the package, sting or model; nothing was solved"
+        )
+    return f"{model}-{package}"
+
+
+def errors_of_gyros(
+    uncertainty_ppm: float | None, g_sensitivity_dps_per_g: float | None, model: str, option: Option
+) -> Mapping[str, tuple[SharedError, ...]]:
+    """Return what the table's rates are wrong by, and what gravity does to gyros. Raises: RequestError elsewhere."""
+    options = {
+        "rate_uncertainty_ppm": (uncertainty_ppm, LARGEST_RATE_PPM, "ppm", rate_error),
+        "largest_g_sensitivity_dps_per_g": (
+            g_sensitivity_dps_per_g, LARGEST_G_SENSITIVITY_DPS_PER_G, "°/s per g", g_sensitivity_error
+        ),
+    }  # fmt: skip
+    found: list[SharedError] = []
+    for name, (value, largest, unit, error_of) in options.items():
+        if value is None:
+            continue
+        if not senses_rates(model):
+            known = " or ".join(names_of_rates())
+            given = option("model")
+            raise RequestError(f"{option(name)}: belongs to {given} {known}, not to {given} {model}")
+        if not 0.0 < value < largest:
+            raise RequestError(f"{option(name)}: got {value:g}, allowed above 0 and below {largest:g} {unit}")
+        found.append(error_of(value))
+    return dict.fromkeys("xyz", tuple(found)) if found else {}
+
+
+def measured_utc(last_utc: datetime | None, stated: str | date | None, today: date, option: Option) -> datetime | None:
+    """Return when the readings were taken: as the file tells, or on the day that is stated; None where nothing says it.
+
+    Raises: RequestError for what is no day, one to come, or a day beside those of the file.
+    """
+    name = option("calibrated_on")
+    if stated is None:
+        return last_utc
+    if last_utc is not None:
+        raise RequestError(
+            f"{name}: the file tells it already (column started_utc, last {last_utc:%Y-%m-%d}); nothing was solved; "
+            "give one of the two"
+        )
+    try:
+        day = date.fromisoformat(stated) if isinstance(stated, str) else stated
+    except ValueError:
+        raise RequestError(f"{name}: got {stated!r}, allowed is a day such as 2026-03-01; nothing was solved") from None
+    if day > today:
+        raise RequestError(f"{name}: got {day}, which is to come (today is {today}); nothing was solved; correct it")
+    return datetime.combine(day, time(12), UTC)
