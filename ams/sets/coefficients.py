@@ -182,7 +182,7 @@ def build_set(calibration: Calibration, provenance: Provenance) -> CoefficientSe
     document: Document = {
         "format": FORMAT,
         "version": VERSION,
-        **origin_sections(provenance),
+        **origin_sections(provenance, calibration.verdict),
         "model": calibration.model,
         "convention": {"name": calibration.convention, "text": CONVENTIONS.get(calibration.convention, "")},
         "inputs": _inputs(numbers),

@@ -8,6 +8,7 @@ from ams.calibration_result import Calibration
 from ams.errors import SetError
 from ams.sets.canonical import Document, plain
 from ams.sets.sensed_quantity import FIELDS, form_of, units_in
+from ams.sets.stated_verdict import unsigned_status
 
 NO_GRAVITY_STATED = "none was stated: standard gravity, on which nothing of this set depends"
 """Source of the gravity of a set that senses none, where nobody said any."""
@@ -118,15 +119,18 @@ def utc_text(moment: datetime) -> str:
     return moment.astimezone(UTC).isoformat()
 
 
-def origin_sections(provenance: Provenance) -> Document:
-    """Return the document's sections before the coefficients: who calibrated and with what right."""
+def origin_sections(provenance: Provenance, verdict: str) -> Document:
+    """Return the document's sections before the coefficients: who calibrated and with what right.
+
+    ``verdict``: of the calibration; who approved the rig has not approved one that is not usable.
+    """
     return {
         "sensor": {
             "name": provenance.sensor,
             "serial": provenance.serial,
             "model": provenance.sensor_model,
         },
-        "status": "approved" if provenance.approved_by else "engineering",
+        "status": unsigned_status("approved" if provenance.approved_by else "engineering", verdict),
         "approved_by": provenance.approved_by,
         "simulated": provenance.simulated,
         "acceleration_unit": {

@@ -166,6 +166,7 @@ def test_an_approved_rig_approves_no_set_that_is_not_usable(tmp_path: Path) -> N
     entry, url = set_not_usable(approved_by="B. Chief"), f"sqlite:///{tmp_path / 'a.sqlite'}"
     publish(url, [entry], MOMENT)
     listed = list_sets(url)[0]
+    assert (entry.document["status"], entry.document["approved_by"]) == ("engineering", "B. Chief")
     assert (entry.status, entry.standing, entry.approved_by) == ("engineering", "engineering", None)
     assert (listed.status, listed.standing, show(url, "SN1047").standing) == ("engineering",) * 3
     export_set(entry, "c", tmp_path / "set.h")
