@@ -1,6 +1,6 @@
 """The night on one page: what ran since yesterday evening, what stood still and why, what a person must do first."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta, tzinfo
 from pathlib import Path
@@ -11,10 +11,10 @@ from procedures.console.watched_run import RunPage
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.run_list import ListedRun
-from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
-from procedures.journal.verdict_file import read_verdict
+from procedures.journal.stop_advice import StopNumbers, held_before, next_step, numbers_of
+from procedures.journal.verdict_file import hindered_in, read_verdict
 from procedures.records.dwells import Event
-from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, is_unasked, state_sentence
+from procedures.records.states import GOING, State, is_unasked, state_sentence
 
 EVENING_HOUR = 16
 DUE_WITHIN_DAYS = 30
@@ -105,7 +105,7 @@ def _night_run(run: ListedRun, item: int | None) -> NightRun:
         tuple(_stops(states)),
         str(verdict.get("sentence", "")),
         str(verdict.get("trust", "")),
-        _to_do(run, str(states[-1].detail.get("cause", "")), numbers),
+        _to_do(run.state, states, numbers, verdict),
         item,
     )
 
@@ -120,17 +120,14 @@ def _stops(states: list[Event]) -> Iterable[Stop]:
         yield Stop(event.utc, state, state_sentence(str(event.detail.get("reason", "")), by), lasted_s)
 
 
-def _to_do(run: ListedRun, cause: str, numbers: StopNumbers) -> str:
-    name, state = numbers.run, run.state
-    if state in (State.HELD, State.TRIPPED):
-        return advice(cause, state, numbers)
-    if state is State.PAUSED:
-        return f"it waits: calrig continue {name}"
-    if state in ANSWERED_FOR:
-        return f"calrig resume {name} --operator NAME --reason TEXT, or calrig close {name} --reason TEXT"
-    if state in RESUMABLE:
-        return f"calrig resume {name}, or calrig close {name} --reason TEXT"
-    return "look at the cause; begin a new run" if state is State.FAILED else ""
+def _to_do(state: State, states: Sequence[Event], numbers: StopNumbers, verdict: Mapping[str, object]) -> str:
+    """Return what a person must do; empty where a run goes on, has its result or was closed."""
+    if state is State.FINISHED:
+        return hindered_in(verdict)
+    cause = str(states[-1].detail.get("cause", ""))
+    return (
+        "" if state in (*GOING, State.PLANNED, State.CLOSED) else next_step(state, cause, numbers, held_before(states))
+    )
 
 
 def needs_a_person(page: RunPage) -> bool:

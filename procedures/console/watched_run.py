@@ -16,7 +16,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.live import Live, read_live
 from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import Row, rows_of
-from procedures.journal.stop_advice import advice, numbers_of
+from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
 from procedures.journal.verdict_file import read_verdict
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import Key, key_of, keys_in
@@ -97,6 +97,8 @@ class WatchedRun:
     _cause: str = ""
     _seen: int = 0
     """Dwells and those taken back: the picture is another where this is."""
+    _numbers: tuple[int, StopNumbers] | None = None
+    """Of the journal up to an event: a run that stands still is read once."""
     _map: tuple[int, HeatMap | None] = (0, None)
 
     def __post_init__(self) -> None:
@@ -130,7 +132,7 @@ class WatchedRun:
                 is_alive=news.is_alive,
                 rows=tuple(rows_of(progress_of("state", status), status.why, live, self.clock.now_utc())),
                 live=live,
-                advice=self._advice(status.state) if status.state in (State.HELD, State.TRIPPED) else "",
+                advice=self._advice(status.state, news.sequence) if status.state in (State.HELD, State.TRIPPED) else "",
                 happened=tuple(reversed(self._happened)),
                 channels=()
                 if last is None
@@ -144,10 +146,12 @@ class WatchedRun:
                 version=hashlib.sha256(repr(mark).encode()).hexdigest()[:16],
             )
 
-    def _advice(self, state: State) -> str:
-        with JournalReader.open(self.folder) as reader:
-            numbers = numbers_of(self.folder.name, reader.events(), reader.dwells(with_samples=False))
-        return advice(self._cause, state, numbers)
+    def _advice(self, state: State, sequence: int) -> str:
+        if self._numbers is None or self._numbers[0] != sequence:
+            with JournalReader.open(self.folder) as reader:
+                numbers = numbers_of(self.folder.name, reader.events(), reader.dwells(with_samples=False))
+            self._numbers = sequence, numbers
+        return advice(self._cause, state, self._numbers[1])
 
     def picture(self) -> HeatMap | None:
         """Return the residuals so far. Raises: JournalError."""

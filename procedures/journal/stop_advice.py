@@ -1,7 +1,7 @@
 """What a person should do next, by the cause of a stop: on ``why.html``, in handover, web pages and messages.md."""
 
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -10,7 +10,7 @@ from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import keys_in
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import COMMON_MODE
-from procedures.records.states import State
+from procedures.records.states import ACTIVE, ANSWERED_FOR, State
 
 _NEVER_BEGUN: Final = "no run"
 _SIGNED: Final = "--operator NAME --reason TEXT"
@@ -118,6 +118,11 @@ OTHERWISE: Final = (
     f"after a trip with {_SIGNED}."
 )
 
+_ENDED: Final = (
+    "Read the cause above; calrig handover {run} shows the whole state. This run has ended, and what it measured is "
+    "kept; begin a new one."
+)
+
 
 @dataclass(frozen=True)
 class StopNumbers:
@@ -140,13 +145,7 @@ IN_GENERAL: Final = StopNumbers("RUN", "STEP", "STEP", ("N",))
 def numbers_of(run: str, events: Iterable[Event], dwells: Iterable[DwellRecord]) -> StopNumbers:
     """Return the numbers of a run from its journal; ``run``: its folder, or its name among the runs."""
     accepted = [dwell for dwell in dwells if dwell.accepted]
-    doubtful: set[int] = set()
-    for event in events:
-        steps = event.detail.get("doubtful")
-        if event.kind == COMMON_MODE and event.detail.get("held") and isinstance(steps, list):
-            doubtful = set(steps)
-        elif event.kind == VOIDED:
-            doubtful -= {step for step, _, _ in keys_in(event)}
+    *_, doubtful = set[int](), *left_in_doubt(events, lambda event: bool(event.detail.get("held")))
     labels = {dwell.replication for dwell in accepted if dwell.step in doubtful and dwell.purpose == "design"}
     return StopNumbers(
         shlex.quote(run),
@@ -154,6 +153,47 @@ def numbers_of(run: str, events: Iterable[Event], dwells: Iterable[DwellRecord])
         min(doubtful, default=None),
         tuple(sorted(labels)),
     )
+
+
+def left_in_doubt(events: Iterable[Event], is_meant: Callable[[Event], bool]) -> list[set[int]]:
+    """Return the steps that each visit which is meant left in doubt, without those that were taken back since."""
+    found: list[set[int]] = []
+    for event in events:
+        steps = event.detail.get("doubtful")
+        if event.kind == COMMON_MODE and isinstance(steps, list) and is_meant(event):
+            found.append(set(steps))
+        elif event.kind == VOIDED:
+            taken_back = {step for step, _, _ in keys_in(event)}
+            found = [left - taken_back for left in found]
+    return found
+
+
+def held_before(events: Iterable[Event]) -> str:
+    """Return the cause of the hold that the last state ended, which has to be settled first; empty where none was."""
+    states = [event for event in events if event.kind == "state"]
+    before = states[-2] if len(states) > 1 else None
+    return str(before.detail.get("cause", "")) if before and before.detail.get("to") == State.HELD else ""
+
+
+def next_step(state: State, cause: str, numbers: StopNumbers, before: str = "") -> str:
+    """Return what a person does next of a run in any state but finished, where its verdict says it.
+
+    ``before``: the cause of the hold that a person stopped the run in; empty where it was none.
+    """
+    run = numbers.run
+    if state in (State.HELD, State.TRIPPED):
+        return advice(cause, state, numbers)
+    if state in ANSWERED_FOR:
+        return f"calrig resume {run} {_SIGNED}; calrig close {run} --reason TEXT ends it"
+    if state is State.PAUSED:
+        return f"it waits: calrig continue {run}"
+    if state in ACTIVE:
+        return f"nothing; calrig status {run} shows how far it is, calrig stop {run} ends it after the dwell"
+    if state in (State.STOPPED, State.INTERRUPTED):
+        if before:
+            return f"it was held before. {advice(before, state, numbers)}"
+        return f"calrig resume {run}; calrig close {run} --reason TEXT ends it"
+    return "this run has ended; read the cause, and begin a new one"
 
 
 def advice(cause: str, state: State, numbers: StopNumbers) -> str:
@@ -164,7 +204,8 @@ def advice(cause: str, state: State, numbers: StopNumbers) -> str:
     run, is_held = numbers.run, state is State.HELD
     signed = f"calrig resume {run} {_SIGNED}"
     resume = signed if state is State.TRIPPED else f"calrig resume {run}"
-    text = ADVICE.get(cause, OTHERWISE).format(
+    has_ended = state in (State.FAILED, State.CLOSED) and cause not in ADVICE
+    text = ADVICE.get(cause, _ENDED if has_ended else OTHERWISE).format(
         run=run,
         resume=resume,
         resume_signed=signed,
@@ -173,7 +214,7 @@ def advice(cause: str, state: State, numbers: StopNumbers) -> str:
         take_back=_take_back(numbers),
         if_moved=_if_moved(numbers),
     )
-    is_whole = is_held or cause == _NEVER_BEGUN or "calrig resume" in text
+    is_whole = is_held or has_ended or cause == _NEVER_BEGUN or "calrig resume" in text
     return text if is_whole else f"{text} {resume}"
 
 

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from procedures.records.states import ACTIVE, State
+from rig.plain_text import one_line
 
 VERDICT_FILE = "verdict.json"
 """The verdict and a row a sensor."""
@@ -22,3 +23,21 @@ def read_verdict(folder: Path, state: State | None) -> Mapping[str, object] | No
     except (OSError, ValueError):
         return None
     return document if isinstance(document, dict) else None
+
+
+def rows_in(verdict: Mapping[str, object]) -> list[Mapping[str, object]]:
+    """Return the rows of the sensors."""
+    rows = verdict.get("sensors")
+    return [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list) else []
+
+
+def hindered_in(verdict: Mapping[str, object]) -> str:
+    """Say what of a run could not be solved or made and what to do: solving again as it was ends as it did."""
+    about: dict[str, list[str]] = {}
+    for row in rows_in(verdict):
+        if row.get("failure"):
+            about.setdefault(str(row["failure"]), []).append(str(row.get("sensor")))
+    not_made = verdict.get("not_made")
+    parts = not_made.items() if isinstance(not_made, Mapping) else ()
+    said = [f"no result to use of {', '.join(names)}: {failure}" for failure, names in about.items()]
+    return one_line("; ".join([*said, *(f"{part} could not be made: {sentence}" for part, sentence in parts)]))

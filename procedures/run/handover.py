@@ -2,7 +2,7 @@
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ams.analysis.diagnostics.take_back import void_command
@@ -13,14 +13,12 @@ from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
-from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
-from procedures.journal.verdict_file import read_verdict
-from procedures.journal.voids import KIND as VOIDED
-from procedures.journal.voids import keys_in
+from procedures.journal.stop_advice import StopNumbers, held_before, left_in_doubt, next_step, numbers_of
+from procedures.journal.verdict_file import hindered_in, read_verdict, rows_in
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord, Event
-from procedures.records.progress import COMMON_MODE, LEASE
-from procedures.records.states import ACTIVE, ANSWERED_FOR, State, state_sentence
+from procedures.records.progress import LEASE
+from procedures.records.states import ACTIVE, State, state_sentence
 from rig.local_time import at_both
 from rig.plain_text import one_line
 
@@ -67,7 +65,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_listed("answered for", [event for event in events if event.kind == "override"]),
         *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
-        f"next       {_next(run_dir, stands.state, cause, _held_before(events), doubts, numbers)}",
+        f"next       {_next(run_dir, stands.state, cause, held_before(events), doubts, numbers)}",
         *_solved(run_dir, stands.state),
     ]
     return "\n".join(lines) + "\n"
@@ -82,33 +80,20 @@ def _standing(state: State, entered: Event, newest: Event, words: LastWords | No
     return one_line(f"{state} since {at_both(words.stopped_utc)}: {words}")
 
 
-def _next(run_dir: Path, state: State, cause: str, held_before: str, meter_doubts: str, numbers: StopNumbers) -> str:
-    """``held_before``: the cause of the hold that a person stopped the run in; empty where it was none.
+def _next(run_dir: Path, state: State, cause: str, before: str, meter_doubts: str, numbers: StopNumbers) -> str:
+    """Say what comes next; of a finished run by its verdict.
 
-    ``meter_doubts``: the way out of what visits found of the meter; empty where they found nothing that still counts.
+    ``before``: the cause of the hold that it was stopped in. ``meter_doubts``: the way out of what visits found of the
+    meter; empty where nothing of it still counts.
     """
-    if state in (State.HELD, State.TRIPPED):
-        return advice(cause, state, numbers)
-    if state in ANSWERED_FOR:
-        ends = f"calrig close {numbers.run} --reason TEXT ends it"
-        return f"calrig resume {numbers.run} --operator NAME --reason TEXT; {ends}"
-    if state is State.PAUSED:
-        return f"calrig continue {numbers.run}"
-    if state in ACTIVE:
-        ends = f"calrig stop {numbers.run} ends it after the dwell"
-        return f"nothing; calrig status {numbers.run} shows how far it is, {ends}"
-    if state in (State.STOPPED, State.INTERRUPTED):
-        if not held_before:
-            return f"calrig resume {numbers.run}"
-        return f"it was held before. {advice(held_before, state, numbers)}"
     if state is not State.FINISHED:
-        return "this run has ended; begin a new one"
+        return next_step(state, cause, numbers, before)
     verdict = read_verdict(run_dir, state)
     if verdict is None:
         return f"calrig solve {numbers.run}{f'; {meter_doubts}' if meter_doubts else ''}"
-    solve = f"what is missing is made by calrig solve {numbers.run}"
-    if hindered := _hindered(verdict):
+    if hindered := hindered_in(verdict):
         return hindered
+    solve = f"what is missing is made by calrig solve {numbers.run}"
     if meter_doubts:
         return f"it is solved, and the meter changed while it measured: {meter_doubts}; {solve}"
     if verdict.get("trust") == "sound":
@@ -116,35 +101,15 @@ def _next(run_dir: Path, state: State, cause: str, held_before: str, meter_doubt
     return f"it is solved; read the verdict and its grounds in the report first: each says what it leaves open; {solve}"
 
 
-def _hindered(verdict: Mapping[str, object]) -> str:
-    """Say what of a run could not be solved or made and what to do: solving again as it was ends as it did."""
-    about: dict[str, list[str]] = {}
-    for row in _rows(verdict):
-        if row.get("failure"):
-            about.setdefault(str(row["failure"]), []).append(str(row.get("sensor")))
-    not_made = verdict.get("not_made")
-    parts = not_made.items() if isinstance(not_made, Mapping) else ()
-    said = [f"no result to use of {', '.join(names)}: {failure}" for failure, names in about.items()]
-    return one_line("; ".join([*said, *(f"{part} could not be made: {sentence}" for part, sentence in parts)]))
-
-
 def _meter_doubts(run_dir: Path, events: Sequence[Event], plan: Plan) -> str:
     """Return how the dwells are measured again that a change of the meter left in doubt and nobody took back since."""
-    doubtful: set[int] = set()
-    for event in events:
-        kinds, steps = event.detail.get("kinds"), event.detail.get("doubtful")
-        if event.kind == COMMON_MODE and isinstance(kinds, list) and isinstance(steps, list):
-            doubtful |= set(steps) if not {"meter-gain", "meter-offset"}.isdisjoint(kinds) else set()
-        elif event.kind == VOIDED:
-            doubtful -= {step for step, _, _ in keys_in(event)}
+    doubtful = set[int]().union(*left_in_doubt(events, _is_of_meter))
     return measured_again(doubtful, plan, shlex.quote(str(run_dir))) if doubtful else ""
 
 
-def _held_before(events: Sequence[Event]) -> str:
-    """Return the cause of the hold that the last state ended: who takes over has to settle it first."""
-    states = [event for event in events if event.kind == "state"]
-    before = states[-2] if len(states) > 1 else None
-    return str(before.detail.get("cause", "")) if before and before.detail.get("to") == State.HELD else ""
+def _is_of_meter(event: Event) -> bool:
+    kinds = event.detail.get("kinds")
+    return isinstance(kinds, list) and not {"meter-gain", "meter-offset"}.isdisjoint(kinds)
 
 
 def _solved(run_dir: Path, state: State) -> Iterable[str]:
@@ -152,16 +117,11 @@ def _solved(run_dir: Path, state: State) -> Iterable[str]:
     verdict = read_verdict(run_dir, state) if state is State.FINISHED else None
     if verdict is not None:
         yield one_line(f"verdict    {verdict.get('sentence', '')}")
-        unusable = [str(row.get("sensor")) for row in _rows(verdict) if row.get("verdict") == "not usable"]
+        unusable = [str(row.get("sensor")) for row in rows_in(verdict) if row.get("verdict") == "not usable"]
         yield from ([one_line(f"not usable {', '.join(unusable)}")] if unusable else [])
     report = run_dir / "report.html"
     if state is State.FINISHED and report.exists():
         yield f"report     {report}"
-
-
-def _rows(verdict: Mapping[str, object]) -> list[Mapping[str, object]]:
-    rows = verdict.get("sensors")
-    return [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list) else []
 
 
 def _is_stop(event: Event) -> bool:

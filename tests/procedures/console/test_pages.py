@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from starlette.testclient import TestClient
 from ams.frames import specific_force
 from ams.units import ARCSEC_PER_RAD
 from procedures.accounts.people import People
+from procedures.console import watched_run
 from procedures.console.app import make_app
 from procedures.console.gate import Site
 from procedures.console.heat_map import heat_map
@@ -25,6 +27,7 @@ from procedures.journal.follower import FollowedDwell
 from procedures.journal.journal import Journal
 from procedures.journal.owner import owning
 from procedures.journal.run_list import RunList
+from procedures.journal.stop_advice import StopNumbers, numbers_of
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 
@@ -159,3 +162,31 @@ def _dwell(step: int, attitude: tuple[float, float], mean: float) -> FollowedDwe
         measured_deg={"pitch": attitude[0], "roll": attitude[1]},
     )  # fmt: skip
     return FollowedDwell(record, {"dmm.x": mean, "dmm.supply": 15.0}, {"dmm.x": 1e-5, "dmm.supply": 1e-4})
+
+
+def test_a_run_that_stands_still_is_read_once_for_its_advice(runs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def read(run: str, *journal: Any) -> StopNumbers:
+        asked.append(run)
+        return numbers_of(run, *journal)
+
+    monkeypatch.setattr(watched_run, "numbers_of", read)
+    watched = watched_run.WatchedRun(runs / "tripped", a_clock())
+    pages = [watched.page().advice for _ in range(3)]
+    assert asked == ["tripped"]
+    assert len(set(pages)) == 1
+    assert "calrig resume tripped --operator NAME --reason TEXT" in pages[0]
+    noted = Journal.open_for_append(runs / "tripped" / JOURNAL_FILE)
+    noted.append_event("note", {"by": "anna", "text": "looked", "at_utc": "x"}, a_clock())
+    noted.close()
+    watched.page()
+    assert asked == ["tripped", "tripped"]
+    watched.close()
+
+
+def test_the_night_says_what_a_defect_kept_from_being_solved(runs: Path, browser: TestClient) -> None:
+    row = {"sensor": "SN1", "verdict": "not usable", "failure": "a defect of calrig: send the folder"}
+    document = {"trust": "unusable", "sentence": "There is no result to use of SN1.", "grounds": [], "sensors": [row]}
+    (runs / "finished" / "verdict.json").write_text(json.dumps(document))
+    assert "no result to use of SN1: a defect of calrig: send the folder" in browser.get("/night").text

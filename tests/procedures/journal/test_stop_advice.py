@@ -7,8 +7,16 @@ import pytest
 from report_dwells import dwell, event
 
 from procedures.cli.main import make_app
-from procedures.journal.stop_advice import ADVICE, StopNumbers, advice, numbers_of
-from procedures.records.states import State
+from procedures.journal.stop_advice import (
+    ADVICE,
+    StopNumbers,
+    advice,
+    held_before,
+    left_in_doubt,
+    next_step,
+    numbers_of,
+)
+from procedures.records.states import RESUMABLE, State
 
 RUN = "/data/runs of today/night-1"
 COMMAND = re.compile(rf"calrig [a-z]+ {shlex.quote(RUN)}(?: --[a-z]+(?: (?:NAME|TEXT|\d+))?)*")
@@ -52,3 +60,38 @@ def test_the_numbers_are_those_of_the_hold_and_of_what_counts() -> None:
         event(21, "voided", 21, dwells=[[12, 1, 1], [13, 1, 1]]),
     ]
     assert numbers_of(RUN, taken_back, []).doubtful is None
+
+
+@pytest.mark.parametrize("state", [state for state in State if state is not State.FINISHED])
+@pytest.mark.parametrize("before", ["", "table"])
+def test_every_state_has_one_next_step_with_whole_commands(state: State, before: str) -> None:
+    said = next_step(state, "never met before", NUMBERS, before)
+    commands = [shlex.split(found)[1:] for found in COMMAND.findall(said)]
+    assert len(commands) == said.count(shlex.quote(RUN)), said
+    for words in commands:
+        make_app(words[0]).parse_args(words, exit_on_error=False, print_error=False)
+    resumed = "resume" in {words[0] for words in commands}
+    assert resumed == (state in (*RESUMABLE, State.HELD)) or state is State.HELD, said
+
+
+def test_a_run_that_failed_is_not_resumed() -> None:
+    assert "calrig resume" not in advice("never met before", State.FAILED, NUMBERS)
+    assert "begin a new one" in advice("never met before", State.FAILED, NUMBERS)
+
+
+def test_what_visits_left_in_doubt_is_less_by_what_was_taken_back_since() -> None:
+    events = [
+        event(20, "common_mode", 20, kinds=["meter-gain"], doubtful=[5, 6]),
+        event(21, "voided", 21, dwells=[[6, 1, 1], [7, 1, 1]]),
+        event(22, "common_mode", 22, kinds=["table-rotation"], held=True, doubtful=[7, 8]),
+        event(23, "common_mode", 23, kinds=["meter-gain"], doubtful=[9]),
+    ]
+    of_meter = left_in_doubt(events, lambda found: found.detail["kinds"] == ["meter-gain"])
+    assert of_meter == [{5}, {9}]
+    assert numbers_of(RUN, events, []).doubtful == 7, "measured again, and in doubt again"
+
+
+def test_the_hold_that_a_stop_ended_is_the_one_before_it() -> None:
+    held = event(20, "state", 20, to="held", cause="table")
+    assert held_before([held, event(21, "state", 21, to="stopped")]) == "table"
+    assert held_before([held, event(21, "state", 21, to="running"), event(22, "state", 22, to="stopped")]) == ""
