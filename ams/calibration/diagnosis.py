@@ -31,7 +31,7 @@ from ams.analysis.diagnostics.facts import (
     time_confounded,
 )
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
-from ams.analysis.diagnostics.held_words import LARGEST_LACK
+from ams.analysis.diagnostics.held_words import LARGEST_LACK, untested_scatter
 from ams.analysis.diagnostics.memories import beside_the_dwell_before
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
@@ -238,6 +238,7 @@ def _diagnosis(
     evidence, solved, index = seen.evidence, seen.solved, seen.index
     scale = _scale(solved, index)
     drifted = tuple(_drift_in_parameters(evidence, solved, index, tests.conviction_level))
+    largest_lack = _largest_lack(seen, circumstances.shared)
     gravity = gravity_finding(
         gravity_on_zero(evidence, index), tests.conviction_level, _declared_g_sensitivity(circumstances.shared)
     )
@@ -252,12 +253,14 @@ def _diagnosis(
         order=(*circumstances.order, *drifted),
         follows_gravity=gravity is not None,
         other_angles=any(fits_other_angles(finding) for finding in circumstances.signs_of(index)),
-        largest_lack=_largest_lack(seen, circumstances.shared),
+        largest_lack=largest_lack,
         alike=circumstances.alike,
         offset_expanded=2.0 * float(np.sqrt(solved.primary_covariance[index, 0, 0])),
     )
     of_gravity = () if gravity is None else (gravity,)
-    return Diagnosis((*of_gravity, *findings, *drifted), solved, index, tests)
+    scatter = float(solved.standard_error_v[index])
+    untested = () if LACK_OF_FIT in tests.tests else untested_scatter(scatter, scale.words(scatter), largest_lack)
+    return Diagnosis((*of_gravity, *findings, *drifted, *untested), solved, index, tests)
 
 
 def _largest_lack(seen: Believed, shared: Sequence[SharedError]) -> float:

@@ -1,6 +1,6 @@
 """Whether what was found is in the stated uncertainties: the words of findings and pages."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, MEMORIES
@@ -30,6 +30,20 @@ def lack_words(*, other_angles: bool, is_large: bool, follows_gravity: bool, is_
     if is_large:
         return _TOO_LARGE
     return _OF_GRAVITY if follows_gravity else BESIDE_MEMORY if is_remembering else CONTAINED
+
+
+def untested_scatter(scatter: float, words: str, largest_lack: float) -> Iterator[Finding]:
+    """Yield a finding where residuals that no replication tells from noise are larger than any lack of fit may be.
+
+    ``scatter``: standard deviation of a dwell about the fit, in the output's unit; ``words``: the same to be read.
+    """
+    if not scatter > largest_lack:
+        return
+    text = (
+        f"the residuals scatter by {words} (standard deviation of a dwell), and no replication tells lack of fit from "
+        f"noise; {_TOO_LARGE}"
+    )
+    yield Finding("lack-of-fit", text, True, None, details={"size": scatter}, is_held=False)
 
 
 def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:

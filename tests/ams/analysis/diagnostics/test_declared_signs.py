@@ -257,6 +257,23 @@ def test_a_lack_of_fit_of_degrees_is_never_contained() -> None:
             assert any(finding.kind == "lack-of-fit" and words in finding.text for finding in axis.findings)
 
 
+@pytest.mark.parametrize("package", list(MODELS))
+def test_residuals_of_degrees_in_one_replication_are_no_usable_result(package: str) -> None:
+    """Nothing tells noise from lack of fit there; the outputs stand at other points than they were read at."""
+    plain = rows(package, replications=1)
+    assert solved(plain, package).verdict == "usable"
+    at = np.random.default_rng(5).permutation(plain.rows)
+    shuffled = replace(plain, outputs={axis: volts[at] for axis, volts in plain.outputs.items()})
+    found = calibrate(shuffled, CalibrationRequest(model=MODELS[package]))
+    assert (found.verdict, told(found)) == ("not usable", {})
+    for size_g, verdict in ((0.004, "usable"), (0.05, "not usable")):
+        bent = {axis: volts + 2.5 * size_g * np.sin(7.0 * plain.pitch_rad) for axis, volts in plain.outputs.items()}
+        found = solved(replace(plain, outputs=bent), package)
+        assert found.verdict == verdict
+        texts = [text for axis in found.axes.values() for text in axis.warnings if "no replication tells" in text]
+        assert bool(texts) == (verdict == "not usable")
+
+
 def test_a_declared_nonlinearity_may_be_as_large() -> None:
     plain = rows("model", axes="z")
     bent = replace(plain, outputs={"z": plain.outputs["z"] + 0.075 * np.sin(7.0 * plain.pitch_rad)})
