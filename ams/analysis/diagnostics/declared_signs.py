@@ -20,7 +20,6 @@ from ams.arrays import FloatArray
 from ams.findings import FITS_WITH, Finding
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.request import select_rows
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.rounding import two_digits
@@ -115,7 +114,8 @@ def judge_signs(package: Package, *, lacks_fit: bool) -> Mapping[str, Finding]:
     ``lacks_fit``: whether anything is left beyond chance that other angles could explain; else the polarities alone
     are looked at.
     """
-    if not _is_of_attitudes(package):
+    is_per_gravity = package.models[0].convention == _PER_GRAVITY
+    if not _is_of_attitudes(package) or not (lacks_fit or is_per_gravity):
         return {}
     stated = _fit(package, _AS_DECLARED)
     if stated is None or not (lacks_fit or stated.reversed_axes):
@@ -177,10 +177,7 @@ def _read_as(rows: Observations, candidate: _Candidate) -> Observations:
 
 def _fit(package: Package, candidate: _Candidate) -> _Fit | None:
     rows, layout, labels, models, declared = package
-    first = np.zeros(rows.rows, dtype=bool)
-    first[np.unique(layout.point, return_index=True)[1]] = True
-    by_point = np.argsort(layout.point[first])
-    basis = models[0].basis(_read_as(select_rows(rows, first), candidate))[by_point]
+    basis = layout.mean_by_point(models[0].basis(_read_as(rows, candidate)))
     u, sizes, vt = np.linalg.svd(basis, full_matrices=False)
     if not sizes[-1] > _DETERMINED * sizes[0]:
         return None

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from archive_kinds import archive
+from archive_kinds import archive, postgres
 from physics_scenes.gimbal_scenes import GRAVITY_IN_TUNNEL
 from physics_scenes.rotations import ARCSEC, FloatArray, gimbal_matrix, specific_force, turned
 from solved import provenance
@@ -30,7 +30,7 @@ from ams.sets.coefficients import build_set
 from ams.sets.stated_findings import significant_findings
 from ams.sets.stated_verdict import verdict_in_words
 
-__all__ = ["archive"]
+__all__ = ["archive", "postgres"]
 
 MODELS = {"TP": "pitch-roll", "sting": "pitch-yaw-roll-sting", "model": "pitch-yaw-roll-model"}
 TUMBLES = {

@@ -21,6 +21,7 @@ from package_outputs import TRUTH, output_v, write_observations
 
 from ams.exports.formats import export_set, load_set
 from ams.sets.applicability import check_applicability
+from ams.sets.stated_findings import significant_findings
 
 AXES = ("--axis", "x=x_v", "--axis", "y=y_v", "--axis", "z=z_v")
 SPREAD = [(p, y, r) for p in (-40.0, 5.0, 30.0) for y in (-20.0, 0.0, 25.0) for r in (-60.0, 0.0, 45.0)]
@@ -43,6 +44,22 @@ def test_table_3_of_cr_is_recovered_to_every_printed_digit(
         assert list(found) == ["offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg"]
         printed = four_digits(found, "offset_v", "sensitivity_v_per_g", "azimuth_deg", "coning_deg")
         assert printed == [f"{value:.4f}" for value in specified]
+
+
+def test_an_output_of_a_sting_that_is_reversed_is_a_finding_of_document_and_set(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    offset, sensitivity, *angles = TABLE_3_STING["y"]
+    reversed_y = {**TABLE_3_STING, "y": (offset, -sensitivity, *angles)}
+    file = write_package(tmp_path / "obs.csv", "sting", reversed_y, table_3_profile())
+    where = ("--set", tmp_path / "sting.json", "--sensor", "ST", "--gravity-mps2", "9.8", "--json")
+    document = call(capsys, "fit", file, "--model", "pitch-yaw-roll", "--package", "sting", *AXES, *where).document
+    (finding,) = (entry for entry in document["axes"]["y"]["findings"] if entry["kind"] == "axis-contradicted")
+    assert finding["fits_with"] == "yaw of the opposite sign, or with output y of the opposite polarity"
+    assert finding["text"] in document["axes"]["y"]["warnings"]
+    names = [entry.name for entry in significant_findings(load_set(tmp_path / "sting.json"))]
+    assert "y.axis-contradicted" in names
+    assert not any(entry["kind"] == "axis-contradicted" for entry in document["axes"]["x"]["findings"])
 
 
 def test_table_4_of_cr_is_recovered_to_every_printed_digit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
