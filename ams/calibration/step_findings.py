@@ -10,7 +10,7 @@ from ams.analysis.diagnostics.beliefs import SLIP, STEP
 from ams.analysis.diagnostics.step_scan import Change
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration import step_words
-from ams.calibration.step_search import NOTHING, TRIED, StepSearch
+from ams.calibration.step_search import NOTHING, StepSearch
 from ams.findings import Finding
 from ams.solve.extension import angles_of_points
 from ams.surveillance.common_mode import judge_visits
@@ -31,12 +31,12 @@ def findings_of_change(search: StepSearch, change: Change) -> Iterator[tuple[Fin
     findings = findings or (_undiagnosed(change, between, steps),)
     for finding in findings:
         is_of_sensor = finding.kind == "sensor-change" and change.output is not None and len(findings) == 1
-        details = {**finding.details, "test": SLIP if change.output is None else STEP}
+        details = {**finding.details, "test": SLIP if change.is_of_table else STEP}
         yield (
             replace(
                 finding,
                 text=finding.text + doubt,
-                p_value=min(1.0, TRIED * change.p_value),
+                p_value=min(1.0, search.chance(change)),
                 details=details,
                 is_held=False,
             ),
@@ -100,8 +100,11 @@ def _drifts_between(search: StepSearch, inside: BoolArray, variances: Sequence[f
 
 
 def _undiagnosed(change: Change, between: str, steps: tuple[int, ...]) -> Finding:
-    if change.output is None:
+    if change.is_of_table:
         text = f"{_PACKAGE} turned about {change.what} {between}: the table, its base or the common fixture"
         return Finding("table-rotation", text, True, None, steps)
+    if change.is_of_meter:
+        text = f"the {change.what} of all outputs stepped alike {between}: the meter, or what all of them share"
+        return Finding("meter-gain" if change.what == "sensitivity" else "meter-offset", text, True, None, steps)
     text = f"the {change.what} stepped {between}: the sensor, its channel or its supply"
     return Finding("sensor-change", text, True, None, steps)

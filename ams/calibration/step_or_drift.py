@@ -25,15 +25,14 @@ _CONTRADICTED: Final = 0.01
 _LARGEST_REST: Final = 0.1
 """Of what a change explains: where the same pattern does more than this elsewhere, it is a drift."""
 _BESIDE_WAVES: Final = 36.0
-"""In variances of a dwell: what a step of an output that drifts has to explain beyond slow waves, of which a walk is
-made; a walk is likelier a slope with a step than a step alone."""
+"""In variances of a dwell: what a step of an offset that drifts has to explain beyond slow waves, of which a walk is
+made; a walk is likelier a slope with a step than a step alone. A sensitivity does not drift with its offset."""
 _KEPT: Final = 0.5
 """Of what a change explains: beside the recorded temperature, or a level of each of few replications."""
 
 
 def is_step(search: StepSearch, change: Change) -> bool:
     """Return whether a change is one, and not the likeliest step of a drift or of the temperature."""
-    is_of_output = change.output is not None
     outputs = search.on_table if change.output is None else (change.output,)
     pattern = np.concatenate([search.pattern(change, index) for index in outputs])
     left = partial(search.left_of, outputs)
@@ -54,14 +53,14 @@ def is_step(search: StepSearch, change: Change) -> bool:
     is_large = by_parts > 0 and rest > by_parts + _LARGEST_REST * by_step / variance
     if is_large and float(f_tail(rest / by_parts, float(by_parts), float(dof))) < _CONTRADICTED:
         return False
-    if change.output in search.drifting:
+    if change.what == "offset" and search.drifting.intersection(outputs):
         *_, (waves, _) = courses_of_drift(search.course.time_order)
         if _kept(step, left(pattern, waves), y) < _BESIDE_WAVES * variance:
             return False
     if _is_of_a_dwell(search, outputs, step, y, by_step):
         return False
     others = []
-    if layout.replications <= (_FEW_OF_RETURN if is_of_output and change.end else _FEW_REPLICATIONS):
+    if layout.replications <= (_FEW_OF_RETURN if change.end and not change.is_of_table else _FEW_REPLICATIONS):
         others.append(left(pattern, _by_replication(search)))
     if varies(evidence) and evidence.rows.temperature_degc is not None:
         warmth = evidence.rows.temperature_degc - evidence.rows.temperature_degc.mean()
@@ -92,7 +91,7 @@ def _is_of_a_dwell(search: StepSearch, outputs: Sequence[int], step: FloatArray,
 def _drifts(search: StepSearch, change: Change) -> Iterator[tuple[FloatArray | BoolArray, int]]:
     """Yield (N, c) courses of a drift, and how many numbers each has to choose: what a change is held against."""
     yield from courses_of_drift(search.course.time_order)
-    if change.end is None or change.output is not None:
+    if change.end is None or not change.is_of_table:
         # A table that stands differently in every replication is off by itself as well.
         yield _by_replication(search), search.evidence.layout.replications - 1
 

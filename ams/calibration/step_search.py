@@ -8,17 +8,17 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.step_patterns import force_along, taken_of
 from ams.analysis.diagnostics.step_scan import (
     Change,
     Course,
     Scan,
     Watched,
     changes_of,
-    force_along,
     located,
+    scans_of_meter,
     scans_of_output,
     scans_of_table,
-    slip_pattern,
 )
 from ams.analysis.diagnostics.temperature import explained
 from ams.analysis.diagnostics.tested_terms import linear_base
@@ -28,8 +28,8 @@ from ams.calibration.step_columns import LINEAR, Changed, moments_of, step_colum
 from ams.inputs.known_of_run import ProvedChange
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 
-TRIED: Final = 4.0
-"""Changes for the table, and for each output: of two patterns, one that stayed and one that came back."""
+_TRIED: Final = 4.0
+"""Changes for the table, for the meter and for each output: of two patterns, one that stayed and one that came back."""
 NOTHING: Final = 1e-9
 _RETURNED: Final = 16.0
 """In variances of a dwell: what a return has to explain beyond a change that stayed; the likeliest of all places does
@@ -105,7 +105,8 @@ class StepSearch:
     @cached_property
     def scans(self) -> list[Scan]:
         by_output = [scans_of_output(self.course, watched, index) for index, watched in enumerate(self.watched)]
-        return [*scans_of_table(self.course, self.watched), *(scan for each in by_output for scan in each)]
+        of_all = (*scans_of_table(self.course, self.watched), *scans_of_meter(self.course, self.watched))
+        return [*of_all, *(scan for each in by_output for scan in each)]
 
     @cached_property
     def changes(self) -> list[Change]:
@@ -114,12 +115,16 @@ class StepSearch:
     def share(self, change: Change) -> int:
         return len(self.on_table) if change.output is None else 1
 
+    def chance(self, change: Change) -> float:
+        """Return the p-value of a change over all that were tried: of what outputs show together, table and meter."""
+        return _TRIED * (2.0 if self.share(change) > 1 else 1.0) * change.p_value
+
     def plainest(self, level: float) -> "tuple[Change, StepSearch] | None":
         """Return the change that explains most of those that are significant, and what it was found in.
 
         It has to be significant with dwells that stand out drawn in as well; where such dwells hide it, alone.
         """
-        plain = [change for change in self.changes if TRIED * change.p_value <= level * self.share(change)]
+        plain = [change for change in self.changes if self.chance(change) <= level * self.share(change)]
         if self.is_clipped or not (plain or self.is_struck):
             return (self._likeliest(plain), self) if plain else None
         clipped = replace(self, is_clipped=True).plainest(level)
@@ -158,9 +163,15 @@ class StepSearch:
         """
         output = change.output
         outputs = self.on_table if output is None or output in self.on_table else (output,)
-        return frozenset(
+        found = frozenset(
             index for index in outputs if index not in self.drifting and self._chance_of_drift(index, change) <= level
         )
+        return frozenset(outputs) - self.drifting if found and change.is_of_meter else found
+
+    def passing_for(self, change: Change) -> frozenset[int]:
+        """Return the outputs of which a drift passes for a change of the offset, and that are not known to drift."""
+        outputs = self.on_table if change.output is None else (change.output,)
+        return frozenset(outputs if change.what == "offset" else ()) - self.drifting
 
     def _chance_of_drift(self, index: int, change: Change) -> float:
         watched = self.watched[index]
@@ -200,12 +211,11 @@ class StepSearch:
     def pattern(self, change: Change, index: int) -> FloatArray:
         """Return (N,) what one output takes of a change, over its standard deviation."""
         watched = self.watched[index]
-        if change.what == "offset":
-            return np.full(watched.departures.size, 1.0 / self.sd(index))
-        if change.what == "sensitivity" or watched.k is None:
-            return np.asarray(watched.sensed / self.sd(index))
-        course = self.course
-        return np.asarray(slip_pattern(change.what, course.pitch_rad, course.roll_rad) @ watched.k / self.sd(index))
+        if watched.k is None or (change.what == "sensitivity" and change.output is not None):
+            taken = watched.sensed if change.what != "offset" else np.ones(watched.departures.size)
+        else:
+            taken = taken_of(change.what, self.course.pitch_rad, self.course.roll_rad, watched.k)
+        return np.asarray(taken / self.sd(index))
 
     def left_of(self, outputs: Sequence[int], pattern: FloatArray, columns: FloatArray | BoolArray) -> FloatArray:
         """Return pattern times columns of the rows as far as replications differ by them, output after output."""

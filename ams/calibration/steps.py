@@ -1,7 +1,8 @@
 """Whether something changed in the middle of a run, for good or for a while, and whose doing it is.
 
-All outputs of a package that were seen at the same rows are looked at together: the likeliest slip of the table over
-all of them, and the likeliest step of each by itself; each as one that stayed, and as one that came back. What is plain
+All outputs of a package that were seen at the same rows are looked at together: the likeliest slip of the table and the
+likeliest step of the meter's gain and offset over all of them, and the likeliest step of each by itself; each as one
+that stayed, and as one that came back. What is plain
 enough to be convicted is named by the diagnosis that the engine makes of two visits
 (:mod:`ams.surveillance.common_mode`), every attitude that was measured in it and outside being visited twice; it is
 then taken out, and the search goes on.
@@ -11,7 +12,9 @@ one part of a replication to the next, is of any size beside it, and where neith
 or three replications, a level of each explains it as well.
 
 An output whose even drift is plain beside the likeliest change keeps it beside all changes: the search is made again
-with a slope in time of that output in the same model, and the diagnosis of two visits is told how well it is known.
+with a slope in time of that output in the same model, and the diagnosis of two visits is told how well it is known. So
+does one whose likeliest change is of its offset and no step, and so do all of them where a step of the meter's offset
+is likeliest: a change of the gain or a turn, smaller than what drifts, is found beside it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,7 +26,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.step_scan import Change
 from ams.calibration.step_findings import findings_of_change
 from ams.calibration.step_or_drift import is_step
-from ams.calibration.step_search import TRIED, StepSearch
+from ams.calibration.step_search import StepSearch
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
 from ams.findings import Finding, FindingKind
 from ams.inputs.known_of_run import ProvedChange
@@ -64,22 +67,23 @@ def _found(search: StepSearch, level: float) -> list[StepsOfOutput]:
     while len(changed) < _MOST and (found := search.plainest(level)) is not None:
         best, seen = found
         drifting = search.drifting_beside(best, level)
+        if not drifting and not is_step(seen, best):
+            drifting = search.passing_for(best)
+            if not drifting:
+                break
         if drifting:
             search = search.beside_drift_of(drifting)
             continue
-        if not is_step(seen, best):
-            break
         findings += findings_of_change(seen, best)
         changed.append(best)
         search = search.without(best)
-    outputs = {test.output for test in changed}
-    left = [change for change in search.changes if change.output not in outputs]
-    of_changed = [test for test in (*first, *changed) if test.output in outputs]
-    sharing = len(search.on_table)
+    outputs = {_whose(change) for change in changed}
+    left = [change for change in search.changes if _whose(change) not in outputs]
+    of_changed = [change for change in (*first, *changed) if _whose(change) in outputs]
     return [
         StepsOfOutput(
-            tuple(_tests(index, (*left, *of_changed), sharing)),
-            frozenset(name for name, output in ((SLIP, None), (STEP, index)) if output in outputs),
+            tuple(_tests(search, index, (*left, *of_changed))),
+            frozenset(filter(None, (_test_of(search, index, change) for change in changed))),
             tuple(finding for finding, whose in findings if whose in (None, index)),
             search.taken,
             index in search.drifting,
@@ -88,13 +92,25 @@ def _found(search: StepSearch, level: float) -> list[StepsOfOutput]:
     ]
 
 
-def _tests(index: int, changes: Sequence[Change], sharing: int) -> Iterator[BeliefTest]:
+def _whose(change: Change) -> tuple[int | None, bool]:
+    return change.output, change.is_of_meter
+
+
+def _test_of(search: StepSearch, index: int, change: Change) -> str | None:
+    """Return the name of the test of an output that a change belongs to; None where it is no change of it."""
+    if change.is_of_table:
+        return SLIP
+    return STEP if change.output == index or (change.is_of_meter and index in search.on_table) else None
+
+
+def _tests(search: StepSearch, index: int, changes: Sequence[Change]) -> Iterator[BeliefTest]:
     """Yield both tests of an output: of what is told as it was found, of the others beside it."""
-    tests: tuple[tuple[str, FindingKind, int | None, int], ...] = (
-        (SLIP, "table-rotation", None, sharing),
-        (STEP, "sensor-change", index, 1),
+    tests: tuple[tuple[str, FindingKind, int], ...] = (
+        (SLIP, "table-rotation", len(search.on_table)),
+        (STEP, "sensor-change", 1),
     )
-    for name, kind, output, axes in tests:
-        chances = [TRIED * change.p_value for change in changes if change.output == output]
+    for name, kind, axes in tests:
+        mine = [change for change in changes if _test_of(search, index, change) == name]
+        chances = [search.chance(change) * axes / search.share(change) for change in mine]
         if chances:
             yield BeliefTest(name, kind, min(1.0, *chances), axes=axes)

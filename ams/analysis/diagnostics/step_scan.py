@@ -1,13 +1,14 @@
-"""Whether something changed between two dwells, and stayed or came back: the table, or one output.
+"""Whether something changed between two dwells, and stayed or came back: the table, the meter, or one output.
 
 Every place in the order of time is tried. Of a change before place c an output shows p·1(at c or later), p being what
 it takes of the change at each row: its slopes by the table's axes where these slip, one where its offset steps, the
 force along its nominal axis where its sensitivity does. Every point has an effect of its own, so that what is left of
 that column is what differs from replication to replication.
 
-A slip of the table is the same angle for all outputs of a package, and is tried over all of them together. The p-value
-of the largest of all places is bounded by what the unit vectors of the columns travel on their sphere (Hotelling 1939,
-Knowles and Siegmund 1989): P(max|t| > u) ≤ P(|t| > u) + L/π·(1 − w²)^(ν/2 − 1), w² = u²/(u² + ν − 1).
+A slip of the table is the same angle for all outputs of a package, a change of the meter the same part of all that is
+read, or the same voltage: each is tried over all of them together. The p-value of the largest of all places is bounded
+by what the unit vectors of the columns travel on their sphere (Hotelling 1939, Knowles and Siegmund 1989):
+P(max|t| > u) ≤ P(|t| > u) + L/π·(1 − w²)^(ν/2 − 1), w² = u²/(u² + ν − 1).
 
 An output that drifts evenly has the course of that beside every change, d of unit length: |z|² of a column z is then
 less by (d·z)², and so is what two places have in common, z·z′ by (d·z)(d·z′), so that all places cost one sum more.
@@ -19,7 +20,7 @@ replication by itself is one of them; that of the largest of all pairs is at mos
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
@@ -32,12 +33,11 @@ from ams.analysis.diagnostics.step_paths import (
     paths_of,
     travelled,
 )
+from ams.analysis.diagnostics.step_patterns import ALONE, EACH_WITH_EACH, SLIPS, What, force, ones, slip_pattern
 from ams.arrays import BoolArray, FloatArray, IntArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.remembered import remembered
 from ams.statistics.distributions import f_tail
 
-What = Literal["roll", "pitch", "offset", "sensitivity"]
 LEAST_DOF: Final = 40
 """Of what differs from replication to replication: with fewer every place is its own explanation."""
 _SEEN: Final = 12.0
@@ -84,6 +84,14 @@ class Change:
     """Of the departures in units of their variance, explained."""
     end: int | None = None
     """In the order of time: the first dwell after it came back; None where it stayed."""
+
+    @property
+    def is_of_table(self) -> bool:
+        return self.output is None and self.what in SLIPS
+
+    @property
+    def is_of_meter(self) -> bool:
+        return self.output is None and self.what not in SLIPS
 
     @property
     def numbers(self) -> int:
@@ -239,25 +247,45 @@ def scans_of_table(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]
     seen = [output for output in outputs if output.k is not None]
     if not course.is_judged or not seen:
         return
-    k, variance = (
-        np.array([output.k for output in seen if output.k is not None]),
-        np.array([output.variance for output in seen]),
-    )
-    departures, weighed = np.array([output.departures for output in seen]), k / variance[:, None]
-    weights = k.T @ weighed
-    squares = sum(float(output.departures @ output.departures) / output.variance for output in seen)
-    drifts = [output.drift is not None for output in seen]
-    drift = next((output.drift for output in seen if output.drift is not None), None)
-    drifting = k[drifts].T @ (k[drifts] / variance[drifts, None])
-    dof = len(seen) * course.dof - sum(drifts)
+    k = np.array([output.k for output in seen])
     slips: tuple[What, ...] = ("roll", "pitch")
     for what in slips:
-        pattern, pairs = slip_pattern(what, course.pitch_rad, course.roll_rad), _SLIPS[what]
-        along = course.in_time(((weighed @ pattern.T) * departures).sum(axis=0))
-        twice, of_drifts = (
-            np.array([weight[a, b] * (1.0 if a == b else 2.0) for a, b in pairs]) for weight in (weights, drifting)
-        )
-        yield Scan(what, None, course, pattern, pairs, twice, _since(along), squares, dof, 1.0, drift, of_drifts)
+        yield _of_all(what, course, seen, k, slip_pattern(what, course.pitch_rad, course.roll_rad), SLIPS[what])
+
+
+def scans_of_meter(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]:
+    """Yield the scans for a step of the meter's gain and of its offset, that all outputs of a package show together.
+
+    Of one output alone they are those of the output.
+    """
+    seen = [output for output in outputs if output.k is not None]
+    if not course.is_judged or len(seen) < 2:
+        return
+    k = np.array([output.k for output in seen])
+    yield _of_all("sensitivity", course, seen, k, force(course.pitch_rad, course.roll_rad), EACH_WITH_EACH)
+    yield _of_all("offset", course, seen, np.ones((len(seen), 1)), ones(course.point.size), ALONE)
+
+
+def _of_all(
+    what: What,
+    course: Course,
+    seen: Sequence[Watched],
+    taken: FloatArray,
+    pattern: FloatArray,
+    pairs: tuple[tuple[int, int], ...],
+) -> Scan:
+    """Return the scan of a pattern (N, p) of which each of the outputs takes so much, (A, p), all together."""
+    variance, departures = (np.array([getattr(output, name) for output in seen]) for name in ("variance", "departures"))
+    weighed, drifts = taken / variance[:, None], [output.drift is not None for output in seen]
+    along = course.in_time(((weighed @ pattern.reshape(course.point.size, -1).T) * departures).sum(axis=0))
+    twice, of_drifts = (
+        np.array([weight[a, b] * (1.0 if a == b else 2.0) for a, b in pairs])
+        for weight in (taken.T @ weighed, taken[drifts].T @ weighed[drifts])
+    )
+    squares = float(((departures * departures).sum(axis=1) / variance).sum())
+    drift = next((output.drift for output in seen if output.drift is not None), None)
+    dof = len(seen) * course.dof - sum(drifts)
+    return Scan(what, None, course, pattern, pairs, twice, _since(along), squares, dof, 1.0, drift, of_drifts)
 
 
 def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[Scan]:
@@ -266,13 +294,13 @@ def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[S
         return
     squares, departures = float(watched.departures @ watched.departures), course.in_time(watched.departures)
     patterns: tuple[tuple[What, FloatArray], ...] = (
-        ("offset", _ones(course.point.size)),
+        ("offset", ones(course.point.size)),
         ("sensitivity", watched.sensed),
     )
     for what, pattern in patterns:
         along = departures if what == "offset" else departures * course.in_time(pattern)
         since, dof = _since(along), course.dof - (watched.drift is not None)
-        scan = Scan(what, output, course, pattern, _ALONE, None, since, squares, dof, watched.variance, watched.drift)
+        scan = Scan(what, output, course, pattern, ALONE, None, since, squares, dof, watched.variance, watched.drift)
         if scan.paths.squares.max(initial=0.0) > NOTHING * pattern.size:
             yield scan
 
@@ -350,28 +378,3 @@ def _explained(sums: FloatArray, size: FloatArray) -> FloatArray:
 @remembered(16)
 def _is_in_order(order: IntArray) -> bool:
     return bool(np.all(order[1:] > order[:-1]))
-
-
-@remembered(16)
-def _ones(rows: int) -> FloatArray:
-    return np.ones(rows)
-
-
-_ALONE: Final = ((0, 0),)
-_SLIPS: Final[dict[str, tuple[tuple[int, int], ...]]] = {
-    "roll": ((1, 1), (1, 2), (2, 2)),
-    "pitch": ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)),
-}
-
-
-@remembered(16)
-def slip_pattern(what: str, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """Return the (N, 3) change of specific force by a slip of one axis, per radian."""
-    by = specific_force_by_roll if what == "roll" else specific_force_by_pitch
-    return np.asarray(by(pitch_rad, roll_rad))
-
-
-@remembered(16)
-def force_along(pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str) -> FloatArray:
-    """Return the (N,) specific force along one nominal axis, g."""
-    return np.array(specific_force(pitch_rad, roll_rad)[:, "xyz".index(nominal_axis)])

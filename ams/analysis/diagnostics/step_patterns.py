@@ -1,0 +1,49 @@
+"""What the outputs of a package take of a change of the table or of the meter, row by row."""
+
+from typing import Final, Literal
+
+import numpy as np
+
+from ams.arrays import FloatArray
+from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.remembered import remembered
+
+What = Literal["roll", "pitch", "offset", "sensitivity"]
+ALONE: Final = ((0, 0),)
+"""Pairs of columns of a pattern of one."""
+EACH_WITH_EACH: Final = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+SLIPS: Final[dict[str, tuple[tuple[int, int], ...]]] = {"roll": ((1, 1), (1, 2), (2, 2)), "pitch": EACH_WITH_EACH}
+"""Turns of the table, with the pairs of columns that there are of the specific force's change."""
+
+
+@remembered(16)
+def ones(rows: int) -> FloatArray:
+    """Return the (N,) change of what is read by a step of its offset, per unit of it."""
+    return np.ones(rows)
+
+
+@remembered(16)
+def slip_pattern(what: str, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """Return the (N, 3) change of specific force by a slip of one axis, per radian."""
+    by = specific_force_by_roll if what == "roll" else specific_force_by_pitch
+    return np.asarray(by(pitch_rad, roll_rad))
+
+
+@remembered(16)
+def force(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """Return the (N, 3) specific force, g: what each sensitivity takes of a step of the meter's gain, per part."""
+    return np.asarray(specific_force(pitch_rad, roll_rad))
+
+
+def taken_of(what: What, pitch_rad: FloatArray, roll_rad: FloatArray, k: FloatArray) -> FloatArray:
+    """Return (N,) what an output of (3,) sensitivities takes of a change of table or meter, in its own unit."""
+    if what == "offset":
+        return ones(pitch_rad.size)
+    pattern = force(pitch_rad, roll_rad) if what == "sensitivity" else slip_pattern(what, pitch_rad, roll_rad)
+    return np.asarray(pattern @ k)
+
+
+@remembered(16)
+def force_along(pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str) -> FloatArray:
+    """Return the (N,) specific force along one nominal axis, g."""
+    return np.array(specific_force(pitch_rad, roll_rad)[:, "xyz".index(nominal_axis)])
