@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ams.observations import Observations
 from rig.description.rig_file import RigDescription, Sensor
 
 NOBODY_APPROVED = "nobody has signed the set as approved"
@@ -15,6 +16,8 @@ NO_METER = "no uncertainty of the meter is declared"
 """How it is said of a meter without a standard that states volts: in remark, verdict and gap."""
 NO_STANDARD_OF_RATES = "no standard of the rates is declared"
 """How it is said of gyros that turned about an axis without a standard: in remark, verdict and gap."""
+NO_TEMPERATURE = "no temperature was recorded with the readings"
+"""How it is said of a sensor whose own temperature nobody knows."""
 VOLTS = "v"
 """As it is written in a key."""
 
@@ -79,6 +82,17 @@ def rate_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> 
         f"{NO_STANDARD_OF_RATES} ({', '.join(unknown)}): a rate that is wrong by a part is a sensitivity that is wrong "
         f"by it, and is in no figure stated here; declare {' and '.join(f'axes.{name}.standard' for name in unknown)} "
         "and its certificate under [standards.NAME] of the rig file",
+    )
+
+
+def temperature_remarks(rows: Observations) -> tuple[str, ...]:
+    """Say of readings without a temperature that nothing is known of the sensor at any other than theirs."""
+    if rows.temperature_degc is not None:
+        return ()
+    return (
+        f"{NO_TEMPERATURE}: what the sensor reads otherwise at another temperature is not in the uncertainty, and no "
+        "use at another is flagged; in a file it is the column temperature_degc, in a rig file temperature of the "
+        "sensor",
     )
 
 

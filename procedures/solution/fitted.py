@@ -14,7 +14,7 @@ from ams.observations import Observations
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import meter_remarks
+from procedures.records.declared_gaps import meter_remarks, temperature_remarks
 from procedures.solution.by_model import solve_observations
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import EARTH_DPS
@@ -46,7 +46,8 @@ def fitted(
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)
     on_meter = () if rig is None else meter_remarks(rig, sensor_of(rig, name))
-    remarks = (*solved.remarks, *rate_remarks(request), *(() if rig is None else level_remarks(rig)), *on_meter)
+    on_level = () if rig is None else level_remarks(rig)
+    remarks = (*solved.remarks, *rate_remarks(request), *on_level, *on_meter, *temperature_remarks(observations))
     calibration = replace(solved, warnings=warnings, remarks=remarks)
     budgets = budgets_of(calibration, request, rig, trials)
     calibration = replace(calibration, remarks=(*remarks, *dominating_limits(calibration.axes, budgets)))

@@ -29,7 +29,7 @@ from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.solve.layout import layout_of
-from procedures.records.declared_gaps import meter_remarks, rate_remarks
+from procedures.records.declared_gaps import meter_remarks, rate_remarks, temperature_remarks
 from procedures.solution.declared_directions import declared_in_package
 from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
@@ -76,7 +76,8 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     )
     on_meter = meter_remarks(item.rig, item.sensor)
     on_rates = rate_remarks(item.rig, item.sensor, item.plan.axes)
-    calibration = Calibration(axes, "linear", "SR", tuple(warnings), (*remarks, *on_meter, *on_rates))
+    remarks = (*remarks, *on_meter, *on_rates, *temperature_remarks(observations))
+    calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
     undeclared = [Finding("meter-undeclared", text, False) for text in on_meter]
     undeclared += [Finding("rate-undeclared", text, False) for text in on_rates]

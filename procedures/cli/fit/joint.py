@@ -14,7 +14,7 @@ from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import meter_remarks
+from procedures.records.declared_gaps import meter_remarks, temperature_remarks
 from procedures.solution.fitted import sensor_of
 from procedures.solution.request import budgets_of, joint_priors_in_words
 from procedures.solution.run_findings import with_findings
@@ -59,7 +59,8 @@ def joint(
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
     of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts)
     on_meter = meter_remarks(rig, sensor_of(rig, sensor))
-    remarks = (*(() if set(priors) >= _TILTS else level_remarks(rig)), *on_meter)
+    on_level = () if set(priors) >= _TILTS else level_remarks(rig)
+    remarks = (*on_level, *on_meter, *temperature_remarks(mountings[0].observations))
     calibration = joint_calibration(found, diagnosis, of_rig, remarks)
     budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))
     solved = with_findings(calibration, [Finding("meter-undeclared", text, False) for text in on_meter])

@@ -19,9 +19,10 @@ from planning_files import rig_file
 from ams.archive.sign_offs import SignOff
 from ams.errors import ObservationsError
 from ams.exports.formats import load_set
-from ams.sets.stated_findings import TABLE_NOT_COUNTED
+from ams.sets.stated_findings import TABLE_NOT_COUNTED, outside_uncertainty
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.errors import RequestError
+from procedures.records.declared_gaps import NO_TEMPERATURE
 from procedures.run.readiness import readiness
 from procedures.solution.type_b import NO_LEVEL
 from rig.description.read import read_rig
@@ -197,6 +198,26 @@ def test_a_fit_without_a_table_says_so_wherever_its_numbers_go(
     )
     zero = call(capsys, *line, "--rig", rig, "--json").document["axes"]["x"]["warnings"][0]
     assert zero == f"{TABLE_NOT_COUNTED}; the rig file states 0 of them ([axes.NAME] uncertainty_arcsec)"
+
+
+@pytest.mark.parametrize("joint", [False, True])
+def test_rows_without_a_temperature_say_that_no_other_is_in_the_uncertainty(
+    joint: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Result, set and certificate have the sentence where the rows have no temperature, and none where they have."""
+    rows, rig = rows_and_rig_at(tmp_path, 37.09)
+    stored = tmp_path / "set.json"
+    line = ("fit", rows, *AXES, *(("--joint",) if joint else ()), "--rig", rig, "--set", stored, "--sensor", "SN1047")
+    assert NO_TEMPERATURE in json.dumps(call(capsys, *line, "--json").document["remarks" if joint else "axes"])
+    assert any(text.startswith(NO_TEMPERATURE) for text in outside_uncertainty(load_set(stored).document))
+    with rows.open(newline="", encoding="utf-8") as file:
+        lines = [{**row, "temperature_degc": "21.5"} for row in csv.DictReader(file)]
+    with rows.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(lines[0]))
+        writer.writeheader()
+        writer.writerows(lines)
+    assert NO_TEMPERATURE not in json.dumps(call(capsys, *line, "--json").document)
+    assert NO_TEMPERATURE not in stored.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("joint", [(), ("--joint",)])
