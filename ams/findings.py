@@ -33,13 +33,15 @@ FindingKind = Literal[
     "axis-contradicted",
     "field-contradicted",
     "output-clipped",
+    "uneven-noise",
 ]
 """``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited, or its
 offset is not known to within what the output changes by over 1 g;
 ``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity, or the
 readings fit with another sign or order of the angles than the declared one;
 ``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in;
-``output-clipped``: dwells stand at a rail of the amplifier or the meter, equal to the last digit."""
+``output-clipped``: dwells stand at a rail of the amplifier or the meter, equal to the last digit;
+``uneven-noise``: some replications scatter plainly more than the others."""
 
 UNUSABLE_AXIS: Final[frozenset[FindingKind]] = frozenset({"axis-undetermined", "axis-contradicted", "output-clipped"})
 """Of an axis with such a finding, where it is significant, there is no result to use and no set."""

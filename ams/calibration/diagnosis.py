@@ -44,7 +44,7 @@ from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.explained import (
     Explained,
-    without_course,
+    without_course_or_noise,
     without_memory,
     without_transient,
     without_wrong_dwells,
@@ -160,7 +160,7 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
     made = {test.name: test for test in steps.tests}
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
-    left, convicted = without_wrong_dwells(without_course(left))
+    left, convicted = without_wrong_dwells(without_course_or_noise(left))
     left = without_memory(without_transient(left), circumstances.memory_of(index))
     tests = beside_the_dwell_before(with_steps(left.tests, steps))
     diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit)

@@ -3,7 +3,7 @@
 In this order: what is plainest first, so that nothing else is blamed for it. After each all other tests are made again.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,9 +15,11 @@ from ams.analysis.diagnostics.beliefs import (
     BY_POINT_GAIN,
     BY_REPLICATION,
     COLUMNS,
+    LACK_OF_FIT,
     LAG,
     MEMORIES,
     SETTLING,
+    UNEVEN,
     WRONG_DWELL,
     AxisTests,
     BeliefTest,
@@ -25,8 +27,10 @@ from ams.analysis.diagnostics.beliefs import (
 from ams.analysis.diagnostics.drift_course import likeliest_course, plain_courses
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.memories import plainest_memory
+from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import settling
+from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
 from ams.analysis.diagnostics.wording import Convicted
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.arrays import BoolArray
@@ -35,6 +39,8 @@ from ams.calibration.believed import Believed
 _STRONG = 0.1
 """Of what differs between the replications: a course that leaves more while dwells still know of each other is a wander
 and no drift."""
+_FAR = 8.0
+"""Standard deviations of the dwells of a replication, those left out that stand out of all."""
 _RECORDED = (BY_POINT, BY_POINT_GAIN)
 _ALIKE = frozenset(column.name for column in COLUMNS)
 """Tests of what repeats in every replication: a transient that does is one of them."""
@@ -50,6 +56,8 @@ class Explained:
     tests: AxisTests
     limit: TableLimit | None
     family: int
+    as_read: GridResiduals | None = None
+    """What dwells were judged by before the noise of a replication was drawn in; None where all scatter alike."""
 
     def then(self, made: Mapping[str, BeliefTest], seen: Believed) -> "Explained":
         """Return what is left when something more, told by its tests, is taken out: all other tests made again."""
@@ -57,7 +65,19 @@ class Explained:
         return replace(self, seen=seen, made=made, tests=seen.tested(made, self.limit, self.family))
 
 
-def without_course(left: Explained) -> Explained:
+def without_course_or_noise(left: Explained) -> Explained:
+    """Return the output without its plain course and with even noise.
+
+    A louder replication moves as a drift does, and a drift that fades makes the first replication louder: where the
+    noise alone leaves no drift, it is the noise.
+    """
+    even = _with_even_noise(left)
+    if even is not left and not plain_courses(even.tests):
+        return even
+    return _with_even_noise(_without_course(left))
+
+
+def _without_course(left: Explained) -> Explained:
     """Return the output without its plain drift or temperature, unless what is left wanders as it did before."""
     plain = plain_courses(left.tests)
     course = likeliest_course(left.seen.evidence, left.seen.index) if plain else None
@@ -71,12 +91,52 @@ def without_course(left: Explained) -> Explained:
     return left if wanders and _scatter(without.seen) >= _STRONG * _scatter(left.seen) else without
 
 
+def _with_even_noise(left: Explained) -> Explained:
+    """Return the output with replications that scatter plainly more drawn in to what the others scatter.
+
+    What differs from the others in a loud replication, its noise and its parameters alike, counts for as much less as
+    it is louder; the result itself is told with all of it.
+    """
+    tests, seen = left.tests, left.seen
+    if tests.grid is None or not tests.is_significant.get(UNEVEN):
+        return left
+    wrong = _convicted(seen.evidence, seen.index, tests)
+    grid = tests.grid if wrong is None else _without_far(tests.grid, wrong)
+    found, of_noise = uneven_noise(grid), uneven_test(grid, seen.evidence.layout)
+    if found is None or not (found.p_value <= tests.conviction_level and np.any(found.excess > 1.0)):
+        return left
+    layout = seen.evidence.layout
+    over = (1.0 - 1.0 / found.excess)[layout.replication]
+    taken = over * seen.evidence.departures[:, seen.index] * layout.replications / (layout.replications - 1)
+    drawn_in = replace(seen, course=seen.course + taken).less(taken)
+    # What repeats is held against the scatter of all, which is that of the means whether it is even or not.
+    repeats = [test for name, test in tests.tests.items() if name == LACK_OF_FIT]
+    made = {test.name: test for test in (*of_noise, *repeats)}
+    return replace(left.then(made, drawn_in), as_read=tests.dwells)
+
+
+def _without_far(grid: GridResiduals, wrong: WrongDwells) -> GridResiduals:
+    """Return what dwells say without those that stand far out of their own replication.
+
+    A wrong dwell moves the parameters of its replication, and with them what all others of it leave.
+    """
+    found = uneven_noise(wrong.left)
+    if found is None:
+        return wrong.left
+    for dwell, size in zip(wrong.dwells, wrong.sizes, strict=True):
+        if abs(size) > _FAR * found.scatter[dwell // grid.points]:
+            grid = grid.without(dwell)
+    return grid
+
+
 def without_wrong_dwells(left: Explained) -> tuple[Explained, Convicted | None]:
     """Return the output without the dwells that the other replications contradict, and which they are."""
     seen = left.seen
     wrong = _convicted(seen.evidence, seen.index, left.tests)
     if wrong is None or not wrong.dwells:
         return left, None
+    if left.as_read is not None:
+        wrong = replace(wrong, sizes=_sizes(wrong.dwells, left.as_read))
     kept, convicted = _rows_of(seen.evidence, wrong)
     test = BeliefTest(WRONG_DWELL, "wrong-dwell", wrong.p_value)
     return left.then({WRONG_DWELL: test}, seen.of(kept, 0.0)), convicted
@@ -123,6 +183,15 @@ def _convicted(evidence: Evidence, output: int, tests: AxisTests) -> WrongDwells
     other_view = np.zeros(evidence.grid.present.size)
     other_view[evidence.dwell] = evidence.left[:, output]
     return convict(tests.dwells, level, other_view)
+
+
+def _sizes(dwells: Sequence[int], left: GridResiduals) -> tuple[float, ...]:
+    """Return how far dwells read off what the others say, one after the other taken out."""
+    found = []
+    for dwell in dwells:
+        found.append(float(left.residuals[dwell, 0] / left.column(dwell)[dwell]))
+        left = left.without(dwell)
+    return tuple(found)
 
 
 def _rows_of(evidence: Evidence, wrong: WrongDwells) -> tuple[BoolArray, Convicted]:

@@ -8,12 +8,11 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.step_patterns import force_along, taken_of
+from ams.analysis.diagnostics.step_patterns import Watched, force_along, taken_of
 from ams.analysis.diagnostics.step_scan import (
     Change,
     Course,
     Scan,
-    Watched,
     changes_of,
     located,
     scans_of_meter,
@@ -58,7 +57,7 @@ class StepSearch:
     def course(self) -> Course:
         layout, rows = self.evidence.layout, self.evidence.rows
         dof = layout.rows - layout.points
-        return Course(layout.point, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof)
+        return Course(layout.point, layout.replication, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof)
 
     @cached_property
     def watched(self) -> tuple[Watched, ...]:

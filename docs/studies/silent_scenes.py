@@ -42,7 +42,7 @@ FURTHER = (
     "field-coil-current", "temperature-alternating", "temperature-room", "temperature-stratified", "quantisation",
     "temperature-self-heating", "use-shifted-offset", "use-stuck-axis", "use-reversed", "use-swapped",
     "slip-base-sideways", "sensor-offset", "fixture-play", "temperature-daily", "drift-walk", "drift-settling",
-    *AFTER_EFFECTS,
+    "noisy-replication", "noise-by-attitude", "unrepeatable-index", *AFTER_EFFECTS,
 )  # fmt: skip
 FEWER: Mapping[str, tuple[float, ...]] = {
     "slip-roll": (0.0, 1.0, 2.0, 3.0, 5.0, 10.0, 72.0),

@@ -65,6 +65,7 @@ from ams.analysis.diagnostics.time_order import (
     settling_of_points,
     slope_between,
 )
+from ams.analysis.diagnostics.uneven_noise import uneven_test
 from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values
 from ams.arrays import FloatArray
 from ams.frames import Attitude
@@ -76,7 +77,7 @@ from ams.statistics.distributions import f_tail
 
 _LINEAR: Final = 4
 _NEEDED: Final = 0.05
-MOST_TESTS: Final = 34
+MOST_TESTS: Final = 35
 """Of one axis."""
 _PLAINER: Final = {"K1'": "K2", "K0'": "K3", SQUARENESS: "Kpo"}
 _RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
@@ -143,11 +144,12 @@ def axis_tests(
     before = previous_attitude.turned_from(evidence, output)
     found = [
         BeliefTest(WRONG_DWELL, "wrong-dwell", wrong_p_value),
-        *_of_the_table(limit),
+        *([] if limit is None else [_of_the_table(limit)]),
         *_of_replications(evidence, output, known),
         BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
         *_of_the_attitude_before(evidence, grid, before),
         *_robust(evidence, grid),
+        *uneven_test(grid, evidence.layout),
     ]
     if shared.over_time is not None:
         found.append(slope_test(OVER_TIME, "drift", shared.over_time, output, "per h"))
@@ -181,11 +183,9 @@ def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | No
     return test, by_temperature.lag_columns(evidence, output, lag.detail)
 
 
-def _of_the_table(limit: TableLimit | None) -> list[BeliefTest]:
-    if limit is None:
-        return []
+def _of_the_table(limit: TableLimit) -> BeliefTest:
     size = max(limit.largest_rad.values())
-    return [BeliefTest(TABLE_LIMIT, "lack-of-fit", limit.p_value, size, unit="rad", axes=limit.outputs)]
+    return BeliefTest(TABLE_LIMIT, "lack-of-fit", limit.p_value, size, unit="rad", axes=limit.outputs)
 
 
 def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: FloatArray) -> FloatArray:

@@ -22,6 +22,7 @@ DRIFT_OF: Final = "drift of "
 OVER_TIME: Final = "drift with time"
 AUTOCORRELATION: Final = "autocorrelation"
 ROBUST: Final = "robust fit"
+UNEVEN: Final = "noise of the replications"
 TURNED_FROM: Final = "previous attitude"
 TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"
 MEMORY_DWELLS: Final = (1.0, 3.0, 10.0)
@@ -94,6 +95,8 @@ class BeliefTest:
     """Names of tests that nothing tells from this one."""
     changes: tuple[TermChange, ...] = ()
     """Of the terms that change with temperature, the plainest first."""
+    replications: tuple[str, ...] = ()
+    """Labels of those that it is about."""
     axes: int = 1
     """How many axes of a family have this same test: it can ring falsely once only, so it has the share of all of them.
     """

@@ -186,7 +186,7 @@ def between_replications(evidence: Evidence, grid: GridResiduals, column: FloatA
         return None
     left = grid.projected(evidence.on_grid(column[:, None]))[:, 0]
     square, dof = float(left @ left), grid.dof - 1
-    if evidence.sums is None or dof < LEAST_DOF or not square > _NOTHING * max(float(column @ column), _NOTHING):
+    if evidence.sums is None or dof < LEAST_DOF or not square > max(_LITTLE * float(column @ column), _NOTHING):
         return None
     coefficient = float(left @ grid.residuals[:, 0]) / square
     rest = float(grid.squares[0]) - coefficient**2 * square

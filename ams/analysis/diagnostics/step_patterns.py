@@ -1,5 +1,6 @@
 """What the outputs of a package take of a change of the table or of the meter, row by row."""
 
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
@@ -14,6 +15,27 @@ ALONE: Final = ((0, 0),)
 EACH_WITH_EACH: Final = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 SLIPS: Final[dict[str, tuple[tuple[int, int], ...]]] = {"roll": ((1, 1), (1, 2), (2, 2)), "pitch": EACH_WITH_EACH}
 """Turns of the table, with the pairs of columns that there are of the specific force's change."""
+
+
+@dataclass(frozen=True)
+class Watched:
+    """One output."""
+
+    departures: FloatArray
+    """(N,) what differs from replication to replication."""
+    variance: float
+    """Of a dwell."""
+    k: FloatArray | None
+    """(3,) per g; None where it senses no attitude."""
+    sensed: FloatArray
+    """(N,) what a change of its sensitivity scales."""
+    drift: FloatArray | None = None
+    """(N,) of unit length, less the mean of each point: an even drift that stands beside every change, and that the
+    departures are without; None where it does not drift. The same for all outputs that do."""
+
+    def beside(self, columns: FloatArray) -> FloatArray:
+        """Return (N, …) columns without what they have in common with the drift."""
+        return columns if self.drift is None else columns - np.multiply.outer(self.drift, self.drift @ columns)
 
 
 @remembered(16)

@@ -17,13 +17,14 @@ What came back is looked for between the places of a coarse grid, of which every
 replication by itself is one of them; that of the largest of all pairs is at most their number times P(|t| > u).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 import numpy as np
 
+from ams.analysis.diagnostics.step_noise import times_as_loud
 from ams.analysis.diagnostics.step_paths import (
     NOTHING,
     Intervals,
@@ -33,7 +34,16 @@ from ams.analysis.diagnostics.step_paths import (
     paths_of,
     travelled,
 )
-from ams.analysis.diagnostics.step_patterns import ALONE, EACH_WITH_EACH, SLIPS, What, force, ones, slip_pattern
+from ams.analysis.diagnostics.step_patterns import (
+    ALONE,
+    EACH_WITH_EACH,
+    SLIPS,
+    Watched,
+    What,
+    force,
+    ones,
+    slip_pattern,
+)
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.remembered import remembered
 from ams.statistics.distributions import f_tail
@@ -44,29 +54,10 @@ _SEEN: Final = 12.0
 """In variances of a dwell: of two or three hundred intervals the likeliest explains as much by chance."""
 _ROUNDS: Final = 2
 _LARGEST: Final = 1.0 - 1e-12
+_DOUBTFUL: Final = 0.01
+"""Of a p-value: where it is larger, nothing is told of a change."""
 _WORTH_IT: Final = 0.2
 """Of a p-value: where it is larger, the weights of the outputs make no matter of how far the columns travel."""
-
-
-@dataclass(frozen=True)
-class Watched:
-    """One output."""
-
-    departures: FloatArray
-    """(N,) what differs from replication to replication."""
-    variance: float
-    """Of a dwell."""
-    k: FloatArray | None
-    """(3,) per g; None where it senses no attitude."""
-    sensed: FloatArray
-    """(N,) what a change of its sensitivity scales."""
-    drift: FloatArray | None = None
-    """(N,) of unit length, less the mean of each point: an even drift that stands beside every change, and that the
-    departures are without; None where it does not drift. The same for all outputs that do."""
-
-    def beside(self, columns: FloatArray) -> FloatArray:
-        """Return (N, …) columns without what they have in common with the drift."""
-        return columns if self.drift is None else columns - np.multiply.outer(self.drift, self.drift @ columns)
 
 
 @dataclass(frozen=True)
@@ -105,6 +96,8 @@ class Course:
 
     point: IntArray
     """(N,)"""
+    replication: IntArray
+    """(N,) from 0."""
     time_order: IntArray
     """(N,)"""
     pitch_rad: FloatArray
@@ -171,7 +164,7 @@ class Scan:
         """(C,) squares of the columns of all places."""
         paths = self.paths
         moments = np.arange(paths.first, paths.first + paths.squares.shape[0])
-        return self._weighed(paths.squares) - self._drifted(moments, moments)
+        return self.weighed(paths.squares) - self._drifted(moments, moments)
 
     @cached_property
     def travelled(self) -> float:
@@ -181,7 +174,7 @@ class Scan:
         if self.weights is None and self.drift is None:
             return paths.travelled
         moments = np.arange(paths.first, paths.first + paths.overlaps.shape[0])
-        return travelled(self.sizes, self._weighed(paths.overlaps) - self._drifted(moments, moments + 1))
+        return travelled(self.sizes, self.weighed(paths.overlaps) - self._drifted(moments, moments + 1))
 
     @property
     def interval_sizes(self) -> FloatArray:
@@ -189,7 +182,7 @@ class Scan:
         intervals = self.intervals
         begin, end = intervals.begin, intervals.end
         both = self._drifted(begin, begin) + self._drifted(end, end) - 2.0 * self._drifted(begin, end)
-        return self._weighed(intervals.squares) - both
+        return self.weighed(intervals.squares) - both
 
     def overlap(self, index: int) -> FloatArray:
         """Return (N,) the inner product of a change before one place and one before each, of all dwells."""
@@ -198,13 +191,13 @@ class Scan:
         changed = np.where(np.arange(rows)[:, None] >= index, patterns, 0.0)
         readings = np.bincount(point).clip(min=1)
         left = changed - np.stack([(np.bincount(point, column) / readings)[point] for column in changed.T], axis=1)
-        first, second = self._sides
+        first, second = self.sides
         crossed = 0.5 * (patterns[:, first] * left[:, second] + patterns[:, second] * left[:, first])
-        found = np.cumsum(self._weighed(crossed)[::-1])[::-1]
+        found = np.cumsum(self.weighed(crossed)[::-1])[::-1]
         return found - self._drifted(np.full(rows, index), np.arange(rows))
 
     @property
-    def _sides(self) -> tuple[IntArray, IntArray]:
+    def sides(self) -> tuple[IntArray, IntArray]:
         """Return the columns of the pattern on either side of the pairs."""
         first, second = np.array(self.pairs).T
         return first, second
@@ -221,11 +214,11 @@ class Scan:
         """Return (n,) what the products of n pairs of places are less by, beside the drift."""
         if self.drift is None:
             return np.zeros(moments.size)
-        (first, second), u, v = self._sides, self._in_drift[moments], self._in_drift[against]
+        (first, second), u, v = self.sides, self._in_drift[moments], self._in_drift[against]
         products = 0.5 * (u[:, first] * v[:, second] + u[:, second] * v[:, first])
         return products[:, 0] if self.drifting is None else products @ self.drifting
 
-    def _weighed(self, products: FloatArray) -> FloatArray:
+    def weighed(self, products: FloatArray) -> FloatArray:
         """Return (…,) inner products of pairs of patterns (…, q), all together."""
         return products[:, 0] if self.weights is None else products @ self.weights
 
@@ -323,14 +316,17 @@ def _largest(scan: Scan) -> Change:
     size, first = scan.sizes, scan.paths.first
     explained = _explained(scan.since[first : first + size.size], size)
     index = int(np.argmax(explained))
-    share, p_value = scan.share(float(explained[index])), 1.0
-    if share > 0.0:
-        beyond = scan.beyond(share)
-        crossing = (1.0 - share) ** (0.5 * scan.dof - 1.0) / np.pi
-        p_value = beyond + scan.paths.travelled * crossing
-        if p_value < _WORTH_IT:
-            p_value = beyond + scan.travelled * crossing
-    return scan.change(index + first, p_value, float(explained[index]))
+    return _steadied(scan, index + first, float(explained[index]), lambda share: _anywhere(scan, share))
+
+
+def _anywhere(scan: Scan, share: float) -> float:
+    """Return the chance that a change at any place explains more."""
+    if not share > 0.0:
+        return 1.0
+    beyond = scan.beyond(share)
+    crossing = (1.0 - share) ** (0.5 * scan.dof - 1.0) / np.pi
+    p_value = beyond + scan.paths.travelled * crossing
+    return float(beyond + scan.travelled * crossing if p_value < _WORTH_IT else p_value)
 
 
 def _came_back(scan: Scan) -> Change | None:
@@ -344,8 +340,25 @@ def _came_back(scan: Scan) -> Change | None:
     share = scan.share(float(explained[index]))
     if share * scan.dof < _SEEN:
         return None
-    p_value = intervals.begin.size * scan.beyond(share)
-    return scan.change(int(intervals.begin[index]), p_value, float(explained[index]), int(intervals.end[index]))
+    begin, end, count = int(intervals.begin[index]), int(intervals.end[index]), intervals.begin.size
+    return _steadied(scan, begin, float(explained[index]), lambda share: count * scan.beyond(share), end)
+
+
+def _steadied(
+    scan: Scan, index: int, explained: float, chance: Callable[[float], float], end: int | None = None
+) -> Change:
+    """Return a change, of less where the dwells that tell it scatter plainly more than the others."""
+    found, course = scan.change(index, chance(scan.share(explained)), explained, end), scan.course
+    if found.p_value > _DOUBTFUL:
+        return found
+    changed = course.during(found).astype(float)
+    readings = np.bincount(course.point).clip(min=1)
+    column = course.in_time(changed - (np.bincount(course.point, changed) / readings)[course.point])
+    patterns = course.in_time(scan.pattern.reshape(course.point.size, -1))
+    first, second = scan.sides
+    weight, along = scan.weighed(patterns[:, first] * patterns[:, second]), scan.since[:-1] - scan.since[1:]
+    less = explained / times_as_loud(along, weight, column, course.replication[course.time_order], scan.dof)
+    return scan.change(index, chance(scan.share(less)), less, end)
 
 
 def located(scan: Scan, change: Change) -> Change:

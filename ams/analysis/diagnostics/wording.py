@@ -29,6 +29,7 @@ from ams.analysis.diagnostics.beliefs import (
     TERMS_OVER_TEMPERATURE,
     TURNED_FROM,
     TURNED_FROM_ALIKE,
+    UNEVEN,
     WRONG_DWELL,
     AxisTests,
     BeliefTest,
@@ -41,6 +42,7 @@ from ams.analysis.diagnostics.low_order import GYROS_IN_WORDS, IN_WORDS, PPM, TE
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.table_limit_wording import of_table_limit
 from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.analysis.diagnostics.uneven_noise import uneven_text
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
 from ams.inputs.known_of_run import DwellLabels
@@ -240,6 +242,7 @@ def _of_residuals(test: BeliefTest, scale: Scale, lack_is: str, *, has_table: bo
             f"one side; either moves the estimate, by up to some {MOST_MOVED:.0f} times this difference; look at the "
             "residuals of the channel"
         ),
+        UNEVEN: lambda: uneven_text(test),
         SQUARENESS: lambda: (
             f"the axes of the table are not at right angles: "
             f"{two_digits(np.rad2deg(abs(test.size)) * ARCSEC_PER_DEG)}″ ± "

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from physics_scenes.rotations import FloatArray
+from physics_scenes.rotations import ARCSEC, FloatArray
 from physics_scenes.scene import Scene
 from physics_scenes.world import Event, World, at_event, chosen_event
 
@@ -86,6 +86,28 @@ def repeated_reading(world: World, size: float, chance: np.random.Generator) -> 
     return _after_noise(known, stale) if size else known
 
 
+def noisy_replication(world: World, size: float, chance: np.random.Generator) -> World:
+    """Lorries pass while one replication is measured: the noise of its dwells is larger by so many times, the size."""
+    struck = chance.integers(0, world.setup.replications, world.campaigns)
+    louder = 1.0 + size * (world.schedule.replication == struck[:, None])
+    return replace(world, noise_factor=louder[..., None, None])
+
+
+def noise_by_attitude(world: World, size: float, chance: np.random.Generator) -> World:
+    """The rig shakes about its pitch axis: noise goes as what each output takes of that, less where it stands upright.
+
+    The sizes are how much more than the rest it is at a level attitude; the rest is the noise of a dwell.
+    """
+    level = np.abs(np.cos(np.deg2rad(world.schedule.pitch_deg)))
+    return replace(world, noise_factor=(1.0 + size * level)[None, :, None, None])
+
+
+def unrepeatable_index(world: World, size: float, chance: np.random.Generator) -> World:
+    """The table never comes to rest twice at the same angle: both axes, by the size as a standard deviation."""
+    off = size * ARCSEC * chance.standard_normal((2, *world.shape[:2]))
+    return replace(world, table=world.table.moved(pitch_rad=off[0], roll_rad=off[1]))
+
+
 def _several(world: World, count: int, chance: np.random.Generator) -> tuple[np.ndarray, World]:
     """Draw different dwells in every campaign, (n, D) of truth values; the event is the first drawn."""
     rows = world.schedule.rows("point")
@@ -109,6 +131,9 @@ DWELL_SCENES = (
     Scene("outlier-share", outlier_share, "%", (0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0), "wrong-dwell"),
     Scene("swapped-channel", swapped_channel, "dwells", (0.0, 1.0, 2.0, 5.0), "wrong-dwell", also=("lack-of-fit",)),
     Scene("repeated-reading", repeated_reading, "dwells", (0.0, 1.0, 2.0, 5.0), "wrong-dwell", also=("lack-of-fit",)),
+    Scene("noisy-replication", noisy_replication, "×", (0.0, 0.1, 0.2, 0.3, 0.5, 1.0, 3.0, 9.0), "uneven-noise"),
+    Scene("noise-by-attitude", noise_by_attitude, "×", (0.0, 0.5, 1.0, 3.0), declared_up_to=3.0),
+    Scene("unrepeatable-index", unrepeatable_index, "arcsec", (0.0, 0.5, 1.0, 2.0, 5.0), declared_up_to=5.0),
     Scene(
         "wrong-tooth",
         wrong_tooth,

@@ -12,7 +12,7 @@ from physics_scenes.world import draw_campaign
 CAUSES = (
     "wrong-dwell", "lack-of-fit", "quadratic", "cubic", "asymmetry", "cross-coupling", "drift", "autocorrelation",
     "temperature-residual", "temperature-lag", "temperature-curvature", "table-rotation", "meter-gain", "meter-offset",
-    "sensor-change", "level-undeclared", "time-confounded", "field-contradicted",
+    "sensor-change", "level-undeclared", "time-confounded", "field-contradicted", "uneven-noise",
 )  # fmt: skip
 """The closed list of findings."""
 

@@ -1,0 +1,119 @@
+"""Whether the dwells of every replication scatter alike: a night has quiet hours and others.
+
+The absolute residuals about points and replications, over the root of their leverage, are compared between replications
+by their means (Levene 1960). Beyond two and a half standard deviations of all dwells together they count as that much:
+long tails, and single dwells that are wrong, are no difference between replications. How loud one is its median tells.
+Two replications are as far from their mean as each other and say nothing, and few points say little.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics.beliefs import UNEVEN, BeliefTest
+from ams.analysis.diagnostics.residuals import GridResiduals
+from ams.arrays import BoolArray, FloatArray
+from ams.rounding import two_digits
+from ams.solve.layout import Layout
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
+
+_LEAST_REPLICATIONS: Final = 3
+_LEAST_DWELLS: Final = 40
+"""Of a replication, beside its parameters: of fewer, replications seem to differ too often."""
+_DRAWN_IN: Final = 2.5
+"""Standard deviations, as the median deviation of all dwells tells them."""
+_LEAST_PART: Final = 1e-4
+"""Of a variance that is seen."""
+_LOUD: Final = 1e-3
+"""Chance of as much in a replication that scatters as the others."""
+
+
+@dataclass(frozen=True)
+class UnevenNoise:
+    """Of one output."""
+
+    p_value: float
+    scatter: FloatArray
+    """(n,) standard deviation of a dwell of each replication, in the output's unit."""
+    is_loud: BoolArray
+    """(n,) whether a replication by itself scatters plainly more than the usual one."""
+
+    @property
+    def excess(self) -> FloatArray:
+        """(n,) by how much loud replications scatter more than the usual one; 1 for the others."""
+        usual = float(np.median(self.scatter[~self.is_loud])) if not self.is_loud.all() else 0.0
+        ratio = self.scatter / usual if usual > 0.0 else np.ones_like(self.scatter)
+        return np.where(self.is_loud & (ratio > 1.0), ratio, 1.0)
+
+
+def uneven_noise(grid: GridResiduals) -> UnevenNoise | None:
+    """Return how the replications of one output scatter; None where too few of them or of their dwells tell it."""
+    replications, points = grid.replications, grid.points
+    if replications < _LEAST_REPLICATIONS or points - int(grid.q.shape[1]) < _LEAST_DWELLS:
+        return None
+    leverages = grid.leverages.reshape(replications, points)
+    judged = leverages > 0.0
+    count = judged.sum(axis=1)
+    if int(count.min()) < _LEAST_DWELLS:
+        return None
+    away = np.abs(grid.residuals[:, 0].reshape(replications, points))
+    away = np.divide(away, np.sqrt(leverages), out=np.zeros_like(away), where=judged)
+    largest = _DRAWN_IN * SD_PER_MEDIAN_DEVIATION * float(np.median(away[judged]))
+    drawn_in = np.minimum(away, largest)
+    means = drawn_in.sum(axis=1) / count
+    within = float(np.square(drawn_in - means[:, None], where=judged, out=np.zeros_like(away)).sum())
+    total = int(count.sum())
+    variance = within / (total - replications)
+    if not variance > 0.0:
+        return None
+    between = float(count @ (means - float(drawn_in.sum()) / total) ** 2) / (replications - 1)
+    p_value = float(f_tail(between / variance, float(replications - 1), float(total - replications)))
+    above = np.maximum(means - float(np.median(means)), 0.0) ** 2 * count / variance
+    is_loud = f_tail(above, 1.0, float(total - replications)) < 2.0 * _LOUD
+    return UnevenNoise(p_value, _scatter(grid, judged, is_loud), is_loud)
+
+
+def _scatter(grid: GridResiduals, judged: BoolArray, is_loud: BoolArray) -> FloatArray:
+    """Return (n,) what each replication scatters by itself: about the means of those that are not loud.
+
+    Those scatter about their own means by 1 − 1/m of their squares, m being how many they are; a loud one by its own
+    square and 1/m of theirs.
+    """
+    residuals = grid.residuals[:, 0].reshape(judged.shape)
+    beside = np.sqrt(np.maximum(1.0 - np.einsum("kp,kp->k", grid.q, grid.q), _LEAST_PART))
+    is_quiet = ~is_loud if np.count_nonzero(~is_loud) > 1 else np.ones_like(is_loud)
+    quiet = int(np.count_nonzero(is_quiet))
+    seen = (residuals - residuals[is_quiet].mean(axis=0)) / beside
+    squares = np.array([np.median(np.abs(row[of_row])) for row, of_row in zip(seen, judged, strict=True)]) ** 2
+    squares *= SD_PER_MEDIAN_DEVIATION**2
+    usual = float(np.median(squares[is_quiet])) / (1.0 - 1.0 / quiet)
+    alone = np.maximum(squares - usual / quiet, _LEAST_PART * squares)
+    return np.asarray(np.sqrt(np.where(is_quiet, squares / (1.0 - 1.0 / quiet), alone)))
+
+
+def uneven_test(grid: GridResiduals, layout: Layout) -> tuple[BeliefTest, ...]:
+    """Return the test of one output; nothing where it cannot be made."""
+    found = uneven_noise(grid)
+    if found is None:
+        return ()
+    labels = zip(layout.replication_labels, found.excess.tolist(), strict=True)
+    loud = tuple(str(label) for label, excess in labels if excess > 1.0)
+    return (BeliefTest(UNEVEN, "uneven-noise", found.p_value, float(found.excess.max()), replications=loud),)
+
+
+def uneven_text(test: BeliefTest) -> str:
+    """Return what is said of it where it is significant."""
+    if not test.replications:
+        return (
+            "the dwells of some replications scatter plainly more than those of others: the noise changed while the "
+            "run measured; each replication counts alike, and the stated uncertainties hold it"
+        )
+    which, is_single = " and ".join(test.replications), len(test.replications) == 1
+    times = two_digits(test.size)
+    scatter = f"replication {which} scatters {times}" if is_single else f"replications {which} scatter up to {times}"
+    return (
+        f"{scatter} times as much as the others: the noise was larger then; each replication counts alike, and the "
+        "stated uncertainties hold it; find what shook the rig or disturbed the channel, and measure again for a "
+        "smaller uncertainty"
+    )
