@@ -47,6 +47,8 @@ class Observations:
     """Unit of the outputs of an axis as it is written in a key, such as ``dps`` or ``counts``; volts where absent."""
     source: str = field(default="observations", compare=False)
     """Where they come from, for messages: a file name or a run."""
+    run: str = field(default="", compare=False)
+    """The run as its commands take it, for what a person is to do; empty of rows that are of none."""
 
     def unit_of(self, axis: str) -> str:
         """Return the unit of an axis' outputs, as it is written in a key."""

@@ -103,6 +103,6 @@ def _command(change: Change, course: Course, rows: Observations) -> str:
     if not steps:
         return ""
     if change.end is None:
-        return f" ({void_command(min(steps))})"
+        return f" ({void_command(min(steps), rows.run)})"
     touched = np.unique(rows.replication[course.during(change)])
-    return f" ({', '.join(redo_command(label) for label in touched)})"
+    return f" ({', '.join(redo_command(label, rows.run) for label in touched)})"

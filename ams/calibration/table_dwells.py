@@ -126,8 +126,13 @@ def _finding(off: Sequence[_Judged], search: DwellSearch) -> Finding:
     listed = "; ".join(turns[:MOST_LISTED]) + (f"; and at {more} more" if more > 0 else "")
     steps = () if first.rows.step is None else tuple(int(first.rows.step[row]) for row in rows)
     replications = dict.fromkeys(replication for replication, _ in sorted(judged.labels for judged in off))
-    redo = ", ".join(redo_command(label) for label in replications)
-    way_out = f"measure again ({redo}, or {void_command(min(steps))})" if steps else "measure again, or leave them out"
+    redo = ", ".join(redo_command(label, first.rows.run) for label in replications)
+    way_out = (
+        f"measure again ({redo}, or {void_command(min(steps), first.rows.run)})"
+        if steps
+        else f"measure again, or take {'its row' if len(rows) == 1 else 'their rows'} out of {first.rows.source} and "
+        "solve it again"
+    )
     largest = max(off, key=lambda judged: judged.behind.common.rotation_rad)
     at = first.row_of[largest.labels]
     who, is_lone = who_agree(largest.behind.common.agreeing, sensors), len(sensors) == 1

@@ -23,27 +23,28 @@ def in_doubt(steps: Collection[int]) -> str:
     )
 
 
-def take_back_commands(steps: Collection[int], plan: Plan, run: str = "") -> str:
+def take_back_commands(steps: Collection[int], plan: Plan, run: str) -> str:
     """Return the commands that take back the dwells in doubt: from the first on, or the replications they are of."""
     labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in set(steps)})
     redone = " and ".join(redo_command(label, run) for label in labels)
     return f"{void_command(min(steps), run)}{f', or {redone}' if redone else ''}"
 
 
-def measured_again(steps: Collection[int], plan: Plan, run: str = "") -> str:
+def measured_again(steps: Collection[int], plan: Plan, run: str) -> str:
     """Return how dwells that a change of the meter leaves in doubt are measured again, or what else can be done."""
-    resume = f"calrig resume {run}".rstrip()
     return (
         f"{in_doubt(steps)}: to measure them again put the meter right, then {take_back_commands(steps, plan, run)}, "
-        f"and {resume}; {ACCEPTED}"
+        f"and calrig resume {run}; {ACCEPTED}"
     )
 
 
-def meter_way_out(steps: Sequence[int], since: Moment, until: Moment, dwells: Sequence[DwellRecord], plan: Plan) -> str:
+def meter_way_out(
+    steps: Sequence[int], since: Moment, until: Moment, dwells: Sequence[DwellRecord], plan: Plan, run: str
+) -> str:
     """Say what a change of the meter leaves in doubt of the design, and the way out.
 
     ``steps``: measured in between, where visits tell it; else those that count and were. ``since`` and ``until``: when
-    the meter still and already stood as it was found.
+    the meter still and already stood as it was found. ``run``: as commands take it.
     """
     design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
     before = [dwell.step for dwell in design if (dwell.epoch, dwell.ended_s) <= since]
@@ -51,10 +52,10 @@ def meter_way_out(steps: Sequence[int], since: Moment, until: Moment, dwells: Se
     counting = {dwell.step for dwell in design}
     between = [step for step in steps if step in counting] or sorted(counting - set(before) - set(after))
     if between:
-        return measured_again(between, plan)
+        return measured_again(between, plan, run)
     if not before or not after:
         return "all dwells that count stand on one side of it: none is in doubt by it"
     return (
         f"{len(after)} of {len(design)} dwells were measured after it, and the result is a mixture: "
-        f"{measured_again(after, plan)}"
+        f"{measured_again(after, plan, run)}"
     )

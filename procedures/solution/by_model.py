@@ -52,7 +52,7 @@ from rig.description.rig_file import RigDescription, Sensor
 def observed(item: SensorRows) -> Observations:
     """Return one row a dwell. Raises: JournalError."""
     temperature = temperature_source(item.rig, item.sensor)
-    rows = observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain)
+    rows = observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain, item.run)
     rows = rows if item.sensor.rolls else on_the_sting(rows)
     if not item.plan.counts_earth or item.sensor.measures != "rate" or rows.euler_rate_rad_s is None:
         return rows

@@ -23,13 +23,15 @@ def observations_of(
     temperature: TemperatureChannel | str | None = None,
     source: str = "run",
     chains: Mapping[str, Chain] | None = None,
+    run: str = "",
 ) -> Observations:
     """Return accepted design dwells as rows.
 
     ``channels``: sensor axis (``x``) to full channel name (``dmm.x``). ``temperature``: the sensor's own channel, or
     the environment whose reading stands for it, or None. Roll and yaw are 0 where the rig has no such axis.
 
-    ``chains``, by full channel name, bring readings to the declared supply and load resistor, dwell by dwell.
+    ``chains``, by full channel name, bring readings to the declared supply and load resistor, dwell by dwell. ``run``:
+    as commands take it.
 
     Raises: JournalError where a (replication, point) pair stands twice, or an accepted dwell lacks a finite reading.
     """
@@ -49,6 +51,7 @@ def observations_of(
         step=np.array([row.step for row in rows], dtype=np.int64),
         units=units_of(rows, channels),
         source=source,
+        run=run,
     )
 
 

@@ -3,6 +3,7 @@
 Every axis carries the findings; the significant ones stand among its warnings and those of its package.
 """
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -41,7 +42,8 @@ def _with_way_out(finding: Finding, judged: Judged, record: RunRecord) -> Findin
     """Return a change of the meter with the dwells that it leaves in doubt, and the commands; any other as it is."""
     if not finding.is_significant or finding.kind not in _OF_METER:
         return finding
-    way_out = meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, record.plan)
+    run = shlex.quote(record.run_id)
+    way_out = meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, record.plan, run)
     return replace(finding, text=f"{finding.text}; {way_out}")
 
 

@@ -371,8 +371,13 @@ def _wrong(
     listed = "; ".join(dwells[:MOST_LISTED]) + (f"; and {more} more" if more > 0 else "")
     first = rows[0]
     steps = () if observations.step is None else tuple(int(observations.step[row]) for row in rows)
-    redo = redo_command(observations.replication[first])
-    way_out = f"measure it again ({redo}, or {void_command(min(steps))})" if steps else "look at it, or leave it out"
+    redo = redo_command(observations.replication[first], observations.run)
+    way_out = (
+        f"measure it again ({redo}, or {void_command(min(steps), observations.run)})"
+        if steps
+        else f"look at it, or take {'its row' if len(rows) == 1 else 'their rows'} out of {observations.source} and "
+        "solve it again"
+    )
     text = (
         f"wrong dwell: {listed}, against what the other replications say; it is in the result and in its uncertainty, "
         f"and left out of all other tests; {way_out}"

@@ -105,14 +105,17 @@ def test_one_wrong_dwell_is_named_and_nothing_else_is_blamed_for_it(seed: int) -
     rows = _rows(drawn)
     steps = np.empty(rows.rows, dtype=np.int64)
     steps[:] = drawn.schedule.grid_rows().ravel() + 1
-    solved = calibrate(replace(rows, step=steps), CalibrationRequest())
+    solved = calibrate(replace(rows, step=steps, run="night-1"), CalibrationRequest())
     found = _wrong(solved.axes[axis])
     assert found.steps == (dwell + 1,)
     assert found.details["replication"] == drawn.schedule.replication[dwell]
     assert found.details["point"] == drawn.schedule.point[dwell]
     assert f"step {dwell + 1}, replication {drawn.schedule.replication[dwell]}" in found.text
-    assert f"calrig void --from {dwell + 1} --operator NAME --reason TEXT" in found.text
-    assert f"calrig redo --replication {drawn.schedule.replication[dwell]} --operator NAME --reason TEXT" in found.text
+    assert f"calrig void night-1 --from {dwell + 1} --operator NAME --reason TEXT" in found.text
+    redo = f"calrig redo night-1 --replication {drawn.schedule.replication[dwell]} --operator NAME --reason TEXT"
+    assert redo in found.text
+    of_a_file = _wrong(calibrate(replace(rows, source="obs.csv"), CalibrationRequest()).axes[axis])
+    assert of_a_file.text.endswith("; look at it, or take its row out of obs.csv and solve it again")
     assert _kinds(solved.axes[axis]) == {"wrong-dwell"}
     assert not any(test.is_significant for test in solved.axes[axis].replication.drift.values())
     assert found.text in solved.axes[axis].warnings
