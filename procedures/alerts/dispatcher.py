@@ -10,10 +10,12 @@ people: who was woken need not come. A run that has ended cannot ring by itself,
 :meth:`AlertDispatcher.ring_out` goes on for it.
 """
 
+import shlex
 import socket
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from threading import Thread
 
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command, without_secrets
@@ -21,6 +23,7 @@ from procedures.alerts.settings import AlertSettings, Escalation
 from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver, SilentObserver, line_of
 from procedures.records.states import State, is_unasked
 from rig.clock import Clock
+from rig.local_time import at_both
 from rig.plain_text import one_line
 
 ALERTED_STATES = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
@@ -28,8 +31,13 @@ ALERTED_STATES = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.
 OF_EVENTS = {"dropped": "a sensor was dropped", "terminal": "the terminal was closed"}
 MOST_UNDER_WAY = 8
 """Threads that wait for a server at once; more are not started and said to be lost."""
+_NO_RUN = "RUN"
 RING_S = 1.0
 """Between two looks whether an alarm of a run that has ended was acknowledged."""
+
+
+def _nothing_known(_cause: str, _state: State) -> str:
+    return ""
 
 
 @dataclass(slots=True)
@@ -37,6 +45,7 @@ class _Alarm:
     """Told and not acknowledged."""
 
     progress: Progress
+    since_utc: datetime
     since_s: float
     said_s: float
     is_escalated: bool = False
@@ -59,19 +68,22 @@ class AlertDispatcher:
         title: str,
         clock: Clock,
         then: RunObserver,
-        run: str = "RUN",
+        run: str = _NO_RUN,
         second_folder: str = "",
         rig: str = "",
+        to_do: Callable[[str, State], str] = _nothing_known,
     ) -> None:
         """``run``: what a person gives the command that acknowledges. ``second_folder``: of the page that says why.
 
-        ``rig``: its name; empty where it is not known.
+        ``rig``: its name; empty where it is not known. ``to_do``: what a person does first, by cause and state.
         """
         self._settings = settings
         self._title = title
         self._run = run
+        self._to_do = to_do
         self._second_folder = second_folder
-        self._bench_sentence = bench_sentence(rig)
+        whose = [] if run == _NO_RUN else [f"Run: {run}."]
+        self._bench_sentence = "\n".join([*whose, bench_sentence(rig)])
         self._alarms: dict[str, _Alarm] = {}
         """At most one by what it is of: the state of the run, its lease."""
         self._reported_hold: _ReportedHold | None = None
@@ -101,11 +113,7 @@ class AlertDispatcher:
             if progress.state is State.RUNNING:
                 self._tell_goes_on(progress)
             if progress.state in ALERTED_STATES:
-                text = (
-                    f"{self._text(progress)}\ncalrig ack {self._run} ends the repeats."
-                    if is_alarm
-                    else self._text(progress)
-                )
+                text = f"{self._text(progress)}\n{self._ack} ends the repeats." if is_alarm else self._text(progress)
                 if self._tell(Message(f"calrig: {self._title}: {progress.state}", text), progress.message):
                     self._know_of(progress)
         self._then.on_event(progress)
@@ -150,7 +158,7 @@ class AlertDispatcher:
         self._alarms.pop(of, None)
         if progress is not None:
             now_s = self._clock.monotonic_s()
-            self._alarms[of] = _Alarm(progress, now_s, now_s)
+            self._alarms[of] = _Alarm(progress, self._clock.now_utc(), now_s, now_s)
 
     def pulse(self) -> Sequence[Mapping[str, object]]:
         """Send what is due now and return what became of earlier messages."""
@@ -184,7 +192,8 @@ class AlertDispatcher:
         """Again, and to others after a while."""
         open_min = (now_s - alarm.since_s) / 60.0
         text = (
-            f"{self._text(alarm.progress)}\nNobody has acknowledged it for {open_min:.0f} min: calrig ack {self._run}"
+            f"{self._text(alarm.progress, alarm.since_utc)}\n"
+            f"Nobody has acknowledged it for {open_min:.0f} min: {self._ack}"
         )
         word = "without its lease" if alarm.progress.event == LEASE_LOST else alarm.progress.state
         message = Message(f"calrig: {self._title}: still {word}", text)
@@ -250,15 +259,28 @@ class AlertDispatcher:
             self._note(what, "")
 
     @property
-    def _how_to_end(self) -> str:
-        return f"\ncalrig ack {self._run} ends the repeats."
+    def _ack(self) -> str:
+        return f"calrig ack {shlex.quote(self._run)}"
 
-    def _text(self, progress: Progress) -> str:
-        """Return what is told of a moment, and where the page will be: people are told before a full disk is asked."""
+    @property
+    def _how_to_end(self) -> str:
+        return f"\n{self._ack} ends the repeats."
+
+    def _text(self, progress: Progress, since_utc: datetime | None = None) -> str:
+        """Return what is told of a moment; of a run that stands still also since when, whether anything moves, what a
+        person does first, and where the page will be: people are told before a full disk is asked.
+
+        ``since_utc``: when the alarm began; now where it is told first.
+        """
         if not is_unasked(progress.state, progress.requested_by):
             return line_of(progress)
+        since = at_both(since_utc or self._clock.now_utc(), to_the_second=True)
+        waits = "The run waits, and moves nothing until it goes on." if progress.state is State.HELD else ""
+        to_do = self._to_do(progress.cause, progress.state)
         elsewhere = f"; where its disk takes nothing, {self._second_folder} does" if self._second_folder else ""
-        return f"{line_of(progress)}\nThe folder {self._run} holds why.txt and why.html{elsewhere}."
+        moved = f"Since {since}. {progress.motion or waits}".rstrip()
+        first = f"\nWhat to do: {to_do}" if to_do else ""
+        return f"{line_of(progress)}\n{moved}{first}\nThe folder {self._run} holds why.txt and why.html{elsewhere}."
 
     def _note(self, what: str, failure: str) -> None:
         """Good heartbeats are not journalled, and a failure that repeats only once."""

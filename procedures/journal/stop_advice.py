@@ -113,10 +113,7 @@ ADVICE: Mapping[str, str] = {
     ),
 }
 """In braces: commands of a run, as its state takes them."""
-OTHERWISE: Final = (
-    "Read the cause above; calrig handover {run} shows the whole state, {resume} goes on where it can, "
-    f"after a trip with {_SIGNED}."
-)
+OTHERWISE: Final = "Read the cause above; calrig handover {run} shows the whole state, {go_on} goes on where it can."
 
 _ENDED: Final = (
     "Read the cause above; calrig handover {run} shows the whole state. This run has ended, and what it measured is "
@@ -194,6 +191,12 @@ def next_step(state: State, cause: str, numbers: StopNumbers, before: str = "") 
             return f"it was held before. {advice(before, state, numbers)}"
         return f"calrig resume {run}; calrig close {run} --reason TEXT ends it"
     return "this run has ended; read the cause, and begin a new one"
+
+
+def advice_of(run: str) -> Callable[[str, State], str]:
+    """Return what :func:`advice` says of a run by cause and state, where nobody reads its journal first."""
+    numbers = StopNumbers(shlex.quote(run))
+    return lambda cause, state: advice(cause, state, numbers)
 
 
 def advice(cause: str, state: State, numbers: StopNumbers) -> str:

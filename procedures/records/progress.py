@@ -37,6 +37,10 @@ class Progress:
     """Dwells that do not count."""
     late_utc: datetime | None = None
     """Later than this it ends in one case of ten."""
+    cause: str = ""
+    """Of the state, by which a person is told what to do first; empty where nothing caused it."""
+    motion: str = ""
+    """What is known of the axes since the state was entered; empty where nothing was looked at."""
 
 
 class RunObserver(Protocol):

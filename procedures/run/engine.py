@@ -248,7 +248,7 @@ class _Engine:
             reasons = [*ending.requested(self._rig.clock.now_utc()), *safe.failures, *safe.known]
         is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause in TAKES_NOTHING:
-            self._announce(state, "; ".join(reasons), ending.by)
+            self._announce(state, "; ".join(reasons), ending.by, cause, safe.in_words)
         if cause in TAKES_NOTHING:  # the axes rest and people know: copying takes what time a bad disk takes
             folder = self._context.services.second_folder
             reasons[0] += (
@@ -267,14 +267,14 @@ class _Engine:
             sentence, found = refusal(self._progress_log.folder, error)
             in_words = "; ".join(_with(reasons, sentence))
             if cause not in TAKES_NOTHING:
-                self._announce(State.INTERRUPTED, in_words, "")
+                self._announce(State.INTERRUPTED, in_words, "", found, safe.in_words)
             state, cause = State.INTERRUPTED, found
         done, planned = self._progress_log.dwells_done, self._progress_log.dwells_planned
         return Outcome(state, in_words, done, planned, cause, safe.positions_deg)
 
-    def _announce(self, state: State, reason: str, by: str) -> None:
+    def _announce(self, state: State, reason: str, by: str, cause: str, motion: str) -> None:
         with suppress(Exception):  # the rim: a screen that fails keeps no run from its last line
-            self._progress_log.announce(state, reason, by)
+            self._progress_log.announce(state, reason, by, cause, motion)
 
     def _work(self) -> None:
         """Epochs, until nothing is left."""

@@ -41,17 +41,17 @@ class ProgressLog:
         """
         require_transition(self.state, state)
         if is_unasked(state, by) and not is_said:
-            self.announce(state, reason, by)
+            self.announce(state, reason, by, cause)
             is_said = True
         detail = {"from": self.state, "to": state, "by": by, "reason": reason}
         self.event("state", detail | ({"cause": cause} if cause else {}))
         self.state = state
         if not is_said:
-            self.announce(state, reason, by)
+            self.announce(state, reason, by, cause)
 
-    def announce(self, state: State, reason: str, by: str) -> None:
+    def announce(self, state: State, reason: str, by: str, cause: str = "", motion: str = "") -> None:
         """Tell of a state that is being entered, before the disk is asked: a full one must not keep it from people."""
-        self.tell("state", state_sentence(reason, by), state, by)
+        self.tell("state", state_sentence(reason, by), state, by, cause, motion)
 
     def event(self, kind: str, detail: Mapping[str, object]) -> None:
         """Write one line of the audit trail."""
@@ -127,7 +127,9 @@ class ProgressLog:
         """Return the seconds as a person's clock counts them."""
         return self._clock.monotonic_s() / self._clock.factor
 
-    def tell(self, event: str, message: str, state: State | None = None, by: str = "") -> None:
+    def tell(
+        self, event: str, message: str, state: State | None = None, by: str = "", cause: str = "", motion: str = ""
+    ) -> None:
         """``state``: the one that is being entered; otherwise the present one."""
         now_s, pace = self._now_s(), self._pace
         left = self.dwells_planned - self.dwells_done
@@ -144,6 +146,8 @@ class ProgressLog:
                 eta_utc=ends,
                 message=message,
                 requested_by=by,
+                cause=cause,
+                motion=motion,
                 rejected=self._rejected,
                 late_utc=None if pace is None or ends is None else ends + pace.spread(left, self.dwells_planned),
             )

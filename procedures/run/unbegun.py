@@ -55,4 +55,5 @@ def _interrupted(plan: Plan, done: int, reason: str) -> Progress:
         rate_per_min=None,
         eta_utc=None,
         message=reason,
+        cause=STORAGE,
     )

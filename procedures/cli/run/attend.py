@@ -21,6 +21,7 @@ from procedures.journal.alert_record import (
 )
 from procedures.journal.corrections import acknowledge, is_acknowledged
 from procedures.journal.second_folder import second_folder
+from procedures.journal.stop_advice import advice_of
 from procedures.observers.audience import with_observers
 from procedures.records.progress import RunObserver
 from procedures.run.progress import shown_on
@@ -114,8 +115,9 @@ def _dispatcher_and_pulse(
     refusal = opened.enter_context(awake(opening.title))
     screen = _screen(run, opened)
     dispatcher = AlertDispatcher(
-        settings or AlertSettings(), opening.title, SystemClock(), screen, str(run), str(folder), opening.rig
-    )
+        settings or AlertSettings(), opening.title, SystemClock(), screen, str(run), str(folder), opening.rig,
+        advice_of(str(run)),
+    )  # fmt: skip
     opened.callback(lambda: _tell_last(run, dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
 

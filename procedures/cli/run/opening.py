@@ -3,6 +3,7 @@
 From then on the engine tells. A unit, a queue and a script read no screen, and whoever started them may have left.
 """
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -52,7 +53,11 @@ def opening(title: str, alerts: Path | None, run: Path | None = None, *, is_virt
 
 def _tell(begins: Opening, alerts: Path | None, error: Exception) -> None:
     is_begun = begins.run is not None and (begins.run / JOURNAL).exists()
-    run = f"The run is {begins.run}." if is_begun else "There is no run yet."
+    run = (
+        f"The run is {begins.run}, and as it was; calrig handover {shlex.quote(str(begins.run))} says what comes next."
+        if is_begun
+        else "There is no run yet, and nothing moved. Mend what is named above, then begin it again."
+    )
     text = f"{sentence_of(error)}\n{run} Nobody was at a terminal to read this."
     tell_whom_it_concerns(begins.title, "not begun", text, alerts, begins.rig)
 

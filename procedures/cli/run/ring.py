@@ -17,6 +17,7 @@ from procedures.journal.last_words import LastWords, keep_last_words
 from procedures.journal.second_folder import second_folder
 from procedures.journal.standing import progress_of
 from procedures.journal.status import status
+from procedures.journal.stop_advice import advice_of
 from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import ACTIVE, State
 from procedures.run.ending import DIED
@@ -46,7 +47,7 @@ def ring(run: Path, /, *, record: str, alerts: Alerts = None) -> None:
     try:
         settings = chosen_alerts(alerts)
     finally:  # the page also where the file of alerts is wrong; people first, then the disk
-        words = (title, SystemClock(), SilentObserver(), str(run), str(folder / run.name), rig)
+        words = (title, SystemClock(), SilentObserver(), str(run), str(folder / run.name), rig, advice_of(str(run)))
         dispatcher = AlertDispatcher(settings or AlertSettings(), *words)
         if last_progress.state is State.FINISHED:
             dispatcher.tell_end("finished, and nothing delivered", f"{sentence}\ncalrig solve {run} delivers it.")
@@ -65,6 +66,7 @@ def _last_progress(run: Path, sentence: str) -> tuple[str, str, Progress]:
         with JournalReader.open(run) as reader:
             title, rig = reader.header.title, reader.rig.rig.name
     except (ProcedureError, DescriptionError):
-        return run.name, "", Progress("state", State.INTERRUPTED, 0, 0, 0, 0, None, None, sentence)
+        return run.name, "", Progress("state", State.INTERRUPTED, 0, 0, 0, 0, None, None, sentence, cause=DIED)
     state = State.INTERRUPTED if stands.state in ACTIVE else stands.state
-    return title, rig, replace(progress_of("state", stands, sentence), state=state)
+    cause = DIED if state is State.INTERRUPTED else ""
+    return title, rig, replace(progress_of("state", stands, sentence), state=state, cause=cause)

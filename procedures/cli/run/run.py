@@ -1,10 +1,12 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
-from collections.abc import Callable
+import shlex
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+from typing import Final
 
 from rich.console import Console
 
@@ -59,6 +61,7 @@ from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.plan.plan import Plan
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
 from procedures.report.summary import print_summary, print_verdict, worst_uncertainty
+from procedures.report.view import Trust
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume as resume_run
@@ -264,14 +267,36 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     return ExitStatus.FAILED if failed else outcome.exit_status
 
 
+ENDED: Final[Mapping[Trust, tuple[str, str]]] = {
+    "sound": ("finished: sound", "Nothing has to be done now."),
+    "reserved": (
+        "finished: usable with reservations",
+        "Nothing has to be done now; read the reservations in the report before the sensors leave.",
+    ),
+    "unusable": (
+        "finished: not to be used",
+        "Leave the sensors as they are mounted until the grounds are read: {handover} says what comes next.",
+    ),
+}
+"""How a verdict is told, and what whoever hears it does."""
+
+
 def _last_word(delivery: Delivery) -> tuple[str, str]:
-    """Say what the run came to, for who is told of its end: usable or not, the worst uncertainty, where it is."""
+    """Say what the run came to, for who is told of its end: usable or not, the worst uncertainty, what to do, where."""
     missing = [f"{part}: {failure}" for part, failure in delivery.failures.items()]
+    stands = "The run has ended, and every axis was seen to stand."
     if delivery.view is None:
-        return "finished, but without a report", "\n".join(missing)
-    worst = worst_uncertainty(delivery.view)
-    lines = (delivery.view.verdict.sentence, worst, *missing, delivery.report.resolve().as_uri())
-    return f"finished: {delivery.view.verdict.trust}", "\n".join(line for line in lines if line)
+        return "finished, but without a report", "\n".join([*missing, stands])
+    word, to_do = ENDED[delivery.view.verdict.trust]
+    handover = f"calrig handover {shlex.quote(str(delivery.run.folder))}"
+    lines = (
+        delivery.view.verdict.sentence,
+        worst_uncertainty(delivery.view),
+        *missing,
+        f"{stands} {to_do.format(handover=handover)}",
+        delivery.report.resolve().as_uri(),
+    )
+    return word, "\n".join(line for line in lines if line)
 
 
 def _what_next(folder: Path, error: BaseException) -> str:

@@ -34,6 +34,14 @@ class Safe:
     known: tuple[str, ...] = ()
     """Where something failed: what is known all the same, a sentence each for axes that do not answer and outputs."""
 
+    @property
+    def in_words(self) -> str:
+        """What people are told of the axes, a sentence; what failed stands in the reason already."""
+        if self.failures:
+            return "Not every axis was seen to stand: go and look before anything else."
+        stood = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in self.positions_deg.items())
+        return f"Every axis was told to stop and seen to stand{f': {stood}' if stood else ''}; nothing moved since."
+
     def detail(self) -> dict[str, object]:
         """Return the event of the journal."""
         known = {"known": list(self.known)} if self.known else {}

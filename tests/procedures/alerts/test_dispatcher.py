@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,12 +22,14 @@ from procedures.errors import ExitStatus, StorageFailed
 from procedures.journal.corrections import is_acknowledged
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.stop_advice import advice_of
 from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import State
 from procedures.run.resume import resume
 from procedures.run.services import RunServices
 from rig.clock import Clock, VirtualClock
 from rig.errors import DescriptionError
+from rig.local_time import at_both
 
 HOLD = Progress("state", State.HELD, 3, 24, 1, 2, None, None, "environment.air: got 25 °C, allowed 18 to 22 °C")
 ROOT = Path(__file__).parents[3]
@@ -403,3 +406,40 @@ def test_people_are_told_before_the_journal_is_asked(tmp_path: Path, monkeypatch
     with pytest.raises(ZeroDivisionError):
         small.run(tmp_path / "run", observer=Tells())
     assert order.index("told failed") < order.index("journal failed")
+
+
+SAID = "/data/night of today"
+STANDS = "Every axis was told to stop and seen to stand: pitch at 10.0000°; nothing moved since."
+
+
+@pytest.mark.parametrize(
+    ("state", "cause", "motion", "said"),
+    [
+        (State.HELD, "link", "", ("The run waits, and moves nothing", "Check plug, cable, adapter and power")),
+        (State.HELD, "noise", "", ("The run waits", f"calrig continue '{SAID}'")),
+        (State.TRIPPED, "device", STANDS, (STANDS, f"calrig resume '{SAID}' --operator NAME --reason TEXT")),
+        (State.FAILED, "", STANDS, (STANDS, f"calrig handover '{SAID}'", "begin a new one")),
+        (State.INTERRUPTED, "process died", "", ("its stop guard told every axis to stop", f"calrig resume '{SAID}'")),
+    ],
+)
+def test_whoever_is_woken_reads_what_stopped_where_when_whether_it_moves_and_what_to_do(
+    clock: VirtualClock, tmp_path: Path, state: State, cause: str, motion: str, said: tuple[str, ...]
+) -> None:
+    command = (sys.executable, "-c", WRITES, str(tmp_path / "told.txt"))
+    words = ("night", clock, SilentObserver(), SAID, "", "table of room 3", advice_of(SAID))
+    dispatcher = AlertDispatcher(AlertSettings(command=command, repeat_every_s=600.0), *words)  # type: ignore[arg-type]
+    began = at_both(clock.now_utc(), to_the_second=True)
+    dispatcher.on_event(replace(HOLD, state=state, cause=cause, motion=motion))
+    dispatcher.close()
+    told = (tmp_path / "told.txt").read_text(encoding="utf-8")
+    for words_of_it in (
+        *said,
+        "environment.air: got 25 °C",
+        f"Since {began}.",
+        f"calrig ack '{SAID}' ends the repeats",
+        f"Run: {SAID}.\nRig: table of room 3, on",
+    ):
+        assert words_of_it in told
+    _let_pass(dispatcher, clock, 11)
+    again = (tmp_path / "told.txt").read_text(encoding="utf-8").removeprefix(told)
+    assert f"Since {began}." in again, "when it began, not when it is told again"

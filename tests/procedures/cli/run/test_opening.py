@@ -68,7 +68,7 @@ def test_fault_90_a_run_that_is_refused_where_nobody_looks_rings(
     assert rung.startswith(f"calrig: {title}: not begun\n\n")
     assert rung.count("calrig: ") == 1, "once"
     assert outcome.err.strip().removeprefix("calrig: ").splitlines()[0] in rung
-    assert "There is no run yet. Nobody was at a terminal to read this." in rung
+    assert "There is no run yet, and nothing moved. Mend what is named above, then begin it again. Nobody" in rung
     assert rung.rstrip().endswith(f"\nRig: bench of twins, on the computer {socket.gethostname()}.")
     assert not [path for path in (tmp_path / "runs").glob("*/*") if path.is_dir()]
 
