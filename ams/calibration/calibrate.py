@@ -28,6 +28,7 @@ from ams.calibration.diagnosis import (
     Diagnosis,
     corrected_replication,
     undetected_dwell,
+    untold_of_few,
     untold_transient,
 )
 from ams.calibration.memory import diagnose_together
@@ -274,6 +275,7 @@ def _axis(
             *_axis_remarks(label, model),
             *undetected_dwell(label, found),
             *untold_transient(label, found),
+            *untold_of_few(label, found),
         ),
         variance_components=components_of(solved.components, row),
         centring=choice.centring,

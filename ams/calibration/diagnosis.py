@@ -33,6 +33,7 @@ from ams.analysis.diagnostics.facts import (
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
 from ams.analysis.diagnostics.held_words import LARGEST_LACK, untested_scatter
 from ams.analysis.diagnostics.memories import beside_the_dwell_before
+from ams.analysis.diagnostics.step_scan import LEAST_DOF
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
@@ -336,6 +337,18 @@ def untold_transient(label: str, found: Diagnosis) -> tuple[str, ...]:
         f"axis {label}: whether the output settles at the start of every replication is not told by these points: what "
         "it does then passes for offset and sensitivities, and is not in the uncertainty; let the sensor settle first, "
         "or add points",
+    )
+
+
+def untold_of_few(label: str, found: Diagnosis) -> tuple[str, ...]:
+    """Return that dwells so few tell neither a change in mid-run nor a share of them that is wrong, where they are."""
+    left = found.solved.layout.rows - found.solved.layout.points
+    if not found.tests.tests or left >= LEAST_DOF:
+        return ()
+    return (
+        f"axis {label}: so few dwells ({left} more than points) do not tell a fifth of them that read to one side, "
+        "and no change of table, meter or sensor in mid-run is looked for; either may move offset and "
+        "sensitivities by more than the uncertainty holds; add points or replications",
     )
 
 

@@ -80,3 +80,15 @@ def test_a_transient_that_six_points_do_not_tell_is_a_remark() -> None:
     solved = _solved(4, settles, np.random.default_rng(4))
     told = [entry for entry in solved.findings if entry.is_significant and "settling" in str(entry.details.get("test"))]
     assert told or any("settles at the start of every replication is not told" in text for text in solved.remarks)
+
+
+@pytest.mark.parametrize(("replications", "is_few"), [(4, True), (12, False)])
+def test_what_few_dwells_tell_of_a_share_of_them_and_of_a_step_is_a_remark(replications: int, is_few: bool) -> None:
+    """Five of 24 that read 8 standard deviations high are told by nothing."""
+    chance = np.random.default_rng(5)
+    added = np.zeros(replications * len(SIX))
+    added[chance.choice(added.size, added.size // 5, replace=False)] = 8.0
+    solved = _solved(replications, added.reshape(replications, len(SIX)), chance)
+    said = [text for text in solved.remarks if "do not tell a fifth of them" in text]
+    assert bool(said) == is_few
+    assert all("no change of table, meter or sensor in mid-run is looked for" in text for text in said)
