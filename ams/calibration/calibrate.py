@@ -19,6 +19,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.declared_axis import handedness
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.facts import untold_order
 from ams.arrays import FloatArray
 from ams.calibration.believed import evidence_of
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
@@ -276,6 +277,7 @@ def _axis(
             *undetected_dwell(label, found),
             *untold_transient(label, found),
             *untold_of_few(label, found),
+            *untold_order(found.findings),
         ),
         variance_components=components_of(solved.components, row),
         centring=choice.centring,

@@ -62,7 +62,7 @@ class JointFit:
     confounded: tuple[str, ...]
     """Sentences on what the rows cannot tell."""
     standard_error_v: Mapping[str, float]
-    """Scatter of a point's mean about the fit."""
+    """Of one dwell about the fit: its precision, and what its point is off by beyond that."""
     sensors: Mapping[str, JointSensor]
     """With the terms of second and third order where the points determine them."""
     residuals_v: Mapping[str, tuple[FloatArray, ...]] = field(default_factory=dict)
@@ -274,13 +274,19 @@ def _result(
         np.asarray(sum(part.covariance for part in parts)),
         nuisances,
         _confounded(names, prior_rad, spread, int(rows.mount[-1]) + 1),
-        {axis: float(np.sqrt(np.mean(sd[:, a] ** 2))) for a, axis in enumerate(axes)},
+        dict(zip(axes, _of_a_dwell(rows, sd).tolist(), strict=True)),
         {sensor.axis: sensor for sensor in sensors},
         by_mount,
         parts,
         rows.output_v.size - primary.size,
         rows.spread_dof,
     )
+
+
+def _of_a_dwell(rows: JointRows, sd: FloatArray) -> FloatArray:
+    """Return (A,) the standard error of one dwell, the means having (N, A) standard deviations."""
+    beyond = np.maximum(sd**2 - rows.precision_v2, 0.0)
+    return np.asarray(np.sqrt((beyond + rows.precision_v2 * rows.readings[:, None]).mean(axis=0)))
 
 
 def _with_unexcited(covariance: FloatArray, sensors: Sequence[JointSensor]) -> FloatArray:

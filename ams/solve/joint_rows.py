@@ -28,6 +28,8 @@ class JointRows:
     """(N, A)"""
     precision_v2: FloatArray
     """(N, A) variance of each mean from the replications; 0 where there is one."""
+    readings: FloatArray
+    """(N,) of each mean."""
     departures: FloatArray
     """(groups, N, A) what each replication of each mounting, alone in differing from the others, adds to the means."""
     spread_factor: FloatArray
@@ -46,6 +48,7 @@ def joint_rows(mountings: Sequence[Mounting], axes: tuple[str, ...], nuisances: 
         np.concatenate([p.effects for p in parts]),
         np.concatenate([p.output_v for p in parts]),
         np.concatenate([p.precision_v2 for p in parts]),
+        np.concatenate([p.readings for p in parts]),
         _beneath([p.departures for p in parts]),
         np.concatenate([p.spread_factor for p in parts]),
         sum(p.spread_dof for p in parts),
@@ -98,6 +101,7 @@ def _part(
         effects[:, excited],
         np.stack(means, 1),
         np.stack(precision, 1),
+        readings,
         np.stack(departures, -1) if layout.replications > 1 else np.zeros((0, layout.points, len(axes))),
         np.full(layout.replications, layout.replications / (layout.replications - 1.0))
         if layout.replications > 1

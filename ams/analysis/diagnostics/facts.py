@@ -118,7 +118,8 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
     if passed is None:
         text = (
             f"{_NO_TIMES}, and the rows are not in the order of the replications: a drift inside the replications "
-            "cannot be judged; give the column time_s, or the rows in the order in which they were measured"
+            "cannot be judged, and is not in the uncertainty; give the column time_s, or the rows in the order in "
+            "which they were measured"
         )
         yield Finding("time-confounded", text, False, None, details={"test": _NO_ORDER})
         return
@@ -128,10 +129,15 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
     text = (
         f"{_NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
         f"inside the replications (correlation {r:.2f}, allowed {LARGEST_CORRELATION:g}): a drift within a replication "
-        "would pass for offset and sensitivity and is not in the uncertainties; give the column time_s, and use an "
+        "would pass for offset and sensitivity, and is not in the uncertainty; give the column time_s, and use an "
         "order such as there-and-back"
     )
     yield Finding("time-confounded", text, False, None, details={"test": _ORDER_OF_ROWS, "correlation": r})
+
+
+def untold_order(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Return what the order of rows without times leaves untested."""
+    return tuple(found.text for found in findings if found.details.get("test") in (_NO_ORDER, _ORDER_OF_ROWS))
 
 
 def as_the_order_has_it(findings: Iterable[Finding]) -> str:

@@ -295,3 +295,11 @@ def test_intervals_hold_where_every_parameter_drifts_between_replications(replic
         held.append(np.abs(fit.primary["x"] - truth("x", fit)) <= half)
     assert np.mean(held) >= 0.92
     assert fit.replication_dof == replications - 1
+
+
+@pytest.mark.parametrize("replications", [1, 4])
+def test_the_standard_error_is_that_of_one_dwell_however_many_replications_there_are(replications: int) -> None:
+    rng = np.random.default_rng(23)
+    fit = joint_fit([observe(rng, teeth=draw_teeth(rng), replications=replications)], "xyz", TablePriors(**TEETH))
+    for axis, (_, k) in PACKAGE.items():
+        assert fit.standard_error_v[axis] == pytest.approx(0.5 * ARCSEC * np.linalg.norm(k), rel=0.15)

@@ -138,3 +138,11 @@ def test_a_rest_at_the_end_of_every_replication_hides_no_rates_in_ascending_orde
     )  # fmt: skip
     found = _told(calibrate(observations, CalibrationRequest(model="gyro", nominal_axes={"x": "x"})).axes["x"])
     assert any("time and rate go together" in text for text in found)
+
+
+def test_the_order_of_rows_without_times_that_goes_with_the_level_is_remarked() -> None:
+    """A drift that is alike in every replication is in no residual: only the order tells that it may be there."""
+    up = _line([UP] * 4, 0.0, has_times=False)
+    assert any("would pass for offset and sensitivity, and is not in the uncertainty" in text for text in up.remarks)
+    mixed = np.random.default_rng(4).permutation(UP).tolist()
+    assert not any("no times are given" in text for text in _line([mixed] * 4, 0.0, has_times=False).remarks)
