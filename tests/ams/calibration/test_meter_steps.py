@@ -133,7 +133,7 @@ def test_a_step_of_the_meter_explains_what_least_squares_over_all_outputs_do() -
         Watched(noise[0], 0.7, K[0], np.sin(pitch)),
         Watched(noise[1] - drift * (drift @ noise[1]), 2.0, K[1], np.sin(pitch), drift),
     ]
-    course = Course(point, order, pitch, roll, point.size - 14)
+    course = Course(point, np.zeros_like(point), order, pitch, roll, point.size - 14)
     y = np.concatenate([noise[0] / np.sqrt(0.7), noise[1] / np.sqrt(2.0)])
     beside = np.concatenate([np.zeros(point.size), drift])[:, None]
     for scan, taken in zip(
@@ -158,7 +158,9 @@ def test_of_one_output_the_meter_is_no_other_pattern_than_its_own() -> None:
     rows, _ = campaign(45, 0.0)
     point = np.asarray(rows.point - 1)
     alone = Watched(about_points(rows.outputs["x"], point), 1.0, K[0], np.sin(rows.pitch_rad))
-    course = Course(point, np.arange(point.size), rows.pitch_rad, rows.roll_rad, point.size - len(GRID))
+    course = Course(
+        point, rows.replication - 1, np.arange(point.size), rows.pitch_rad, rows.roll_rad, point.size - len(GRID)
+    )
     assert not list(scans_of_meter(course, [alone]))
     assert told(solved(replace(rows, outputs={"x": rows.outputs["x"]}))) == set()
 
