@@ -1,8 +1,10 @@
 """The certificate as a page, and the page on paper: the same templates and the same typesetter as the report."""
 
+import re
 from collections.abc import Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
+from typing import Final
 
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.rounding import to_place
@@ -19,6 +21,7 @@ from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
 from procedures.certificate.grounds import Grounds, gaps_of, meters_undeclared
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
+from procedures.common_mode.ways_out import ACCEPTED, TO_MEASURE_AGAIN
 from procedures.numbers import angle
 from procedures.pages import page_style, with_whole_options
 from procedures.report.page import STYLE_SHEET, report_environment
@@ -28,6 +31,7 @@ from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 TEMPLATES = Path(__file__).with_name("templates")
 TURN_DEG = 360.0
 SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
+_COMMAND_IN_BRACKETS: Final = re.compile(r" \([^()]*\bcalrig [^()]*\)")
 USED_AT = "temperature of use, "
 """What the names of the parts of U for use at other temperatures than that of the calibration begin with."""
 NOT_USABLE = "CALIBRATION NOT USABLE"
@@ -63,6 +67,7 @@ def certificate_page(grounds: Grounds) -> str:
         specimen=SPECIMEN,
         not_usable=NOT_USABLE,
         standing_sentence=_standing_sentence(grounds),
+        for_the_customer=for_the_customer,
         **page_style(STYLE_SHEET),
     )
     return with_whole_options(page)
@@ -148,7 +153,15 @@ def _reservations(grounds: Grounds) -> list[str]:
 
 
 def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:].rstrip('.')}."
+    said = for_the_customer(text)
+    return f"{said[0].upper()}{said[1:].rstrip('.')}."
+
+
+def for_the_customer(text: str) -> str:
+    """Return what a finding says of the item without what the laboratory's own hands can do about it."""
+    parts = _COMMAND_IN_BRACKETS.sub("", text).split("; ")
+    said = [part.partition(TO_MEASURE_AGAIN)[0] for part in parts if not part.startswith(ACCEPTED)]
+    return "; ".join(part for part in said if part and "calrig " not in part)
 
 
 def _calibrated(grounds: Grounds) -> str:

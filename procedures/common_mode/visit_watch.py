@@ -24,7 +24,7 @@ from procedures.common_mode.check_sets import accepted_epochs, check_set_pairs, 
 from procedures.common_mode.opening_checks import OpeningChecks
 from procedures.common_mode.planned_visits import plateau_numbers_of, visits_of
 from procedures.common_mode.sensed_axes import Attitude, KnownAxes, attitude_of, sensed_axes
-from procedures.common_mode.ways_out import Moment, in_doubt, take_back_commands
+from procedures.common_mode.ways_out import TO_MEASURE_AGAIN, Moment, in_doubt, take_back_commands
 from procedures.plan.plan import Plan
 from procedures.records.declared_supply import at_declared
 from procedures.records.dwells import DwellRecord, Event
@@ -383,7 +383,7 @@ def way_out(judged: Judged, plan: Plan, folder: Path) -> str:
     if not judged.doubtful:
         return f"calrig continue {run} goes on, and compares with this visit from then on"
     return (
-        f"{in_doubt(judged.doubtful)}: to measure them again put the table right, calrig stop {run}, then "
+        f"{in_doubt(judged.doubtful)}{TO_MEASURE_AGAIN}put the table right, calrig stop {run}, then "
         f"{take_back_commands(judged.doubtful, plan, run)}, and calrig resume {run}; "
         f"calrig continue {run} keeps them and compares with this visit from then on"
     )

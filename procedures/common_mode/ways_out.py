@@ -10,6 +10,7 @@ from procedures.records.dwells import DwellRecord
 Moment = tuple[int, float]
 """Epoch and rig seconds within it: dates of two starts may overlap, where the clock was set or time is virtual."""
 
+TO_MEASURE_AGAIN: Final = ": to measure them again "
 ACCEPTED: Final = "or keep them, and accept the finding by name and reason when the set is signed"
 
 
@@ -33,7 +34,7 @@ def take_back_commands(steps: Collection[int], plan: Plan, run: str) -> str:
 def measured_again(steps: Collection[int], plan: Plan, run: str) -> str:
     """Return how dwells that a change of the meter leaves in doubt are measured again, or what else can be done."""
     return (
-        f"{in_doubt(steps)}: to measure them again put the meter right, then {take_back_commands(steps, plan, run)}, "
+        f"{in_doubt(steps)}{TO_MEASURE_AGAIN}put the meter right, then {take_back_commands(steps, plan, run)}, "
         f"and calrig resume {run}; {ACCEPTED}"
     )
 
