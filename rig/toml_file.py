@@ -30,6 +30,8 @@ _ASSIGNMENT = re.compile(
     r"""(?P<key>(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
 )
 _KEY_PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
+_COUNTED_IN = (("_deg", "_arcsec"), ("_rad", "_arcsec"), ("_rad", "_deg"), ("_mv", "_v"), ("_ms", "_s"), ("_min", "_s"))
+"""Endings of keys in a unit that the key is not counted in, and in that which it is."""
 _UNITS = ("deg", "rad", "s", "hz", "v", "g", "degc", "dps", "arcsec", "mps2", "v_per_g", "ohm", "pa")
 
 
@@ -290,9 +292,18 @@ def _unknown_key(key: str, tables: Sequence[type[BaseModel]]) -> str:
     with_unit = [name for name in allowed if name.startswith(f"{key}_") and name.removeprefix(f"{key}_") in _UNITS]
     if with_unit:
         return f"unknown key: the unit is missing; write {with_unit[0]}"
-    near = difflib.get_close_matches(key, allowed, n=1)
+    near = [*_in_another_unit(key, allowed), *difflib.get_close_matches(key, allowed, n=1)]
     hint = f"; did you mean {near[0]}?" if near else ""
     return f"unknown key{hint} (allowed: {', '.join(allowed) or 'none'})"
+
+
+def _in_another_unit(key: str, allowed: Sequence[str]) -> list[str]:
+    """Return the same key in the unit that it is counted in, where it was written in a larger or smaller one."""
+    return [
+        f"{key.removesuffix(given)}{counted}"
+        for given, counted in _COUNTED_IN
+        if key.endswith(given) and f"{key.removesuffix(given)}{counted}" in allowed
+    ]
 
 
 def _unit_hint(values: Mapping[str, Any], key: Sequence[str | int]) -> str:

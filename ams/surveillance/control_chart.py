@@ -101,10 +101,9 @@ class History:
         if len(self.labels) == 1:
             return f"cannot judge yet (1 of {LEAST_CALIBRATIONS} calibrations): there is no other to compare it with"
         if not self.is_judged:
-            return (
-                f"cannot judge yet ({len(self.labels)} of {LEAST_CALIBRATIONS} calibrations): the scatter between runs "
-                "is not known of this kind of sensor"
-            )
+            few = len(self.labels) < LEAST_CALIBRATIONS
+            known = f" ({len(self.labels)} of {LEAST_CALIBRATIONS} calibrations)" if few else ""
+            return f"cannot judge yet{known}: the scatter between runs is not known of this kind of sensor"
         if self.findings:
             return ""
         left = "no calibration left the prediction interval of the one before"

@@ -21,6 +21,12 @@ MISTAKES = [
         "axes.pitch.limits: unknown key: the unit is missing; write limits_deg",
     ),
     (
+        "another unit",
+        'kind = "limit"\nuncertainty_arcsec = 1.0',
+        'kind = "limit"\nuncertainty_deg = 0.001',
+        "standards.table.uncertainty_deg: unknown key; did you mean uncertainty_arcsec?",
+    ),
+    (
         "missing unit deep inside",
         "range_v = 10.0",
         "range = 10.0",
