@@ -20,7 +20,8 @@ from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.distributions import f_tail
-from ams.surveillance.common_mode import Cause, CommonMode, judge_visits
+from ams.surveillance.common_mode import CommonMode, judge_visits
+from ams.surveillance.common_mode_causes import Cause
 from ams.surveillance.common_mode_columns import Visits, WatchedAxes, whiten
 from ams.surveillance.common_mode_words import turn_in_words
 

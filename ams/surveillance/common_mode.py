@@ -11,11 +11,13 @@ are one column each. A rotation about the vertical is never seen.
 
 Judged in this order:
 
-1. *Own.* A sensor that does not do what the others do is taken out, the worst first, while a majority is left: by F of
-   what its leaving takes away against what is left, or against the known scatter where that is more. Of two sensors
-   one is blamed only where the other saw nothing at all.
-2. *Common.* Of the single causes the one that fits best is named where it is significant (Bonferroni over them); where
-   none fits alone, rotation, gain and offset are judged in this order, each beside those before it.
+1. *Own.* A change that one axis alone shows is its sensor's, whatever would look the same
+   (:mod:`ams.surveillance.lone_axis`). A sensor that does not do what the others do is taken out, the worst first,
+   while a majority is left: by F of what its leaving takes away against what is left, or against the known scatter
+   where that is more. Of two sensors one is blamed only where the other saw nothing at all, and could have.
+2. *Common.* What one sensor alone shows is judged as of a lone sensor. Of the single causes the one that fits best is
+   named where it is significant (Bonferroni over them); where none fits alone, rotation, gain and offset are judged in
+   this order, each beside those before it.
 3. *Confounded.* Every other cause that the data do not contradict is said with it. A lone sensor has its own axes'
    offsets and sensitivities among the causes, one by one and all together, as a temperature changes them: nothing but
    their pattern over the attitudes tells them from a rotation, which is one only if K⁻¹ΔK is antisymmetric and Δb = 0.
@@ -32,21 +34,26 @@ is learned from what the common part leaves over, so a rig whose sensors all dri
 Source: TP (2), (4), (5) for f; weighted least squares and F tests as in any text.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
-from ams.statistics.distributions import f_tail
+from ams.surveillance.common_mode_causes import (
+    FEWEST_LEFT,
+    LIKE_AXES,
+    ROTATION,
+    Cause,
+    Scale,
+    causes_of,
+    common_names,
+    of_meter,
+    of_temperature,
+    scale_of,
+)
 from ams.surveillance.common_mode_columns import (
     BASE,
-    FIXTURE,
-    FIXTURE_Y,
-    FIXTURE_Z,
     MODEL_ERROR,
-    OF_ALIKE,
-    OF_LONE,
     PITCH,
     ROLL,
     ROTATIONS,
@@ -60,35 +67,15 @@ from ams.surveillance.common_mode_columns import (
     sensitivity_of,
     whiten,
 )
+from ams.surveillance.lone_axis import lone_axis, lone_sensor, others_are_blind
 from ams.surveillance.loose_mount import CONSISTENT, UNATTRIBUTED, Attribution, LeftOver, force_changes, mount_or_sensor
 
-Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
-
-BASE_ASIDE = "tilt of the base to any side"
 LEAST_SENSOR_CHANGE = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
-LIKE_AXES = "of all like axes"
-"""How the name of a cause ends that moves the axes of one name in all sensors alike."""
-_OF_AXES = ("offset", "sensitivity")
-FEWEST_LEFT = 4
-"""Degrees of freedom from which on what is left over tells how much the sensors do by themselves."""
-
-
-@dataclass(frozen=True)
-class Cause:
-    """One explanation."""
-
-    kind: Kind
-    name: str
-    parts: tuple[str, ...]
-    """Names of its columns."""
-
-
 _SINGLE_TURNS = ((ROLL,), (PITCH,), (BASE,))
 _OF_A_LONE = "offset and sensitivity of its axes"
 _BESIDE_A_TURN = 0.08
 """Of the sum of squares of a change: what a turn of one axis may leave and still be nearly all of it."""
-_ROTATION = Cause("table-rotation", "rotation", ROTATIONS)
 Fit = tuple[Cause, float, int]
 """A cause with the sum of squares that it leaves, and its rank."""
 
@@ -105,6 +92,8 @@ class SensorChange:
     """As an angle at full sensitivity, signed."""
     attribution: Attribution = UNATTRIBUTED
     """Whether its mount turned or the sensor changed."""
+    also: tuple[Cause, ...] = ()
+    """What all sensors share that would look the same: no other axis sees it."""
 
 
 @dataclass(frozen=True)
@@ -124,17 +113,21 @@ class CommonMode:
     """Sensors that the common part was taken from."""
     rotation_rad: float = 0.0
     """Largest angle, over the attitudes, by which the direction of gravity turned in the packages."""
+    seen_by: str = ""
+    """The one sensor that shows it, which is judged as a lone one; empty where several do."""
 
 
 def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> CommonMode:
     """Return what changed between two visits, each test at ``false_alarm``."""
+    if (lone := _of_lone_axis(axes, visits, false_alarm)) is not None:
+        return lone
     changes: list[SensorChange] = []
     agreeing = axes.sensors
     while (found := _odd_sensor(axes, visits, agreeing, false_alarm)) is not None:
         name, p_value = found
         agreeing = tuple(sensor for sensor in agreeing if sensor != name)
         changes.append(SensorChange(name, p_value, "", 0.0))
-    common = _common(axes, visits, agreeing, false_alarm)
+    common = _by_who_sees_it(axes, visits, _common(axes, visits, agreeing, false_alarm), false_alarm)
     turned = replace(common, rotation_rad=_rotation_rad(visits, common))
     sized = (_sized(axes, visits, change, common) for change in changes)
     real = tuple(change for change in sized if abs(change.largest_rad) > LEAST_SENSOR_CHANGE * turned.rotation_rad)
@@ -142,24 +135,27 @@ def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> Commo
     return replace(turned, sensor_changes=real, agreeing=tuple(name for name in axes.sensors if name not in odd))
 
 
-@dataclass(frozen=True)
-class _Scale:
-    """What a sum of squares is judged against."""
+def _of_lone_axis(axes: WatchedAxes, visits: Visits, false_alarm: float) -> CommonMode | None:
+    """Return a change that one axis of one sensor alone shows as that of the sensor; None where there is none."""
+    if len(axes.sensors) == 1 or visits.is_momentary:
+        return None
+    common = _common(axes, visits, axes.sensors, false_alarm)
+    found = lone_axis(axes, visits, common.stated) if common.stated else None
+    if found is None:
+        return None
+    others = tuple(name for name in axes.sensors if name != found.sensor)
+    nothing = CommonMode((), common.p_value, (), {}, (), others)
+    change = SensorChange(found.sensor, common.p_value, "", 0.0, also=found.also)
+    return replace(nothing, sensor_changes=(_sized(axes, visits, change, nothing),))
 
-    variance: float
-    dof: float
 
-    def p_value(self, squares: float, numerator: int) -> float:
-        if numerator <= 0 or squares <= 0.0:
-            return 1.0
-        return float(f_tail(squares / numerator / self.variance, numerator, self.dof))
-
-
-def _scale(left: float, dof: int, known_dof: float) -> _Scale:
-    """Return the known scatter, or what is left over where that is more."""
-    if dof >= FEWEST_LEFT and left > dof:
-        return _Scale(left / dof, float(dof))
-    return _Scale(1.0, known_dof)
+def _by_who_sees_it(axes: WatchedAxes, visits: Visits, common: CommonMode, false_alarm: float) -> CommonMode:
+    """Return what is common as it is judged of a lone sensor, where only one sensor shows it."""
+    if not common.stated or len(common.agreeing) == 1 or visits.is_momentary:
+        return common
+    name = lone_sensor(axes, visits, common.agreeing, common.stated)
+    alone = common if name is None else _common(axes, visits, (name,), false_alarm)
+    return replace(alone, seen_by=name) if name is not None and alone.stated else common
 
 
 def _odd_sensor(
@@ -169,15 +165,17 @@ def _odd_sensor(
     if len(among) < 2 or 2 * (len(among) - 1) < len(axes.sensors):
         return None
     whole = whiten(axes, visits, among)
-    left, _ = whole.left(_names(whole))
+    left, _ = whole.left(common_names(whole))
     found: list[tuple[float, float, str]] = []
     for name in among:
         rest = tuple(other for other in among if other != name)
         other = whiten(axes, visits, rest)
-        names = _names(other) if len(rest) > 1 else ()
+        names = common_names(other) if len(rest) > 1 else ()
         left_other, rank = other.left(names)
-        scale = _scale(left_other, other.y.size - rank, visits.degrees_of_freedom)
+        scale = scale_of(left_other, other.y.size - rank, visits.degrees_of_freedom)
         if len(rest) == 1 and scale.p_value(left_other, other.y.size) < CONSISTENT:
+            continue
+        if len(rest) == 1 and others_are_blind(axes, visits, name):
             continue
         before = float(whole.y @ whole.y) if len(rest) == 1 else left
         gained, count = before - left_other, whole.y.size - other.y.size
@@ -191,13 +189,13 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     nothing = CommonMode((), 1.0, (), {}, (), tuple(among))
     if data.y.size == 0:
         return nothing
-    names = _names(data)
+    names = common_names(data)
     least, rank = data.left(names)
-    scale = _scale(least, data.y.size - rank, visits.degrees_of_freedom)
+    scale = scale_of(least, data.y.size - rank, visits.degrees_of_freedom)
     if len(among) == 1:  # nothing tells what a lone sensor does by itself
-        scale = _Scale(1.0, visits.degrees_of_freedom)
+        scale = Scale(1.0, visits.degrees_of_freedom)
     bare, _ = data.left(())
-    causes = tuple(_causes(data))
+    causes = tuple(causes_of(data))
     fits = [(cause, *data.left(cause.parts)) for cause in causes]
     chances = [scale.p_value(bare - left, used) for _, left, used in fits]
     tries = len({round(chance, 12) for chance in chances}) + 1
@@ -253,7 +251,7 @@ def _nearly_all(
     return replace(found, also=tuple(others))
 
 
-def _chance_of(data: Whitened, fit: Fit, scale: _Scale, *, is_lone: bool) -> float:
+def _chance_of(data: Whitened, fit: Fit, scale: Scale, *, is_lone: bool) -> float:
     """Return the chance of what is left beside a cause, were it the only one.
 
     A lone sensor has no common part: its cause is judged against all its data.
@@ -261,7 +259,7 @@ def _chance_of(data: Whitened, fit: Fit, scale: _Scale, *, is_lone: bool) -> flo
     cause, left, used = fit
     if is_lone:
         return scale.p_value(left, data.y.size - used)
-    with_all, most = data.left(tuple(dict.fromkeys((*_names(data), *cause.parts))))
+    with_all, most = data.left(tuple(dict.fromkeys((*common_names(data), *cause.parts))))
     return scale.p_value(left - with_all, most - used)
 
 
@@ -285,30 +283,30 @@ def _also(
         if is_doubted or (used < data.fits_all and not (is_plain and cause.name.endswith(LIKE_AXES)))
     ]
     if fewest >= data.fits_all and not is_turn:
-        others.append(_ROTATION)  # with a change of anything else beside it
+        others.append(ROTATION)  # with a change of anything else beside it
     return tuple(cause for cause in others if not set(stated.parts) <= set(cause.parts))  # a wider one says no more
 
 
 def _is_all_there_is(data: Whitened, stated: Cause, known_dof: float) -> bool:
     """Return whether nothing that a temperature does to all sensors alike is seen beside a cause."""
-    every = tuple(name for cause in _of_temperature(data) for name in cause.parts)
-    least, rank = data.left(tuple(dict.fromkeys((*_names(data), *every))))
+    every = tuple(name for cause in of_temperature(data) for name in cause.parts)
+    least, rank = data.left(tuple(dict.fromkeys((*common_names(data), *every))))
     (left, used), (beside, most) = data.left(stated.parts), data.left(tuple(dict.fromkeys((*stated.parts, *every))))
-    return _scale(least, data.y.size - rank, known_dof).p_value(left - beside, most - used) >= CONSISTENT
+    return scale_of(least, data.y.size - rank, known_dof).p_value(left - beside, most - used) >= CONSISTENT
 
 
-def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: float, false_alarm: float) -> CommonMode:
+def _together(data: Whitened, among: Sequence[str], scale: Scale, p_value: float, false_alarm: float) -> CommonMode:
     """Judge rotation, gain and offset in this order, each beside the others, where there are data enough for all.
 
     A rotation is always judged beside what a temperature may do to all sensors alike, which is told where it is seen.
     """
-    names = _names(data)
+    names = common_names(data)
     if len(among) == 1 or data.y.size - data.left(names)[1] < FEWEST_LEFT:
         sensor_cause = Cause("sensor-change", " and ".join(among), ())
         return CommonMode((sensor_cause,), p_value, (), {}, (), tuple(among))
     meters = [name for name in data.columns if name.startswith(("gain", "offset"))]
-    groups = [_ROTATION, *(_of_meter(name) for name in meters)]
-    warmth = list(_of_temperature(data))[-1:]  # of all offsets and sensitivities; none of a single dwell
+    groups = [ROTATION, *(of_meter(name) for name in meters)]
+    warmth = list(of_temperature(data))[-1:]  # of all offsets and sensitivities; none of a single dwell
 
     def is_seen(group: Cause, others: Sequence[Cause]) -> bool:
         beside = tuple(name for other in others if other != group for name in other.parts)
@@ -319,55 +317,12 @@ def _together(data: Whitened, among: Sequence[str], scale: _Scale, p_value: floa
     beside = all_of_them if any(is_seen(cause, groups) for cause in warmth) else groups
     causes = [group for group in beside if is_seen(group, all_of_them if group is groups[0] else beside)]
     if not causes:
-        causes = beside = warmth or [_ROTATION]
+        causes = beside = warmth or [ROTATION]
     every = tuple(name for group in beside for name in group.parts)
     estimates = data.estimates(every, scale.variance)
     parts = {name for cause in causes for name in cause.parts}
     kept = {name: estimate for name, estimate in estimates.items() if name in parts}
     return CommonMode(tuple(causes), p_value, (), kept, (), tuple(among))
-
-
-def _causes(data: Whitened) -> Iterator[Cause]:
-    """Yield the single causes in the order in which they are judged."""
-    yield Cause("table-rotation", ROLL, (ROLL,))
-    yield Cause("table-rotation", PITCH, (PITCH,))
-    yield Cause("table-rotation", BASE, (BASE,))
-    yield Cause("table-rotation", BASE_ASIDE, (PITCH, BASE))
-    yield Cause("table-rotation", FIXTURE, (ROLL, FIXTURE_Y, FIXTURE_Z))
-    yield from (_of_meter(name) for name in data.columns if name.startswith("gain"))
-    yield from (_of_meter(name) for name in data.columns if name.startswith("offset"))
-    yield from (
-        Cause("sensor-change", name.removeprefix(f"{OF_LONE} "), (name,))
-        for name in data.columns
-        if name.startswith(OF_LONE)
-    )
-    yield from _of_temperature(data)
-
-
-def _of_temperature(data: Whitened) -> Iterator[Cause]:
-    """Yield what a temperature may do: every axis by its own coefficient, and alike in sensors of one make."""
-    by_kind: tuple[tuple[str, tuple[Kind, Kind]], ...] = (
-        (OF_LONE, ("sensor-change", "sensor-change")),
-        (OF_ALIKE, ("meter-offset", "meter-gain")),
-    )
-    for prefix, kinds in by_kind:
-        of = {what: tuple(name for name in data.columns if name.startswith(f"{prefix} {what}")) for what in _OF_AXES}
-        whose = "of its axes" if prefix == OF_LONE else LIKE_AXES
-        for what, kind in zip(_OF_AXES, kinds, strict=True):
-            if of[what] and (prefix == OF_ALIKE or len(of[what]) > 1):
-                yield Cause(kind, f"{what} {whose}", of[what])
-        both = tuple(name for names in of.values() for name in names)
-        if both:
-            yield Cause(kinds[0], f"offset and sensitivity {whose}", both)
-
-
-def _of_meter(name: str) -> Cause:
-    return Cause("meter-gain" if name.startswith("gain") else "meter-offset", name, (name,))
-
-
-def _names(data: Whitened) -> tuple[str, ...]:
-    """Return the common columns."""
-    return tuple(name for name in data.columns if not name.startswith((OF_LONE, OF_ALIKE)))
 
 
 def _rotation_rad(visits: Visits, common: CommonMode) -> float:

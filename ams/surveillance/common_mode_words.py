@@ -7,12 +7,18 @@ import numpy as np
 
 from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, turned_the_table
 from ams.rounding import significant, two_digits
-from ams.surveillance.common_mode import LIKE_AXES, Cause, CommonMode
+from ams.surveillance.common_mode import CommonMode, SensorChange
+from ams.surveillance.common_mode_causes import LIKE_AXES, Cause
 from ams.surveillance.common_mode_columns import BASE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
 from ams.units import ARCSEC_PER_DEG, in_words, signed, signed_in_words
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 _TEMPERATURE = "temperature"
+_SHARED = {
+    "table-rotation": "a rotation of the table",
+    "meter-gain": "the meter's gain",
+    "meter-offset": "the meter's offset",
+}
 _ABOUT = {ROLL: "about roll", PITCH: "about pitch", FIXTURE_Y: "about its lateral axis", FIXTURE_Z: "about its normal"}
 
 
@@ -30,9 +36,9 @@ def findings_of(
 def _common(
     found: CommonMode, sensors: Sequence[str], between: str, unit: str, steps: tuple[int, ...]
 ) -> Iterator[Finding]:
-    who = who_agree(found.agreeing, sensors)
+    who = found.seen_by or who_agree(found.agreeing, sensors)
     for cause in found.stated:
-        text = f"{who} {_what(found, cause, between, unit)}: {_whose(found, cause, sensors)}"
+        text = f"{who} {_what(found, cause, between, unit)}: {_whose(found, cause)}"
         yield Finding(cause.kind, text, True, found.p_value, steps, _details(found, cause))
 
 
@@ -48,13 +54,24 @@ def _sensor_changes(found: CommonMode, between: str, steps: tuple[int, ...]) -> 
             "sensor": f"{odd.sensor} {change}: the sensor, not table or meter, and no turn of its mount explains it",
             "either": f"{odd.sensor} {change}: the sensor, not table or meter; a loose mount would look the same here",
         }[odd.attribution.culprit]
+        text = _doubted(odd, f"{odd.sensor} changed by itself {between} ({size})") if odd.also else text
         details: dict[str, float | str | None] = {
             "sensor": odd.sensor,
             "largest_arcsec": _in_arcsec(odd.largest_rad),
             "culprit": odd.attribution.culprit,
             "turned_arcsec": None if odd.attribution.culprit == "sensor" else _in_arcsec(odd.attribution.turned_rad),
         }
+        if odd.also:
+            details["confounded_with"] = ", ".join(dict.fromkeys(str(cause.kind) for cause in odd.also))
         yield Finding("sensor-change", text, True, odd.p_value, steps, details)
+
+
+def _doubted(odd: SensorChange, change: str) -> str:
+    """Say what would look the same as a change that one axis alone shows."""
+    kinds = {cause.kind for cause in odd.also}
+    same = [words for kind, words in _SHARED.items() if kind in kinds]
+    mount = "" if odd.attribution.culprit == "sensor" else " on its mount or in itself"
+    return f"{change}, and no other axis shows it: the sensor{mount}; {' or '.join(same)} would look the same here"
 
 
 def who_agree(agreeing: Sequence[str], sensors: Sequence[str]) -> str:
@@ -96,30 +113,28 @@ def turn_in_words(found: CommonMode, cause: Cause) -> str:
     return ", ".join(turns)
 
 
-def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
+def _whose(found: CommonMode, cause: Cause) -> str:
     """Say whose doing it is, and what else would look the same."""
     other = {
         _TEMPERATURE if other_cause.name.endswith(LIKE_AXES) else str(other_cause.kind) for other_cause in found.also
     } - {str(cause.kind)}
-    is_lone = len(found.agreeing) == 1
+    lone = found.seen_by or (found.agreeing[0] if len(found.agreeing) == 1 else "")
     if cause.kind == "table-rotation":
         whose = "the table, its base or the common fixture"
-        whose += "" if is_lone else ", not the sensors"
-        other = other | ({"sensor on its mount"} if is_lone else set())
+        whose += "" if lone else ", not the sensors"
+        other = other | ({"sensor on its mount"} if lone else set())
     elif cause.kind == "sensor-change":
         whose = "the sensor"
     elif cause.name.endswith(LIKE_AXES):
         whose, other = "what all sensors share (temperature, supply)", other - {_TEMPERATURE}
     else:
         whose = f"the meter ({cause.name}), or what all sensors share (supply, temperature)"
-        other = (other - {_TEMPERATURE}) | ({"sensor-change"} if is_lone else set())
+        other = (other - {_TEMPERATURE}) | ({"sensor-change"} if lone else set())
     words = {
-        "table-rotation": "a rotation of the table",
-        "meter-gain": "the meter's gain",
-        "meter-offset": "the meter's offset",
-        "sensor-change": f"a change of {sensors[0]} itself",
+        **_SHARED,
+        "sensor-change": f"a change of {lone} itself",
         _TEMPERATURE: "what a temperature does to sensors of one make",
-        "sensor on its mount": f"{sensors[0]} on its mount",
+        "sensor on its mount": f"{lone} on its mount",
     }
     same = [text for name, text in words.items() if name in other]
     return f"{whose}; {' or '.join(same)} would look the same here" if same else whose
@@ -128,6 +143,8 @@ def _whose(found: CommonMode, cause: Cause, sensors: Sequence[str]) -> str:
 def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:
     same = ", ".join(dict.fromkeys(other_cause.kind for other_cause in found.also if other_cause.kind != cause.kind))
     details: dict[str, float | str | None] = {"cause": cause.name, "confounded_with": same or None}
+    if found.seen_by and cause.kind == "sensor-change":
+        details["sensor"] = found.seen_by
     if cause.kind == "table-rotation":
         details["turned_arcsec"] = _in_arcsec(found.rotation_rad)
     for name in cause.parts:

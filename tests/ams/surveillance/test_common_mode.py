@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ams.findings import Finding, turned_the_table
-from ams.surveillance.common_mode import Cause, CommonMode, judge_visits
+from ams.surveillance.common_mode import CommonMode, judge_visits
+from ams.surveillance.common_mode_causes import Cause
 from ams.surveillance.common_mode_columns import BASE, PITCH, ROLL, Estimate, Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of
 
