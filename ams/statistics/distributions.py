@@ -99,3 +99,10 @@ def digamma(value: ArrayLike) -> FloatArray:
 def trigamma(value: ArrayLike) -> FloatArray:
     """Return the second logarithmic derivative of the gamma function."""
     return _called("polygamma", 1, value)
+
+
+def median(values: FloatArray) -> float:
+    """Return the median of finite values: numpy's also looks for NaN, at three times the price."""
+    half = values.size // 2
+    parted = np.partition(values, half)
+    return float(parted[half] if values.size % 2 else 0.5 * (parted[:half].max() + parted[half]))

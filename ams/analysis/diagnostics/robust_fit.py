@@ -21,7 +21,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
-from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
 
 _K: Final = 1.345
 _ROUNDS: Final = 5
@@ -64,18 +64,11 @@ def robust_fit(evidence: Evidence, grid: GridResiduals) -> RobustFit | None:
     return RobustFit(float(p_value), -size, float(np.sqrt(variance)))
 
 
-def _median(values: FloatArray) -> float:
-    """Return the median of finite values: numpy's also looks for NaN, at three times the price."""
-    half = values.size // 2
-    parted = np.partition(values, half)
-    return float(parted[half] if values.size % 2 else 0.5 * (parted[:half].max() + parted[half]))
-
-
 def _taken(grid: GridResiduals) -> tuple[FloatArray, float]:
     """Return (n K,) what is taken from every dwell, and the standard deviation of a dwell."""
     plain, judged = grid.residuals[:, 0], grid.leverages > 0.0
     spread = np.sqrt(np.where(judged, grid.leverages, 1.0))
-    sigma = SD_PER_MEDIAN_DEVIATION * _median(np.abs(plain / spread)[judged])
+    sigma = SD_PER_MEDIAN_DEVIATION * median(np.abs(plain / spread)[judged])
     high = np.where(judged, _K * sigma * spread, np.inf)
     low, left = -high, plain
     for round_ in range(_ROUNDS):

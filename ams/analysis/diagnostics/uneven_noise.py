@@ -7,6 +7,7 @@ Two replications are as far from their mean as each other and say nothing, and f
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -16,7 +17,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import BoolArray, FloatArray
 from ams.rounding import two_digits
 from ams.solve.layout import Layout
-from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
 
 _LEAST_REPLICATIONS: Final = 3
 _LEAST_DWELLS: Final = 40
@@ -25,6 +26,8 @@ _DRAWN_IN: Final = 2.5
 """Standard deviations, as the median deviation of all dwells tells them."""
 _LEAST_PART: Final = 1e-4
 """Of a variance that is seen."""
+_UNTOLD: Final = 0.01
+"""Chance from which on nothing more is told of it: it is one of many tests."""
 _LOUD: Final = 1e-3
 """Chance of as much in a replication that scatters as the others."""
 
@@ -34,12 +37,41 @@ class UnevenNoise:
     """Of one output."""
 
     p_value: float
-    scatter: FloatArray
-    """(n,) standard deviation of a dwell of each replication, in the output's unit."""
-    is_loud: BoolArray
-    """(n,) whether a replication by itself scatters plainly more than the usual one."""
+    grid: GridResiduals
+    away: FloatArray
+    """(n,) mean absolute residual of each replication, drawn in."""
+    uncertainty: FloatArray
+    """(n,) of that, where all scatter alike."""
+    dof: int
+    """Of all dwells."""
 
-    @property
+    @cached_property
+    def is_loud(self) -> BoolArray:
+        """(n,) whether a replication by itself scatters plainly more than the usual one."""
+        above = np.maximum(self.away - float(np.median(self.away)), 0.0) / self.uncertainty
+        return np.asarray(f_tail(above**2, 1.0, float(self.dof)) < 2.0 * _LOUD)
+
+    @cached_property
+    def scatter(self) -> FloatArray:
+        """(n,) standard deviation of a dwell of each replication, in the output's unit.
+
+        Those that are not loud scatter about their own means by 1 − 1/m of their squares, m being how many they are; a
+        loud one about these by its own square and 1/m of theirs.
+        """
+        grid, is_loud = self.grid, self.is_loud
+        shape = (grid.replications, grid.points)
+        residuals, judged = grid.residuals[:, 0].reshape(shape), grid.leverages.reshape(shape) > 0.0
+        beside = np.sqrt(np.maximum(1.0 - np.einsum("kp,kp->k", grid.q, grid.q), _LEAST_PART))
+        is_quiet = ~is_loud if np.count_nonzero(~is_loud) > 1 else np.ones_like(is_loud)
+        quiet = int(np.count_nonzero(is_quiet))
+        seen = np.abs(residuals - residuals[is_quiet].mean(axis=0)) / beside
+        medians = np.array([median(row[of_row]) for row, of_row in zip(seen, judged, strict=True)])
+        squares = (SD_PER_MEDIAN_DEVIATION * medians) ** 2
+        usual = float(np.median(squares[is_quiet])) / (1.0 - 1.0 / quiet)
+        alone = np.maximum(squares - usual / quiet, _LEAST_PART * squares)
+        return np.asarray(np.sqrt(np.where(is_quiet, squares / (1.0 - 1.0 / quiet), alone)))
+
+    @cached_property
     def excess(self) -> FloatArray:
         """(n,) by how much loud replications scatter more than the usual one; 1 for the others."""
         usual = float(np.median(self.scatter[~self.is_loud])) if not self.is_loud.all() else 0.0
@@ -52,44 +84,27 @@ def uneven_noise(grid: GridResiduals) -> UnevenNoise | None:
     replications, points = grid.replications, grid.points
     if replications < _LEAST_REPLICATIONS or points - int(grid.q.shape[1]) < _LEAST_DWELLS:
         return None
-    leverages = grid.leverages.reshape(replications, points)
+    leverages = grid.leverages
     judged = leverages > 0.0
-    count = judged.sum(axis=1)
+    count = np.count_nonzero(judged.reshape(replications, points), axis=1)
+    total = int(count.sum())
     if int(count.min()) < _LEAST_DWELLS:
         return None
-    away = np.abs(grid.residuals[:, 0].reshape(replications, points))
-    away = np.divide(away, np.sqrt(leverages), out=np.zeros_like(away), where=judged)
-    largest = _DRAWN_IN * SD_PER_MEDIAN_DEVIATION * float(np.median(away[judged]))
-    drawn_in = np.minimum(away, largest)
-    means = drawn_in.sum(axis=1) / count
-    within = float(np.square(drawn_in - means[:, None], where=judged, out=np.zeros_like(away)).sum())
-    total = int(count.sum())
+    away = np.abs(grid.residuals[:, 0])
+    if total == judged.size:
+        away /= np.sqrt(leverages)
+    else:
+        away = np.divide(away, np.sqrt(leverages), out=np.zeros_like(away), where=judged)
+    typical = SD_PER_MEDIAN_DEVIATION * median(away if total == judged.size else away[judged])
+    np.minimum(away, _DRAWN_IN * typical, out=away)
+    means = away.reshape(replications, points).sum(axis=1) / count
+    within = float(away @ away) - float(count @ means**2)
     variance = within / (total - replications)
-    if not variance > 0.0:
+    if not variance > _LEAST_PART * typical**2:
         return None
-    between = float(count @ (means - float(drawn_in.sum()) / total) ** 2) / (replications - 1)
+    between = float(count @ (means - float(count @ means) / total) ** 2) / (replications - 1)
     p_value = float(f_tail(between / variance, float(replications - 1), float(total - replications)))
-    above = np.maximum(means - float(np.median(means)), 0.0) ** 2 * count / variance
-    is_loud = f_tail(above, 1.0, float(total - replications)) < 2.0 * _LOUD
-    return UnevenNoise(p_value, _scatter(grid, judged, is_loud), is_loud)
-
-
-def _scatter(grid: GridResiduals, judged: BoolArray, is_loud: BoolArray) -> FloatArray:
-    """Return (n,) what each replication scatters by itself: about the means of those that are not loud.
-
-    Those scatter about their own means by 1 − 1/m of their squares, m being how many they are; a loud one by its own
-    square and 1/m of theirs.
-    """
-    residuals = grid.residuals[:, 0].reshape(judged.shape)
-    beside = np.sqrt(np.maximum(1.0 - np.einsum("kp,kp->k", grid.q, grid.q), _LEAST_PART))
-    is_quiet = ~is_loud if np.count_nonzero(~is_loud) > 1 else np.ones_like(is_loud)
-    quiet = int(np.count_nonzero(is_quiet))
-    seen = (residuals - residuals[is_quiet].mean(axis=0)) / beside
-    squares = np.array([np.median(np.abs(row[of_row])) for row, of_row in zip(seen, judged, strict=True)]) ** 2
-    squares *= SD_PER_MEDIAN_DEVIATION**2
-    usual = float(np.median(squares[is_quiet])) / (1.0 - 1.0 / quiet)
-    alone = np.maximum(squares - usual / quiet, _LEAST_PART * squares)
-    return np.asarray(np.sqrt(np.where(is_quiet, squares / (1.0 - 1.0 / quiet), alone)))
+    return UnevenNoise(p_value, grid, means, np.sqrt(variance / count), total - replications)
 
 
 def uneven_test(grid: GridResiduals, layout: Layout) -> tuple[BeliefTest, ...]:
@@ -97,6 +112,8 @@ def uneven_test(grid: GridResiduals, layout: Layout) -> tuple[BeliefTest, ...]:
     found = uneven_noise(grid)
     if found is None:
         return ()
+    if found.p_value > _UNTOLD:
+        return (BeliefTest(UNEVEN, "uneven-noise", found.p_value),)
     labels = zip(layout.replication_labels, found.excess.tolist(), strict=True)
     loud = tuple(str(label) for label, excess in labels if excess > 1.0)
     return (BeliefTest(UNEVEN, "uneven-noise", found.p_value, float(found.excess.max()), replications=loud),)
