@@ -49,7 +49,9 @@ FITS_WITH: Final = "fits_with"
 """Of a finding's details: the signs of angles and outputs, or the order of angles, that the readings fit with. Nothing
 says whether an angle or a channel is the other way round, so that there is a set, and a person judges the finding."""
 HOLDING_ARCSEC: Final = 3.0
-"""A smaller rotation stops no night and takes no set away: it is a finding. A good table's certificate allows 1″."""
+"""A smaller rotation stops no night and quarantines no set: it is a finding. A good table's certificate allows 1″."""
+SHOWN_BY: Final = "shown_by_visits"
+"""Of a finding's details: between which visits or check sets all sensors show it too, where the dwells tell it."""
 ON_ONE_SIDE: Final = "all_dwells_on_one_side"
 """Of a finding's details, 1 where it is so."""
 ALL_AFTER: Final = "all_dwells_after"

@@ -22,12 +22,21 @@ _PACKAGE: Final = "the package"
 _METER: Final = "the meter"
 
 
-def findings_of_change(search: StepSearch, change: Change) -> Iterator[tuple[Finding, int | None]]:
-    """Yield what the diagnosis of two visits makes of the rows in a change and outside."""
+def findings_of_change(
+    search: StepSearch, change: Change, *, is_shared: bool = False
+) -> Iterator[tuple[Finding, int | None]]:
+    """Yield what the diagnosis of two visits makes of the rows in a change and outside.
+
+    ``is_shared``: whether all sensors are known to have turned with the table.
+    """
     course, rows = search.course, search.evidence.rows
     between, steps = step_words.when(change, course, rows), step_words.doubted_steps(change, course, rows)
     doubt = step_words.doubt(change, course, rows)
-    findings = _diagnosed(search, change, between, steps) if change.output in (None, *search.on_table) else ()
+    findings = (
+        _diagnosed(search, change, between, steps, is_shared=is_shared)
+        if change.output in (None, *search.on_table)
+        else ()
+    )
     findings = findings or (_undiagnosed(change, between, steps),)
     for finding in findings:
         is_of_sensor = finding.kind == "sensor-change" and change.output is not None and len(findings) == 1
@@ -44,7 +53,9 @@ def findings_of_change(search: StepSearch, change: Change) -> Iterator[tuple[Fin
         )
 
 
-def _diagnosed(search: StepSearch, change: Change, between: str, steps: tuple[int, ...]) -> tuple[Finding, ...]:
+def _diagnosed(
+    search: StepSearch, change: Change, between: str, steps: tuple[int, ...], *, is_shared: bool
+) -> tuple[Finding, ...]:
     evidence, layout = search.evidence, search.evidence.layout
     inside = search.course.during(change)
     variances = [search.without(change).watched[index].variance for index in search.on_table]
@@ -72,7 +83,8 @@ def _diagnosed(search: StepSearch, change: Change, between: str, steps: tuple[in
         drifted=drifted if search.drifting else None,
     )  # fmt: skip
     found = judge_visits(watched, visits, _CONTRADICTED)
-    return findings_of(found, watched.sensors, between, evidence.models[0].measured_unit, steps)
+    unit = evidence.models[0].measured_unit
+    return findings_of(found, watched.sensors, between, unit, steps, is_shared=is_shared)
 
 
 def _drifts_between(search: StepSearch, inside: BoolArray, variances: Sequence[float]) -> tuple[FloatArray, FloatArray]:

@@ -24,6 +24,7 @@ from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL, SLIP, STEP, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.step_scan import Change
+from ams.calibration.proved_turns import ShownTurn, beside_proved
 from ams.calibration.step_findings import findings_of_change
 from ams.calibration.step_or_drift import is_step
 from ams.calibration.step_search import StepSearch
@@ -42,29 +43,31 @@ def judge_steps(
 
     They were seen at the same rows.
 
-    ``family``: axes of the run. ``changes``: of table or meter, proved by others; what they do is taken out first.
+    ``family``: axes of the run. ``changes``: of table or meter, proved by others; what they do is taken out first, a
+    turn that is plain in the dwells as these tell it (:mod:`ams.calibration.proved_turns`).
     """
     scattering = [index for index, (evidence, at) in enumerate(seen) if evidence.precision_variance[at] > 0.0]
     found = [NO_STEPS] * len(seen)
     if not scattering:
         return found
-    search = StepSearch(tuple(seen[index] for index in scattering))
-    for change in changes if search.course.dof > 0 else ():
-        search = search.beside(change)
+    level = LEVEL / family / MOST_TESTS
+    search, shown = beside_proved(StepSearch(tuple(seen[index] for index in scattering)), tuple(changes), level)
     if not search.course.is_judged:
         for index in scattering:
             found[index] = StepsOfOutput(during=search.taken)
         return found
-    for index, steps in zip(scattering, _found(search, LEVEL / family / MOST_TESTS), strict=True):
+    for index, steps in zip(scattering, _found(search, level, shown), strict=True):
         found[index] = steps
     return found
 
 
-def _found(search: StepSearch, level: float) -> list[StepsOfOutput]:
+def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list[StepsOfOutput]:
     first = search.changes
-    findings: list[tuple[Finding, int | None]] = []
-    changed: list[Change] = []
-    while len(changed) < _MOST and (found := search.plainest(level)) is not None:
+    findings: list[tuple[Finding, int | None]] = [
+        (finding, None) for turn in shown for finding in turn.findings_with_visits
+    ]
+    changed: list[Change] = [turn.change for turn in shown]
+    while len(changed) < _MOST + len(shown) and (found := search.plainest(level)) is not None:
         best, seen = found
         drifting = search.drifting_beside(best, level)
         if not drifting and not is_step(seen, best):

@@ -29,6 +29,8 @@ class ProvedChange:
     parts: tuple[str, ...]
     """What changed: turns of the table by the names that the diagnosis of two visits has for them (about roll, about
     pitch, with the base), :data:`GAIN` and :data:`OFFSET` of what is read."""
+    between: str = ""
+    """Between which visits, or since which check set, as it is told."""
 
 
 @dataclass(frozen=True)

@@ -23,22 +23,29 @@ _ABOUT = {ROLL: "about roll", PITCH: "about pitch", FIXTURE_Y: "about its latera
 
 
 def findings_of(
-    found: CommonMode, sensors: Sequence[str], between: str, unit: str = "v", steps: Sequence[int] = ()
+    found: CommonMode,
+    sensors: Sequence[str],
+    between: str,
+    unit: str = "v",
+    steps: Sequence[int] = (),
+    *,
+    is_shared: bool = False,
 ) -> tuple[Finding, ...]:
     """Return a finding for every significant cause.
 
     ``sensors``: all that were looked at. ``between``: which visits, such as ``between visits 2 and 3``. ``unit``: of
-    the readings. ``steps``: the dwells in doubt.
+    the readings. ``steps``: the dwells in doubt. ``is_shared``: whether other sensors are known to have turned as well.
     """
-    return (*_common(found, sensors, between, unit, tuple(steps)), *_sensor_changes(found, between, tuple(steps)))
+    common = _common(found, sensors, between, unit, tuple(steps), is_shared=is_shared)
+    return (*common, *_sensor_changes(found, between, tuple(steps)))
 
 
 def _common(
-    found: CommonMode, sensors: Sequence[str], between: str, unit: str, steps: tuple[int, ...]
+    found: CommonMode, sensors: Sequence[str], between: str, unit: str, steps: tuple[int, ...], *, is_shared: bool
 ) -> Iterator[Finding]:
     who = found.seen_by or who_agree(found.agreeing, sensors)
     for cause in found.stated:
-        text = f"{who} {_what(found, cause, between, unit)}: {_whose(found, cause)}"
+        text = f"{who} {_what(found, cause, between, unit)}: {_whose(found, cause, is_shared=is_shared)}"
         yield Finding(cause.kind, text, True, found.p_value, steps, _details(found, cause))
 
 
@@ -113,7 +120,7 @@ def turn_in_words(found: CommonMode, cause: Cause) -> str:
     return ", ".join(turns)
 
 
-def _whose(found: CommonMode, cause: Cause) -> str:
+def _whose(found: CommonMode, cause: Cause, *, is_shared: bool) -> str:
     """Say whose doing it is, and what else would look the same."""
     other = {
         _TEMPERATURE if other_cause.name.endswith(LIKE_AXES) else str(other_cause.kind) for other_cause in found.also
@@ -121,8 +128,9 @@ def _whose(found: CommonMode, cause: Cause) -> str:
     lone = found.seen_by or (found.agreeing[0] if len(found.agreeing) == 1 else "")
     if cause.kind == "table-rotation":
         whose = "the table, its base or the common fixture"
-        whose += "" if lone else ", not the sensors"
-        other = other | ({"sensor on its mount"} if lone else set())
+        is_alone = bool(lone) and not is_shared
+        whose += "" if is_alone else ", not the sensors"
+        other = other | ({"sensor on its mount"} if is_alone else set())
     elif cause.kind == "sensor-change":
         whose = "the sensor"
     elif cause.name.endswith(LIKE_AXES):

@@ -11,7 +11,7 @@ from ams.sets.coefficients import CoefficientSet
 from procedures.delivery.lessons import teach
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
-from procedures.solution.run_findings import of_sensor, run_findings
+from procedures.solution.run_findings import findings_of_sensor
 from rig.clock import SystemClock
 
 
@@ -46,13 +46,13 @@ def measured_sensors(
     record: RunRecord, solved: Mapping[str, SolvedSensor], sets: Mapping[str, CoefficientSet]
 ) -> list[MeasuredSensor]:
     """Return every sensor that has a set, with its rows and what the run as a whole says of it."""
-    findings = run_findings(record)
+    findings = {name: findings_of_sensor(record, solved[name]) for name in sets}
     return [
         MeasuredSensor(
             coefficients,
             solved[name].observations,
             record.plan.sensors[name].check_sensor,
-            (*of_sensor(findings, name), *_turns(solved[name], findings)),
+            (*findings[name], *_turns(solved[name], findings[name])),
             solved[name].reference,
         )
         for name, coefficients in sets.items()

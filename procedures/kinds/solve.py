@@ -19,7 +19,7 @@ from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
-from procedures.solution.run_findings import of_sensor, proved_changes, run_findings, with_run_findings
+from procedures.solution.run_findings import findings_of_sensor, proved_changes, with_run_findings
 from rig.defects import defect_text
 from rig.description.rig_file import RigDescription
 from rig.errors import RigError
@@ -37,8 +37,7 @@ def solve_record(record: RunRecord, tell: Tell = lambda _step: None) -> dict[str
     try:
         changes = proved_changes(record)
         solved = solve_sensors(record.dwells, record.rig, record.plan, source, tell, changes, run)
-        findings = run_findings(record)
-        return {name: with_run_findings(sensor, of_sensor(findings, name)) for name, sensor in solved.items()}
+        return {name: with_run_findings(sensor, findings_of_sensor(record, sensor)) for name, sensor in solved.items()}
     except (AmsError, ProcedureError, RigError):
         raise
     except Exception as error:  # noqa: BLE001  a rim: without a page nobody is told that the dwells are kept

@@ -25,7 +25,7 @@ from procedures.report.verdict import judge
 from procedures.report.view import AxisFindings, Counts, DesignView, Past, RejectedDwell, RunView, SensorView
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
-from procedures.solution.run_findings import of_sensor, run_findings
+from procedures.solution.run_findings import findings_beside_dwells, of_sensor
 from rig.description.rig_file import Sensor
 
 UNFINISHED = ("running", "checking", "planned")
@@ -43,7 +43,7 @@ def assemble_view(
     ``solved``: sensor name to its solution. ``table_arcsec``: standard uncertainty of one attitude of the table.
     ``past``: what the archive says of the sensors.
     """
-    findings = run_findings(record)
+    findings = findings_beside_dwells(record, solved)
     sensors = _sensor_views(record, solved, past or Past(), findings, only)
     labels = _labels(record, sensors)
     dwells = sorted(record.dwells, key=lambda dwell: (dwell.epoch, dwell.started_s))

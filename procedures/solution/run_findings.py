@@ -4,21 +4,27 @@ Every axis carries the findings; the significant ones stand among its warnings a
 """
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from ams.calibration_result import Calibration
-from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, significant_texts
+import numpy as np
+
+from ams.analysis.predictions import model_of_solution
+from ams.calibration_result import AxisCalibration, Calibration
+from ams.findings import ALL_AFTER, ON_ONE_SIDE, SHOWN_BY, Finding, significant_texts
 from ams.inputs.known_of_run import GAIN, OFFSET, DwellLabels, ProvedChange
+from ams.observations import Observations
 from ams.surveillance.common_mode import CommonMode
 from ams.surveillance.common_mode_columns import ROTATIONS
+from ams.units import ARCSEC_PER_DEG
 from procedures.common_mode.visit_watch import Judged
 from procedures.common_mode.ways_out import meter_way_out
 from procedures.records.dwells import DwellRecord
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 
+_OF_95_PERCENT: Final = 1.96
 _OF_METER: Final = frozenset({"meter-gain", "meter-offset"})
 """Also of what moves the axes of one name in all sensors alike."""
 
@@ -28,14 +34,68 @@ def run_findings(record: RunRecord) -> tuple[Finding, ...]:
 
     A sensor that creeps is no reservation where the solution has a term for it.
     """
-    has_term = record.plan.solve.time_term == "linear"
+    return tuple(finding for finding, _ in _of_visits(record))
+
+
+def findings_beside_dwells(record: RunRecord, solved: Mapping[str, SolvedSensor]) -> tuple[Finding, ...]:
+    """Return the findings of a run but for turns of the table that the dwells of every solved sensor tell better."""
+    by_dwells = [shown_by_dwells(sensor.calibration) for sensor in solved.values() if sensor.calibration is not None]
+    by_all = frozenset.intersection(*by_dwells) if by_dwells else frozenset()
+    return tuple(finding for finding, turned in _of_visits(record) if turned not in by_all)
+
+
+def findings_of_sensor(record: RunRecord, sensor: SolvedSensor) -> tuple[Finding, ...]:
+    """Return what is said of the run that concerns a sensor.
+
+    A turn of the table that its own dwells tell is told by these; of another, whether its uncertainties hold it.
+    """
+    if sensor.calibration is None:
+        return of_sensor(run_findings(record), sensor.name)
+    by_dwells = shown_by_dwells(sensor.calibration)
     return tuple(
-        replace(finding, is_significant=False)
-        if has_term and judged_visit.is_slow and finding.kind == "sensor-change"
-        else _with_way_out(finding, judged_visit, record)
-        for judged_visit in record.judged_visits
-        for finding in judged_visit.findings
+        replace(finding, is_held=_holds(sensor, finding)) if _is_turn(finding) else finding
+        for finding, turned in _of_visits(record)
+        if turned not in by_dwells and finding.details.get("sensor", sensor.name) == sensor.name
     )
+
+
+def shown_by_dwells(calibration: Calibration) -> frozenset[str]:
+    """Return between which visits a turn was proved that the dwells of a calibration tell."""
+    found = (finding.details.get(SHOWN_BY) for axis in calibration.axes.values() for finding in axis.findings)
+    return frozenset(between for shown in found if shown for between in str(shown).split("; "))
+
+
+def _of_visits(record: RunRecord) -> Iterator[tuple[Finding, str]]:
+    """Yield what visits and check sets say; of a turn that did not creep, with dwells on both sides, between which."""
+    has_term = record.plan.solve.time_term == "linear"
+    for judged in record.judged_visits:
+        for finding in judged.findings:
+            if has_term and judged.is_slow and finding.kind == "sensor-change":
+                yield replace(finding, is_significant=False), ""
+                continue
+            is_step = _is_turn(finding) and not judged.is_slow
+            yield _with_way_out(finding, judged, record), judged.between if is_step else ""
+
+
+def _is_turn(finding: Finding) -> bool:
+    return finding.kind == "table-rotation" and _is_proved(finding)
+
+
+def _holds(sensor: SolvedSensor, finding: Finding) -> bool:
+    """Return whether what a turn may do at most is within the 95 % of every fitted output at every attitude."""
+    assert sensor.calibration is not None
+    turned_rad = float(np.deg2rad(float(finding.details.get("turned_arcsec") or np.inf) / ARCSEC_PER_DEG))
+    return all(
+        turned_rad * float(np.linalg.norm(axis.sensitive_axis_v_per_g)) <= _least_halfwidth(axis, sensor.observations)
+        for axis in sensor.calibration.axes.values()
+    )
+
+
+def _least_halfwidth(axis: AxisCalibration, rows: Observations) -> float:
+    """Return the smallest half-width of 95 % of the fitted output at any attitude, in the unit of the output."""
+    directions = model_of_solution(axis).jacobian(axis.primary, rows)
+    variances = np.einsum("ni,ij,nj->n", directions, axis.primary_covariance, directions)
+    return _OF_95_PERCENT * float(np.sqrt(variances.min()))
 
 
 def _with_way_out(finding: Finding, judged: Judged, record: RunRecord) -> Finding:
@@ -59,7 +119,7 @@ def proved_changes(record: RunRecord) -> tuple[ProvedChange, ...]:
             continue
         before = frozenset(_labels(dwell) for dwell in design if (dwell.epoch, dwell.ended_s) <= judged.since)
         after = frozenset(_labels(dwell) for dwell in design if (dwell.epoch, dwell.started_s) >= judged.until)
-        found.append(ProvedChange(before, after, _parts(judged.common)))
+        found.append(ProvedChange(before, after, _parts(judged.common), judged.between))
     return tuple(found)
 
 

@@ -308,15 +308,18 @@ def _since(along: FloatArray) -> FloatArray:
 
 def changes_of(scans: Iterable[Scan]) -> list[Change]:
     """Return the likeliest changes of each pattern: one that stayed, and one that came back if there is one to see."""
-    return [change for scan in scans for change in (_largest(scan), _came_back(scan)) if change is not None]
+    return [change for scan in scans for change in (likeliest(scan), _came_back(scan)) if change is not None]
 
 
-def _largest(scan: Scan) -> Change:
-    """Return the place at which a change explains most, with the chance of that over all places."""
+def likeliest(scan: Scan, earliest: int = 0, latest: int | None = None) -> Change | None:
+    """Return the place of some at which a change explains most, by the chance over all; None where none is tried."""
     size, first = scan.sizes, scan.paths.first
-    explained = _explained(scan.since[first : first + size.size], size)
+    begin, end = max(earliest - first, 0), size.size if latest is None else max(latest - first + 1, 0)
+    explained = _explained(scan.since[first : first + size.size], size)[begin:end]
+    if explained.size == 0:
+        return None
     index = int(np.argmax(explained))
-    return _steadied(scan, index + first, float(explained[index]), lambda share: _anywhere(scan, share))
+    return _steadied(scan, first + begin + index, float(explained[index]), lambda share: _anywhere(scan, share))
 
 
 def _anywhere(scan: Scan, share: float) -> float:
