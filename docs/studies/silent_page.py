@@ -71,11 +71,13 @@ for where temperature coefficients are estimated (decision 58), a change that on
 and a slip that a part of a check set shows is held against what a temperature does to all sensors alike. Of outliers,
 an even drift and a step of one sensor they have the two newest as well, which the other cells lack: dwells to one side
 are held against the tail of the other side (decision 60), and an even drift stands beside every change in mid-run
-(decision 61). A table that stood off at single dwells (decision 59) is looked for in runs and files, not here. The
-others, those of after-effects and of `fixture-play` at 0.5″ apart, were computed before some of these were looked
-for: changes that return, what a sensor remembers, outputs at a rail, the scatter of a term between replications; and
-all of the others before tests that say the same counted for what they add (decision 48), a plain drift was told
-before what it resembles (decision 52) and one output was held against the table (decision 53). Nothing of their
+(decision 61); those of noise, of settling and of the walk computed last have the noise of the replications (decision
+64) and the meter's change over all outputs (decision 62), which no others have. A table that stood off at single dwells
+(decision 59) is looked for in runs and files, not here. The others, those of after-effects and of `fixture-play` at
+0.5″ apart, were computed before some of these were looked for: changes that return, what a sensor remembers, outputs at
+a rail, the scatter of a term between replications; and all of the others before tests that say the same counted for
+what they add (decision 48), a plain drift was told before what it resembles (decision 52) and one output was held
+against the table (decision 53). Nothing of their
 estimates has changed since, but *named* and *rings* are those of the tests of then.
 """
 WHY: Mapping[str, str] = {
