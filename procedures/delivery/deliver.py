@@ -1,6 +1,7 @@
 """From a run's journal to everything it leaves behind: solution, coefficient sets, archive, report, exports.
 
-A pure function of the journal but for the files: delivering twice writes the same bytes and publishes nothing new.
+A pure function of the journal but for the files: delivering twice writes the same bytes and publishes nothing new,
+also on another processor, whose last digits are others.
 Only a finished run leaves coefficient sets; any run leaves a report that says what it is. Its parts are independent:
 what hinders one is told and hinders no other, and delivering again makes what is missing.
 """
@@ -23,6 +24,7 @@ from ams.sets.axis_section import primary_section
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import LACKING
+from procedures.delivery.kept_sets import kept_sets
 from procedures.delivery.parts import DONE, NOT_DUE, Parts
 from procedures.delivery.past import past_of
 from procedures.delivery.publish import publish_solved
@@ -132,6 +134,8 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     names = with_set(run) if run.is_finished else ()
     built = {name: parts.made("set", lambda: set_of(run, name)) for name in names}  # noqa: B023  called at once
     sets: Mapping[str, CoefficientSet] = {name: made for name, made in built.items() if made is not None}
+    if archive_url is not None:
+        sets = {**sets, **kept_sets(archive_url, sets)}
     if not names:
         parts.leave_out(("set", "archive", "exports"), _why_no_set(run))
     elif not sets:
@@ -370,4 +374,5 @@ def publish_folder(
     if not sets:
         raise RequestError(f"{folder}: no sensor has a set: {'; '.join(_without_set(run))}; nothing was published")
     url = archive_of(run.record.is_simulated)
+    sets |= kept_sets(url, sets)
     return url, publish_solved(url, folder, run.record, run.sensors, sets, override, supersede)

@@ -11,13 +11,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
-from math import sqrt
 from pathlib import Path
 from typing import Any, Literal
 
 from ams.archive.runs import MeasuredSensor, RunEntry, list_runs, run_primaries
 from ams.errors import AmsError
 from procedures.delivery.deliver import SolvedRun, primaries_of, sets_of
+from procedures.delivery.number_changes import NumberChange, number_changes
 from procedures.delivery.publish import measured_sensors, run_entry
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
@@ -25,7 +25,6 @@ from procedures.kinds.solve import solve_record
 from procedures.solution.record import RunRecord, read_record
 from rig.errors import DescriptionError
 
-ROUNDING = 1e-12
 Outcome = Literal["same", "changed", "missing", "failed"]
 
 
@@ -53,22 +52,6 @@ class Job:
     treatment: Treatment = Treatment()
     keep: bool = False
     """Hand back the new sets of what changed, to be published."""
-
-
-@dataclass(frozen=True)
-class NumberChange:
-    """One number that is not what it was."""
-
-    sensor: str
-    axis: str
-    name: str
-    old: float | None
-    """None where the archived set does not have it."""
-    new: float | None
-    of_scale: float | None
-    """Size of the change over the axis' scale."""
-    in_uncertainties: float | None
-    """Size of the change over the archived standard uncertainty."""
 
 
 @dataclass(frozen=True)
@@ -127,49 +110,6 @@ def chunks(jobs: Sequence[Job], size: int) -> list[Sequence[Job]]:
     """Split the jobs, in order, into chunks of at most ``size``."""
     iterator = iter(jobs)
     return list(iter(lambda: list(islice(iterator, size)), []))
-
-
-def number_changes(sensor: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[NumberChange]:
-    """Yield what differs between the primary parameters of two coefficient sets beyond rounding."""
-    for axis in dict.fromkeys([*old["axes"], *new["axes"]]):
-        before, after = (document["axes"].get(axis) for document in (old, new))
-        if before is None or after is None:
-            was, becomes = (None if part is None else 1.0 for part in (before, after))
-            yield NumberChange(sensor, axis, "axis", was, becomes, None, None)
-            continue
-        yield from _axis_changes(sensor, axis, before["primary"], after["primary"])
-
-
-def _axis_changes(
-    sensor: str, axis: str, before: Mapping[str, Any], after: Mapping[str, Any]
-) -> Iterator[NumberChange]:
-    values, now = before["values"], after["values"]
-    scale = sum(abs(value) for value in values.values())
-    spread, new_spread = _uncertainties(before), _uncertainties(after)
-    for name in dict.fromkeys([*values, *now]):
-        yield from _change(sensor, axis, name, values.get(name), now.get(name), scale, spread.get(name))
-        label = f"u({name})"
-        yield from _change(sensor, axis, label, spread.get(name), new_spread.get(name), scale, spread.get(name))
-
-
-def _change(
-    sensor: str, axis: str, name: str, old: float | None, new: float | None, scale: float, uncertainty: float | None
-) -> Iterator[NumberChange]:
-    if old is None or new is None:
-        if old is not new:
-            yield NumberChange(sensor, axis, name, old, new, None, None)
-        return
-    size = abs(new - old)
-    if size > ROUNDING * scale:
-        yield NumberChange(sensor, axis, name, old, new, size / scale, size / uncertainty if uncertainty else None)
-
-
-def _uncertainties(primary: Mapping[str, Any]) -> dict[str, float | None]:
-    diagonal = (primary["covariance"][index][index] for index in range(len(primary["order"])))
-    return {
-        name: None if value is None else sqrt(max(value, 0.0))
-        for name, value in zip(primary["order"], diagonal, strict=True)
-    }
 
 
 def _solved(job: Job) -> SolvedRun | None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from procedures.delivery.deliver import sets_of, solve_run
-from procedures.delivery.resolve import number_changes
+from procedures.delivery.number_changes import number_changes
 from procedures.errors import RequestError
 from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.journal_reader import JournalReader

@@ -1,0 +1,58 @@
+"""Sets of a run that is solved again: one that differs in its last digits alone is the set that is there already.
+
+Sums over many rows end otherwise on another processor, or with another number of threads. A second set of the same
+result would have another checksum, stand before the one that was signed, and be signed by nobody.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+
+from ams.archive.sets import Search, list_sets, show
+from ams.errors import ArchiveError, SetError
+from ams.sets.canonical import listed, table
+from ams.sets.coefficients import CoefficientSet
+from procedures.delivery.number_changes import number_changes
+
+
+def kept_sets(archive_url: str, sets: Mapping[str, CoefficientSet]) -> dict[str, CoefficientSet]:
+    """Return sensor to the archived set of the same run that its set repeats; a sensor without one is missing.
+
+    An archive that cannot be read keeps nothing: that it cannot be written is told where the sets are published.
+    """
+    found: dict[str, CoefficientSet] = {}
+    with suppress(ArchiveError, SetError):
+        for sensor, made in sets.items():
+            kept = next(_repeated(archive_url, sensor, made), None)
+            if kept is not None:
+                found[sensor] = kept
+    return found
+
+
+def _repeated(archive_url: str, sensor: str, made: CoefficientSet) -> Iterator[CoefficientSet]:
+    """Yield the archived sets of the run that have the numbers and words of this one, the newest first."""
+    run_id = made.provenance["run_id"]
+    if not isinstance(run_id, str):
+        return
+    for entry in reversed(list_sets(archive_url, search=Search(sensor=sensor, run_id=run_id))):
+        archived = show(archive_url, entry.sha256)
+        if entry.status != "withdrawn" and _is_repeated(archived, made):
+            yield archived
+
+
+def _is_repeated(archived: CoefficientSet, made: CoefficientSet) -> bool:
+    old, new = archived.document, made.document
+    alike = ("format", "version", "sensor", "model", "convention", "method_version", "verdict", "provenance")
+    if any(old.get(name) != new.get(name) for name in alike) or _told(archived) != _told(made):
+        return False
+    return not any(number_changes(made.sensor, old, new))
+
+
+def _told(coefficients: CoefficientSet) -> dict[str, list[tuple[str, bool]]]:
+    """Return axis to the kinds of its findings, and whether each is significant."""
+    return {
+        axis: [
+            (str(finding["kind"]), bool(finding["significant"]))
+            for finding in map(table, listed(table(section).get("findings", [])))
+        ]
+        for axis, section in table(coefficients.document["axes"]).items()
+    }
