@@ -42,12 +42,12 @@ def _repeated(archive_url: str, sensor: str, made: CoefficientSet) -> Iterator[C
 def _is_repeated(archived: CoefficientSet, made: CoefficientSet) -> bool:
     old, new = archived.document, made.document
     alike = ("format", "version", "sensor", "model", "convention", "method_version", "verdict", "provenance")
-    if any(old.get(name) != new.get(name) for name in alike) or _told(archived) != _told(made):
+    if any(old.get(name) != new.get(name) for name in alike) or _found_kinds(archived) != _found_kinds(made):
         return False
     return not any(number_changes(made.sensor, old, new))
 
 
-def _told(coefficients: CoefficientSet) -> dict[str, list[tuple[str, bool]]]:
+def _found_kinds(coefficients: CoefficientSet) -> dict[str, list[tuple[str, bool]]]:
     """Return axis to the kinds of its findings, and whether each is significant."""
     return {
         axis: [

@@ -16,6 +16,7 @@ from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_text
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.records.declared_gaps import NO_METER, NO_STANDARD_OF_RATES
+from procedures.records.states import State, state_sentence
 from procedures.report.overview import Statement, stated_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
 from procedures.solution.type_b import NO_LEVEL
@@ -48,7 +49,7 @@ def judge(
     said = significant_texts(findings)
     turned = turned_the_table((*findings, *(found for sensor in sensors for found in _findings(sensor))))
     doubts = [
-        *_run_doubts(state, counts),
+        *_run_doubts(state, counts, interruptions),
         *(f"{text[0].upper()}{text[1:]}." for text in said),
         *_doubts_of_sensors(sensors, said),
         *(f"A restart made a step: {step}." for step in restart_steps),
@@ -123,9 +124,13 @@ def _span(name: str, angle_rad: FloatArray) -> str:
     return f"{name} {angle(low)}" if high - low < 1e-6 else f"{name} {angle(low)} to {angle(high)}"
 
 
-def _run_doubts(state: str, counts: Counts) -> Iterable[str]:
+def _run_doubts(state: str, counts: Counts, interruptions: Sequence[Interruption]) -> Iterable[str]:
     if state != "finished":
-        yield f"The run did not finish (state “{state}”)."
+        last = next((stretch for stretch in interruptions[-1:] if stretch.ended_utc is None), None)
+        last = last if last is not None and last.what in (state, State.HELD, State.INTERRUPTED) else None
+        why = "" if last is None else state_sentence(last.reason, last.by)
+        since = f", since {last.began_utc:%Y-%m-%d %H:%M} UTC" if last is not None else ""
+        yield f"The run did not finish (state “{state}”){since}{f': {why}' if why else ''}."
     missing = counts.design_planned - counts.design_accepted
     if missing > 0:
         yield f"{missing} of {counts.design_planned} planned design dwells are missing."

@@ -1,10 +1,12 @@
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from report_scene import Scene, run_view
 
 from ams.findings import Finding
+from procedures.journal.audit_trail import Interruption
 from procedures.records.declared_gaps import meter_remarks
 from procedures.report.verdict import judge
 from procedures.report.view import RunView
@@ -107,6 +109,16 @@ def test_drift_one_replication_and_an_unfinished_run_are_reservations() -> None:
     assert "SN1047 x, y, z: offset changed by 12″" in _judged(run_view(Scene(offset_drift_v=4e-6)))[1]
     assert "one replication only" in _judged(run_view(Scene(replications=1)))[1]
     assert "did not finish (state “aborted”)" in _judged(run_view(Scene(state="aborted")))[1]
+
+
+def test_a_run_that_did_not_finish_says_first_why_and_since_when() -> None:
+    view, moment = run_view(Scene(state="tripped")), datetime(2026, 3, 2, 3, 14, tzinfo=UTC)
+    held = Interruption("held", moment, None, "", "W1 y reads 0.000012 V at 12 attitudes: the channel is dead")
+    paused = Interruption("paused", moment, None, "A. Operator", "coffee")
+    grounds = judge("tripped", view.counts, view.sensors, (held,), (), None).grounds
+    assert grounds[0] == f"The run did not finish (state “tripped”), since 2026-03-02 03:14 UTC: {held.reason}."
+    grounds = judge("tripped", view.counts, view.sensors, (paused,), (), None).grounds
+    assert grounds[0] == "The run did not finish (state “tripped”)."
 
 
 def test_missing_dwells_are_counted() -> None:

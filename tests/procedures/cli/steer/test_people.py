@@ -71,7 +71,9 @@ def test_a_line_break_in_a_name_or_a_reason_makes_no_line_of_its_own(
     assert call(capsys, "void", run, "--from", 20, "--reason", "door", "--operator", "anna").status == 0
     page = call(capsys, "handover", run).out
     assert "door<U+000A>next" in page
-    assert [line for line in page.splitlines() if line.startswith("next")] == [f"next       calrig resume {run}"]
+    assert [line for line in page.splitlines() if line.startswith("next")] == [
+        f"next       calrig resume {run}; calrig close {run} --reason TEXT ends it"
+    ]
 
 
 def test_a_note_without_words_is_refused(finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
