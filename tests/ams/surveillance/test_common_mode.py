@@ -359,6 +359,7 @@ SEVERAL = [
 ]
 
 
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize(
     ("campaigns", "scene"),
     [
