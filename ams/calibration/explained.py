@@ -102,7 +102,7 @@ def _with_even_noise(left: Explained) -> Explained:
         return left
     wrong = _convicted(seen.evidence, seen.index, tests)
     grid = tests.grid if wrong is None else _without_far(tests.grid, wrong)
-    found, of_noise = uneven_noise(grid), uneven_test(grid, seen.evidence.layout)
+    found = uneven_noise(grid)
     if found is None or not (found.p_value <= tests.conviction_level and np.any(found.excess > 1.0)):
         return left
     layout = seen.evidence.layout
@@ -111,7 +111,7 @@ def _with_even_noise(left: Explained) -> Explained:
     drawn_in = replace(seen, course=seen.course + taken).less(taken)
     # What repeats is held against the scatter of all, which is that of the means whether it is even or not.
     repeats = [test for name, test in tests.tests.items() if name == LACK_OF_FIT]
-    made = {test.name: test for test in (*of_noise, *repeats)}
+    made = {test.name: test for test in (*uneven_test(found, layout), *repeats)}
     return replace(left.then(made, drawn_in), as_read=tests.dwells)
 
 
@@ -189,7 +189,7 @@ def _sizes(dwells: Sequence[int], left: GridResiduals) -> tuple[float, ...]:
     """Return how far dwells read off what the others say, one after the other taken out."""
     found = []
     for dwell in dwells:
-        found.append(float(left.residuals[dwell, 0] / left.column(dwell)[dwell]))
+        found.append(left.reads_off(dwell))
         left = left.without(dwell)
     return tuple(found)
 

@@ -119,7 +119,8 @@ class CommonMode:
 
 def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> CommonMode:
     """Return what changed between two visits, each test at ``false_alarm``."""
-    if (lone := _of_lone_axis(axes, visits, false_alarm)) is not None:
+    of_all = _common(axes, visits, axes.sensors, false_alarm)
+    if (lone := _of_lone_axis(axes, visits, of_all)) is not None:
         return lone
     changes: list[SensorChange] = []
     agreeing = axes.sensors
@@ -127,7 +128,8 @@ def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> Commo
         name, p_value = found
         agreeing = tuple(sensor for sensor in agreeing if sensor != name)
         changes.append(SensorChange(name, p_value, "", 0.0))
-    common = _by_who_sees_it(axes, visits, _common(axes, visits, agreeing, false_alarm), false_alarm)
+    common = of_all if agreeing == axes.sensors else _common(axes, visits, agreeing, false_alarm)
+    common = _by_who_sees_it(axes, visits, common, false_alarm)
     turned = replace(common, rotation_rad=_rotation_rad(visits, common))
     sized = (_sized(axes, visits, change, common) for change in changes)
     real = tuple(change for change in sized if abs(change.largest_rad) > LEAST_SENSOR_CHANGE * turned.rotation_rad)
@@ -135,12 +137,14 @@ def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> Commo
     return replace(turned, sensor_changes=real, agreeing=tuple(name for name in axes.sensors if name not in odd))
 
 
-def _of_lone_axis(axes: WatchedAxes, visits: Visits, false_alarm: float) -> CommonMode | None:
-    """Return a change that one axis of one sensor alone shows as that of the sensor; None where there is none."""
-    if len(axes.sensors) == 1 or visits.is_momentary:
+def _of_lone_axis(axes: WatchedAxes, visits: Visits, common: CommonMode) -> CommonMode | None:
+    """Return a change that one axis of one sensor alone shows as that of the sensor; None where there is none.
+
+    ``common``: what all sensors show together.
+    """
+    if len(axes.sensors) == 1 or visits.is_momentary or not common.stated:
         return None
-    common = _common(axes, visits, axes.sensors, false_alarm)
-    found = lone_axis(axes, visits, common.stated) if common.stated else None
+    found = lone_axis(axes, visits, common.stated)
     if found is None:
         return None
     others = tuple(name for name in axes.sensors if name != found.sensor)

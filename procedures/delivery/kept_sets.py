@@ -4,7 +4,7 @@ Sums over many rows end otherwise on another processor, or with another number o
 result would have another checksum, stand before the one that was signed, and be signed by nobody.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 
 from ams.archive.sets import Search, list_sets, show
@@ -20,23 +20,18 @@ def kept_sets(archive_url: str, sets: Mapping[str, CoefficientSet]) -> dict[str,
     An archive that cannot be read keeps nothing: that it cannot be written is told where the sets are published.
     """
     found: dict[str, CoefficientSet] = {}
+    runs = {made.provenance["run_id"] for made in sets.values()}
     with suppress(ArchiveError, SetError):
-        for sensor, made in sets.items():
-            kept = next(_repeated(archive_url, sensor, made), None)
-            if kept is not None:
-                found[sensor] = kept
+        for run_id in runs:
+            entries = list_sets(archive_url, search=Search(run_id=run_id)) if isinstance(run_id, str) else ()
+            for entry in entries:  # of several that are alike the newest
+                made = sets.get(entry.sensor)
+                if made is None or entry.status == "withdrawn":
+                    continue
+                archived = show(archive_url, entry.sha256)
+                if _is_repeated(archived, made):
+                    found[entry.sensor] = archived
     return found
-
-
-def _repeated(archive_url: str, sensor: str, made: CoefficientSet) -> Iterator[CoefficientSet]:
-    """Yield the archived sets of the run that have the numbers and words of this one, the newest first."""
-    run_id = made.provenance["run_id"]
-    if not isinstance(run_id, str):
-        return
-    for entry in reversed(list_sets(archive_url, search=Search(sensor=sensor, run_id=run_id))):
-        archived = show(archive_url, entry.sha256)
-        if entry.status != "withdrawn" and _is_repeated(archived, made):
-            yield archived
 
 
 def _is_repeated(archived: CoefficientSet, made: CoefficientSet) -> bool:

@@ -65,7 +65,7 @@ from ams.analysis.diagnostics.time_order import (
     settling_of_points,
     slope_between,
 )
-from ams.analysis.diagnostics.uneven_noise import uneven_test
+from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
 from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values
 from ams.arrays import FloatArray
 from ams.frames import Attitude
@@ -149,7 +149,7 @@ def axis_tests(
         BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
         *_of_the_attitude_before(evidence, grid, before),
         *_robust(evidence, grid),
-        *uneven_test(grid, evidence.layout),
+        *uneven_test(uneven_noise(grid), evidence.layout),
     ]
     if shared.over_time is not None:
         found.append(slope_test(OVER_TIME, "drift", shared.over_time, output, "per h"))

@@ -63,6 +63,10 @@ class GridResiduals:
         whole = np.outer(between, within).ravel()
         return np.asarray(whole - self.taken @ self.taken[dwell])
 
+    def reads_off(self, dwell: int) -> float:
+        """Return how far a dwell of the first output reads off what all others say."""
+        return float(self.residuals[dwell, 0] / self.column(dwell)[dwell])
+
     def without(self, dwell: int) -> "GridResiduals":
         """Return what the others say when a dwell is taken out."""
         column, present = self.column(dwell), self.present.copy()

@@ -107,9 +107,8 @@ def uneven_noise(grid: GridResiduals) -> UnevenNoise | None:
     return UnevenNoise(p_value, grid, means, np.sqrt(variance / count), total - replications)
 
 
-def uneven_test(grid: GridResiduals, layout: Layout) -> tuple[BeliefTest, ...]:
+def uneven_test(found: UnevenNoise | None, layout: Layout) -> tuple[BeliefTest, ...]:
     """Return the test of one output; nothing where it cannot be made."""
-    found = uneven_noise(grid)
     if found is None:
         return ()
     if found.p_value > _UNTOLD:

@@ -112,8 +112,7 @@ def convict(residuals: GridResiduals, level: float, other_view: FloatArray) -> W
             break
         dwell = _of_two(int(indices[0]), left, other_view)
         dwells.append(dwell)
-        column = left.column(dwell)
-        deviations.append(float(left.residuals[dwell, 0] / column[dwell]))
+        deviations.append(left.reads_off(dwell))
         left = left.without(dwell)
     if len(dwells) > most:
         dwells, deviations, left = [], [], residuals
