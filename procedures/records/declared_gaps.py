@@ -91,7 +91,8 @@ def temperature_remarks(rows: Observations) -> tuple[str, ...]:
         return ()
     return (
         f"{NO_TEMPERATURE}: what the sensor reads otherwise at another temperature is not in the uncertainty, and no "
-        "use at another is flagged; in a file it is the column temperature_degc, in a rig file temperature of the "
+        "use at another is flagged; one that went with the attitude, as in layered air, passes for sensitivity and "
+        "for terms of second order; in a file it is the column temperature_degc, in a rig file temperature of the "
         "sensor",
     )
 
