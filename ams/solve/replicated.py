@@ -7,11 +7,12 @@ every replication holds every point at the same attitudes all are closed forms, 
 else they are solved by projection, which gives exact F tests for unbalanced data as well.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ams.arrays import FloatArray, IntArray
+from ams.arrays import FloatArray, IntArray, column_blocks
 from ams.remembered import remembered
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
@@ -103,15 +104,11 @@ def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: IntA
     first = slice(0, points) if order is None else order[:points]
     basis, estimator = form.basis[first], n * form.estimator[:, first]
     rows = _by_replication(outputs, layout, order)
-    means = rows.sum(axis=0) / n
+    blocks = [_departures(rows[..., block], basis, estimator) for block in column_blocks(outputs.shape[1])]
+    means, contrasts, ss_departures, ss_precision = map(_side_by_side, zip(*blocks, strict=True))
     pooled = estimator @ means
     pooled += estimator @ (means - basis @ pooled)
     misfit = means - basis @ pooled
-    left = rows - means
-    ss_departures = np.einsum("rkm,rkm->m", left, left)
-    contrasts = estimator @ left
-    contrasts -= contrasts.sum(axis=0) / n
-    left -= basis @ contrasts
     ss_lack_of_fit = n * np.einsum("km,km->m", misfit, misfit)
     return ReplicatedSums(
         is_balanced=True,
@@ -119,7 +116,7 @@ def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: IntA
         separate=pooled + contrasts,
         contrasts=contrasts,
         contrast_covariance=_covariance_of_contrasts(n, form.unscaled_covariance),
-        ss_precision=np.einsum("rkm,rkm->m", left, left),
+        ss_precision=ss_precision,
         dof_precision=(n - 1) * (points - size),
         ss_lack_of_fit=ss_lack_of_fit,
         dof_lack_of_fit=points - size,
@@ -128,6 +125,27 @@ def _balanced(form: LinearForm, layout: Layout, outputs: FloatArray, order: IntA
         ss_pooled_bias=ss_lack_of_fit,
         ss_pooled_precision=ss_departures,
     )
+
+
+def _departures(
+    rows: FloatArray, basis: FloatArray, estimator: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return of (n, K, m) outputs the (K, m) means, the (n, P, m) contrasts, and the sums of squares about them.
+
+    (m,) about the means, and (m,) beside the contrasts as well.
+    """
+    n = rows.shape[0]
+    means = rows.sum(axis=0) / n
+    left = rows - means
+    ss_departures = np.einsum("rkm,rkm->m", left, left)
+    contrasts = estimator @ left
+    contrasts -= contrasts.sum(axis=0) / n
+    left -= basis @ contrasts
+    return means, contrasts, ss_departures, np.einsum("rkm,rkm->m", left, left)
+
+
+def _side_by_side(blocks: Sequence[FloatArray]) -> FloatArray:
+    return blocks[0] if len(blocks) == 1 else np.concatenate(blocks, axis=-1)
 
 
 @remembered(16)

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray, column_blocks
 from ams.solve.components import ComponentColumns
 from ams.solve.layout import Layout
 
@@ -34,14 +34,27 @@ _WAVES: Final = np.arange(1, 20)
 
 def step_of(readings: FloatArray) -> float | None:
     """Return the step of (N,) readings; None where none shows."""
-    ordered = np.sort(readings)
-    apart = ordered[1:] - ordered[:-1]
-    span = float(ordered[-1] - ordered[0])
-    is_other = apart > _SAME * span
-    if np.count_nonzero(~is_other) < _LEAST_REPEATED * readings.size:
-        return None
-    if np.count_nonzero(is_other) < _LEAST_VALUES:
-        return None
+    return steps_of(readings[:, None])[0]
+
+
+def steps_of(outputs: FloatArray) -> list[float | None]:
+    """Return the steps of the readings of each of (N, m) outputs; None where none shows."""
+    found: list[float | None] = []
+    for block in column_blocks(outputs.shape[1]):
+        ordered = np.array(outputs[:, block].T, order="C")
+        ordered.sort(axis=1)
+        is_other = ordered[:, 1:] - ordered[:, :-1] > _SAME * (ordered[:, -1:] - ordered[:, :1])
+        others = np.count_nonzero(is_other, axis=1)
+        repeated = is_other.shape[1] - others
+        may_show = (repeated >= _LEAST_REPEATED * ordered.shape[1]) & (others >= _LEAST_VALUES)
+        found += [
+            _step_of(ordered[index], is_other[index]) if may else None for index, may in enumerate(may_show.tolist())
+        ]
+    return found
+
+
+def _step_of(ordered: FloatArray, is_other: BoolArray) -> float | None:
+    """Return the step of sorted readings, those that are other ones than the one before marked."""
     values = np.append(ordered[0], ordered[1:][is_other]) - ordered[0]
     gaps = np.sort(np.diff(values))
     for parts in range(1, _PARTS + 1):
@@ -98,7 +111,7 @@ def resolution(estimator: FloatArray, layout: Layout, outputs: FloatArray) -> Co
     """
     if layout.replications < 2:
         return None
-    steps = [step_of(column) for column in outputs.T]
+    steps = steps_of(outputs)
     if not any(steps):
         return None
     sizes = (outputs.shape[1], *estimator.shape[-2:-1] * 2)

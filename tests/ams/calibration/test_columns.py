@@ -47,6 +47,23 @@ def check(row: int, found: SolvedColumns, alone: AxisCalibration) -> None:
         assert columns.is_significant[row] == test.is_significant
 
 
+def test_each_of_many_columns_is_what_it_is_alone() -> None:
+    """More than are worked on at one stroke, every seventh read by a meter whose step is large beside the noise."""
+    observations, chance = observe(), np.random.default_rng(3)
+    outputs = observations.outputs["x"][:, None] + 1e-5 * chance.standard_normal((observations.rows, 130))
+    outputs[:, ::7] = np.round(outputs[:, ::7], 3)
+    model = PitchRoll("x")
+    together = solve_columns(observations, outputs, [model] * 130)
+    assert {part.name for part in together.components} >= {"resolution"}
+    for column in (0, 1, 63, 64, 70, 127, 128, 129):
+        alone = solve_columns(observations, outputs[:, column : column + 1], [model])
+        np.testing.assert_allclose(together.primary[column], alone.primary[0], rtol=1e-12)
+        np.testing.assert_allclose(together.primary_covariance[column], alone.primary_covariance[0], rtol=1e-9)
+        assert together.replication is not None
+        assert alone.replication is not None
+        assert together.replication.lack_of_fit.t[column] == pytest.approx(alone.replication.lack_of_fit.t[0])
+
+
 @pytest.mark.parametrize("table", [None, TableUncertainty(ARCSEC, ARCSEC, "limit")])
 @pytest.mark.parametrize("kept", [1.0, 0.9])
 def test_a_column_among_others_is_the_axis_calibrated_alone(table, kept) -> None:
