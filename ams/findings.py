@@ -38,7 +38,8 @@ FindingKind = Literal[
 """``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited, or its
 offset is not known to within what the output changes by over 1 g;
 ``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity, or the
-readings fit with another sign or order of the angles than the declared one;
+readings fit with another sign or order of the angles than the declared one, or its sensitivity is far from the one
+that is declared;
 ``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in;
 ``output-clipped``: dwells stand at a rail of the amplifier or the meter, equal to the last digit;
 ``uneven-noise``: some replications scatter plainly more than the others."""
@@ -48,6 +49,9 @@ UNUSABLE_AXIS: Final[frozenset[FindingKind]] = frozenset({"axis-undetermined", "
 FITS_WITH: Final = "fits_with"
 """Of a finding's details: the signs of angles and outputs, or the order of angles, that the readings fit with. Nothing
 says whether an angle or a channel is the other way round, so that there is a set, and a person judges the finding."""
+DECLARED_SIZE: Final = "declared_sensitivity_v_per_g"
+"""Of a finding's details: the sensitivity that an axis is far from. Nothing says whether what is declared or what was
+read is wrong, so that there is a set, and a person judges the finding."""
 HOLDING_ARCSEC: Final = 3.0
 """A smaller rotation stops no night and quarantines no set: it is a finding. A good table's certificate allows 1″."""
 SHOWN_BY: Final = "shown_by_visits"
@@ -103,7 +107,12 @@ def beyond_the_stated(findings: Iterable[Finding]) -> tuple[Finding, ...]:
 
 def leaves_nothing(finding: Finding) -> bool:
     """Return whether there is no result to use of the axis of a finding, and no set."""
-    return finding.kind in UNUSABLE_AXIS and finding.is_significant and FITS_WITH not in finding.details
+    return finding.kind in UNUSABLE_AXIS and finding.is_significant and not is_left_to_a_person(finding.details)
+
+
+def is_left_to_a_person(details: Mapping[str, object]) -> bool:
+    """Return whether there is a set in spite of a finding of an axis, which a person judges: by what it says."""
+    return FITS_WITH in details or DECLARED_SIZE in details
 
 
 def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:

@@ -1,4 +1,4 @@
-"""Where a sensor axis is declared to lie, and with which sign it is declared to read."""
+"""Where a sensor axis is declared to lie, with which sign it is declared to read, and how much."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,6 +18,8 @@ class DeclaredDirection:
     """Along that axis, or against it."""
     polarity: Literal[1, -1] | None = None
     """Sign of the declared sensitivity; None where nobody declared one: then either sense agrees."""
+    v_per_g: float | None = None
+    """Size of the declared sensitivity of an accelerometer, above 0; None where nobody declared one."""
 
     @property
     def index(self) -> int:
@@ -30,5 +32,7 @@ class DeclaredDirection:
         return f"{'+' if self.sense > 0 else '-'}{self.axis}"
 
 
+GAIN_RANGE: Final = (0.5, 2.0)
+"""A sensitivity over the declared one; outside, a range, a load or a unit is wrong."""
 NOTHING_DECLARED: Final[Mapping[str, DeclaredDirection]] = MappingProxyType({})
 """Every axis lies along the one that it is named by, of either polarity."""

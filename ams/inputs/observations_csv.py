@@ -16,6 +16,7 @@ from ams.errors import ObservationsError
 from ams.frames import body_rates_rad_s, wrap_deg
 from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, parse_csv, refuse_cell
 from ams.inputs.number_blocks import NumberTable, numbers_in, read_numbers
+from ams.inputs.possible_outputs import OF_ANY_SENSOR
 from ams.models.sensor_model import RATE_INPUTS
 from ams.observations import Observations
 
@@ -27,8 +28,6 @@ _LARGEST_RATE_SPREAD = 0.01
 """Rates of one point may differ by this part of the largest rate."""
 _LARGEST_ANGLE_DEG = 360.0
 _COLDEST_DEGC = -273.15
-_LARGEST_OUTPUT_V = 50.0
-"""Servo accelerometers and gyros end at ±15 V."""
 
 
 def read_csv(
@@ -96,10 +95,11 @@ def _observations(table: NumberTable, axes: Mapping[str, str], *, rates: bool) -
     return observations
 
 
-def unit_warnings(observations: Observations, columns: Mapping[str, str] | None = None) -> tuple[str, ...]:
+def unit_warnings(observations: Observations, columns: Mapping[str, str]) -> tuple[str, ...]:
     """Return the columns whose numbers can hardly be in the unit of their name, each in a sentence.
 
-    ``columns``: sensor axis to the column that it was read from.
+    ``columns``: sensor axis to the column that it was read from. Outputs of accelerometers that cannot be are refused,
+    by :func:`ams.inputs.possible_outputs.refuse_impossible_outputs`.
     """
     warnings = []
     angles = {"pitch_deg": observations.pitch_rad, "roll_deg": observations.roll_rad}
@@ -117,13 +117,12 @@ def unit_warnings(observations: Observations, columns: Mapping[str, str] | None 
             f"{observations.source}: columns {', '.join(RATE_INPUTS)}: whole degrees come out when the rates "
             "are taken as radians per second: radians? nothing was converted"
         )
-    for label, output in observations.outputs.items():
-        largest = float(np.abs(output).max())
-        if largest > _LARGEST_OUTPUT_V:
-            column = label if columns is None else columns[label]
+    for label, outputs in observations.outputs.items() if rates is not None else ():
+        largest = float(np.abs(outputs).max())
+        if largest > OF_ANY_SENSOR.largest_v:
             warnings.append(
-                f"{observations.source}: column {column}: up to {largest:.4g} V, which no sensor gives: millivolts? "
-                "nothing was converted"
+                f"{observations.source}: column {columns.get(label, label)}: up to {largest:.4g} V, which hardly a "
+                "gyro gives: millivolts? nothing was converted"
             )
     return tuple(warnings)
 

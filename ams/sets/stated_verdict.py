@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from ams.findings import FITS_WITH, UNUSABLE_AXIS
+from ams.findings import UNUSABLE_AXIS, is_left_to_a_person
 from ams.sets.canonical import Document, listed, table
 
 NOT_USABLE: Final = "not usable"
@@ -49,7 +49,7 @@ def verdict_in_words(document: Document) -> str | None:
             return f"{verdict}: the stated uncertainties do not hold what the data show ({exceeded})"
         forbidding = _named(
             document,
-            lambda finding: finding["kind"] in (*UNUSABLE_AXIS, "table-rotation") and FITS_WITH not in finding,
+            lambda finding: finding["kind"] in (*UNUSABLE_AXIS, "table-rotation") and not is_left_to_a_person(finding),
         )
         return f"{verdict}: nothing rests on what the data show ({forbidding})" if forbidding else verdict
     return f"{verdict}: {'the warnings must be read first' if verdict == 'usable' else 'nothing speaks against it'}"

@@ -1,4 +1,4 @@
-"""What a rig file declares of the direction and the polarity of a sensor's axes."""
+"""What a rig file declares of the direction, the polarity and the sensitivity of a sensor's axes."""
 
 from collections.abc import Mapping
 from typing import Literal
@@ -8,7 +8,7 @@ from rig.description.rig_file import Sensor
 
 
 def declared_directions(sensor: Sensor | None) -> Mapping[str, DeclaredDirection]:
-    """Return by sensor axis where its mount has it along the table, with the sign of its nominal sensitivity.
+    """Return by sensor axis where its mount has it along the table, with its nominal sensitivity and the sign of it.
 
     Nothing where no sensor is declared: an axis then lies along the one that it is named by.
     """
@@ -23,7 +23,9 @@ def declared_in_package(sensor: Sensor, axis: str) -> DeclaredDirection:
 
 
 def _declared(mounted: str, sensor: Sensor, axis: str) -> DeclaredDirection:
-    return DeclaredDirection(mounted[1], 1 if mounted[0] == "+" else -1, _polarity(sensor.nominal_v_per_g(axis)))
+    nominal = sensor.nominal_v_per_g(axis)
+    sense: Literal[1, -1] = 1 if mounted[0] == "+" else -1
+    return DeclaredDirection(mounted[1], sense, _polarity(nominal), abs(nominal) or None)
 
 
 def _polarity(nominal: float) -> Literal[1, -1] | None:

@@ -7,6 +7,7 @@ from typing import Final
 from ams.findings import Finding
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
+from ams.inputs.possible_outputs import refuse_impossible_outputs
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.models.registry import MODELS
@@ -18,6 +19,7 @@ from procedures.records.declared_gaps import meter_remarks, temperature_remarks
 from procedures.solution.by_model import solve_observations
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import EARTH_DPS
+from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.run_findings import with_run_findings
 from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks, level_warnings
@@ -42,6 +44,9 @@ def fitted(
     ``columns``: sensor axis to the column that it was read from. Raises: ams.errors.AmsError.
     """
     refuse_copies(observations)
+    if not MODELS[request.model].needs_rates:
+        reach = {} if rig is None else meter_reach(rig, sensor_of(rig, name))
+        refuse_impossible_outputs(observations, columns, reach)
     solved = solve_observations(observations, request)
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)

@@ -227,7 +227,7 @@ def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
     if meter is not None and meter[1].uncertainty_v:
         u_v, stated = meter[1].uncertainty_v / divisor(meter[1]), _in_words(meter, meter[1].uncertainty_v, "V")
         yield SharedError("multimeter zero", "reading", u_v, meter[1].kind, stated)
-        range_v = _range_v(rig, readout, name)
+        range_v = range_v_of(rig, readout, name)
         if range_v:
             yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{stated}, over {range_v:g} V")
     chain = rig.chain.get(channel)
@@ -348,7 +348,7 @@ def _in_words(standard: tuple[str, Standard], stated: float, unit: str) -> str:
     return f"standards.{name}: {declared.kind} {size}{coverage}"
 
 
-def _range_v(rig: RigDescription, readout: str, channel: str) -> float | None:
+def range_v_of(rig: RigDescription, readout: str, channel: str) -> float | None:
     """Return the range of a channel in volts, or None."""
     channels = getattr(rig.readouts[readout], "channels", {})
     range_v = getattr(channels.get(channel), "range_v", None)

@@ -3,7 +3,8 @@
 The direction of an axis is that of the largest component of its sensitivities. Where that is another than the declared
 one, by more than chance would have it, channels are interchanged or the package sits otherwise than declared; where the
 polarity is declared and the vector points the other way, it is reversed. Every number of such an axis is true of
-something else than its name says.
+something else than its name says. An accelerometer whose sensitivity is far from the declared one reads right by its
+own numbers and wrong by the data sheet's: the unit, the load or the sensor is another one.
 """
 
 import re
@@ -16,10 +17,11 @@ import numpy as np
 from ams.analysis.diagnostics.facts import undetermined_axis, undetermined_offset
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration
-from ams.findings import Finding, leaves_nothing
+from ams.findings import DECLARED_SIZE, Finding, leaves_nothing
 from ams.frames import AXES
-from ams.inputs.declared_direction import DeclaredDirection
+from ams.inputs.declared_direction import GAIN_RANGE, DeclaredDirection
 from ams.models.model import Model
+from ams.rounding import significant
 
 KIND: Final = "axis-contradicted"
 _FAR: Final = 5.0
@@ -28,6 +30,12 @@ _PER_GRAVITY: Final = "CR"
 """This convention counts sensitivities per g of gravity and azimuths from another axis than a rig file's polarity is
 declared in: signs are not held against each other."""
 _COMPONENT = re.compile(r"k_([xyz])_[a-z0-9]+_per_[a-z0-9]+")
+_UNITS: Final = {
+    1e6: "the numbers look like microvolts",
+    1e3: "the numbers look like millivolts",
+    1e-3: "the numbers look like kilovolts, or the declared ones like millivolts per g",
+}
+"""What was read over what is declared, to the unit that would make them agree."""
 _WHAT_TO_DO: Final = (
     "offset and sensitivity belong to something else than the name of this axis says; the result is not usable and "
     "there is no coefficient set; correct the wiring and measure again, or correct what is declared (channels and "
@@ -45,6 +53,50 @@ def direction_findings(
         return
     undetermined = tuple(undetermined_axis(model, primary, covariance, dof))
     yield from undetermined or undetermined_offset(model, primary, covariance)
+    if not undetermined:
+        yield from contradicted_size(model, primary, covariance, declared)
+
+
+def contradicted_size(
+    model: Model, primary: FloatArray, covariance: FloatArray, declared: DeclaredDirection
+) -> Iterator[Finding]:
+    """Yield a finding where the sensitivity of an accelerometer is plainly outside the range about the declared one.
+
+    It is the one that a run's check of the mount has; here every dwell counts, and a run that went on in spite of that
+    check carries it in its result.
+    """
+    indices = [
+        index for index in component_indices(model.primary_names).values()
+        if model.primary_names[index].endswith("_v_per_g")
+    ]  # fmt: skip
+    if declared.v_per_g is None or not indices:
+        return
+    k = primary[indices]
+    found = float(np.linalg.norm(k))
+    if not found > 0.0:
+        return
+    along = k / found
+    u = float(np.sqrt(max(float(along @ covariance[np.ix_(indices, indices)] @ along), 0.0)))
+    low, high = (factor * declared.v_per_g for factor in GAIN_RANGE)
+    if not (found - _FAR * u > high or found + _FAR * u < low):
+        return
+    ratio = found / declared.v_per_g
+    text = (
+        f"the sensitivity is {significant(found, 4)} V/g, declared are {declared.v_per_g:g} V/g "
+        f"(nominal_sensitivity_v_per_g): {significant(ratio, 3)} times that, allowed {GAIN_RANGE[0]:g} to "
+        f"{GAIN_RANGE[1]:g} times; {_likely(ratio)}; offset and sensitivity stand in the unit of the numbers that were "
+        "read, and the result is not usable as it is; correct the numbers or what is declared, and solve again"
+    )
+    details: dict[str, float | str | None] = {DECLARED_SIZE: declared.v_per_g, "sensitivity_v_per_g": found}
+    yield Finding(KIND, text, True, None, details=details, is_held=False)
+
+
+def _likely(ratio: float) -> str:
+    """Return what is likely wrong, by how many times the declared sensitivity was read."""
+    for factor, words in _UNITS.items():
+        if GAIN_RANGE[0] * factor <= ratio <= GAIN_RANGE[1] * factor:
+            return words
+    return "the range, the gain of an amplifier or the load resistor is another than declared, or the sensor is"
 
 
 def contradicted_axis(

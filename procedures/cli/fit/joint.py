@@ -9,6 +9,7 @@ from ams.calibration.jointly import solve_jointly, with_level
 from ams.findings import Finding
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
+from ams.inputs.possible_outputs import refuse_impossible_outputs
 from ams.inputs.request import CalibrationRequest
 from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
@@ -16,6 +17,7 @@ from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks, temperature_remarks
 from procedures.solution.fitted import sensor_of
+from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
 from procedures.solution.run_findings import with_findings
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
@@ -54,6 +56,7 @@ def joint(
     mountings = read_mountings(file, columns, mount, form)
     for mounting in mountings:
         refuse_copies(mounting.observations)
+        refuse_impossible_outputs(mounting.observations, columns, meter_reach(rig, sensor_of(rig, sensor)))
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)

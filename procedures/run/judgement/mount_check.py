@@ -13,14 +13,13 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.frames import specific_force
+from ams.inputs.declared_direction import GAIN_RANGE
 from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import Sensor
 
 FEWEST_ATTITUDES = 4
 CLEARLY = 0.25
 """The best axis contradicts the declared one where it leaves less than this share of its sum of squares."""
-GAIN_RANGE = (0.5, 2.0)
-"""Sensitivity over nominal; outside, a range, a load or a unit is wrong."""
 LEAST_SPREAD_G = 0.25
 """Root mean square about the mean of what an axis should feel; below, these attitudes cannot tell."""
 

@@ -375,17 +375,6 @@ def test_the_hessian_is_told_on_request(drifting: Path, capsys: pytest.CaptureFi
     assert "H_E is zero: the model is linear" in call(capsys, "fit", drifting, "--axis", "x=sx_v", "--hessian").out
 
 
-def test_millivolts_are_named_by_their_column(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    truth = {"x": (5.0, 2500.0, 0.5, 35.0)}
-    path = write_observations(tmp_path / "mv.csv", range(-90, 91, 30), range(-180, 181, 60), 2, 1e-3, truth=truth)
-    (warning,) = [
-        text
-        for text in call(capsys, "fit", path, "--axis", "x=sx_v", "--json").document["axes"]["x"]["warnings"]
-        if "millivolts" in text
-    ]
-    assert "column sx_v: up to 25" in warning
-
-
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [

@@ -1,0 +1,51 @@
+"""Outputs that no sensor gives, or that the meter could not have read: the numbers are in another unit than volts."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from ams.errors import ObservationsError
+from ams.observations import Observations
+
+_MILLI: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far an output can go, to either side of zero."""
+
+    largest_v: float
+    why: str
+    """What says so, in words."""
+    way_out: str
+    """What else to correct than the unit of the column; empty where nothing is."""
+
+
+OF_ANY_SENSOR: Final = Reach(50.0, "servo accelerometers end at ±15 V", "")
+
+
+def refuse_impossible_outputs(
+    observations: Observations, columns: Mapping[str, str], reach: Mapping[str, Reach]
+) -> None:
+    """Refuse outputs in volts that are beyond what could have been read.
+
+    ``columns``: sensor axis to the column that it was read from; ``reach``: sensor axis to what its meter reads, where
+    a rig file declares it. Raises: ObservationsError that names file, column, row, what is allowed and the likely unit.
+    """
+    for label, outputs in observations.outputs.items():
+        allowed = reach.get(label, OF_ANY_SENSOR)
+        beyond = np.abs(outputs) > allowed.largest_v
+        if observations.unit_of(label) != "v" or not beyond.any():
+            continue
+        row, largest = int(np.flatnonzero(beyond)[0]), float(np.abs(outputs).max())
+        is_milli = largest * _MILLI <= allowed.largest_v
+        unit = "the numbers look like millivolts: divide the column by 1000" if is_milli else "give the column in volts"
+        rows = f"{int(beyond.sum())} of {outputs.size} rows"
+        raise ObservationsError(
+            f"{observations.source}: column {columns.get(label, label)}: {rows} are "
+            f"impossible, the first in replication {observations.replication[row]}, point {observations.point[row]}: "
+            f"got {outputs[row]:g} V, allowed {-allowed.largest_v:g} to {allowed.largest_v:g} V ({allowed.why}); "
+            f"nothing was solved; {unit}{allowed.way_out}"
+        )
