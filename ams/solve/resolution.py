@@ -30,31 +30,45 @@ _MOST_WHOLE: Final = 0.9
 _PARTS: Final = 4
 """The smallest difference may be so many steps."""
 _WAVES: Final = np.arange(1, 20)
-
-
-def step_of(readings: FloatArray) -> float | None:
-    """Return the step of (N,) readings; None where none shows."""
-    return steps_of(readings[:, None])[0]
+_PARTS_OF_SPAN: Final = 2.0**31 - 1.0
+"""As many as a whole number of 32 bits counts."""
 
 
 def steps_of(outputs: FloatArray) -> list[float | None]:
     """Return the steps of the readings of each of (N, m) outputs; None where none shows."""
-    found: list[float | None] = []
+    found: list[float | None] = [None] * outputs.shape[1]
     for block in column_blocks(outputs.shape[1]):
-        ordered = np.array(outputs[:, block].T, order="C")
-        ordered.sort(axis=1)
-        is_other = ordered[:, 1:] - ordered[:, :-1] > _SAME * (ordered[:, -1:] - ordered[:, :1])
-        others = np.count_nonzero(is_other, axis=1)
-        repeated = is_other.shape[1] - others
-        may_show = (repeated >= _LEAST_REPEATED * ordered.shape[1]) & (others >= _LEAST_VALUES)
-        found += [
-            _step_of(ordered[index], is_other[index]) if may else None for index, may in enumerate(may_show.tolist())
-        ]
+        columns = np.array(outputs[:, block].T, order="C")
+        for index in np.flatnonzero(_may_repeat(columns)).tolist():
+            found[block.start + index] = step_of(columns[index])
     return found
 
 
-def _step_of(ordered: FloatArray, is_other: BoolArray) -> float | None:
-    """Return the step of sorted readings, those that are other ones than the one before marked."""
+def _may_repeat(columns: FloatArray) -> BoolArray:
+    """Return which of (m, N) columns may have readings enough on the value of another: none of the others does.
+
+    Whole numbers of 2⁻³¹ of the span are sorted in half the time; values that count as one are at most three apart.
+    """
+    low = columns.min(axis=1, keepdims=True)
+    span = columns.max(axis=1, keepdims=True) - low
+    scaled = columns - low
+    scaled *= np.divide(_PARTS_OF_SPAN, span, out=np.zeros_like(span), where=span > 0.0)
+    parts = scaled.astype(np.int32)
+    parts.sort(axis=1)
+    alike = parts[:, 1:] - parts[:, :-1] <= _SAME * _PARTS_OF_SPAN + 1.0
+    return np.asarray(np.count_nonzero(alike, axis=1) >= _LEAST_REPEATED * columns.shape[1])
+
+
+def step_of(readings: FloatArray) -> float | None:
+    """Return the step of (N,) readings; None where none shows."""
+    ordered = np.sort(readings)
+    apart = ordered[1:] - ordered[:-1]
+    span = float(ordered[-1] - ordered[0])
+    is_other = apart > _SAME * span
+    if np.count_nonzero(~is_other) < _LEAST_REPEATED * readings.size:
+        return None
+    if np.count_nonzero(is_other) < _LEAST_VALUES:
+        return None
     values = np.append(ordered[0], ordered[1:][is_other]) - ordered[0]
     gaps = np.sort(np.diff(values))
     for parts in range(1, _PARTS + 1):

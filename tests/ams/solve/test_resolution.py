@@ -5,7 +5,7 @@ import pytest
 from physics_scenes import campaigns
 from solved_campaigns import coverage, solved
 
-from ams.solve.resolution import NAME, shared_variance, step_of
+from ams.solve.resolution import NAME, _may_repeat, shared_variance, step_of, steps_of
 
 
 @pytest.mark.parametrize("step", [5e-4, 1e-4 / 3.0, 20.0 / 2**21])
@@ -52,3 +52,17 @@ def test_nothing_changes_where_the_noise_is_larger_than_half_a_step(size: float)
     for columns in solved(drawn).values():
         parts = {part.name: part.covariance for part in columns.components}
         assert np.all(parts.get(NAME, 0.0) < 1e-4 * columns.primary_covariance.max())
+
+
+def test_the_rough_look_at_columns_leaves_out_none_whose_step_shows() -> None:
+    """Readings that count as one value by 1e-9 of the span, on either side of any rough one: a twentieth of them."""
+    chance = np.random.default_rng(8)
+    true = chance.uniform(-2.5, 2.5, (900, 40))
+    read = np.round(true / 1e-3) * 1e-3 + chance.uniform(-4e-10, 4e-10, true.shape) * 5.0
+    few = true.copy()
+    few[855:] = few[:45] + 0.9e-9 * np.ptp(few, axis=0)  # 45 of 900: as few as may show a step
+    columns = np.column_stack([read, few, np.full((900, 1), 0.3), true])
+    assert steps_of(columns) == [step_of(column) for column in columns.T]
+    assert all(steps_of(read))
+    assert _may_repeat(np.ascontiguousarray(few.T)).all()
+    assert not _may_repeat(np.ascontiguousarray(true.T)).any()
