@@ -27,8 +27,10 @@ from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.calibrated import package_of_set, sensor_of_set
 from ams.inputs.request import select_rows
+from ams.models.registry import is_solved_from_levels
 from ams.observations import Observations
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.sensed_quantity import FIELDS
 from ams.surveillance.inferred_attitude import ANGLES, InferredAngle, Readings, inferred_angles
 from ams.surveillance.reference_attitude import ReferenceAttitude
 
@@ -37,6 +39,8 @@ READINGS: Final = "readings"
 REFERENCE: Final = "reference attitude"
 TWO_ATTITUDES: Final = "which of two attitudes"
 _ROUNDING_DEG = 1e-6
+_OF_PITCH_AND_ROLL: Final = "TP"
+"""The convention in which errors in degrees are told."""
 
 
 @dataclass(frozen=True)
@@ -104,9 +108,20 @@ def angles_of(applied: CoefficientSet) -> tuple[str, ...]:
     return ANGLES[:1] if len(applied.axes) == 1 else ANGLES
 
 
+def angles_judged(model: str, axes: int) -> tuple[str, ...]:
+    """Return the angles whose errors are told of the set of a package solved with a model, ``axes`` of it.
+
+    None of straight lines, of gyros, of packages that yaw and of models with an equation of their own.
+    """
+    form = FIELDS.get(model)
+    if form is None or form.convention != _OF_PITCH_AND_ROLL or form.output is not None or is_solved_from_levels(model):
+        return ()
+    return ANGLES[:1] if axes == 1 else ANGLES
+
+
 def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observations: Observations) -> None:
     lacking = [axis for axis in applied.axes if axis not in observations.outputs or axis not in measured_by.axes]
-    if applied.convention != "TP" or measured_by.convention != "TP":
+    if {applied.convention, measured_by.convention} != {_OF_PITCH_AND_ROLL}:
         raise OutsideValidity(
             f"{applied.sensor}: errors in degrees need sets of pitch and roll: got convention {applied.convention}, "
             f"measured by {measured_by.convention}, needed TP; nothing was computed"

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from procedures.kinds.kind import Forecast
 from procedures.plan.plan import Plan
+from procedures.plan.unjudged_limits import limits_in_words, limits_of_some
 from rig.description.rig_file import RigDescription
 
 
@@ -11,6 +12,7 @@ def foiled(rig: RigDescription, plan: Plan, forecast: Forecast) -> Iterator[str]
     """Yield what the run would be stopped by though all goes well, and what no sensor can be found to meet."""
     yield from _stable_and_stopped(rig, plan)
     yield from _never_passed(rig, forecast)
+    yield from _not_judged(rig, plan)
 
 
 def _stable_and_stopped(rig: RigDescription, plan: Plan) -> Iterator[str]:
@@ -28,6 +30,15 @@ def _stable_and_stopped(rig: RigDescription, plan: Plan) -> Iterator[str]:
                 f"interlocks.temperature.{environment.name} would {lock.action} the run at {stopped_at} °C (band "
                 f"{low:g} to {high:g} °C): widen the interlock's band_degc, or take a smaller band_degc of the plateaus"
             )
+
+
+def _not_judged(rig: RigDescription, plan: Plan) -> Iterator[str]:
+    """Yield limits that the run does not judge, of all its sensors or of some."""
+    if plan.static is None:
+        yield from limits_of_some(rig, plan.solve, plan.sensors)
+        return
+    for limit in limits_in_words(rig):
+        yield f"{limit} of the rig file is judged of calibrations; this run is held to static.allowed_deg"
 
 
 def _never_passed(rig: RigDescription, forecast: Forecast) -> Iterator[str]:

@@ -16,6 +16,7 @@ from procedures.plan.learned_times import LearnedTimes
 from procedures.plan.plan import PLAN_VERSION, Plan
 from procedures.plan.refusals import shared_refusals
 from procedures.plan.sequential import sequential_of, sequential_refusals
+from procedures.plan.unjudged_limits import limits_of_nobody
 from procedures.plan.unreachable import unreachable
 from procedures.solution.expected_readings import planned_readings
 from rig.description.rig_file import RigDescription, Sensor
@@ -43,6 +44,7 @@ def make_plan(
         *kind.refusals(request, schedule),
         *unreachable(rig, procedure, schedule.steps, kind.key_of_angle),
         *shared_refusals(rig, procedure, sensors, schedule.environment),
+        *(limits_of_nobody(rig, procedure, sensors) if procedure.table_of(Static) is None else ()),
     ]
     if reasons:
         raise PlanError("\n".join(str(reason) for reason in reasons))

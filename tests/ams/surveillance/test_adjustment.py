@@ -14,7 +14,7 @@ from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.coefficients import from_document as set_from_document
 from ams.sets.provenance import Provenance
 from ams.surveillance.adjustment import Acceptance, Verdict, acceptance_of, adjust, from_document, judge, to_document
-from ams.surveillance.attitude_errors import TWO_ATTITUDES, AngleErrors, errors_of
+from ams.surveillance.attitude_errors import TWO_ATTITUDES, AngleErrors, angles_judged, errors_of
 
 GRID = [(p, r) for p in range(-90, 91, 15) for r in range(-180, 180, 45)]
 PITCH_RAD, ROLL_RAD = np.radians(np.array(GRID, dtype=float)).T
@@ -197,3 +197,15 @@ def test_a_set_that_lies_about_sensitivity_is_found_out_in_degrees() -> None:
     old = with_gain(new, "x", 1.001)
     errors = errors_of(old, new, rows, (-60.0, 60.0))["pitch"]
     assert np.abs(errors.error_deg).max() == pytest.approx(np.degrees(0.001 * np.tan(np.radians(60.0))), rel=0.02)
+
+
+@pytest.mark.parametrize("axes", ["x", "xy", "xyz"])
+def test_a_plan_can_foretell_which_limits_a_calibration_is_held_to(axes: str) -> None:
+    rows = measured(axes, noise_v=1e-6)
+    found = adjust(None, solved(rows), rows, Acceptance({"pitch": 0.1, "roll": 0.1}))
+    assert tuple(judged.angle for judged in found.as_left.judgements) == angles_judged("pitch-roll", len(axes))
+
+
+@pytest.mark.parametrize("model", ["pitch-yaw-roll-sting", "pitch-yaw-roll-model", "gyro", "linear-accelerometer"])
+def test_of_other_models_no_angle_is_held_to_a_limit(model: str) -> None:
+    assert angles_judged(model, 3) == ()
