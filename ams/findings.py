@@ -6,8 +6,8 @@ and stood.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Final, Literal, get_args
+from dataclasses import dataclass, field, replace
+from typing import Final, Literal, NamedTuple, get_args
 
 FindingKind = Literal[
     "wrong-dwell",
@@ -64,13 +64,25 @@ ALL_AFTER: Final = "all_dwells_after"
 FINDING_KINDS: Final[tuple[str, ...]] = get_args(FindingKind)
 
 
+class Said(NamedTuple):
+    """What is said of a test: the two parts of a finding's text."""
+
+    fact: str
+    what_to_do: str = ""
+
+    @property
+    def text(self) -> str:
+        """Both as one text."""
+        return "; ".join(part for part in self if part)
+
+
 @dataclass(frozen=True)
 class Finding:
     """One test of a belief, and what it says of the data."""
 
     kind: FindingKind
-    text: str
-    """One or two sentences with the size in units a reader knows, and what to do where there is something to do."""
+    fact: str
+    """What the data show of the item: one or two sentences with the size in units a reader knows."""
     is_significant: bool
     """Among all tests of all axes of the run, where it comes from a test."""
     p_value: float | None = None
@@ -81,12 +93,27 @@ class Finding:
     """Further numbers by name, the unit in the name."""
     is_held: bool = True
     """False where offset, sensitivities or predictions hold some of it that their stated uncertainties do not."""
+    what_to_do: str = field(default="", kw_only=True)
+    """By the laboratory, commands and keys of its files included; empty where there is nothing to do."""
+
+    @property
+    def text(self) -> str:
+        """Fact and way out as one text."""
+        return Said(self.fact, self.what_to_do).text
+
+    def adding(self, fact: str, what_to_do: str = "") -> "Finding":
+        """Return the finding with more that the data show, and more to do about it."""
+        return replace(self, fact=Said(self.fact, fact).text, what_to_do=Said(self.what_to_do, what_to_do).text)
 
     def to_document(self) -> dict[str, object]:
-        """Return the JSON form of the contract: ``kind``, ``text``, ``significant`` and what else is known."""
+        """Return the JSON form of the contract: ``kind``, ``text``, ``significant`` and what else is known.
+
+        ``text`` is whole; where there is something to do, ``fact`` and ``what_to_do`` are its parts.
+        """
         return {
             "kind": self.kind,
             "text": self.text,
+            **({"fact": self.fact, "what_to_do": self.what_to_do} if self.what_to_do else {}),
             "significant": self.is_significant,
             "p_value": self.p_value,
             **({"steps": list(self.steps)} if self.steps else {}),
@@ -96,7 +123,7 @@ class Finding:
 
 
 def significant_texts(findings: Iterable[Finding]) -> tuple[str, ...]:
-    """Return the sentences that somebody must read before the result is used."""
+    """Return what somebody must read before the result is used, each with what to do."""
     return tuple(finding.text for finding in findings if finding.is_significant)
 
 

@@ -12,31 +12,22 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.axis_tests import shared_tests
-from ams.analysis.diagnostics.beliefs import (
-    DRIFT_OF,
-    LACK_OF_FIT,
-    SETTLING,
-    AxisTests,
-    BeliefTest,
-)
+from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT, SETTLING, AxisTests, BeliefTest
 from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
 from ams.analysis.diagnostics.declared_signs import fits_other_angles
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.facts import (
-    Moved,
-    drift_in_parameters,
-    temperature_confounded,
-    time_confounded,
-)
+from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
 from ams.analysis.diagnostics.held_words import LARGEST_LACK, untested_scatter
 from ams.analysis.diagnostics.memories import beside_the_dwell_before
+from ams.analysis.diagnostics.size_words import Scale
 from ams.analysis.diagnostics.step_scan import LEAST_DOF
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
-from ams.analysis.diagnostics.wording import Convicted, Scale, findings_of
+from ams.analysis.diagnostics.wording import findings_of
+from ams.analysis.diagnostics.wrong_dwell_words import Convicted
 from ams.analysis.diagnostics.wrong_dwells import smallest_detected
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import FloatArray
@@ -165,7 +156,8 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     left = without_memory(without_transient(left), circumstances.memory_of(index))
     tests = beside_the_dwell_before(with_steps(left.tests, steps))
     diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit)
-    return replace(diagnosis, findings=(*clipped, *steps.findings, *diagnosis.findings))
+    changes = map(step_words.as_stated, steps.findings)
+    return replace(diagnosis, findings=(*clipped, *changes, *diagnosis.findings))
 
 
 def _within_declared(
@@ -188,10 +180,9 @@ def _within_declared(
             return said
         step = step_words.step_of(said, model.nominal_axis, limits) if is_alone else None
         if step is not None and (step.limit > 0.0 or not is_small):
-            text = step_words.with_size(said.text, step, model.measured_unit)
-            return replace(said, text=text, is_held=step.is_within)
+            return step_words.with_size(said, step, model.measured_unit)
         within = f"it is within the declared {step_words.OFFSET_LIMIT}"
-        return replace(said, text=step_words.as_held(said.text, within), is_held=True) if is_small else said
+        return step_words.as_held(said, within) if is_small else said
 
     return tuple(sized(said) for said in findings)
 

@@ -31,7 +31,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import settling
 from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
-from ams.analysis.diagnostics.wording import Convicted
+from ams.analysis.diagnostics.wrong_dwell_words import Convicted
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
 from ams.arrays import BoolArray
 from ams.calibration.believed import Believed

@@ -85,7 +85,7 @@ def diagnose_joint(
         replications = {axis: solved_axis.replication for axis, solved_axis in solved.axes.items()} if not name else {}
         for axis, solved_axis in solved.axes.items():
             found[axis] += [
-                replace(finding, text=f"{name}{finding.text}{_sign(finding, mounting)}")
+                replace(finding, fact=f"{name}{finding.fact}{_sign(finding, mounting)}")
                 for finding in solved_axis.findings
             ]
     beyond = tuple(beyond_priors(fit))
@@ -128,11 +128,11 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
         )
         is_index = nuisance.name not in WHOLE_TABLE and not nuisance.name.startswith(SEAT)
         where = "its limit in the rig file" if is_index else "--prior; joint_priors_arcsec"
-        text = (
+        fact = (
             f"{nuisance.name}: {signed(estimate, 3)}″ ± {two_digits(u)}″, where {two_digits(prior)}″ (standard) is "
             f"declared: the rows contradict the prior, {two_digits(abs(estimate) / prior)} times over; the estimate is "
             "drawn towards it, and what it lacks is in the other errors of the table, in offset and sensitivities, "
-            f"and not in their uncertainties; look at the table, or declare what it has ({where})"
+            "and not in their uncertainties"
         )
         details: dict[str, float | str | None] = {
             "test": "prior of the table",
@@ -141,7 +141,13 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
             "prior_arcsec": prior,
         }
         yield Finding(
-            "lack-of-fit" if is_index else "table-rotation", text, True, p_value, details=details, is_held=False
+            "lack-of-fit" if is_index else "table-rotation",
+            fact,
+            True,
+            p_value,
+            details=details,
+            is_held=False,
+            what_to_do=f"look at the table, or declare what it has ({where})",
         )
 
 

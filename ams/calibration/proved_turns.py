@@ -36,8 +36,7 @@ class ShownTurn:
         between = " and ".join(self.shown_by)
         return tuple(
             replace(
-                finding,
-                text=f"{finding.text}; all sensors show it {between}",
+                finding.adding(f"all sensors show it {between}"),
                 details={**finding.details, SHOWN_BY: "; ".join(self.shown_by)},
             )
             for finding in self.findings

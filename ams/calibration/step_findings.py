@@ -43,8 +43,7 @@ def findings_of_change(
         details = {**finding.details, "test": SLIP if change.is_of_table else STEP}
         yield (
             replace(
-                finding,
-                text=finding.text + doubt,
+                finding.adding(*doubt),
                 p_value=min(1.0, search.chance(change)),
                 details=details,
                 is_held=False,

@@ -1,7 +1,7 @@
 """Between which dwells a change was, and how the dwells in doubt are measured again, in words."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.step_scan import Change, Course
 from ams.analysis.diagnostics.take_back import redo_command, void_command
-from ams.findings import Finding
+from ams.findings import Finding, Said
 from ams.observations import Observations
 from ams.rounding import significant, two_digits
 from ams.units import signed
@@ -19,7 +19,6 @@ SENSITIVITY_LIMIT: Final = "largest_sensitivity_shift"
 _LIMIT_OF: Final = {"own_offset": OFFSET_LIMIT, "own_sensitivity": SENSITIVITY_LIMIT}
 _UNCERTAINTY: Final = "_standard_uncertainty"
 """How numbers are called in what the diagnosis of two visits tells of a lone sensor."""
-_MIXTURE: Final = ", and the result is a mixture of both"
 
 
 @dataclass(frozen=True)
@@ -70,17 +69,17 @@ def doubted_steps(change: Change, course: Course, rows: Observations) -> tuple[i
     return () if rows.step is None else tuple(sorted(int(step) for step in rows.step[course.during(change)]))
 
 
-def doubt(change: Change, course: Course, rows: Observations) -> str:
+def doubt(change: Change, course: Course, rows: Observations) -> Said:
     """Return how many dwells are in it, and what can be done about them."""
     changed = course.during(change)
     where, which = ("since", "of one side") if change.end is None else ("in between", "outside")
-    return (
-        f"; {int(changed.sum())} of {changed.size} dwells were measured {where}{_MIXTURE}: "
-        f"measure them again{_command(change, course, rows)}, or solve those {which}"
+    return Said(
+        f"{int(changed.sum())} of {changed.size} dwells were measured {where}",
+        f"measure them again{_command(change, course, rows)}, or solve those {which}",
     )
 
 
-def with_size(text: str, step: Step, unit: str) -> str:
+def with_size(finding: Finding, step: Step, unit: str) -> Finding:
     """Return what is said of a step with its size and the declared limit; within it, no mixture is to be mended."""
     if step.key == SENSITIVITY_LIMIT:
         factor, name = 1e6, "ppm"
@@ -88,14 +87,21 @@ def with_size(text: str, step: Step, unit: str) -> str:
         factor, name = (1e6, "µV") if unit == "v" else (1.0, unit)
     size = f"by {signed(factor * step.size, 3)} ± {two_digits(2.0 * factor * step.standard_uncertainty)} {name}"
     limit = f"the declared {step.key} of {significant(factor * step.limit, 4)} {name}"
-    if not step.is_within:
-        return f"{text}; {size}, beyond {limit}" if step.limit > 0.0 else f"{text}; {size}"
-    return as_held(text, f"{size}, within {limit}")
+    if step.is_within:
+        return as_held(finding, f"{size}, within {limit}")
+    beyond = f", beyond {limit}" if step.limit > 0.0 else ""
+    return replace(finding.adding(f"{size}{beyond}"), is_held=False)
 
 
-def as_held(text: str, within: str) -> str:
-    """Return what is said of a change that the stated uncertainties hold: nothing is measured again."""
-    return f"{text.partition(_MIXTURE)[0]}; {within}, which the stated uncertainties hold"
+def as_held(finding: Finding, within: str) -> Finding:
+    """Return a change that the stated uncertainties hold: nothing is measured again."""
+    held = finding.adding(f"{within}, which the stated uncertainties hold")
+    return replace(held, is_held=True, what_to_do="")
+
+
+def as_stated(finding: Finding) -> Finding:
+    """Return a change as it is stated: where nothing holds it, the result is a mixture."""
+    return finding if finding.is_held else finding.adding("the result is a mixture of both")
 
 
 def _command(change: Change, course: Course, rows: Observations) -> str:

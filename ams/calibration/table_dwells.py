@@ -25,7 +25,7 @@ from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL, SLIP
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.take_back import redo_command, void_command
-from ams.analysis.diagnostics.wording import MOST_LISTED
+from ams.analysis.diagnostics.wrong_dwell_words import MOST_LISTED
 from ams.analysis.diagnostics.wrong_dwells import LARGEST_SHARE, LEAST_DOF
 from ams.calibration.table_dwell_search import Behind, DwellSearch, StoodPackage, seen_package
 from ams.calibration_result import Calibration
@@ -127,7 +127,7 @@ def _finding(off: Sequence[_Judged], search: DwellSearch) -> Finding:
     steps = () if first.rows.step is None else tuple(int(first.rows.step[row]) for row in rows)
     replications = dict.fromkeys(replication for replication, _ in sorted(judged.labels for judged in off))
     redo = ", ".join(redo_command(label, first.rows.run) for label in replications)
-    way_out = (
+    what_to_do = (
         f"measure again ({redo}, or {void_command(min(steps), first.rows.run)})"
         if steps
         else f"measure again, or take {'its row' if len(rows) == 1 else 'their rows'} out of {first.rows.source} and "
@@ -138,9 +138,9 @@ def _finding(off: Sequence[_Judged], search: DwellSearch) -> Finding:
     who, is_lone = who_agree(largest.behind.common.agreeing, sensors), len(sensors) == 1
     seen = "its axes show it together, and none alone would" if is_lone else f"{who} show it, so it is not the sensors"
     what = f"the table, its base or the common fixture{' (or the package on it)' if is_lone else ''}"
-    text = (
+    fact = (
         f"{what} stood off by {listed}, against the other replications: {seen}; it is in the result and in its "
-        f"uncertainty, and left out of all other tests; {way_out}"
+        "uncertainty, and left out of all other tests"
     )
     details: dict[str, float | str | None] = {
         "test": TABLE_DWELL,
@@ -152,4 +152,5 @@ def _finding(off: Sequence[_Judged], search: DwellSearch) -> Finding:
         "pitch_deg": float(np.rad2deg(first.rows.pitch_rad[at])),
         "roll_deg": float(np.rad2deg(first.rows.roll_rad[at])),
     }
-    return Finding("table-rotation", text, True, min(judged.p_value for judged in off), steps, details)
+    p_value = min(judged.p_value for judged in off)
+    return Finding("table-rotation", fact, True, p_value, steps, details, what_to_do=what_to_do)

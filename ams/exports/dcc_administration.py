@@ -7,7 +7,7 @@ from ams.exports.dcc_elements import NOT_STATED, Element, Elements, clean, conta
 from ams.sets.canonical import Document, Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
-from ams.sets.stated_findings import axis_reservations
+from ams.sets.stated_findings import axis_reservations, fact_of
 
 UNKNOWN_COUNTRY = "XX"
 """User-assigned in ISO 3166-1, used for 'unknown'."""
@@ -111,9 +111,9 @@ def _statements(coefficients: CoefficientSet) -> Elements:
 
 
 def _warnings(document: Document) -> list[str]:
-    """Return those of the package, remarks among them, then those of single axes."""
-    of_axes = (f"axis {axis}: {text}" for axis, text in axis_reservations(document))
-    return [*map(str, listed(document["warnings"])), *of_axes]
+    """Return those of the package, remarks among them, then those of single axes: what the data show of the item."""
+    of_axes = (f"axis {axis}: {fact_of(document, text)}" for axis, text in axis_reservations(document))
+    return [*(fact_of(document, str(text)) for text in listed(document["warnings"])), *of_axes]
 
 
 def _flat(value: object) -> str:

@@ -1,12 +1,12 @@
 """The significant findings that a set states, each with a name by which a person can accept it."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, cast
 
 from ams.findings import Finding, FindingKind
-from ams.sets.canonical import Document, listed, number, table
+from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 
 LACKING = "missing for a calibration when the run began: "
@@ -19,7 +19,9 @@ NO_CERTIFICATE_WITH = (LACKING, TABLE_NOT_COUNTED, RATES_NOT_COUNTED)
 """Beginnings of warnings of a set that are gaps of a certificate."""
 
 
-_NO_DETAILS: Final = frozenset({"kind", "text", "significant", "p_value", "steps", "stated_uncertainties"})
+_NO_DETAILS: Final = frozenset(
+    {"kind", "text", "fact", "what_to_do", "significant", "p_value", "steps", "stated_uncertainties"}
+)
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class StatedFinding:
     """``x.cubic``; of several of a kind on an axis the second is ``x.wrong-dwell.2``. The set's bytes fix it."""
     axis: str
     text: str
+    fact: str
+    """What the text says of the item; of a set that does not know its parts, all of it."""
 
 
 _OUTSIDE: Final = "not in the uncertainty"
@@ -46,7 +50,19 @@ def significant_findings(coefficients: CoefficientSet) -> Iterator[StatedFinding
                 kind = str(finding["kind"])
                 seen[kind] += 1
                 suffix = f".{seen[kind]}" if seen[kind] > 1 else ""
-                yield StatedFinding(f"{axis}.{kind}{suffix}", axis, str(finding["text"]))
+                yield StatedFinding(f"{axis}.{kind}{suffix}", axis, str(finding["text"]), _fact(finding))
+
+
+def fact_of(document: Document, text: str) -> str:
+    """Return what a text of a set's document says of the item: of a finding its fact, any other as it is."""
+    every = (
+        table(stated) for axis in table(document["axes"]).values() for stated in listed(table(axis).get("findings", []))
+    )
+    return next((_fact(finding) for finding in every if finding["text"] == text), text)
+
+
+def _fact(finding: Mapping[str, Json]) -> str:
+    return str(finding.get("fact", finding["text"]))
 
 
 def findings_of_set(coefficients: CoefficientSet) -> Iterator[Finding]:
@@ -56,7 +72,7 @@ def findings_of_set(coefficients: CoefficientSet) -> Iterator[Finding]:
             p_value = stated.get("p_value")
             yield Finding(
                 cast(FindingKind, str(stated["kind"])),
-                str(stated["text"]),
+                _fact(stated),
                 bool(stated["significant"]),
                 None if p_value is None else number(p_value),
                 details={
@@ -65,6 +81,7 @@ def findings_of_set(coefficients: CoefficientSet) -> Iterator[Finding]:
                     if name not in _NO_DETAILS and isinstance(value, (str, int, float))
                 },
                 is_held="stated_uncertainties" not in stated,
+                what_to_do=str(stated.get("what_to_do", "")),
             )
 
 

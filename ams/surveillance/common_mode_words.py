@@ -188,8 +188,8 @@ def on_one_side(finding: Finding) -> Finding:
     """Return a turn of the table as what no result rests on: all dwells that count stand after it, or before it."""
     if finding.kind != "table-rotation":
         return finding
-    text = f"{finding.text}; all dwells that count stand on one side of it: prove the level and the zero of the axes"
-    return replace(finding, text=text, details={**finding.details, ON_ONE_SIDE: 1.0})
+    untied = finding.adding("all dwells that count stand on one side of it", "prove the level and the zero of the axes")
+    return replace(untied, details={**finding.details, ON_ONE_SIDE: 1.0})
 
 
 def all_after(finding: Finding) -> Finding:
@@ -199,12 +199,13 @@ def all_after(finding: Finding) -> Finding:
     """
     if not turned_the_table([finding]):
         return on_one_side(finding)
-    text = (
-        f"{finding.text}; all dwells that count stand after it, by as much off the zero of the axes and the level that "
-        "the rig file declares, and no stated uncertainty holds that: set the zero and read the level anew and "
-        "calibrate again from the start, in a new run, or have the set released from quarantine by name and reason"
+    parted = finding.adding(
+        "all dwells that count stand after it, by as much off the zero of the axes and the level that the rig file "
+        "declares, and no stated uncertainty holds that",
+        "set the zero and read the level anew and calibrate again from the start, in a new run, or have the set "
+        "released from quarantine by name and reason",
     )
-    return replace(finding, text=text, details={**finding.details, ALL_AFTER: 1.0})
+    return replace(parted, details={**finding.details, ALL_AFTER: 1.0})
 
 
 def still_in_doubt(finding: Finding, steps: tuple[int, ...]) -> Finding:
@@ -214,5 +215,8 @@ def still_in_doubt(finding: Finding, steps: tuple[int, ...]) -> Finding:
         if len(steps) == 1
         else f"{len(steps)} dwells in doubt, of steps {steps[0]} to {steps[-1]}, still count"
     )
-    text = f"{finding.text}; the visit that showed it was taken back, and {counting}: take them back as well"
-    return replace(finding, text=text.replace("them back", "it back") if len(steps) == 1 else text, steps=steps)
+    doubted = finding.adding(
+        f"the visit that showed it was taken back, and {counting}",
+        f"take {'it' if len(steps) == 1 else 'them'} back as well",
+    )
+    return replace(doubted, steps=steps)

@@ -1,10 +1,8 @@
 """The certificate as a page, and the page on paper: the same templates and the same typesetter as the report."""
 
-import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
-from typing import Final
 
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.rounding import to_place
@@ -13,6 +11,7 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import (
     DAY_NOT_KNOWN,
     axis_reservations,
+    fact_of,
     outside_uncertainty,
     package_reservations,
 )
@@ -21,7 +20,6 @@ from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
 from procedures.certificate.grounds import Grounds, gaps_of, meters_undeclared
 from procedures.certificate.results import angle_rows, coefficients_of, undetermined
-from procedures.common_mode.ways_out import ACCEPTED, TO_MEASURE_AGAIN
 from procedures.numbers import angle
 from procedures.pages import page_style, with_whole_options
 from procedures.report.page import STYLE_SHEET, report_environment
@@ -31,7 +29,6 @@ from procedures.report.paper.pdf import Attachment, Imprint, paper_of
 TEMPLATES = Path(__file__).with_name("templates")
 TURN_DEG = 360.0
 SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
-_COMMAND_IN_BRACKETS: Final = re.compile(r" \([^()]*\bcalrig [^()]*\)")
 USED_AT = "temperature of use, "
 """What the names of the parts of U for use at other temperatures than that of the calibration begin with."""
 NOT_USABLE = "CALIBRATION NOT USABLE"
@@ -63,11 +60,10 @@ def certificate_page(grounds: Grounds) -> str:
         calibrated=_calibrated(grounds),
         shift=_shift_in_words(grounds.coefficients),
         reservations=_reservations(grounds),
-        lacking=[_sentence(text) for text in outside_uncertainty(grounds.coefficients.document)],
+        lacking=_facts(grounds.coefficients.document, outside_uncertainty(grounds.coefficients.document)),
         specimen=SPECIMEN,
         not_usable=NOT_USABLE,
         standing_sentence=_standing_sentence(grounds),
-        for_the_customer=for_the_customer,
         **page_style(STYLE_SHEET),
     )
     return with_whole_options(page)
@@ -147,21 +143,21 @@ def _reservations(grounds: Grounds) -> list[str]:
     """Return what the verdict rests on, but for the findings that stand with who accepted them."""
     document, accepted = grounds.coefficients.document, {word.finding for word in grounds.signed.acceptances}
     shown = {finding.text for finding in grounds.signed.findings if finding.name in accepted}
-    of_axes = (f"Axis {axis}: {text}" for axis, text in axis_reservations(document) if text not in shown)
-    sentences = [*(text for text in package_reservations(document) if text not in shown), *of_axes]
-    return [_sentence(text) for text in sentences]
+    of_axes = (
+        _sentence(f"Axis {axis}: {fact_of(document, text)}")
+        for axis, text in axis_reservations(document)
+        if text not in shown
+    )
+    return [*_facts(document, (text for text in package_reservations(document) if text not in shown)), *of_axes]
+
+
+def _facts(document: Document, texts: Iterable[str]) -> list[str]:
+    """Return texts of a set as sentences for the customer: of a finding what the data showed, not what to do."""
+    return [_sentence(fact_of(document, text)) for text in texts]
 
 
 def _sentence(text: str) -> str:
-    said = for_the_customer(text)
-    return f"{said[0].upper()}{said[1:].rstrip('.')}."
-
-
-def for_the_customer(text: str) -> str:
-    """Return what a finding says of the item without what the laboratory's own hands can do about it."""
-    parts = _COMMAND_IN_BRACKETS.sub("", text).split("; ")
-    said = [part.partition(TO_MEASURE_AGAIN)[0] for part in parts if not part.startswith(ACCEPTED)]
-    return "; ".join(part for part in said if part and "calrig " not in part)
+    return f"{text[0].upper()}{text[1:].rstrip('.')}."
 
 
 def _calibrated(grounds: Grounds) -> str:

@@ -383,7 +383,7 @@ def way_out(judged: Judged, plan: Plan, folder: Path) -> str:
     if not judged.doubtful:
         return f"calrig continue {run} goes on, and compares with this visit from then on"
     return (
-        f"{in_doubt(judged.doubtful)}{TO_MEASURE_AGAIN}put the table right, calrig stop {run}, then "
+        f"{in_doubt(judged.doubtful)}; {TO_MEASURE_AGAIN}put the table right, calrig stop {run}, then "
         f"{take_back_commands(judged.doubtful, plan, run)}, and calrig resume {run}; "
         f"calrig continue {run} keeps them and compares with this visit from then on"
     )

@@ -4,14 +4,15 @@ from collections.abc import Collection, Sequence
 from typing import Final
 
 from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.findings import Said
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
 
 Moment = tuple[int, float]
 """Epoch and rig seconds within it: dates of two starts may overlap, where the clock was set or time is virtual."""
 
-TO_MEASURE_AGAIN: Final = ": to measure them again "
-ACCEPTED: Final = "or keep them, and accept the finding by name and reason when the set is signed"
+TO_MEASURE_AGAIN: Final = "to measure them again "
+_ACCEPTED: Final = "or keep them, and accept the finding by name and reason when the set is signed"
 
 
 def in_doubt(steps: Collection[int]) -> str:
@@ -31,17 +32,18 @@ def take_back_commands(steps: Collection[int], plan: Plan, run: str) -> str:
     return f"{void_command(min(steps), run)}{f', or {redone}' if redone else ''}"
 
 
-def measured_again(steps: Collection[int], plan: Plan, run: str) -> str:
+def measured_again(steps: Collection[int], plan: Plan, run: str) -> Said:
     """Return how dwells that a change of the meter leaves in doubt are measured again, or what else can be done."""
-    return (
-        f"{in_doubt(steps)}{TO_MEASURE_AGAIN}put the meter right, then {take_back_commands(steps, plan, run)}, "
-        f"and calrig resume {run}; {ACCEPTED}"
+    return Said(
+        in_doubt(steps),
+        f"{TO_MEASURE_AGAIN}put the meter right, then {take_back_commands(steps, plan, run)}, and calrig resume {run}; "
+        f"{_ACCEPTED}",
     )
 
 
 def meter_way_out(
     steps: Sequence[int], since: Moment, until: Moment, dwells: Sequence[DwellRecord], plan: Plan, run: str
-) -> str:
+) -> Said:
     """Say what a change of the meter leaves in doubt of the design, and the way out.
 
     ``steps``: measured in between, where visits tell it; else those that count and were. ``since`` and ``until``: when
@@ -55,8 +57,7 @@ def meter_way_out(
     if between:
         return measured_again(between, plan, run)
     if not before or not after:
-        return "all dwells that count stand on one side of it: none is in doubt by it"
-    return (
-        f"{len(after)} of {len(design)} dwells were measured after it, and the result is a mixture: "
-        f"{measured_again(after, plan, run)}"
-    )
+        return Said("all dwells that count stand on one side of it: none is in doubt by it")
+    again = measured_again(after, plan, run)
+    mixture = f"{len(after)} of {len(design)} dwells were measured after it, and the result is a mixture"
+    return again._replace(fact=f"{mixture}: {again.fact}")

@@ -104,7 +104,7 @@ def _next(run_dir: Path, state: State, cause: str, before: str, meter_doubts: st
 def _meter_doubts(run_dir: Path, events: Sequence[Event], plan: Plan) -> str:
     """Return how the dwells are measured again that a change of the meter left in doubt and nobody took back since."""
     doubtful = set[int]().union(*left_in_doubt(events, _is_of_meter))
-    return measured_again(doubtful, plan, shlex.quote(str(run_dir))) if doubtful else ""
+    return measured_again(doubtful, plan, shlex.quote(str(run_dir))).text if doubtful else ""
 
 
 def _is_of_meter(event: Event) -> bool:

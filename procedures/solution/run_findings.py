@@ -103,8 +103,7 @@ def _with_way_out(finding: Finding, judged: Judged, record: RunRecord) -> Findin
     if not finding.is_significant or finding.kind not in _OF_METER:
         return finding
     run = shlex.quote(record.run_id)
-    way_out = meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, record.plan, run)
-    return replace(finding, text=f"{finding.text}; {way_out}")
+    return finding.adding(*meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, record.plan, run))
 
 
 def proved_changes(record: RunRecord) -> tuple[ProvedChange, ...]:

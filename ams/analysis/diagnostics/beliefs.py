@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from typing import Final
 
 from ams.analysis.diagnostics.low_order import OF_GYROS, PPM, TERMS
@@ -100,6 +101,18 @@ class BeliefTest:
     axes: int = 1
     """How many axes of a family have this same test: it can ring falsely once only, so it has the share of all of them.
     """
+
+    @property
+    def numbers(self) -> dict[str, float | str | None]:
+        """Size, uncertainty and unit as the details of a finding; nothing where there is no size."""
+        if not isfinite(self.size):
+            return {}
+        found: dict[str, float | str | None] = {"size": self.size}
+        if isfinite(self.uncertainty):
+            found["time_constant_h" if self.name == LAG else "standard_uncertainty"] = self.uncertainty
+        if self.unit:
+            found["unit"] = self.unit
+        return found
 
 
 @dataclass(frozen=True)

@@ -80,17 +80,17 @@ def clipped_finding(
     at = " and at ".join(f"{level:.7g} {printed(unit)}" for level in levels)
     more = every.size - len(dwells)
     listed = "; ".join(dwells) + (f"; and {more} more" if more > 0 else "")
-    text = (
+    fact = (
         f"clipped: {every.size} dwells stand at {at}, equal to the last digit: a rail of the amplifier, the range of "
         f"the meter or a channel that hangs, and no measure of what the sensor felt ({listed}); offset and "
-        "sensitivities are wrong by it, they are not usable and there is no coefficient set; choose a larger range or "
-        "a smaller gain and measure again, or leave these dwells out and solve again; the other tests are made without "
-        "them"
+        "sensitivities are wrong by it, they are not usable and there is no coefficient set; the other tests are made "
+        "without these dwells"
     )
+    what_to_do = "choose a larger range or a smaller gain and measure again, or leave these dwells out and solve again"
     details: dict[str, float | str | None] = {"dwells": float(every.size)}
     details |= dict(zip(("level", "other_level"), levels, strict=False))
     numbers = () if steps is None else tuple(int(step) for step in steps[every])
-    return Finding(KIND, text, True, None, numbers, details, is_held=False)
+    return Finding(KIND, fact, True, None, numbers, details, is_held=False, what_to_do=what_to_do)
 
 
 def first_rows(rows: Sequence[BoolArray]) -> Iterator[int]:

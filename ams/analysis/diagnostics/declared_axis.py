@@ -36,10 +36,13 @@ _UNITS: Final = {
     1e-3: "the numbers look like kilovolts, or the declared ones like millivolts per g",
 }
 """What was read over what is declared, to the unit that would make them agree."""
-_WHAT_TO_DO: Final = (
+_NOT_USABLE: Final = (
     "offset and sensitivity belong to something else than the name of this axis says; the result is not usable and "
-    "there is no coefficient set; correct the wiring and measure again, or correct what is declared (channels and "
-    "mount of the rig file, nominal_sensitivity_v_per_g, --axis) and solve again"
+    "there is no coefficient set"
+)
+_WHAT_TO_DO: Final = (
+    "correct the wiring and measure again, or correct what is declared (channels and mount of the rig file, "
+    "nominal_sensitivity_v_per_g, --axis) and solve again"
 )
 
 
@@ -81,14 +84,15 @@ def contradicted_size(
     if not (found - _FAR * u > high or found + _FAR * u < low):
         return
     ratio = found / declared.v_per_g
-    text = (
+    fact = (
         f"the sensitivity is {significant(found, 4)} V/g, declared are {declared.v_per_g:g} V/g "
         f"(nominal_sensitivity_v_per_g): {significant(ratio, 3)} times that, allowed {GAIN_RANGE[0]:g} to "
         f"{GAIN_RANGE[1]:g} times; {_likely(ratio)}; offset and sensitivity stand in the unit of the numbers that were "
-        "read, and the result is not usable as it is; correct the numbers or what is declared, and solve again"
+        "read, and the result is not usable as it is"
     )
+    what_to_do = "correct the numbers or what is declared, and solve again"
     details: dict[str, float | str | None] = {DECLARED_SIZE: declared.v_per_g, "sensitivity_v_per_g": found}
-    yield Finding(KIND, text, True, None, details=details, is_held=False)
+    yield Finding(KIND, fact, True, None, details=details, is_held=False, what_to_do=what_to_do)
 
 
 def _likely(ratio: float) -> str:
@@ -130,9 +134,9 @@ def contradicted_axis(
         if is_another
         else "polarity reversed"
     )
-    text = f"declared along {stated}, but it reads as {reads_as} ({away_deg:.1f}° away): {what}; {_WHAT_TO_DO}"
+    fact = f"declared along {stated}, but it reads as {reads_as} ({away_deg:.1f}° away): {what}; {_NOT_USABLE}"
     details: dict[str, float | str | None] = {"declared": stated, "reads_as": reads_as, "away_deg": away_deg}
-    return Finding(KIND, text, True, None, details=details)
+    return Finding(KIND, fact, True, None, details=details, what_to_do=_WHAT_TO_DO)
 
 
 def handedness(axes: Mapping[str, AxisCalibration], declared: Mapping[str, DeclaredDirection]) -> Iterator[str]:

@@ -165,11 +165,9 @@ def field_finding(test: FieldTest, level: float, unit: str) -> Finding:
     else:
         each = ", ".join(signed(component, 3) for component in test.beside.tolist())
         what = f"beside the coil stands {each} {unit} more than declared, and {coil}"
-    text = (
+    fact = (
         f"all axes together contradict the field that each was solved in (p = {test.p_value:.2g}): at best {what}; "
-        "offsets and sensitivities are bent to the wrong field and their intervals do not hold that: measure the "
-        "surroundings with the coil off, look for iron and for what was switched meanwhile, and correct "
-        "surroundings_ut or the coil's direction, or leave surroundings_ut out so that it is solved"
+        "offsets and sensitivities are bent to the wrong field and their intervals do not hold that"
         if is_significant
         else f"all axes together agree on the field that each was solved in (p = {test.p_value:.2g})"
     )
@@ -178,4 +176,16 @@ def field_finding(test: FieldTest, level: float, unit: str) -> Finding:
         "coil_deg": float(np.degrees(test.coil_rad)),
         "beside_ut": float(np.linalg.norm(test.beside)),
     }
-    return Finding("field-contradicted", text, is_significant, test.p_value, details=details, is_held=False)
+    what_to_do = (
+        "measure the surroundings with the coil off, look for iron and for what was switched meanwhile, and correct "
+        "surroundings_ut or the coil's direction, or leave surroundings_ut out so that it is solved"
+    )
+    return Finding(
+        "field-contradicted",
+        fact,
+        is_significant,
+        test.p_value,
+        details=details,
+        is_held=False,
+        what_to_do=what_to_do if is_significant else "",
+    )

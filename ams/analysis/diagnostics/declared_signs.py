@@ -231,18 +231,18 @@ def _of_other_angles(
     worst = int(np.argmax(stated.size / other.length))
     found = [_sized(fit.size[worst], other.length[worst], package.models[0]) for fit in (other, stated)]
     fits_with = _either([_words(fit) for fit in simplest])
-    text = (
+    fact = (
         f"the readings fit with {fits_with} to {found[0]}, as declared to {found[1]} (axis {package.labels[worst]}, "
         f"standard deviation over the points){otherwise}: the sign or the order of the angles is not the declared one; "
-        "offset and sensitivities belong to other attitudes, which the stated uncertainties do not hold; correct the "
-        "angles, or the sign of the axis in the rig file, and solve again"
+        "offset and sensitivities belong to other attitudes, which the stated uncertainties do not hold"
     )
+    what_to_do = "correct the angles, or the sign of the axis in the rig file, and solve again"
     details: dict[str, float | str | None] = {
         FITS_WITH: fits_with,
         "fits_to_v": float(other.size[worst]),
         AS_DECLARED_TO: float(stated.size[worst]),
     }
-    finding = Finding(KIND, text, True, None, details=details, is_held=False)
+    finding = Finding(KIND, fact, True, None, details=details, is_held=False, what_to_do=what_to_do)
     return dict.fromkeys(of, finding)
 
 
@@ -268,13 +268,15 @@ def _of_polarities(package: Package, stated: _Fit, simplest: Sequence[_Fit]) -> 
     fits_with = _either(_of_outputs(package, simplest, stated, is_tied=is_tied))
     counted = ", polarities counted as they are declared" if is_declared else ""
     declare = "" if is_declared else ", or declare the polarity (nominal_sensitivity_v_per_g of the rig file)"
-    text = (
+    fact = (
         f"the axes do not read with one polarity: {' and '.join(others)} one way, "
         f"{' and '.join(stated.reversed_axes)} the other{counted}; they read with one with {fits_with}; angles "
-        "inferred with such a set may have that sign; correct the file, the sign of the axis in the rig file or the "
-        f"wiring{declare}, and solve again"
+        "inferred with such a set may have that sign"
     )
-    finding = Finding(KIND, text, True, None, details={FITS_WITH: fits_with}, is_held=not is_declared)
+    what_to_do = f"correct the file, the sign of the axis in the rig file or the wiring{declare}, and solve again"
+    finding = Finding(
+        KIND, fact, True, None, details={FITS_WITH: fits_with}, is_held=not is_declared, what_to_do=what_to_do
+    )
     return dict.fromkeys(package.labels if is_tied else stated.reversed_axes, finding)
 
 

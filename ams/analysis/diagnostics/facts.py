@@ -61,13 +61,19 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
         return
     unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
     size = f"{significant(k, 3)} {unit}"
-    text = (
+    fact = (
         f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {size} with a "
         f"standard uncertainty of {two_digits(u)} {unit}: what was visited does not change what this axis senses, or "
-        "the channel is dead; the result is not usable and there is no coefficient set; add attitudes that change it, "
-        "or leave this axis out"
+        "the channel is dead; the result is not usable and there is no coefficient set"
     )
-    yield Finding("axis-undetermined", text, True, None, details={"sensitivity": k, "standard_uncertainty": u})
+    yield Finding(
+        "axis-undetermined",
+        fact,
+        True,
+        None,
+        details={"sensitivity": k, "standard_uncertainty": u},
+        what_to_do="add attitudes that change it, or leave this axis out",
+    )
 
 
 def undetermined_offset(model: Model, primary: FloatArray, covariance: FloatArray) -> Iterator[Finding]:
@@ -80,12 +86,19 @@ def undetermined_offset(model: Model, primary: FloatArray, covariance: FloatArra
     change_v = abs(float(primary[model.primary_names.index(along)]))
     if not change_v <= _EXPANDED * u:
         return
-    text = (
+    fact = (
         f"the offset has a standard uncertainty of {two_digits(u)} V where the output changes by "
         f"{significant(change_v, 3)} V from 0 to 1 g: no angle is told by this axis; the result is not usable and "
-        "there is no coefficient set; correct what is declared (the budget names the source), or measure again"
+        "there is no coefficient set"
     )
-    yield Finding("axis-undetermined", text, True, None, details={"sensitivity": change_v, "standard_uncertainty": u})
+    yield Finding(
+        "axis-undetermined",
+        fact,
+        True,
+        None,
+        details={"sensitivity": change_v, "standard_uncertainty": u},
+        what_to_do="correct what is declared (the budget names the source), or measure again",
+    )
 
 
 def time_confounded(evidence: Evidence) -> Iterator[Finding]:
@@ -98,17 +111,25 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
         return
     what, has_drift = stimulus_of(evidence.models[0]), DRIFT_NAME in evidence.models[0].primary_names
     is_confounded = r > LARGEST_CORRELATION and not has_drift
-    text = (
+    fact = (
         f"time and {what} go together inside the replications (correlation {r:.2f}, allowed "
         f"{LARGEST_CORRELATION:g}): a drift within a replication would pass for offset and sensitivity and is not in "
-        "the uncertainties; use an order such as there-and-back, or take an even drift into the solution (--time-term "
-        "linear; [solve] time_term)"
+        "the uncertainties"
         if is_confounded
         else f"time and {what}: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
         f"{'; an even drift is in the solution' if has_drift else ''}"
     )
+    what_to_do = (
+        "use an order such as there-and-back, or take an even drift into the solution (--time-term linear; [solve] "
+        "time_term)"
+    )
     yield Finding(
-        "time-confounded", text, is_confounded, None, details={"test": "time with attitude", "correlation": r}
+        "time-confounded",
+        fact,
+        is_confounded,
+        None,
+        details={"test": "time with attitude", "correlation": r},
+        what_to_do=what_to_do if is_confounded else "",
     )
 
 
@@ -116,23 +137,24 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
     """Yield what the order of rows without times tells: nothing is wrong with a run only because it has no times."""
     passed = row_time(evidence)
     if passed is None:
-        text = (
+        fact = (
             f"{_NO_TIMES}, and the rows are not in the order of the replications: a drift inside the replications "
-            "cannot be judged, and is not in the uncertainty; give the column time_s, or the rows in the order in "
-            "which they were measured"
+            "cannot be judged, and is not in the uncertainty"
         )
-        yield Finding("time-confounded", text, False, None, details={"test": _NO_ORDER})
+        what_to_do = "give the column time_s, or the rows in the order in which they were measured"
+        yield Finding("time-confounded", fact, False, None, details={"test": _NO_ORDER}, what_to_do=what_to_do)
         return
     r = confounding(evidence, _LINEAR, passed)
     if r is None or not r > LARGEST_CORRELATION or DRIFT_NAME in evidence.models[0].primary_names:
         return
-    text = (
+    fact = (
         f"{_NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
         f"inside the replications (correlation {r:.2f}, allowed {LARGEST_CORRELATION:g}): a drift within a replication "
-        "would pass for offset and sensitivity, and is not in the uncertainty; give the column time_s, and use an "
-        "order such as there-and-back"
+        "would pass for offset and sensitivity, and is not in the uncertainty"
     )
-    yield Finding("time-confounded", text, False, None, details={"test": _ORDER_OF_ROWS, "correlation": r})
+    details: dict[str, float | str | None] = {"test": _ORDER_OF_ROWS, "correlation": r}
+    what_to_do = "give the column time_s, and use an order such as there-and-back"
+    yield Finding("time-confounded", fact, False, None, details=details, what_to_do=what_to_do)
 
 
 def untold_order(findings: Iterable[Finding]) -> tuple[str, ...]:
@@ -179,19 +201,20 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, *, has_times:
     )
     each, rate = ("an hour", drift.slope * SECONDS_PER_HOUR) if has_times else ("from row to row", drift.slope)
     taken = "" if has_times else f" ({_NO_TIMES}; the order of the rows was taken for them, evenly spaced)"
-    ways_out = "" if has_times else "give the column time_s, and then "
-    text = (
+    fact = (
         f"the output drifts evenly through the run, by {signed_in_words(rate, unit)} {each}{taken}, and the order "
-        f"of the points lets that into the estimate: {shown}; the stated uncertainties do not hold it: {ways_out}take "
-        "the drift into the solution (--time-term linear; [solve] time_term), or measure in an order that lets less of "
-        "it in (calrig check compares them)"
+        f"of the points lets that into the estimate: {shown}; the stated uncertainties do not hold it"
+    )
+    what_to_do = (
+        f"{'' if has_times else 'give the column time_s, and then '}take the drift into the solution (--time-term "
+        "linear; [solve] time_term), or measure in an order that lets less of it in (calrig check compares them)"
     )
     details: dict[str, float | str | None] = {
         "test": "drift in the parameters",
         "per_hour" if has_times else "per_row": rate,
         "largest_share_of_u": float(share.max()),
     }
-    yield Finding("time-confounded", text, True, drift.p_value, details=details, is_held=False)
+    yield Finding("time-confounded", fact, True, drift.p_value, details=details, is_held=False, what_to_do=what_to_do)
 
 
 def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
@@ -202,10 +225,11 @@ def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
     if r is None or not r > LARGEST_CORRELATION:
         return
     what = stimulus_of(evidence.models[0])
-    text = (
+    fact = (
         f"the recorded temperature goes with the {what} inside the replications (correlation {r:.2f}, allowed "
         f"{LARGEST_CORRELATION:g}): what it does to the sensor passes for offset and sensitivity, and no temperature "
-        "is modelled; hold the temperature, take another order of the points, or apply known temperature coefficients"
+        "is modelled"
     )
+    what_to_do = "hold the temperature, take another order of the points, or apply known temperature coefficients"
     details: dict[str, float | str | None] = {"test": "temperature with attitude", "correlation": r}
-    yield Finding("temperature-residual", text, True, None, details=details)
+    yield Finding("temperature-residual", fact, True, None, details=details, what_to_do=what_to_do)

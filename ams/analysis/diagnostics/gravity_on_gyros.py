@@ -71,18 +71,19 @@ def gravity_finding(found: GravityTest | None, level: float, limit_dps_per_g: fl
     if found is None or not found.p_value <= level or found.size_dps_per_g <= (limit_dps_per_g or 0.0):
         return None
     beyond = (
-        "and no limit of it is declared (largest_g_sensitivity_dps_per_g of the sensor, or of calrig fit)"
+        "and no limit of it is declared"
         if limit_dps_per_g is None
-        else f"beyond the declared {two_digits(limit_dps_per_g)} °/s per g (largest_g_sensitivity_dps_per_g)"
+        else f"beyond the declared {two_digits(limit_dps_per_g)} °/s per g"
     )
     earth = "" if found.counts_earth else "; the Earth's rotation, 0.0042 °/s at most, looks alike where rates lack it"
-    text = (
+    fact = (
         f"the zero follows the attitude to gravity: {two_digits(found.size_dps_per_g)} °/s per g, {beyond}; the offset "
         "holds for the mean force of the calibration only and the stated uncertainties do not hold what it changes by "
-        f"elsewhere: declare the limit that the gyro has{earth}"
+        f"elsewhere{earth}"
     )
+    what_to_do = "declare the limit that the gyro has (largest_g_sensitivity_dps_per_g of the sensor, or of calrig fit)"
     details: dict[str, float | str | None] = {"test": GRAVITY, "size": found.size_dps_per_g, "unit": "dps per g"}
-    return Finding("lack-of-fit", text, True, found.p_value, details=details, is_held=False)
+    return Finding("lack-of-fit", fact, True, found.p_value, details=details, is_held=False, what_to_do=what_to_do)
 
 
 def _mean_force_g(rows: Observations) -> FloatArray:

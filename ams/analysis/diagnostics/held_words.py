@@ -7,7 +7,7 @@ from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, MEMORIES
 from ams.analysis.diagnostics.declared_signs import fits_other_angles
 from ams.analysis.diagnostics.facts import CONTAINED, as_the_order_has_it
 from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
-from ams.findings import Finding
+from ams.findings import Finding, Said
 
 BESIDE_MEMORY: Final = (
     "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
@@ -17,19 +17,20 @@ _OF_ANGLES: Final = "other signs or another order of the angles explain it, and 
 LARGEST_LACK: Final = 0.01
 """Of the sensitivity, or half a degree near level: no table, base or mount that is declared does as much, and no sensor
 whose nonlinearity is not."""
-_TOO_LARGE: Final = (
+_TOO_LARGE: Final = Said(
     "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
-    "are not those of the readings, and the stated uncertainties do not hold it; look at the residuals by attitude"
+    "are not those of the readings, and the stated uncertainties do not hold it",
+    "look at the residuals by attitude",
 )
 
 
-def lack_words(*, other_angles: bool, is_large: bool, follows_gravity: bool, is_remembering: bool) -> str:
+def lack_words(*, other_angles: bool, is_large: bool, follows_gravity: bool, is_remembering: bool) -> Said:
     """Return whether a lack of fit is in the stated uncertainties, what explains it first."""
     if other_angles:
-        return _OF_ANGLES
+        return Said(_OF_ANGLES)
     if is_large:
         return _TOO_LARGE
-    return _OF_GRAVITY if follows_gravity else BESIDE_MEMORY if is_remembering else CONTAINED
+    return Said(_OF_GRAVITY if follows_gravity else BESIDE_MEMORY if is_remembering else CONTAINED)
 
 
 def untested_scatter(scatter: float, words: str, largest_lack: float) -> Iterator[Finding]:
@@ -39,11 +40,12 @@ def untested_scatter(scatter: float, words: str, largest_lack: float) -> Iterato
     """
     if not scatter > largest_lack:
         return
-    text = (
+    fact = (
         f"the residuals scatter by {words} (standard deviation of a dwell), and no replication tells lack of fit from "
-        f"noise; {_TOO_LARGE}"
+        f"noise; {_TOO_LARGE.fact}"
     )
-    yield Finding("lack-of-fit", text, True, None, details={"size": scatter}, is_held=False)
+    what_to_do = _TOO_LARGE.what_to_do
+    yield Finding("lack-of-fit", fact, True, None, details={"size": scatter}, is_held=False, what_to_do=what_to_do)
 
 
 def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
@@ -54,9 +56,10 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
     is_remembering = not tests.isdisjoint(MEMORIES)
     if is_drift:
         return BESIDE_MEMORY if is_remembering else as_the_order_has_it(found)
-    return lack_words(
+    lack_is = lack_words(
         other_angles=any(map(fits_other_angles, significant)),
         is_large=any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),
         follows_gravity=GRAVITY in tests,
         is_remembering=is_remembering,
     )
+    return lack_is.fact

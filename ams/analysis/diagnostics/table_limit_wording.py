@@ -6,7 +6,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.beliefs import BeliefTest
 from ams.analysis.diagnostics.table_curves import TableLimit
-from ams.findings import Finding
+from ams.findings import Finding, Said
 from ams.rounding import two_digits
 from ams.units import ARCSEC_PER_DEG
 
@@ -18,8 +18,18 @@ def of_table_limit(test: BeliefTest, limit: TableLimit, *, is_significant: bool)
     details: dict[str, float | str | None] = {"test": test.name}
     details |= {f"{axis}_arcsec": float(size) for axis, size in sizes.items()}
     details |= {f"{axis}_limit_arcsec": float(size) for axis, size in limits.items()}
-    text = _beyond_the_table(sizes, limits, limit) if is_significant else f"{test.name}: {_within_the_table(limit)}"
-    return Finding(test.kind, text, is_significant, test.p_value, details=details, is_held=False)
+    said = (
+        _beyond_the_table(sizes, limits, limit) if is_significant else Said(f"{test.name}: {_within_the_table(limit)}")
+    )
+    return Finding(
+        test.kind,
+        said.fact,
+        is_significant,
+        test.p_value,
+        details=details,
+        is_held=False,
+        what_to_do=said.what_to_do,
+    )
 
 
 def _within_the_table(limit: TableLimit) -> str:
@@ -28,7 +38,7 @@ def _within_the_table(limit: TableLimit) -> str:
     return "index errors within it explain the points"
 
 
-def _beyond_the_table(sizes: Mapping[str, float], limits: Mapping[str, float], limit: TableLimit) -> str:
+def _beyond_the_table(sizes: Mapping[str, float], limits: Mapping[str, float], limit: TableLimit) -> Said:
     beyond = [axis for axis, size in sizes.items() if size > limits[axis]]
     shown = " and ".join(
         f"{axis} by {two_digits(sizes[axis])}″ (declared ±{two_digits(limits[axis])}″)" for axis in beyond
@@ -37,9 +47,10 @@ def _beyond_the_table(sizes: Mapping[str, float], limits: Mapping[str, float], l
     index_errors = f"its index errors in {shown}, as far as the attitudes show them"
     chance = f"{limit.p_value:.2g}".replace("-", "−")
     compared = f"no index errors within the declared {declared} explain the points as larger ones do (p = {chance})"
-    unheld = (
-        "offset and sensitivities hold part of it that the stated uncertainties do not: look at the table, its "
-        "coupling and its last certificate, and declare the limit, or the errors at angles, that it has"
+    unheld = "offset and sensitivities hold part of it that the stated uncertainties do not"
+    what_to_do = (
+        "look at the table, its coupling and its last certificate, and declare the limit, or the errors at angles, "
+        "that it has"
     )
     if limit.outputs == 1 or limit.is_departing:
         either = (
@@ -51,8 +62,10 @@ def _beyond_the_table(sizes: Mapping[str, float], limits: Mapping[str, float], l
             "the other outputs of the package are explained within the limit, and one that sees the most of a table's "
             f"axis does not tell the two apart; {unheld}"
             if limit.is_departing
-            else f"one output alone does not tell the two apart; {unheld}, or measure a second output on the same table"
+            else f"one output alone does not tell the two apart; {unheld}"
         )
-        return f"{either} or the sensor has a nonlinearity of its own of higher order: {parted}"
+        second = "" if limit.is_departing else ", or measure a second output on the same table"
+        fact = f"{either} or the sensor has a nonlinearity of its own of higher order: {parted}"
+        return Said(fact, f"{what_to_do}{second}")
     first = f"the table is off by more than is declared: {index_errors}" if beyond else f"the table: {compared}"
-    return f"{first}, alike for every output of this package; {unheld}"
+    return Said(f"{first}, alike for every output of this package; {unheld}", what_to_do)

@@ -15,6 +15,7 @@ import numpy as np
 from ams.analysis.diagnostics.beliefs import UNEVEN, BeliefTest
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import BoolArray, FloatArray
+from ams.findings import Said
 from ams.rounding import two_digits
 from ams.solve.layout import Layout
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
@@ -118,18 +119,18 @@ def uneven_test(found: UnevenNoise | None, layout: Layout) -> tuple[BeliefTest, 
     return (BeliefTest(UNEVEN, "uneven-noise", found.p_value, float(found.excess.max()), replications=loud),)
 
 
-def uneven_text(test: BeliefTest) -> str:
+def uneven_words(test: BeliefTest) -> Said:
     """Return what is said of it where it is significant."""
     if not test.replications:
-        return (
+        return Said(
             "the dwells of some replications scatter plainly more than those of others: the noise changed while the "
             "run measured; each replication counts alike, and the stated uncertainties hold it"
         )
     which, is_single = " and ".join(test.replications), len(test.replications) == 1
     times = two_digits(test.size)
     scatter = f"replication {which} scatters {times}" if is_single else f"replications {which} scatter up to {times}"
-    return (
+    return Said(
         f"{scatter} times as much as the others: the noise was larger then; each replication counts alike, and the "
-        "stated uncertainties hold it; find what shook the rig or disturbed the channel, and measure again for a "
-        "smaller uncertainty"
+        "stated uncertainties hold it",
+        "find what shook the rig or disturbed the channel, and measure again for a smaller uncertainty",
     )

@@ -21,7 +21,7 @@ def test_a_step_is_held_up_to_the_declared_limit_and_not_beyond(limit_v: float, 
     found, told = _stepped(40e-6, limit_v, 3)
     assert found == verdict
     assert ("within the declared largest_offset_shift_v of 60 µV" in told) == (verdict == "usable")
-    assert ("the result is a mixture of both: measure them again" in told) == (verdict == "not usable")
+    assert ("the result is a mixture of both; measure them again" in told) == (verdict == "not usable")
     assert ("mixture" in told) == (verdict == "not usable")
 
 

@@ -9,7 +9,7 @@ from simulated_campaign import ARCSEC, Campaign
 from solved import provenance
 
 from ams.analysis.calibration_budget import axis_budget
-from ams.analysis.diagnostics.wording import Scale
+from ams.analysis.diagnostics.size_words import Scale
 from ams.calibration.calibrate import calibrate
 from ams.calibration.diagnosis import _move
 from ams.calibration.findings_document import full_document

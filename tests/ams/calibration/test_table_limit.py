@@ -9,8 +9,9 @@ from scipy.optimize import lsq_linear
 from solved_campaigns import columns_of, rows_of, table_of
 
 from ams.analysis.diagnostics.beliefs import TABLE_LIMIT, AxisTests, BeliefTest
+from ams.analysis.diagnostics.size_words import Scale
 from ams.analysis.diagnostics.table_curves import TableLimit, _bounded, indices_of
-from ams.analysis.diagnostics.wording import Scale, findings_of
+from ams.analysis.diagnostics.wording import findings_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding

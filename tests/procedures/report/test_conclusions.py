@@ -75,7 +75,7 @@ def test_a_change_that_something_else_explains_is_not_told_as_none() -> None:
     assert rows is not None
     assert solved.replication is not None
     explained = tuple(
-        replace(finding, is_significant=False, text="drift of offset: explained by temperature")
+        replace(finding, is_significant=False, fact="drift of offset: explained by temperature")
         if finding.details.get("test") == "drift of offset"
         else finding
         for finding in solved.findings

@@ -44,10 +44,10 @@ def test_without_tests_there_is_no_section() -> None:
 def test_who_accepted_a_finding_and_who_signed_stand_on_the_page() -> None:
     """As in the archive when the page is made: `calrig solve` makes it again."""
     view, when = run_view(Scene(offset_drift_v=4e-6)), datetime(2026, 3, 2, 9, tzinfo=UTC)
-    finding = StatedFinding("x.drift", "x", "offset changed by 12″.")
+    finding = StatedFinding("x.drift", "x", "offset changed by 12″.", "offset changed by 12″.")
     signed = SignOff(
         "0" * 64, (Signature("prepared", "A. Operator", when, ""), Signature("approved", "B. Chief", when, "")), (),
-        (finding, StatedFinding("y.drift", "y", "said of y.")),
+        (finding, StatedFinding("y.drift", "y", "said of y.", "said of y.")),
         (AcceptedFinding("x.drift", "B. Chief", when, "known"),),
         "the table turned", Release("C. Head", when, "checked by hand"),
     )  # fmt: skip

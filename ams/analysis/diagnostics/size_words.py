@@ -1,0 +1,54 @@
+"""Sizes as words, and what the words of all tests of one axis are made with."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from ams.findings import Said
+from ams.rounding import two_digits, with_uncertainty
+from ams.units import ARCSEC_PER_DEG, printed
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What turns an output into words: as an angle where the sensitivity is known, in its unit elsewhere."""
+
+    unit: str
+    volts_per_radian: float | None
+
+    def words(self, size: float) -> str:
+        if self.volts_per_radian is None or abs(size) > self.volts_per_radian:
+            return f"{two_digits(size)} {printed(self.unit)}"
+        return f"{two_digits(np.rad2deg(size / self.volts_per_radian) * ARCSEC_PER_DEG)}″"
+
+    def per_g(self, size: float, uncertainty: float) -> str:
+        """Return an output per g with twice its standard uncertainty."""
+        if self.volts_per_radian is None:
+            return f"{within(abs(size), 2.0 * uncertainty)} {printed(self.unit)} a g"
+        micro = 1e6 / self.volts_per_radian
+        return f"{within(micro * abs(size), 2.0 * micro * uncertainty)} µg a g ({self.words(abs(size))})"
+
+
+@dataclass(frozen=True)
+class AxisWords:
+    """What the words of one axis are made with."""
+
+    scale: Scale
+    conviction_level: float
+    has_table: bool
+    """Whether index errors of a table are declared."""
+    lack_is: Said
+    """Whether a lack of fit is in the stated uncertainties."""
+    drift_is: str
+    """Whether a drift is."""
+    drifts: Mapping[str, str]
+    """How far each quantity moved from replication to replication."""
+
+
+def within(value: float, expanded: float) -> str:
+    """Return a value to the last of the two digits of its ±, which a rounder value would lie outside of."""
+    if not (isfinite(value) and isfinite(expanded)) or expanded <= 0.0:
+        return f"{two_digits(value)} ± {two_digits(expanded)}"
+    return " ± ".join(with_uncertainty(value, expanded)).replace("-", "−")
