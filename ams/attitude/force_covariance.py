@@ -9,6 +9,7 @@ elements xx, yy, zz, xy, xz, yz, channels first. Source: TP (52), (73).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Protocol
 
 import numpy as np
@@ -131,8 +132,7 @@ class PolynomialErrors:
         inverse = 1.0 / np.sqrt(square)
         if len(self.powers) > len(_OF_LINES):
             return SharedWeighing(self.weighing_matrices, self.share @ monomials(sensed * inverse, self.powers))
-        constant, x, y, z, xx, yy, xy, xz, yz = (self.share[self.powers.index(name)] for name in _OF_LINES)
-        form = np.array([[xx, xy / 2.0, xz / 2.0], [xy / 2.0, yy, yz / 2.0], [xz / 2.0, yz / 2.0, 0.0], [x, y, z]])
+        form, constant = self._share_of_lines
         both = form @ sensed
         share = np.einsum("in,in->n", both[:3], sensed)
         share *= inverse
@@ -140,6 +140,13 @@ class PolynomialErrors:
         share *= inverse
         share += constant
         return SharedWeighing(self.weighing_matrices, share)
+
+    @cached_property
+    def _share_of_lines(self) -> tuple[FloatArray, float]:
+        """(4, 3) the quadratic form of p for straight lines above its slopes, and its constant."""
+        constant, x, y, z, xx, yy, xy, xz, yz = (self.share[self.powers.index(name)] for name in _OF_LINES)
+        form = np.array([[xx, xy / 2.0, xz / 2.0], [xy / 2.0, yy, yz / 2.0], [xz / 2.0, yz / 2.0, 0.0], [x, y, z]])
+        return form, float(constant)
 
 
 def errors_of_force(k_v_per_g: FloatArray, errors: OutputErrors) -> PolynomialErrors:
@@ -181,7 +188,7 @@ def output_polynomials(errors: OutputErrors) -> tuple[list[tuple[int, int, int]]
 
 def monomials(force: FloatArray, powers: Sequence[tuple[int, int, int]]) -> FloatArray:
     """Return (M, n) products of powers of (3, n) force."""
-    highest = np.max(np.array(powers), axis=0)
+    highest = map(max, zip(*powers, strict=True))
     by_axis = [[component] for component in force]
     for raised, high in zip(by_axis, highest, strict=True):
         for _ in range(1, high):

@@ -33,6 +33,8 @@ from ams.units import printed
 ROUNDING_DEG: Final = 1e-6
 LEAST_GRAVITY_MPS2, LARGEST_GRAVITY_MPS2 = 9.7, 9.9
 _ROUNDS: Final = 30
+_DEG_PER_RAD: Final = float(np.rad2deg(1.0))
+"""A product of a column costs a fifth of what numpy's function of it does."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,7 @@ class Inference:
     intervals: bool = False
     """Whether the answer has half-widths of 95 % intervals as well."""
 
-    @property
+    @cached_property
     def needed(self) -> tuple[str, ...]:
         """Columns that every row must have."""
         packages = [self.package, *([self.model_package] if self.model_package else [])]
@@ -162,7 +164,7 @@ class Inference:
     def answers_at_once(self) -> bool:
         return True
 
-    @property
+    @cached_property
     def answers(self) -> tuple[str, ...]:
         """Columns of the answer, in order."""
         angles = ("pitch", "roll", *(["yaw"] if self.package.is_of_sting else []))
@@ -219,10 +221,13 @@ class Inference:
 
     def _answer(self, readings: Mapping[str, FloatArray]) -> Answer:
         found = self._angles(readings)
-        columns = {
-            name: np.rad2deg(getattr(found, name.replace("_deg", "_rad"))) for name in self.answers if name != "flag"
-        }
+        columns = {name: _DEG_PER_RAD * getattr(found, in_rad) for name, in_rad in self._in_rad}
         return Answer(columns, found.codes | self._beyond(found, readings), found.reasons)
+
+    @cached_property
+    def _in_rad(self) -> tuple[tuple[str, str], ...]:
+        """Columns of the answer but the flag, with the names of what is found."""
+        return tuple((name, name.replace("_deg", "_rad")) for name in self.answers if name != "flag")
 
     @cached_property
     def _kernel(self) -> Kernel | None:
@@ -287,10 +292,10 @@ class Inference:
         validity = self.package.coefficients.validity
         # A straight line is valid over levels, which reach over all attitudes; its run has a few positions alone.
         checked = (
-            [] if validity.levels else [(flag_codes.OUTSIDE_PITCH, np.rad2deg(found.pitch_rad), validity.pitch_deg)]
+            [] if validity.levels else [(flag_codes.OUTSIDE_PITCH, _DEG_PER_RAD * found.pitch_rad, validity.pitch_deg)]
         )
         if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
-            checked.append((flag_codes.OUTSIDE_YAW, np.rad2deg(found.yaw_rad), validity.yaw_deg))
+            checked.append((flag_codes.OUTSIDE_YAW, _DEG_PER_RAD * found.yaw_rad, validity.yaw_deg))
         if validity.temperature_degc is not None and "temperature_degc" in readings:
             checked.append((flag_codes.OUTSIDE_TEMPERATURE, readings["temperature_degc"], validity.temperature_degc))
         codes = np.zeros(found.codes.size, dtype=np.uint32)
@@ -298,7 +303,7 @@ class Inference:
             codes[(values < low - ROUNDING_DEG) | (values > high + ROUNDING_DEG)] |= np.uint32(code)
         if not self._checks_roll:
             return codes
-        is_beyond = np.minimum(*validity.roll_margins_deg(np.rad2deg(found.roll_rad))) < -ROUNDING_DEG
+        is_beyond = np.minimum(*validity.roll_margins_deg(_DEG_PER_RAD * found.roll_rad)) < -ROUNDING_DEG
         return codes | np.where(is_beyond, flag_codes.OUTSIDE_ROLL, 0).astype(np.uint64)
 
     @cached_property
