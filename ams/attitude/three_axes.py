@@ -217,10 +217,14 @@ def onto_unit_sphere(sensed: FloatArray, square: FloatArray, weighing: Weighing)
     before = np.subtract(sensed, first, out=first)
     force = _step(sensed, weighing, before)
     # Two steps leave about the third power of the excess: nothing, for readings that belong to the set.
-    if np.max(np.abs(excess), initial=0.0) < _SMALL_EXCESS or np.all(_is_close(sensed, before, force)):
+    if np.max(np.abs(excess), initial=0.0) < _SMALL_EXCESS:
         return force, np.empty(0, dtype=np.intp)
-    before, force = force, _step(sensed, weighing, force)
     left = np.flatnonzero(~_is_close(sensed, before, force))
+    if not left.size:
+        return force, left
+    before = force[:, left]
+    force[:, left] = again = _step(sensed[:, left], weighing.of(left), before)
+    left = left[~_is_close(sensed[:, left], before, again)]
     if not left.size:
         return force, left
     force[:, left], is_settled = _patiently(sensed[:, left], weighing.of(left))

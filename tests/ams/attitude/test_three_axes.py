@@ -174,6 +174,17 @@ def test_what_is_not_a_number_is_marked_and_touches_no_other_row() -> None:
     assert package().angles(read)[2][30] == NOT_FINITE
 
 
+def test_the_answer_of_a_row_is_that_it_has_in_any_company() -> None:
+    """To the last bit: of steps that rows beside it need, and of rows that none settles, a row knows nothing."""
+    rng, count = np.random.default_rng(12), 600
+    readings = outputs(*attitudes(rng, count)) * (1.0 + 4e-6 * rng.normal(size=count))
+    beside, is_off = readings.copy(), np.arange(count) % 6 == 0
+    beside[:, is_off] *= np.where(np.arange(is_off.sum()) % 10 == 0, 1.4, 1.0 + 1e-4)
+    alone, together = package().attitude(readings), package().attitude(beside)
+    for name in ("pitch_rad", "roll_rad", "pitch_sd_rad", "roll_sd_rad", "redundancy_t"):
+        np.testing.assert_array_equal(getattr(together, name)[~is_off], getattr(alone, name)[~is_off])
+
+
 def test_an_empty_table_has_no_angles() -> None:
     assert package().attitude(np.empty((3, 0))).pitch_rad.size == 0
 
