@@ -28,9 +28,6 @@ from ams.calibration.diagnosis import (
     Circumstances,
     Diagnosis,
     corrected_replication,
-    undetected_dwell,
-    untold_of_few,
-    untold_transient,
 )
 from ams.calibration.memory import diagnose_together
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
@@ -38,6 +35,7 @@ from ams.calibration.step_columns import part_of
 from ams.calibration.steps import judge_steps
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
 from ams.calibration.table_limit import judge_table
+from ams.calibration.untold import undetected_dwell, untold_of_few, untold_transient
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.errors import ObservationsError
 from ams.findings import significant_texts

@@ -6,13 +6,19 @@ solution without it, so that nothing else is blamed for it. The result itself ke
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot, inf, nan
-from typing import Final
+from math import hypot, inf
 
 import numpy as np
 
 from ams.analysis.diagnostics.axis_tests import shared_tests
-from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT, SETTLING, AxisTests, BeliefTest
+from ams.analysis.diagnostics.beliefs import (
+    DRIFT_OF,
+    LACK_OF_FIT,
+    TABLE_LIMIT,
+    WRONG_DWELL,
+    AxisTests,
+    BeliefTest,
+)
 from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
 from ams.analysis.diagnostics.declared_signs import fits_other_angles
@@ -20,15 +26,15 @@ from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
-from ams.analysis.diagnostics.held_words import LARGEST_LACK, untested_scatter
+from ams.analysis.diagnostics.held_words import drift_words, lack_words, untested_scatter
 from ams.analysis.diagnostics.memories import beside_the_dwell_before
-from ams.analysis.diagnostics.size_words import Scale
-from ams.analysis.diagnostics.step_scan import LEAST_DOF
+from ams.analysis.diagnostics.size_words import AxisWords, Scale
+from ams.analysis.diagnostics.stated_limits import LARGEST_LACK, StatedLimits
 from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.table_limit_wording import of_table_limit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.wording import findings_of
-from ams.analysis.diagnostics.wrong_dwell_words import Convicted
-from ams.analysis.diagnostics.wrong_dwells import smallest_detected
+from ams.analysis.diagnostics.wrong_dwell_words import Convicted, wrong_dwell_finding
 from ams.analysis.replication import ReplicationColumns, quantity
 from ams.arrays import FloatArray
 from ams.calibration import step_words
@@ -53,9 +59,6 @@ from ams.models.model import Model
 from ams.observations import Observations
 from ams.rounding import two_digits
 from ams.units import in_words, label_and_unit
-
-_FAR: Final = 8.0
-"""Standard deviations of a dwell: in four replications of a dozen points, six or seven are enough for a finding."""
 
 
 @dataclass(frozen=True)
@@ -228,31 +231,54 @@ def _diagnosis(
     limit: TableLimit | None,
 ) -> Diagnosis:
     evidence, solved, index = seen.evidence, seen.solved, seen.index
-    scale = _scale(solved, index)
+    scale = scale_of(solved, index)
     drifted = tuple(_drift_in_parameters(evidence, solved, index, tests.conviction_level))
-    largest_lack = _largest_lack(seen, circumstances.shared)
+    limits = StatedLimits(
+        _largest_lack(seen, circumstances.shared),
+        2.0 * float(np.sqrt(solved.primary_covariance[index, 0, 0])),
+        any(map(fits_other_angles, circumstances.signs_of(index))),
+    )
+    tests = limits.judged(tests)
     gravity = gravity_finding(
         gravity_on_zero(evidence, index), tests.conviction_level, _declared_g_sensitivity(circumstances.shared)
     )
-    findings = findings_of(
-        tests,
+    lack = tests.tests.get(LACK_OF_FIT)
+    words = AxisWords(
         scale,
-        circumstances.rows,
-        convicted,
-        _moves(solved, index, scale) if _some_drift(tests) else {},
+        tests.conviction_level,
         has_table=circumstances.table is not None,
-        limit=limit,
-        order=(*circumstances.order, *drifted),
-        follows_gravity=gravity is not None,
-        other_angles=any(fits_other_angles(finding) for finding in circumstances.signs_of(index)),
-        largest_lack=largest_lack,
-        alike=circumstances.alike,
-        offset_expanded=2.0 * float(np.sqrt(solved.primary_covariance[index, 0, 0])),
+        lack_is=lack_words(
+            other_angles=limits.is_of_other_angles,
+            is_large=lack is not None and not lack.is_held,
+            follows_gravity=gravity is not None,
+            is_remembering=tests.is_remembering,
+        ),
+        drift_is=drift_words((*circumstances.order, *drifted), is_remembering=tests.is_remembering),
+        drifts=_moves(solved, index, scale) if _some_drift(tests) else {},
     )
+    findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit))
     of_gravity = () if gravity is None else (gravity,)
     scatter = float(solved.standard_error_v[index])
-    untested = () if LACK_OF_FIT in tests.tests else untested_scatter(scatter, scale.words(scatter), largest_lack)
+    untested = () if LACK_OF_FIT in tests.tests else untested_scatter(scatter, scale.words(scatter), limits.lack_of_fit)
     return Diagnosis((*of_gravity, *findings, *drifted, *untested), solved, index, tests)
+
+
+def _worded(
+    tests: AxisTests,
+    scale: Scale,
+    circumstances: Circumstances,
+    convicted: Convicted | None,
+    limit: TableLimit | None,
+) -> dict[str, Finding]:
+    """Return the findings that have words of their own, by the name of their test."""
+    found = {}
+    if convicted is not None and WRONG_DWELL in tests.tests:
+        wrong, rows = tests.tests[WRONG_DWELL], circumstances.rows
+        found[WRONG_DWELL] = wrong_dwell_finding(wrong, scale, rows, convicted, circumstances.alike)
+    if limit is not None and TABLE_LIMIT in tests.tests:
+        off, is_significant = tests.tests[TABLE_LIMIT], tests.is_significant[TABLE_LIMIT]
+        found[TABLE_LIMIT] = of_table_limit(off, limit, is_significant=is_significant)
+    return found
 
 
 def _largest_lack(seen: Believed, shared: Sequence[SharedError]) -> float:
@@ -307,48 +333,13 @@ def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
     return ReplicationColumns(lack_of_fit, drift, columns.tp)
 
 
-def undetected_dwell(label: str, found: Diagnosis) -> tuple[str, ...]:
-    """Return how far a single dwell may be off without a finding, where that is far."""
-    dwells = found.tests.dwells
-    smallest = nan if dwells is None else smallest_detected(dwells, found.tests.conviction_level)
-    if dwells is None or not smallest > _FAR:
-        return ()
-    size = _scale(found.solved, found.row).words(smallest * float(np.sqrt(dwells.squares[0] / dwells.dof)))
-    return (
-        f"axis {label}: among so few dwells a single one that is wrong is found only from about {smallest:.0f} "
-        f"standard deviations of a dwell on ({size}); add points or replications to find a smaller one",
-    )
-
-
-def untold_transient(label: str, found: Diagnosis) -> tuple[str, ...]:
-    """Return that the points do not tell a transient at the start of every replication, where they do not."""
-    if not found.tests.tests or SETTLING in found.tests.tests:
-        return ()
-    return (
-        f"axis {label}: whether the output settles at the start of every replication is not told by these points: what "
-        "it does then passes for offset and sensitivities, and is not in the uncertainty; let the sensor settle first, "
-        "or add points",
-    )
-
-
-def untold_of_few(label: str, found: Diagnosis) -> tuple[str, ...]:
-    """Return that dwells so few tell neither a change in mid-run nor a share of them that is wrong, where they are."""
-    left = found.solved.layout.rows - found.solved.layout.points
-    if not found.tests.tests or left >= LEAST_DOF:
-        return ()
-    return (
-        f"axis {label}: so few dwells ({left} more than points) do not tell a fifth of them that read to one side, "
-        "and no change of table, meter or sensor in mid-run is looked for; either may move offset and "
-        "sensitivities by more than the uncertainty holds; add points or replications",
-    )
-
-
 def sensitivity_of(found: Diagnosis) -> float | None:
     """Return the sensitivity of an axis, V/g; None where it has none."""
-    return _scale(found.solved, found.row).volts_per_radian
+    return scale_of(found.solved, found.row).volts_per_radian
 
 
-def _scale(solved: SolvedColumns, index: int) -> Scale:
+def scale_of(solved: SolvedColumns, index: int) -> Scale:
+    """Return what turns an output into words."""
     model = solved.problem.models[index]
     along = [
         value

@@ -58,7 +58,7 @@ def _together(name: str, seen: Sequence[tuple[AxisTests, float]]) -> BeliefTest 
     apart = sum(((each.size - whole.size) / each.uncertainty) ** 2 for each in estimates)
     if float(f_tail(apart / freedom, float(freedom), min(each.dof for each in estimates))) < _UNLIKE:
         return None
-    return of_estimate(BeliefTest(name, "autocorrelation", 1.0, unit="V/g", axes=len(found)), whole)
+    return of_estimate(BeliefTest(name, "autocorrelation", 1.0, unit="V/g", axes=len(found), is_held=False), whole)
 
 
 def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:

@@ -1,13 +1,13 @@
-"""All tests of one sensor axis and what they decide together.
+"""All tests of one sensor axis, made, and decided together.
 
 Each test has a p-value of its own; which are significant is decided over all of them by Holm's correction, at the share
 of the level that the axis has: the tests of all axes of a run are one family. A term of low order that is significant
 counts as known, and its neighbours are tested beside it. A drift that temperature explains is temperature's.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import isfinite
 from typing import Final
 
 import numpy as np
@@ -29,7 +29,6 @@ from ams.analysis.diagnostics.beliefs import (
     OVER_TIME,
     ROBUST,
     SETTLING,
-    SQUARENESS,
     TABLE_LIMIT,
     TURNED_FROM,
     WRONG_DWELL,
@@ -37,22 +36,19 @@ from ams.analysis.diagnostics.beliefs import (
     BeliefTest,
     Column,
 )
+from ams.analysis.diagnostics.decided_together import decided_together, explained_by_temperature
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.low_order import squareness_of_points
-from ams.analysis.diagnostics.overlap import Overlap, significant, with_neighbours
-from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, gram_of, independent
+from ams.analysis.diagnostics.point_columns import LINEAR, by_point_degc, column_test, low_order
+from ams.analysis.diagnostics.point_means import Elimination, eliminate, gram_of, independent
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter, is_unsteady
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
 from ams.analysis.diagnostics.settling import Between, Estimate, slope_test
-from ams.analysis.diagnostics.stated_sizes import stated_sizes
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.terms_over_temperature import of_terms_over_temperature
 from ams.analysis.diagnostics.tested_terms import (
     columns_of,
     linear_base,
-    terms_of_accelerometer,
-    terms_of_gyro,
     tested_base,
 )
 from ams.analysis.diagnostics.time_order import (
@@ -62,24 +58,18 @@ from ams.analysis.diagnostics.time_order import (
     hours,
     neighbours,
     settling_between,
-    settling_of_points,
     slope_between,
 )
 from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
 from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values
 from ams.arrays import FloatArray
 from ams.frames import Attitude
-from ams.models.gyro import Gyro, GyroWithTerms
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
-from ams.remembered import remembered
 from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import f_tail
 
-_LINEAR: Final = 4
-_NEEDED: Final = 0.05
 MOST_TESTS: Final = 35
 """Of one axis."""
-_PLAINER: Final = {"K1'": "K2", "K0'": "K3", SQUARENESS: "Kpo"}
 _RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
 _BY_POINT: Final = tuple(column for column in COLUMNS if column.name in _RECORDED)
 
@@ -159,17 +149,17 @@ def axis_tests(
     columns = columns_of(evidence.models[output])
     between, by_replication = _between(evidence, shared, output, grid), None
     if terms is None:
-        found.append(slope_test(SETTLING, "drift", shared.settling, output, ""))
+        found.append(slope_test(SETTLING, "drift", shared.settling, output, "", is_held=False))
     else:
         by_replication = ReplicationScatter(evidence, output, terms, level, is_unsteady(found, level / MOST_TESTS))
         found += [
-            between.with_means(by_replication.referred(_term(column, tested, terms.dof), index))
+            between.with_means(by_replication.referred(column_test(column, tested, terms.dof), index))
             for index, (column, tested) in enumerate(zip(columns, terms.each(), strict=False))
         ]
     made = {test.name: test for test in found if isfinite(test.p_value)} | dict(convicted)
     memories = [made[name] for name in MEMORIES if name in made]
-    decided = _decided(made, by_replication, between, convicted, level, columns)
-    return replace(_explained_by_temperature(evidence, output, decided), grid=grid, dwells=dwells, memories=memories)
+    decided = decided_together(made, by_replication, between, convicted, level, columns)
+    return replace(explained_by_temperature(evidence, output, decided), grid=grid, dwells=dwells, memories=memories)
 
 
 def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | None, FloatArray | None]:
@@ -177,7 +167,7 @@ def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | No
     if not by_temperature.has_plateaus(evidence):
         return None, None
     lag = by_temperature.lag(evidence, output)
-    test = BeliefTest(LAG, "temperature-lag", lag.p_value, lag.size, lag.detail)
+    test = BeliefTest(LAG, "temperature-lag", lag.p_value, lag.size, lag.detail, is_held=False)
     if not lag.p_value <= level / MOST_TESTS:
         return test, None
     return test, by_temperature.lag_columns(evidence, output, lag.detail)
@@ -185,7 +175,7 @@ def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | No
 
 def _of_the_table(limit: TableLimit) -> BeliefTest:
     size = max(limit.largest_rad.values())
-    return BeliefTest(TABLE_LIMIT, "lack-of-fit", limit.p_value, size, unit="rad", axes=limit.outputs)
+    return BeliefTest(TABLE_LIMIT, "lack-of-fit", limit.p_value, size, unit="rad", axes=limit.outputs, is_held=False)
 
 
 def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: FloatArray) -> FloatArray:
@@ -196,7 +186,7 @@ def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: Fl
         return np.zeros((evidence.layout.points, 0))
     angles = Attitude(*angles_of_points(evidence.rows, evidence.layout))
     slopes = base.angle_jacobian(evidence.primary[output][: len(base.primary_names)], angles)
-    return limit.effects(slopes, np.hstack([evidence.basis[:, :_LINEAR], known]))
+    return limit.effects(slopes, np.hstack([evidence.basis[:, :LINEAR], known]))
 
 
 def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list[BeliefTest]:
@@ -212,7 +202,7 @@ def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list
 
 def _of_the_attitude_before(evidence: Evidence, grid: GridResiduals, column: FloatArray) -> list[BeliefTest]:
     found = previous_attitude.between_replications(evidence, grid, column)
-    return [] if found is None else [_term(Column(TURNED_FROM, "autocorrelation", ""), found)]
+    return [] if found is None else [column_test(Column(TURNED_FROM, "autocorrelation", ""), found)]
 
 
 def _between(evidence: Evidence, shared: SharedTests, output: int, grid: GridResiduals) -> Between:
@@ -229,7 +219,9 @@ def _between(evidence: Evidence, shared: SharedTests, output: int, grid: GridRes
 
 def _robust(evidence: Evidence, grid: GridResiduals) -> list[BeliefTest]:
     found = robust_fit(evidence, grid)
-    return [] if found is None else [BeliefTest(ROBUST, "wrong-dwell", found.p_value, found.size, found.expected)]
+    if found is None:
+        return []
+    return [BeliefTest(ROBUST, "wrong-dwell", found.p_value, found.size, found.expected, is_held=False)]
 
 
 def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
@@ -263,138 +255,6 @@ def _of_temperature(evidence: Evidence, shared: SharedTests, output: int, known:
 
 def _by_point(evidence: Evidence, output: int, known: FloatArray) -> list[BeliefTest]:
     """Return the tests of a model that has no terms of low order beside it."""
-    means, columns = evidence.means(output, np.hstack([evidence.basis, known])), _by_point_degc(evidence, output)
+    means, columns = evidence.means(output, np.hstack([evidence.basis, known])), by_point_degc(evidence, output)
     tested = eliminate(means, columns, np.zeros((means.mean.size, 0)))
-    return [_term(_BY_POINT[index], tested.test(index)) for index in range(columns.shape[1])]
-
-
-def _by_point_degc(evidence: Evidence, output: int) -> FloatArray:
-    """Return (K, 2) temperature of the points, and its product with what the output senses over its largest.
-
-    (K, 0) where none is recorded, where it is modelled or where it is one.
-    """
-    column, layout = by_temperature.departure_of_points(evidence), evidence.layout
-    if column is None or TEMPERATURE_NAMES[0] in evidence.models[0].primary_names:
-        return np.zeros((layout.points, 0))
-    return np.column_stack([column, column * layout.mean_by_point(evidence.sensed[:, output])])
-
-
-def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatArray) -> Elimination | None:
-    """Return what the means of the points are tested for, ready to be tested beside the linear sensor.
-
-    These are the terms of low order, the attitude before and the temperature. None where the model has no such terms.
-    ``turned`` (N,) is what the sensor was turned by from the attitude before.
-    """
-    base = tested_base(evidence.models[output])
-    if base is None:
-        return None
-    layout, rows = evidence.layout, evidence.rows
-    is_gyro = isinstance(base, Gyro | GyroWithTerms)
-    terms = terms_of_gyro(evidence, output, base) if is_gyro else terms_of_accelerometer(evidence, base)
-    linear, fitted = evidence.basis[:, :_LINEAR], evidence.basis[:, _LINEAR:]
-    whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
-    means = evidence.means(output, whole, fitted @ evidence.alone[_LINEAR:, output])
-    before = layout.mean_by_point(turned)
-    skew = squareness_of_points(rows, layout, "x" if is_gyro else base.nominal_axis, evidence.primary[output])
-    is_determined = layout.points >= _LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
-    memories = (
-        np.zeros((layout.points, len(MEMORIES)))
-        if is_gyro
-        else previous_attitude.memories_of_points(evidence, base.nominal_axis)
-    )
-    in_order = _in_order(memories, settling_of_points(evidence), is_determined)
-    turns, degc = np.column_stack([skew, before]), _by_point_degc(evidence, output)
-    columns, unshared = np.hstack([terms, turns, in_order, degc]), np.hstack([known, turns, degc])
-    return eliminate(means, columns, _beside(evidence.basis, terms, in_order), unshared)
-
-
-@remembered(16)
-def _in_order(memories: FloatArray, settles: FloatArray, is_determined: bool) -> FloatArray:
-    """Return (K, 4) what the order of the points leaves at them; nothing where it is not asked for."""
-    return np.column_stack([memories, settles]) * is_determined
-
-
-@remembered(16)
-def _beside(basis: FloatArray, terms: FloatArray, in_order: FloatArray) -> FloatArray:
-    return np.hstack([basis, terms, in_order])
-
-
-def _term(column: Column, tested: Tested, dof: float = inf) -> BeliefTest:
-    coefficient, uncertainty = tested.coefficient, tested.standard_uncertainty
-    return BeliefTest(column.name, column.kind, tested.p_value, coefficient, uncertainty, column.unit, dof)
-
-
-def _decided(
-    made: dict[str, BeliefTest],
-    scatter: ReplicationScatter | None,
-    between: Between,
-    convicted: Collection[str],
-    level: float,
-    tested_columns: Sequence[Column],
-) -> AxisTests:
-    """Holm over all at the level of the axis.
-
-    A significant column counts as known, and the other columns are tested beside it.
-    The recorded temperature goes first where it is significant: what was measured before what is only imagined.
-    """
-    names = {column.name: index for index, column in enumerate(tested_columns)}
-    known, dof = list[str](), inf if scatter is None else scatter.terms.dof
-    while True:
-        is_significant = significant(made, level, None if scatter is None else Overlap(scatter, between, names, known))
-        still_open = [name for name in names if is_significant.get(name) and name not in known]
-        if scatter is None or not still_open:
-            if scatter is not None and known:
-                made = stated_sizes(made, names, [name for name in known if name not in convicted], scatter, between)
-                made = with_neighbours(made, names, known, scatter.terms)
-            return AxisTests(made, is_significant, level=level)
-        known.append(_next(still_open, made, scatter.terms, tuple(names[name] for name in known)))
-        beside = tuple(names[name] for name in known)
-        for name, column_index in names.items():
-            if name in made and name not in known and name not in convicted:
-                tested = _term(tested_columns[column_index], scatter.terms.test(column_index, beside), dof)
-                tested = between.with_means(scatter.referred(tested, column_index, beside))
-                made[name] = replace(tested, p_value=tested.p_value if isfinite(tested.p_value) else 1.0)
-
-
-def _next(
-    still_open: Sequence[str], made: Mapping[str, BeliefTest], columns: Elimination, beside: tuple[int, ...]
-) -> str:
-    """Return the column that counts as known from now on: the recorded temperature, else the most significant.
-
-    A large bend is in part what any column of the points shows, the temperature's too: it goes first only where it is
-    needed beside all others. Of two that are nearly collinear the bend goes before the asymmetry, unless that is needed
-    beside the bend as well.
-    """
-    names = [column.name for column in COLUMNS]
-    recorded = [name for name in still_open if name in _RECORDED]
-    others = tuple(names.index(name) for name in still_open if name not in _RECORDED)
-    needed = [name for name in recorded if not columns.test(names.index(name), (*beside, *others)).p_value > _NEEDED]
-    if needed or not others:
-        return min(needed or recorded, key=lambda name: made[name].p_value)
-    # By the means alone, where all have the same degrees of freedom: an estimate between replications as well would put
-    # a transient before the bend that it only looks like.
-    in_means = {names[index]: columns.test(index, beside).p_value for index in others}
-    most = min(in_means, key=lambda name: (in_means[name] if isfinite(in_means[name]) else 1.0, made[name].p_value))
-    plainer = _PLAINER.get(most)
-    if plainer is not None and plainer in still_open:
-        still_needed = columns.test(names.index(most), (*beside, names.index(plainer)))
-        if not still_needed.p_value <= _NEEDED:
-            return plainer
-    return most
-
-
-def _explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests) -> AxisTests:
-    """Take from drift what temperature explains, and from curvature what a lag does."""
-    flags, tests = dict(decided.is_significant), dict(decided.tests)
-    if not any(flags.get(name) for name in (LAG, CURVATURE, BY_REPLICATION)):
-        return decided
-    lag_h = tests[LAG].uncertainty if flags.get(LAG) else None
-    between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(flags.get(CURVATURE)))
-    if flags.get(LAG) and flags.get(CURVATURE) and not between.curvature.p_value <= decided.conviction_level:
-        flags[CURVATURE] = False
-        tests[CURVATURE] = replace(tests[CURVATURE], is_explained=True)
-    if flags.get(LAG) or not between.unexplained <= decided.conviction_level:
-        for name, test in tests.items():
-            if test.kind == "drift" and flags[name]:
-                flags[name], tests[name] = False, replace(test, is_explained=True)
-    return replace(decided, tests=tests, is_significant=flags)
+    return [column_test(_BY_POINT[index], tested.test(index)) for index in range(columns.shape[1])]

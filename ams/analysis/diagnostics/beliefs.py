@@ -49,16 +49,18 @@ class Column:
     name: str
     kind: FindingKind
     unit: str
+    is_held: bool = True
+    """As of a test."""
 
 
 COLUMNS: Final = (
     *(Column(name, kind, unit) for name, kind, _, unit in TERMS),
     Column(SQUARENESS, "lack-of-fit", "rad"),
     Column(TURNED_FROM_ALIKE, "autocorrelation", ""),
-    *(Column(name, "autocorrelation", "V/g") for name in MEMORIES),
-    Column(SETTLING, "drift", ""),
-    Column(BY_POINT, "temperature-residual", "per °C"),
-    Column(BY_POINT_GAIN, "temperature-residual", "per °C"),
+    *(Column(name, "autocorrelation", "V/g", is_held=False) for name in MEMORIES),
+    Column(SETTLING, "drift", "", is_held=False),
+    Column(BY_POINT, "temperature-residual", "per °C", is_held=False),
+    Column(BY_POINT_GAIN, "temperature-residual", "per °C", is_held=False),
 )
 LIKE_A_MEMORY: Final = frozenset({AUTOCORRELATION, TURNED_FROM, *(column.name for column in COLUMNS)})
 """Tests that ring for a memory of the attitudes before, or that one rings for."""
@@ -92,6 +94,9 @@ class BeliefTest:
     """Degrees of freedom of the uncertainty, where others are to be joined to it."""
     is_explained: bool = False
     """By another finding, which has its name."""
+    is_held: bool = True
+    """False where no scatter between replications holds what it finds: it is alike in every replication, passes for a
+    sensitivity, or reads to one side."""
     fit_as_well: tuple[str, ...] = ()
     """Names of tests that nothing tells from this one."""
     changes: tuple[TermChange, ...] = ()
@@ -130,6 +135,11 @@ class AxisTests:
     """Of each time constant, beside no other memory."""
     level: float = LEVEL
     """Of all tests of this axis together."""
+
+    @property
+    def is_remembering(self) -> bool:
+        """Whether the output remembers attitudes before."""
+        return any(self.is_significant.get(name) for name in MEMORIES)
 
     @property
     def conviction_level(self) -> float:

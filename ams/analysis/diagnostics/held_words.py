@@ -14,14 +14,16 @@ BESIDE_MEMORY: Final = (
 )
 _OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
 _OF_ANGLES: Final = "other signs or another order of the angles explain it, and the stated uncertainties do not hold it"
-LARGEST_LACK: Final = 0.01
-"""Of the sensitivity, or half a degree near level: no table, base or mount that is declared does as much, and no sensor
-whose nonlinearity is not."""
 _TOO_LARGE: Final = Said(
     "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
     "are not those of the readings, and the stated uncertainties do not hold it",
     "look at the residuals by attitude",
 )
+
+
+def drift_words(order: Iterable[Finding], *, is_remembering: bool) -> str:
+    """Return whether a drift is in the stated uncertainties; ``order``: what is said of the order of the points."""
+    return BESIDE_MEMORY if is_remembering else as_the_order_has_it(order)
 
 
 def lack_words(*, other_angles: bool, is_large: bool, follows_gravity: bool, is_remembering: bool) -> Said:
@@ -55,7 +57,7 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
     tests = {finding.details.get("test") for finding in significant}
     is_remembering = not tests.isdisjoint(MEMORIES)
     if is_drift:
-        return BESIDE_MEMORY if is_remembering else as_the_order_has_it(found)
+        return drift_words(found, is_remembering=is_remembering)
     lack_is = lack_words(
         other_angles=any(map(fits_other_angles, significant)),
         is_large=any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),

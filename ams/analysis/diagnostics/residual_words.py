@@ -7,14 +7,11 @@ import numpy as np
 
 from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, ROBUST, SQUARENESS, UNEVEN, WRONG_DWELL, BeliefTest
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
+from ams.analysis.diagnostics.stated_limits import MOST_MOVED
 from ams.analysis.diagnostics.uneven_noise import uneven_words
 from ams.findings import Said
 from ams.rounding import two_digits
 from ams.units import ARCSEC_PER_DEG
-
-MOST_MOVED: Final = 6.0
-"""How many times the difference of a robust fit dwells to one side move an offset: simulated for 5 to 20 % of them at 4
-to 8 standard deviations, 1.2 to 7."""
 
 
 def _lack_of_fit(test: BeliefTest, words: AxisWords) -> Said:
@@ -38,7 +35,8 @@ def _robust(test: BeliefTest, words: AxisWords) -> Said:
     return Said(
         f"a robust fit, which gives little weight to dwells that stand out, is {robust_size(test, words.scale)} from "
         f"the estimate: dwells read too far to one side, each too little to be named, or the noise is longer to one "
-        f"side; either moves the estimate, by up to some {MOST_MOVED:.0f} times this difference",
+        f"side; either moves the estimate, by up to some {MOST_MOVED:.0f} times this difference; that is "
+        f"{'' if test.is_held else 'not '}in the stated uncertainty of the offset",
         "look at the residuals of the channel",
     )
 

@@ -73,9 +73,11 @@ def of_estimate(test: BeliefTest, estimate: Estimate) -> BeliefTest:
     return replace(test, p_value=estimate.p_value, size=size, uncertainty=uncertainty, dof=dof)
 
 
-def slope_test(name: str, kind: FindingKind, slope: Slope, output: int, unit: str) -> BeliefTest:
-    """Return the test of one output's slope against a column."""
+def slope_test(
+    name: str, kind: FindingKind, slope: Slope, output: int, unit: str, *, is_held: bool = True
+) -> BeliefTest:
+    """Return the test of one output's slope against a column; ``is_held`` as of the test."""
     p_value, coefficient, uncertainty = (
         float(column[output]) for column in (slope.p_value, slope.coefficient, slope.standard_uncertainty)
     )
-    return BeliefTest(name, kind, p_value, coefficient, uncertainty, unit)
+    return BeliefTest(name, kind, p_value, coefficient, uncertainty, unit, is_held=is_held)

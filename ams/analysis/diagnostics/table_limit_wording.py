@@ -27,7 +27,7 @@ def of_table_limit(test: BeliefTest, limit: TableLimit, *, is_significant: bool)
         is_significant,
         test.p_value,
         details=details,
-        is_held=False,
+        is_held=test.is_held,
         what_to_do=said.what_to_do,
     )
 

@@ -132,7 +132,7 @@ def _of_each_term(changes: _Changes) -> BeliefTest:
 
 
 def _test(p_value: float, size: float, changes: tuple[TermChange, ...]) -> BeliefTest:
-    test = BeliefTest(TERMS_OVER_TEMPERATURE, "temperature-curvature", p_value, size)
+    test = BeliefTest(TERMS_OVER_TEMPERATURE, "temperature-curvature", p_value, size, is_held=False)
     return replace(test, changes=changes)
 
 

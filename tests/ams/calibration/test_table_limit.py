@@ -8,10 +8,9 @@ from physics_scenes import campaigns
 from scipy.optimize import lsq_linear
 from solved_campaigns import columns_of, rows_of, table_of
 
-from ams.analysis.diagnostics.beliefs import TABLE_LIMIT, AxisTests, BeliefTest
-from ams.analysis.diagnostics.size_words import Scale
+from ams.analysis.diagnostics.beliefs import TABLE_LIMIT, BeliefTest
 from ams.analysis.diagnostics.table_curves import TableLimit, _bounded, indices_of
-from ams.analysis.diagnostics.wording import findings_of
+from ams.analysis.diagnostics.table_limit_wording import of_table_limit
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding
@@ -149,9 +148,7 @@ def test_of_one_output_alone_table_and_sensor_are_both_named() -> None:
 def test_what_is_within_the_declared_limit_is_not_called_more(outputs: int) -> None:
     """The size is the least that the points ask for; what is tested is how much better larger ones explain them."""
     within = TableLimit(1e-6, {"pitch": 3e-8, "roll": 2e-8}, {"pitch": 5e-8, "roll": 5e-8}, {}, outputs)
-    tests = AxisTests({TABLE_LIMIT: BeliefTest(TABLE_LIMIT, "lack-of-fit", 1e-6)}, {TABLE_LIMIT: True})
-    rows = rows_of(campaigns("clean", 0.0, np.random.default_rng(1), 1))
-    (finding,) = findings_of(tests, Scale("V", 1.0), rows, None, {}, has_table=True, limit=within)
+    finding = of_table_limit(BeliefTest(TABLE_LIMIT, "lack-of-fit", 1e-6), within, is_significant=True)
     assert "more than is declared" not in finding.text
     assert "no index errors within the declared ±0.01″ in pitch and ±0.01″ in roll explain the points" in finding.text
     assert "p = 1e−06" in finding.text

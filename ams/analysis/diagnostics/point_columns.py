@@ -1,0 +1,81 @@
+"""The columns that the means of the points are tested for, beside the linear sensor."""
+
+from math import inf
+from typing import Final
+
+import numpy as np
+
+from ams.analysis.diagnostics import previous_attitude
+from ams.analysis.diagnostics import temperature as by_temperature
+from ams.analysis.diagnostics.beliefs import COLUMNS, MEMORIES, BeliefTest, Column
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.low_order import squareness_of_points
+from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, independent
+from ams.analysis.diagnostics.tested_terms import terms_of_accelerometer, terms_of_gyro, tested_base
+from ams.analysis.diagnostics.time_order import settling_of_points
+from ams.arrays import FloatArray
+from ams.models.gyro import Gyro, GyroWithTerms
+from ams.models.thermal import TEMPERATURE_NAMES
+from ams.remembered import remembered
+
+LINEAR: Final = 4
+"""Columns of a linear sensor: offset and three sensitivities."""
+
+
+def by_point_degc(evidence: Evidence, output: int) -> FloatArray:
+    """Return (K, 2) temperature of the points, and its product with what the output senses over its largest.
+
+    (K, 0) where none is recorded, where it is modelled or where it is one.
+    """
+    column, layout = by_temperature.departure_of_points(evidence), evidence.layout
+    if column is None or TEMPERATURE_NAMES[0] in evidence.models[0].primary_names:
+        return np.zeros((layout.points, 0))
+    return np.column_stack([column, column * layout.mean_by_point(evidence.sensed[:, output])])
+
+
+def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatArray) -> Elimination | None:
+    """Return what the means of the points are tested for, ready to be tested beside the linear sensor.
+
+    These are the terms of low order, the attitude before and the temperature. None where the model has no such terms.
+    ``turned`` (N,) is what the sensor was turned by from the attitude before.
+    """
+    base = tested_base(evidence.models[output])
+    if base is None:
+        return None
+    layout, rows = evidence.layout, evidence.rows
+    is_gyro = isinstance(base, Gyro | GyroWithTerms)
+    terms = terms_of_gyro(evidence, output, base) if is_gyro else terms_of_accelerometer(evidence, base)
+    linear, fitted = evidence.basis[:, :LINEAR], evidence.basis[:, LINEAR:]
+    whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
+    means = evidence.means(output, whole, fitted @ evidence.alone[LINEAR:, output])
+    before = layout.mean_by_point(turned)
+    skew = squareness_of_points(rows, layout, "x" if is_gyro else base.nominal_axis, evidence.primary[output])
+    is_determined = layout.points >= LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
+    memories = (
+        np.zeros((layout.points, len(MEMORIES)))
+        if is_gyro
+        else previous_attitude.memories_of_points(evidence, base.nominal_axis)
+    )
+    in_order = _in_order(memories, settling_of_points(evidence), is_determined)
+    turns, degc = np.column_stack([skew, before]), by_point_degc(evidence, output)
+    columns, unshared = np.hstack([terms, turns, in_order, degc]), np.hstack([known, turns, degc])
+    return eliminate(means, columns, _beside(evidence.basis, terms, in_order), unshared)
+
+
+@remembered(16)
+def _in_order(memories: FloatArray, settles: FloatArray, is_determined: bool) -> FloatArray:
+    """Return (K, 4) what the order of the points leaves at them; nothing where it is not asked for."""
+    return np.column_stack([memories, settles]) * is_determined
+
+
+@remembered(16)
+def _beside(basis: FloatArray, terms: FloatArray, in_order: FloatArray) -> FloatArray:
+    return np.hstack([basis, terms, in_order])
+
+
+def column_test(column: Column, tested: Tested, dof: float = inf) -> BeliefTest:
+    """Return the test of a column by what the means say of it."""
+    coefficient, uncertainty = tested.coefficient, tested.standard_uncertainty
+    return BeliefTest(
+        column.name, column.kind, tested.p_value, coefficient, uncertainty, column.unit, dof, is_held=column.is_held
+    )

@@ -1,0 +1,36 @@
+"""What the stated uncertainties of an axis hold of what its tests find, where it depends on the size."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, ROBUST, AxisTests, BeliefTest
+
+LARGEST_LACK: Final = 0.01
+"""Of the sensitivity, or half a degree near level: no table, base or mount that is declared does as much, and no sensor
+whose nonlinearity is not."""
+MOST_MOVED: Final = 6.0
+"""How many times the difference of a robust fit dwells to one side move an offset: simulated for 5 to 20 % of them at 4
+to 8 standard deviations, 1.2 to 7."""
+
+
+@dataclass(frozen=True)
+class StatedLimits:
+    """Of one axis, in the unit of its output."""
+
+    lack_of_fit: float
+    """The largest that the stated uncertainties may hold."""
+    offset_expanded: float
+    """The expanded uncertainty of the offset."""
+    is_of_other_angles: bool = False
+    """Whether other signs or another order of the angles are told to explain a lack of fit: nothing holds that."""
+
+    def judged(self, tests: AxisTests) -> AxisTests:
+        """Return the tests, each with whether what it finds is held."""
+        return replace(tests, tests={name: self._judged(test) for name, test in tests.tests.items()})
+
+    def _judged(self, test: BeliefTest) -> BeliefTest:
+        if test.name == LACK_OF_FIT:
+            return replace(test, is_held=not (self.is_of_other_angles or test.size > self.lack_of_fit))
+        if test.name == ROBUST:
+            return replace(test, is_held=MOST_MOVED * abs(test.size) <= self.offset_expanded)
+        return test
