@@ -5,6 +5,10 @@ import re
 from ams.errors import ArchiveError, ArchiveUnknown
 
 NOTHING = "nothing was changed"
+HIDDEN = "***"
+"""In place of a password."""
+PASSWORD_KEYS = ("password", "sslpassword")
+"""Of the query of a URL."""
 
 SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
     (
@@ -66,8 +70,8 @@ SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
 
 def without_password(archive_url: str) -> str:
     """Return the URL as it may be shown, printed and kept: a password in it, in either place, as three stars."""
-    shown = re.sub(r"(?<=://)([^:/@]*):.*(?=@)", r"\1:***", archive_url)
-    return re.sub(r"([?&]password=)[^&]*", r"\1***", shown)
+    shown = re.sub(r"(?<=://)([^:/@]*):.*(?=@)", rf"\1:{HIDDEN}", archive_url)
+    return re.sub(rf"([?&](?:{'|'.join(PASSWORD_KEYS)})=)[^&]*", rf"\1{HIDDEN}", shown)
 
 
 def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError:

@@ -312,7 +312,9 @@ class _Engine:
         start = self._start
         opened = {"operator": start.operator, "reason": regained or start.reason, "epoch": self._history.epoch}
         process = {"pid": os.getpid(), "host": platform.node(), "calrig": calrig_version()}
-        self._progress_log.event("opened", opened | process | {"place": location_of(self._progress_log.folder)})
+        archive = {"archive": named} if (named := self._context.services.archive) else {}
+        location = {"place": location_of(self._progress_log.folder)}
+        self._progress_log.event("opened", opened | process | location | archive)
         if (guarded := read_guard_record(self._progress_log.folder)) is not None:
             self._progress_log.event(GUARDED, guarded)
             forget_guard_record(self._progress_log.folder)

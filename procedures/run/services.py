@@ -50,6 +50,8 @@ class RunServices:
     """Of devices that other computers reach as well, where this process opens the rig."""
     lease_news: Callable[[], Sequence[LeaseNews]] = _no_lease
     """What became of that claim since the last look."""
+    archive: str = ""
+    """Where the sets of the run go, as its journal may keep it; empty where nobody named an archive."""
     ring: Sequence[str] = ()
     """The command by which the stop guard tells people where this process ends without a word."""
     enough: Enough | None = None

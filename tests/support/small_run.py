@@ -10,10 +10,12 @@ from typing import NoReturn
 
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.spool import Request, Spool
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
+from procedures.records.progress import Progress
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume
@@ -111,6 +113,17 @@ def _written(path: Path, text: str, changes: tuple[tuple[str, str], ...]) -> Pat
         text = text.replace(old, new)
     path.write_text(text, encoding="utf-8")
     return path
+
+
+class StopAt:
+    """Asks for a stop after so many design dwells."""
+
+    def __init__(self, run_dir: Path, dwells: int) -> None:
+        self._spool, self._dwells = Spool(run_dir), dwells
+
+    def on_event(self, progress: Progress) -> None:
+        if progress.event == "dwell" and progress.dwells_done == self._dwells:
+            self._spool.submit(Request("stop", "anna", "2026-03-01T12:00:00+00:00", "lunch"))
 
 
 def dwells_of(run_dir: Path) -> list[DwellRecord]:

@@ -10,9 +10,10 @@ from ams.archive.runs import Override
 from ams.archive.synthetic import Story, synthetic_archive
 from ams.archive.synthetic_runs import publish_synthetic
 from procedures.cli.archive.text import adjustment_lines, plain
-from procedures.cli.locations import archive_of, find_run
+from procedures.cli.locations import find_run
 from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
 from procedures.cli.output import note, print_json, say
+from procedures.cli.run.archive_url import url_of_run
 from procedures.delivery.deliver import publish_folder
 from procedures.delivery.publish import history_findings
 from procedures.errors import RequestError
@@ -48,7 +49,7 @@ def publish(
     )
     folder = find_run(run, out)
     url, published = publish_folder(
-        folder, lambda simulated: archive_of(folder.parent, archive, is_simulated=simulated), word, succession
+        folder, lambda simulated: url_of_run(folder, archive, is_simulated=simulated), word, succession
     )
     if json:
         sets = [plain(asdict(publication)) for publication in published.publications]

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from procedures.cli.locations import archive_of
 from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
 from procedures.cli.output import note, print_json, say
 from procedures.cli.results.findings_text import check_trials, findings_lines
+from procedures.cli.run.archive_url import url_of_run
 from procedures.cli.run.run import tell, tell_failures
 from procedures.cli.run.working import working
 from procedures.cli.steer.choose_run import alive_or_latest
@@ -47,9 +47,8 @@ def solve(
     for failure in solved.failures:
         note(failure)
     with working() as progress_line:
-        delivery = deliver(
-            solved, archive_of(folder.parent, archive, is_simulated=solved.record.is_simulated), progress_line
-        )
+        url = url_of_run(folder, archive, is_simulated=solved.record.is_simulated)
+        delivery = deliver(solved, url, progress_line)
     if json:
         print_json({"sensors": sensors_document(solved)})
     else:

@@ -1,11 +1,16 @@
-"""Whether the URL of an archive can be one, looked at before anything moves."""
+"""The URL of the archive that a run's sets go to: whether it can be one, how the run keeps it, what it is later."""
 
+from os import environ
 from pathlib import Path
 
-from sqlalchemy import make_url
+from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
+from ams.archive.refusals import HIDDEN, PASSWORD_KEYS, without_password
+from procedures.cli.locations import archive_of, shared_archive_url
+from procedures.cli.output import note
 from procedures.errors import RequestError
+from procedures.journal.journal_reader import JournalReader
 
 
 def require_archive_url(archive_url: str) -> None:
@@ -25,3 +30,55 @@ def require_archive_url(archive_url: str) -> None:
         raise RequestError(
             f"archive: its folder is not there: got {shown!r}; nothing was begun; make the folder or give another URL"
         )
+
+
+def as_kept(archive: str | None, *, is_simulated: bool) -> str:
+    """Return the archive that was named for a run, as its journal keeps it; empty where none was.
+
+    A path is a whole one, since the run may be taken up from another folder; a password is never kept.
+    ``is_simulated``: ``CALRIG_ARCHIVE`` is then not where its sets go.
+    """
+    named = archive if is_simulated else shared_archive_url(archive)
+    if not named:
+        return ""
+    url = make_url(named)
+    if url.get_backend_name() == "sqlite" and url.database and url.database != ":memory:":
+        return url.set(database=str(Path(url.database).absolute())).render_as_string(hide_password=False)
+    return without_password(named)
+
+
+def archive_of_run(folder: Path, archive: str | None) -> str | None:
+    """Return the archive that is named now, else the one that a run keeps; None where neither is.
+
+    Of one with a password the run keeps all but that: the whole URL is taken from ``CALRIG_ARCHIVE`` where it is the
+    same one, else the database is asked without, as by ``PGPASSWORD`` or a file of passwords, which is said.
+    Raises: JournalError.
+    """
+    if archive is not None:
+        return archive
+    with JournalReader.open(folder) as reader:
+        opened = reader.last_event("opened")
+    kept = "" if opened is None else str(opened.detail.get("archive") or "")
+    if HIDDEN not in kept:
+        return kept or None
+    of_environment = environ.get("CALRIG_ARCHIVE") or ""
+    if without_password(of_environment) == kept:
+        return of_environment
+    if "PGPASSWORD" not in environ:
+        note(
+            f"archive {kept}: the run keeps no password; where the database wants one, give --archive again, or set "
+            "CALRIG_ARCHIVE or PGPASSWORD"
+        )
+    return _without_stars(kept)
+
+
+def url_of_run(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
+    """Return where the sets of a run go: the archive named now, else the run's own, else that of such runs here."""
+    return archive_of(folder.parent, archive_of_run(folder, archive), is_simulated=is_simulated)
+
+
+def _without_stars(kept: str) -> str:
+    """Return a URL that is kept with stars for its password, without these."""
+    url = make_url(kept).difference_update_query(PASSWORD_KEYS)
+    whole = URL.create(url.drivername, url.username, None, url.host, url.port, url.database, url.query)
+    return whole.render_as_string(hide_password=False)

@@ -37,7 +37,7 @@ from procedures.cli.options import (
 )
 from procedures.cli.output import note, note_paragraph, print_json, say
 from procedures.cli.program_log import tell as log
-from procedures.cli.run.archive_url import require_archive_url
+from procedures.cli.run.archive_url import archive_of_run, as_kept, require_archive_url, url_of_run
 from procedures.cli.run.attend import Attendance, attended
 from procedures.cli.run.detach import detached
 from procedures.cli.run.opening import Opening, opening
@@ -156,7 +156,8 @@ def _perform(
             header = header_of(folder.name, now)
             with left_out_where_empty(folder), attended(begins, alerts, folder) as attendance:
                 at_last.callback(attendance.ring_out, folder)
-                services = replace(attendance.services, lease_news=lease.news)
+                kept = as_kept(archive, is_simulated=performed.is_simulated)
+                services = replace(attendance.services, lease_news=lease.news, archive=kept)
                 opened.belongs_to(folder, services.ring)
                 outcome = begin(folder, header, plan, opened, attendance.observer, services=services)
         return conclude(folder, outcome, archive, attendance, json=json)
@@ -197,9 +198,11 @@ def resume(
             )
         if not allow_network_folder:
             require_local(folder)
+        archive = archive_of_run(folder, archive)
         _require_what_the_end_needs(archive, alerts)
         with JournalReader.open(folder) as reader:
             tell_unguarded(rig_from_json(reader.header.rig_json))
+            kept = as_kept(archive, is_simulated=reader.header.is_simulated)
         with outlived(), ExitStack() as at_last:
             with (
                 leased(shared_archive_url(archive), f"run {folder.name}", note) as lease,
@@ -211,7 +214,7 @@ def resume(
                     by or ("" if accept_changes else login_name()),
                     reason or "",
                     attendance.observer,
-                    services=replace(attendance.services, claim=lease.claim, lease_news=lease.news),
+                    services=replace(attendance.services, claim=lease.claim, lease_news=lease.news, archive=kept),
                     accepts_changes=accept_changes,
                 )
             return conclude(folder, outcome, archive, attendance, json=json)
@@ -246,7 +249,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
         with working() as progress_line:
             with page_of_unsolved(folder):
                 solved = solve_run(folder, progress_line)
-            url = archive_of(folder.parent, archive, is_simulated=solved.record.is_simulated)
+            url = url_of_run(folder, archive, is_simulated=solved.record.is_simulated)
             delivery = deliver(solved, url, progress_line)
     except BaseException as error:
         attendance.tell_end(f"{outcome.state}, and nothing delivered", _what_next(folder, error))

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from faulty_rig import FaultyRig
 from file_keys import keys_of, value_at
-from small_run import Bench, bench, dwells_of, in_child, measured
+from small_run import Bench, StopAt, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
 from procedures.journal.changes import Change, may_be_answered_for, require_unchanged, with_what_may_change
@@ -33,17 +33,6 @@ from rig.clock import SystemClock
 from rig.description.read import rig_form
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Burst
-
-
-class StopAt:
-    """Asks for a stop after so many design dwells."""
-
-    def __init__(self, run_dir: Path, dwells: int) -> None:
-        self._spool, self._dwells = Spool(run_dir), dwells
-
-    def on_event(self, progress: Progress) -> None:
-        if progress.event == "dwell" and progress.dwells_done == self._dwells:
-            self._spool.submit(Request("stop", "anna", "2026-03-01T12:00:00+00:00", "lunch"))
 
 
 @pytest.fixture
