@@ -54,6 +54,7 @@ from ams.attitude.three_axes import (
 )
 from ams.errors import DesignError
 from ams.frames import specific_force, specific_force_by_roll
+from ams.remembered import remembered
 from ams.statistics.intervals import reading_halfwidth, t_quantile, tabled_t_quantile
 
 __all__ = [
@@ -222,8 +223,14 @@ def redundancy_limit(variances: FloatArray, dof: FloatArray) -> FloatArray:
     total = variances.sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         generous = tabled_t_quantile(_LEVEL, total**2 / np.sum(variances**2 / dof, axis=0))
-        strict = np.sum(variances * t_quantile(_LEVEL, dof), axis=0) / total
+        strict = np.sum(variances * _factors(dof), axis=0) / total
     return np.asarray(generous ** (1.0 - _STRICTNESS) * strict**_STRICTNESS)
+
+
+@remembered(8)
+def _factors(dof: FloatArray) -> FloatArray:
+    """Return Student's factors; the degrees of freedom of sensors that stay the same are those of every block."""
+    return t_quantile(_LEVEL, dof)
 
 
 @dataclass(frozen=True)

@@ -98,8 +98,8 @@ def name_suspects_in(
     rows = np.flatnonzero(codes & flag_codes.REDUNDANCY)
     if rows.size:
         deviation_v = outputs_v[:, rows] - offset_v[:, None]
-        length = np.linalg.norm(np.linalg.solve(k_v_per_g, deviation_v), axis=0)
-        is_beyond = np.abs(length - 1.0) > LARGEST_COMMON_GAIN
+        force = np.linalg.inv(k_v_per_g) @ deviation_v
+        is_beyond = np.abs(np.sqrt(np.einsum("in,in->n", force, force)) - 1.0) > LARGEST_COMMON_GAIN
         rows, deviation_v = rows[is_beyond], deviation_v[:, is_beyond]
     if rows.size:
         at_limit = at_offset_or_rail(deviation_v, np.zeros(3), _AT_OFFSET_SD * sd_v)

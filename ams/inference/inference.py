@@ -283,7 +283,7 @@ class Inference:
         """Return the (N,) roll that one axis alone needs; zero where nothing states it, or the model has none."""
         if "roll_deg" in readings and self.package.states_roll:
             return np.deg2rad(readings["roll_deg"])
-        return np.zeros_like(readings[next(iter(self.package.columns.values()))])
+        return np.zeros(readings[next(iter(self.package.columns.values()))].size)
 
     def _beyond(
         self, found: AttitudeColumns | Angles | SpreadAngles, readings: Mapping[str, FloatArray]
