@@ -185,9 +185,16 @@ def _counts(record: RunRecord) -> Counts:
         planned=len(record.plan.dwells),
         accepted=len({dwell.step for dwell in accepted}),
         rejected=len(record.dwells) - len(accepted),
+        rejected_and_repeated=_repeated(record.dwells),
         design_planned=len(record.plan.design_dwells),
         design_accepted=sum(dwell.purpose == "design" for dwell in accepted),
     )
+
+
+def _repeated(dwells: Sequence[DwellRecord]) -> int:
+    """Return of how many dwells that were rejected or taken back the step was measured again."""
+    last = {dwell.step: at for at, dwell in enumerate(dwells)}
+    return sum(not dwell.accepted and at < last[dwell.step] for at, dwell in enumerate(dwells))
 
 
 def _design_view(record: RunRecord) -> DesignView:

@@ -216,6 +216,14 @@ def _went_on(interruptions: Sequence[Interruption]) -> Iterable[str]:
 
 
 def _rejected(counts: Counts) -> Iterable[str]:
-    if counts.rejected:
-        plural = "dwell was" if counts.rejected == 1 else "dwells were"
-        yield f"{counts.rejected} {plural} rejected or taken back, and measured again; they are listed below by reason."
+    if not counts.rejected:
+        return
+    plural, again = "dwell was" if counts.rejected == 1 else "dwells were", counts.rejected_and_repeated
+    if again == counts.rejected:
+        repeated = ", and measured again"
+    elif again:
+        repeated = f"; {again} of them {'was' if again == 1 else 'were'} measured again, {counts.rejected - again} not"
+    else:
+        repeated = f" and {'was' if counts.rejected == 1 else 'were'} not measured again"
+    listed = "it is" if counts.rejected == 1 else "they are"
+    yield f"{counts.rejected} {plural} rejected or taken back{repeated}; {listed} listed below by reason."

@@ -237,6 +237,9 @@ class Counts:
     planned: int
     accepted: int
     rejected: int
+    """Or taken back."""
+    rejected_and_repeated: int
+    """Of these, whose step was measured again, whatever came of it."""
     design_planned: int
     design_accepted: int
 

@@ -69,7 +69,7 @@ def run_view(scene: Scene) -> RunView:
     first = observations.replication == 1
     interruptions = tuple(_interruption(index) for index in range(scene.interruptions))
     rows = observations.rows
-    counts = Counts(rows + 6, rows + 6, scene.rejected, rows, rows)
+    counts = Counts(rows + 6, rows + 6, scene.rejected, scene.rejected, rows, rows)
     hours = observations.time_s / 3600.0
     checks = _checks(scene, sensors[0])
     return RunView(

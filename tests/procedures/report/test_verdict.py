@@ -28,6 +28,24 @@ def test_a_finished_replicated_run_without_findings_is_sound() -> None:
     assert "pitch −90° to 90° and roll −180° to 180°" in text
 
 
+@pytest.mark.parametrize(
+    ("rejected", "repeated", "sentence"),
+    [
+        (1, 1, "1 dwell was rejected or taken back, and measured again; it is listed below by reason."),
+        (1, 0, "1 dwell was rejected or taken back and was not measured again; it is listed below by reason."),
+        (4, 4, "4 dwells were rejected or taken back, and measured again; they are listed below by reason."),
+        (4, 3, "4 dwells were rejected or taken back; 3 of them were measured again, 1 not; they are listed below"),
+        (4, 0, "4 dwells were rejected or taken back and were not measured again; they are listed below by reason."),
+    ],
+)
+def test_of_rejected_dwells_it_is_said_how_many_were_measured_again(
+    rejected: int, repeated: int, sentence: str
+) -> None:
+    view = run_view(Scene(axes=("x",), rejected=rejected))
+    found = replace(view, counts=replace(view.counts, rejected_and_repeated=repeated))
+    assert sentence in _judged(found)[1]
+
+
 def test_lack_of_fit_that_the_table_explains_is_no_reservation_but_is_said() -> None:
     explained = run_view(Scene(tooth_arcsec=1.0, table_explains=True))
     assert _judged(explained, table_arcsec=1.2)[0] == "sound"

@@ -1,5 +1,6 @@
 """A journal on the disk becomes a page: reader, solvers, view, figures and templates together."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -43,9 +44,17 @@ def test_every_dwell_is_accounted_for(view: RunView) -> None:
     # 5 × 7 attitudes × 3 replications, 6 check attitudes, a reference visit after every 20th design dwell
     assert view.counts.design_planned == view.counts.design_accepted == 105
     assert view.counts.accepted == view.counts.planned
-    assert view.counts.rejected == len(view.rejected) == 1
+    assert view.counts.rejected == view.counts.rejected_and_repeated == len(view.rejected) == 1
     assert view.rejected[0].reasons == ("scatter 4.1 times the reference",)
     assert view.design.points == 35
+
+
+def test_a_dwell_that_was_taken_back_and_nobody_measured_again_does_not_count_as_measured_again(journal: Path) -> None:
+    record = _record(journal)
+    *_, last = (dwell for dwell in record.dwells if dwell.purpose == "design")
+    taken_back = tuple(replace(dwell, accepted=dwell is not last and dwell.accepted) for dwell in record.dwells)
+    counts = view_of(replace(record, dwells=taken_back), solve_record(record)).counts
+    assert (counts.rejected, counts.rejected_and_repeated) == (2, 1)
 
 
 def test_the_pause_is_told_with_its_length(view: RunView) -> None:
