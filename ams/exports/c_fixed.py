@@ -26,6 +26,7 @@ from ams.exports.c_text import (
     defined,
     filled,
     is_of_one_quantity,
+    lacks_accelerometers,
     numbers_in,
     opening,
     prefix_of,
@@ -328,4 +329,4 @@ def _functions(scale: Scale, axes: list[FixedAxis], prefix: str) -> list[str]:
     return [*outputs, "", *filled(SELF_TEST, {"checks": "\n".join(checks), **names}), ""]
 
 
-FORMAT = Format("c-fixed", ".fixed.h", to_c_fixed, from_c_fixed, LOSES)
+FORMAT = Format("c-fixed", ".fixed.h", to_c_fixed, from_c_fixed, LOSES, lacks_accelerometers)

@@ -11,11 +11,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from ams.errors import SetError
 from ams.exports.checksum_line import ChecksumLine
 from ams.exports.embedded import comment_lines, document_lines
+from ams.exports.format import ForeseenSet
 from ams.exports.statement import statement
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import AxisNumbers
 
 COMMENT = " * "
+_NEEDED = "needed are accelerometers of pitch and roll (TP) or straight lines (SR)"
 Rows = Sequence[Sequence[float]]
 
 
@@ -45,13 +47,20 @@ def is_of_one_quantity(coefficients: CoefficientSet) -> bool:
     return coefficients.is_of_lines and len({(form.measured_unit, form.inputs) for form in forms}) == 1
 
 
+def lacks_accelerometers(foreseen: ForeseenSet) -> str | None:
+    """Return why :func:`check_accelerometers` will refuse a set that is to be measured; straight lines it does not."""
+    form = foreseen.form
+    if form is None or (form.convention == "TP" and form.output is None):
+        return None
+    return f"got convention {form.convention}, {_NEEDED}"
+
+
 def check_accelerometers(coefficients: CoefficientSet, what: str, instead: str) -> None:
     """Refuse a set whose equation is not the accelerometer's of pitch and roll. Raises: SetError."""
     if coefficients.convention != "TP" or any(numbers.model_output for numbers in coefficients.axes.values()):
         raise SetError(
             f"{coefficients.sensor}: {what}: has no form of this set's equations: got convention "
-            f"{coefficients.convention}, model {coefficients.model}, needed are accelerometers of pitch and roll (TP) "
-            f"or straight lines (SR); nothing was written; {instead}"
+            f"{coefficients.convention}, model {coefficients.model}, {_NEEDED}; nothing was written; {instead}"
         )
 
 

@@ -3,7 +3,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ams.models.sensor_model import SetForm
 from ams.sets.coefficients import CoefficientSet
+
+
+@dataclass(frozen=True)
+class ForeseenSet:
+    """What is known of a set before anything is measured."""
+
+    axes: tuple[str, ...]
+    unit: str
+    """Of what is sensed, as it is written in a key."""
+    form: SetForm | None
+    """Of all axes; None for straight lines, whose form follows from what is measured."""
 
 
 @dataclass(frozen=True)
@@ -20,6 +32,9 @@ class Format:
     loses: str | None = None
     """What the format's own numbers do not hold; the whole set is inside every file all the same."""
 
+    lacks: Callable[[ForeseenSet], str | None] | None = None
+    """Why it has no form of a set, where that is known before anything is measured, in the words of ``to_bytes``; None:
+    nothing is."""
     needs: tuple[str, ...] = ()
     """Libraries of an extra that writing it takes."""
 

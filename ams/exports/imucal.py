@@ -9,6 +9,7 @@ Source: imucal 2.6, calibration_info.py and ferraris_calibration_info.py.
 """
 
 import json
+from collections.abc import Iterable, Set
 from typing import Final
 
 import numpy as np
@@ -18,13 +19,14 @@ from ams.errors import SetError
 from ams.exports.checksum_inside import CHECKSUM_SLOT, check_inside, with_checksum_inside
 from ams.exports.checksum_line import INTACT
 from ams.exports.embedded import document_from, document_lines, harmless
-from ams.exports.format import Format
+from ams.exports.format import ForeseenSet, Format
 from ams.exports.linear_form import largest_term_v, temperature_error_v
 from ams.exports.plain_values import check_same
 from ams.exports.statement import statement
 from ams.sets.canonical import Document
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import resolves
+from ams.units import UNITS
 
 LOSES = (
     "neglects terms of second and third order and of temperature (bounds stated per axis), all uncertainty, validity "
@@ -34,6 +36,10 @@ ORDER: Final = "xyz"
 _BEGIN: Final = b'{\n    "acc_unit": '
 _KINDS: Final = {"g": ("a", "acc", "m/s^2"), "dps": ("g", "gyr", "deg/s")}
 """By the unit of a set: imucal's letter, its word and its unit."""
+_NEEDED: Final = (
+    "needed are three accelerometers or three gyros x, y, z that lie in no plane, each an offset and three "
+    "sensitivities"
+)
 
 
 def to_imucal(coefficients: CoefficientSet) -> bytes:
@@ -68,15 +74,24 @@ def from_imucal(content: bytes, where: str) -> CoefficientSet:
     return coefficients
 
 
+def _lacks(foreseen: ForeseenSet) -> str | None:
+    """Return what a set that is to be measured lacks; None where it has the axes and the unit."""
+    if _is_triad(foreseen.axes, {foreseen.unit}) and (foreseen.form is None or foreseen.form.output is None):
+        return None
+    return f"got the axes {', '.join(foreseen.axes)} per {UNITS.get(foreseen.unit, foreseen.unit)}, {_NEEDED}"
+
+
+def _is_triad(axes: Iterable[str], units: Set[str]) -> bool:
+    return len(units) == 1 and units <= set(_KINDS) and set(axes) == set(ORDER)
+
+
 def _check(coefficients: CoefficientSet, what: str, *, is_solved: bool) -> None:
     """Refuse what is no triad, and one that is not solved for what it senses. Raises: SetError."""
     axes = coefficients.axes
     units = {axis.form.unit for axis in axes.values()}
-    is_triad = len(units) == 1 and units <= set(_KINDS) and set(axes) == set(ORDER)
-    if not (is_triad and is_solved) or any(axis.model_output for axis in axes.values()):
+    if not (_is_triad(axes, units) and is_solved) or any(axis.model_output for axis in axes.values()):
         raise SetError(
-            f"{coefficients.sensor}: {what}: got the axes {', '.join(axes)} by {coefficients.model}, needed are three "
-            "accelerometers or three gyros x, y, z that lie in no plane, each an offset and three sensitivities; "
+            f"{coefficients.sensor}: {what}: got the axes {', '.join(axes)} by {coefficients.model}, {_NEEDED}; "
             "nothing was written; export c or json"
         )
 
@@ -130,4 +145,4 @@ def _bounds(coefficients: CoefficientSet) -> list[str]:
     return lines
 
 
-FORMAT = Format("imucal", ".imucal.json", to_imucal, from_imucal, LOSES)
+FORMAT = Format("imucal", ".imucal.json", to_imucal, from_imucal, LOSES, _lacks)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import SetError
-from ams.exports.c_text import check_accelerometers, is_of_one_quantity
+from ams.exports.c_text import check_accelerometers, is_of_one_quantity, lacks_accelerometers
 from ams.exports.checksum_line import INTACT, ChecksumLine
 from ams.exports.embedded import comment_lines
 from ams.exports.format import Format
@@ -260,4 +260,4 @@ def _comparable(read: Document) -> Document:
     return {**rest, "test_vectors": vectors}
 
 
-FORMAT = Format("linear", ".linear.toml", to_linear_form, from_linear_form, LOSES)
+FORMAT = Format("linear", ".linear.toml", to_linear_form, from_linear_form, LOSES, lacks_accelerometers)

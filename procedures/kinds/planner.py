@@ -4,11 +4,14 @@ The kind lays out its steps; what every plan is held to stands here: sensors to 
 reach, temperature terms that are measured.
 """
 
+from collections.abc import Iterator, Mapping
+
 from procedures.description.kind_tables import Levels, Static
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.kind import Kind, PlanRequest
 from procedures.kinds.registry import KINDS
+from procedures.kinds.unwritable_exports import unwritable_exports
 from procedures.plan.adaptive import adaptive_refusals
 from procedures.plan.channels import channels_of, sensors_that_measure
 from procedures.plan.estimate import NOTHING_LEARNED, expected_duration
@@ -44,7 +47,7 @@ def make_plan(
         *kind.refusals(request, schedule),
         *unreachable(rig, procedure, schedule.steps, kind.key_of_angle),
         *shared_refusals(rig, procedure, sensors, schedule.environment),
-        *(limits_of_nobody(rig, procedure, sensors) if procedure.table_of(Static) is None else ()),
+        *(_of_calibrations(rig, procedure, sensors) if procedure.table_of(Static) is None else ()),
     ]
     if reasons:
         raise PlanError("\n".join(str(reason) for reason in reasons))
@@ -80,6 +83,14 @@ def make_plan(
         counts_earth=True,
         counts_temperature=True,
     )
+
+
+def _of_calibrations(
+    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor]
+) -> Iterator[PlanError]:
+    """Tell what no calibration of these sensors can be held to, and no set of them written as."""
+    yield from limits_of_nobody(rig, procedure, sensors)
+    yield from unwritable_exports(procedure, sensors)
 
 
 def _sensors(rig: RigDescription, procedure: ProcedureDescription, kind: Kind) -> dict[str, Sensor]:
