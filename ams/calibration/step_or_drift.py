@@ -78,10 +78,10 @@ def _kept(step: FloatArray, beside: FloatArray, y: FloatArray) -> float:
 
 def _is_of_a_dwell(search: StepSearch, outputs: Sequence[int], step: FloatArray, y: FloatArray, by_step: float) -> bool:
     """Return whether a change is shown by one dwell alone, the others in it sensing next to nothing of it."""
-    rows = search.course.point.size
+    rows = search.course.layout.rows
     struck = np.zeros((rows, 1))
     struck[int(np.abs(y).argmax()) % rows] = 1.0
-    blocks = np.eye(len(outputs))[:, :, None, None] * search.evidence.by_point(struck)
+    blocks = np.eye(len(outputs))[:, :, None, None] * search.evidence.layout.about_points(struck)
     beside = np.concatenate(
         [search.watched[index].beside(np.hstack(list(block))) for index, block in zip(outputs, blocks, strict=True)]
     )

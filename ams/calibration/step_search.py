@@ -57,7 +57,7 @@ class StepSearch:
     def course(self) -> Course:
         layout, rows = self.evidence.layout, self.evidence.rows
         dof = layout.rows - layout.points
-        return Course(layout.point, layout.replication, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof)
+        return Course(layout, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof)
 
     @cached_property
     def watched(self) -> tuple[Watched, ...]:
@@ -66,7 +66,7 @@ class StepSearch:
     @cached_property
     def drift(self) -> FloatArray:
         """(N,) an even drift as replications differ by it, of unit length."""
-        left = self.evidence.by_point(even_course(self.course.time_order))
+        left = self.evidence.layout.about_points(even_course(self.course.time_order))
         return np.asarray(left / max(float(np.linalg.norm(left)), NOTHING))
 
     def _beside(self, at: int) -> tuple[FloatArray, FloatArray]:
@@ -74,8 +74,8 @@ class StepSearch:
         evidence, index = self.seen[at]
         drifts = self.drift[:, None][:, : int(at in self.drifting)]
         if not self.taken:
-            return np.zeros((self.course.point.size, 0)), drifts
-        return evidence.by_point(step_columns(evidence, index, self.taken)), drifts
+            return np.zeros((self.course.layout.rows, 0)), drifts
+        return evidence.layout.about_points(step_columns(evidence, index, self.taken)), drifts
 
     def _watched(self, at: int) -> Watched:
         evidence, index = self.seen[at]
@@ -88,7 +88,7 @@ class StepSearch:
             departures = departures - columns @ np.linalg.lstsq(columns, departures, rcond=NOTHING)[0]
         if self.is_clipped:
             scatter = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(departures)))
-            departures = evidence.by_point(np.clip(departures, -_CLIPPED * scatter, _CLIPPED * scatter))
+            departures = evidence.layout.about_points(np.clip(departures, -_CLIPPED * scatter, _CLIPPED * scatter))
         # Drawn in, a coarse meter that reads most dwells alike has no departures left; it keeps its scatter.
         variance = float(departures @ departures) / (self.course.dof - (drift is not None)) or variance
         if base is None:
@@ -199,7 +199,7 @@ class StepSearch:
     def _explained_by(self, changed: Changed) -> float:
         """Return what a change explains of the outputs, in variances of a dwell."""
         return sum(
-            explained(self.evidence.by_point(step_columns(evidence, at, (changed,))), watched.departures)[0]
+            explained(self.evidence.layout.about_points(step_columns(evidence, at, (changed,))), watched.departures)[0]
             / watched.variance
             for (evidence, at), watched in zip(self.seen, self.watched, strict=True)
         )
@@ -221,7 +221,7 @@ class StepSearch:
         by_output = pattern.reshape(-1, columns.shape[0])
         return np.concatenate(
             [
-                self.watched[index].beside(self.evidence.by_point(column[:, None] * columns))
+                self.watched[index].beside(self.evidence.layout.about_points(column[:, None] * columns))
                 for index, column in zip(outputs, by_output, strict=True)
             ]
         )

@@ -54,7 +54,7 @@ def likeliest_course(evidence: Evidence, output: int) -> LikeliestCourse | None:
     dof, whole = float(evidence.layout.rows - evidence.layout.points), float(y @ y)
 
     def unlikely(columns: FloatArray, numbers: int) -> float:
-        left = 1.0 - explained(evidence.by_point(columns), y)[0] / whole
+        left = 1.0 - explained(evidence.layout.about_points(columns), y)[0] / whole
         return dof * log(max(left, _NOTHING)) + PER_NUMBER * numbers
 
     nothing = LikeliestCourse(np.zeros((evidence.layout.rows, 0)), is_of_temperature=False)

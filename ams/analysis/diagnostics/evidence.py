@@ -106,14 +106,10 @@ class Evidence:
         """(N, m) what differs from replication to replication: drift and precision."""
         return self.layout.about_points(self.left)
 
-    def by_point(self, column: FloatArray) -> FloatArray:
-        """Return a (N, …) column less its mean over the replications of each point."""
-        return self.layout.about_points(column)
-
     def part_of(self, output: int, columns: FloatArray, beside: FloatArray | None = None) -> FloatArray:
         """Return (N,) what (N, c) columns explain of an output, beside the effects of points and (N, d) others."""
         every = columns if beside is None else np.hstack([columns, beside])
-        sizes = np.linalg.lstsq(self.by_point(every), self.departures[:, output], rcond=_NOTHING)[0]
+        sizes = np.linalg.lstsq(self.layout.about_points(every), self.departures[:, output], rcond=_NOTHING)[0]
         return np.asarray(columns @ sizes[: columns.shape[1]])
 
     def on_grid(self, columns: FloatArray) -> FloatArray:

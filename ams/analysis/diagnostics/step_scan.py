@@ -46,6 +46,7 @@ from ams.analysis.diagnostics.step_patterns import (
 )
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.remembered import remembered
+from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF: Final = 40
@@ -94,10 +95,7 @@ class Change:
 class Course:
     """The design of a package in time."""
 
-    point: IntArray
-    """(N,)"""
-    replication: IntArray
-    """(N,) from 0."""
+    layout: Layout
     time_order: IntArray
     """(N,)"""
     pitch_rad: FloatArray
@@ -107,7 +105,7 @@ class Course:
 
     @property
     def is_judged(self) -> bool:
-        return self.dof >= LEAST_DOF and self.point.size > 2 * least_aside(self.point.size)
+        return self.dof >= LEAST_DOF and self.layout.rows > 2 * least_aside(self.layout.rows)
 
     def in_time(self, values: FloatArray) -> FloatArray:
         """Return (N,) values of the rows in the order of time."""
@@ -119,8 +117,12 @@ class Course:
 
     def during(self, change: Change) -> BoolArray:
         """Return (N,) the rows that a change is in."""
-        found = np.zeros(self.point.size, dtype=bool)
-        found[self.time_order[change.index : change.end]] = True
+        return self.between(change.index, change.end)
+
+    def between(self, index: int, end: int | None = None) -> BoolArray:
+        """Return (N,) the rows from one place in time on, to before another where one is given."""
+        found = np.zeros(self.layout.rows, dtype=bool)
+        found[self.time_order[index:end]] = True
         return found
 
 
@@ -152,12 +154,12 @@ class Scan:
     @cached_property
     def paths(self) -> Paths:
         """Return the products for every place."""
-        return paths_of(self.course.point, self.course.time_order, self.pattern, self.pairs)
+        return paths_of(self.course.layout.point, self.course.time_order, self.pattern, self.pairs)
 
     @property
     def intervals(self) -> Intervals:
         """Return the products for every pair of places of a coarse grid."""
-        return intervals_of(self.course.point, self.course.time_order, self.pattern, self.pairs)
+        return intervals_of(self.course.layout.point, self.course.time_order, self.pattern, self.pairs)
 
     @cached_property
     def sizes(self) -> FloatArray:
@@ -186,11 +188,10 @@ class Scan:
 
     def overlap(self, index: int) -> FloatArray:
         """Return (N,) the inner product of a change before one place and one before each, of all dwells."""
-        order, rows = self.course.time_order, self.course.point.size
-        patterns, point = self.pattern.reshape(rows, -1)[order], self.course.point[order]
-        changed = np.where(np.arange(rows)[:, None] >= index, patterns, 0.0)
-        readings = np.bincount(point).clip(min=1)
-        left = changed - np.stack([(np.bincount(point, column) / readings)[point] for column in changed.T], axis=1)
+        course, rows = self.course, self.course.layout.rows
+        patterns = self.pattern.reshape(rows, -1)
+        changed = np.where(course.between(index)[:, None], patterns, 0.0)
+        left, patterns = course.in_time(course.layout.about_points(changed)), course.in_time(patterns)
         first, second = self.sides
         crossed = 0.5 * (patterns[:, first] * left[:, second] + patterns[:, second] * left[:, first])
         found = np.cumsum(self.weighed(crossed)[::-1])[::-1]
@@ -206,8 +207,8 @@ class Scan:
     def _in_drift(self) -> FloatArray:
         """(N + 1, p) what the columns of every place have in common with the drift."""
         if self.drift is None:
-            return np.zeros((self.course.point.size + 1, 1))
-        along = self.course.in_time(self.pattern.reshape(self.course.point.size, -1) * self.drift[:, None])
+            return np.zeros((self.course.layout.rows + 1, 1))
+        along = self.course.in_time(self.pattern.reshape(self.course.layout.rows, -1) * self.drift[:, None])
         return np.concatenate([np.cumsum(along[::-1], axis=0)[::-1], np.zeros((1, along.shape[1]))])
 
     def _drifted(self, moments: IntArray, against: IntArray) -> FloatArray:
@@ -256,7 +257,7 @@ def scans_of_meter(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]
         return
     k = np.array([output.k for output in seen])
     yield _of_all("sensitivity", course, seen, k, force(course.pitch_rad, course.roll_rad), EACH_WITH_EACH)
-    yield _of_all("offset", course, seen, np.ones((len(seen), 1)), ones(course.point.size), ALONE)
+    yield _of_all("offset", course, seen, np.ones((len(seen), 1)), ones(course.layout.rows), ALONE)
 
 
 def _of_all(
@@ -270,7 +271,7 @@ def _of_all(
     """Return the scan of a pattern (N, p) of which each of the outputs takes so much, (A, p), all together."""
     variance, departures = (np.array([getattr(output, name) for output in seen]) for name in ("variance", "departures"))
     weighed, drifts = taken / variance[:, None], [output.drift is not None for output in seen]
-    along = course.in_time(((weighed @ pattern.reshape(course.point.size, -1).T) * departures).sum(axis=0))
+    along = course.in_time(((weighed @ pattern.reshape(course.layout.rows, -1).T) * departures).sum(axis=0))
     twice, of_drifts = (
         np.array([weight[a, b] * (1.0 if a == b else 2.0) for a, b in pairs])
         for weight in (taken.T @ weighed, taken[drifts].T @ weighed[drifts])
@@ -287,7 +288,7 @@ def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[S
         return
     squares, departures = float(watched.departures @ watched.departures), course.in_time(watched.departures)
     patterns: tuple[tuple[What, FloatArray], ...] = (
-        ("offset", ones(course.point.size)),
+        ("offset", ones(course.layout.rows)),
         ("sensitivity", watched.sensed),
     )
     for what, pattern in patterns:
@@ -355,12 +356,11 @@ def _steadied(
     if found.p_value > _DOUBTFUL:
         return found
     changed = course.during(found).astype(float)
-    readings = np.bincount(course.point).clip(min=1)
-    column = course.in_time(changed - (np.bincount(course.point, changed) / readings)[course.point])
-    patterns = course.in_time(scan.pattern.reshape(course.point.size, -1))
+    column = course.in_time(course.layout.about_points(changed))
+    patterns = course.in_time(scan.pattern.reshape(course.layout.rows, -1))
     first, second = scan.sides
     weight, along = scan.weighed(patterns[:, first] * patterns[:, second]), scan.since[:-1] - scan.since[1:]
-    less = explained / times_as_loud(along, weight, column, course.replication[course.time_order], scan.dof)
+    less = explained / times_as_loud(along, weight, column, course.layout.replication[course.time_order], scan.dof)
     return scan.change(index, chance(scan.share(less)), less, end)
 
 
@@ -369,7 +369,7 @@ def located(scan: Scan, change: Change) -> Change:
     begin, end = change.index, change.end
     if end is None:
         return change
-    first, rows = scan.paths.first, scan.course.point.size
+    first, rows = scan.paths.first, scan.course.layout.rows
     size, aside, explained = scan.sizes, least_aside(rows), change.square * scan.variance
     for _ in range(_ROUNDS):
         for is_begin in (True, False):

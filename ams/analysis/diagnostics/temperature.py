@@ -136,7 +136,7 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
     along = evidence.sensed[:, output]
 
     def pair(column: FloatArray) -> FloatArray:
-        return evidence.by_point(np.column_stack([column, column * along]))
+        return evidence.layout.about_points(np.column_stack([column, column * along]))
 
     rise = temperature - temperature.mean()
     given = [pair(rise)]

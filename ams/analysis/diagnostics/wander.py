@@ -48,7 +48,7 @@ def _inflation(evidence: Evidence, output: int, column: FloatArray | None) -> fl
     if column is None:
         return max(1.0, 1.0 + 2.0 * float(np.sum(_correlations(y) ** 2)))
     a = (column - column.mean())[order]
-    differs = evidence.by_point(column)[order]
+    differs = evidence.layout.about_points(column)[order]
     square = float(differs @ differs)
     if square > 0.0:
         y = y - differs * (float(differs @ y) / square)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dwells_of_points import layout_of_points
 from numpy.typing import NDArray
 
 from ams.analysis.diagnostics.step_scan import Course, Watched, changes_of, scans_of_meter
@@ -15,6 +16,7 @@ from ams.calibration_result import Calibration
 from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
+from ams.solve.layout import layout_of
 
 FloatArray = NDArray[np.float64]
 K = np.array([[2.5, 0.018, 0.012], [-0.01, 2.48, 0.008], [0.009, -0.015, 2.52]])
@@ -133,7 +135,7 @@ def test_a_step_of_the_meter_explains_what_least_squares_over_all_outputs_do() -
         Watched(noise[0], 0.7, K[0], np.sin(pitch)),
         Watched(noise[1] - drift * (drift @ noise[1]), 2.0, K[1], np.sin(pitch), drift),
     ]
-    course = Course(point, np.zeros_like(point), order, pitch, roll, point.size - 14)
+    course = Course(layout_of_points(point), order, pitch, roll, point.size - 14)
     y = np.concatenate([noise[0] / np.sqrt(0.7), noise[1] / np.sqrt(2.0)])
     beside = np.concatenate([np.zeros(point.size), drift])[:, None]
     for scan, taken in zip(
@@ -158,9 +160,8 @@ def test_of_one_output_the_meter_is_no_other_pattern_than_its_own() -> None:
     rows, _ = campaign(45, 0.0)
     point = np.asarray(rows.point - 1)
     alone = Watched(about_points(rows.outputs["x"], point), 1.0, K[0], np.sin(rows.pitch_rad))
-    course = Course(
-        point, rows.replication - 1, np.arange(point.size), rows.pitch_rad, rows.roll_rad, point.size - len(GRID)
-    )
+    order, dof = np.arange(point.size), point.size - len(GRID)
+    course = Course(layout_of(rows), order, rows.pitch_rad, rows.roll_rad, dof)
     assert not list(scans_of_meter(course, [alone]))
     assert told(solved(replace(rows, outputs={"x": rows.outputs["x"]}))) == set()
 

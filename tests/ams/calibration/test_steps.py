@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from dwells_of_points import layout_of_points
 from numpy.typing import NDArray
 from physics_scenes import Campaign, campaigns, mixed
 from scipy.stats import binom  # type: ignore[import-untyped]
@@ -315,7 +316,7 @@ def chances(count: int, seed: int, drift_per_dwell: float | None = None) -> NDAr
                 departures, free, known = departures + drift_per_dwell * drift, dof - 1, unit
                 departures = departures - unit * (unit @ departures)
             outputs.append(Watched(departures, float(departures @ departures) / free, axis, np.sin(pitch), known))
-        course = Course(point, np.zeros_like(point), order, pitch, roll, dof)
+        course = Course(layout_of_points(point), order, pitch, roll, dof)
         if not course.is_judged:
             continue
         scans = scans_of_table(course, outputs), scans_of_output(course, outputs[2], 2)
@@ -351,7 +352,7 @@ def test_beside_a_drift_a_change_explains_what_least_squares_with_both_do() -> N
     for which, variance in ((1, 1.3), (2, 2.0)):
         left = noise[which] - drift * (drift @ noise[which])
         outputs.append(Watched(left, variance, np.eye(3)[which], np.sin(pitch), drift))
-    course = Course(point, np.zeros_like(point), order, pitch, roll, point.size - 14)
+    course = Course(layout_of_points(point), order, pitch, roll, point.size - 14)
     slip = (force_g(pitch, roll + 1e-4) - force_g(pitch, roll - 1e-4)).T / 2e-4
     y = np.concatenate([n / np.sqrt(o.variance) for n, o in zip(noise, outputs, strict=True)])
     drifts = np.kron([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], drift[:, None])
