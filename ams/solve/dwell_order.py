@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
-from ams.remembered import remembered
+from ams.remembered import known, remembered
 from ams.solve.layout import Layout
 
 SETTLES_IN: Final = 1.0 / 12.0
@@ -15,8 +15,11 @@ of it to three times it."""
 
 @remembered(16)
 def rows_in_time(time_s: FloatArray | None, rows: int) -> IntArray:
-    """Return the rows in the order of time; without times the order of the rows stands for it."""
-    return np.arange(rows) if time_s is None else np.argsort(time_s, kind="stable")
+    """Return the rows in the order of time; without times the order of the rows stands for it.
+
+    Packages have times of their own and mostly one order, which what depends on it alone knows as one.
+    """
+    return known(np.arange(rows) if time_s is None else np.argsort(time_s, kind="stable"))
 
 
 def turns_in_replication(order: IntArray, replication: IntArray, replications: int) -> tuple[IntArray, IntArray]:

@@ -12,7 +12,7 @@ from math import sqrt
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.remembered import remembered
 from ams.solve.scatter import points_scatter
 from ams.statistics.distributions import f_tail
@@ -182,12 +182,26 @@ def _independent_of(shared: FloatArray, added: FloatArray) -> FloatArray:
 
 @remembered(16)
 def _spanned(columns: FloatArray) -> FloatArray:
-    return np.linalg.qr(independent(columns))[0]
+    columns = _of_something(columns)
+    q, r = np.linalg.qr(columns)
+    is_left = _is_left(columns, r)
+    return q if is_left.all() else np.linalg.qr(columns[:, is_left])[0]
 
 
 def independent(columns: FloatArray) -> FloatArray:
     """Return the columns that are independent of those before them."""
-    columns = columns[:, np.any(columns != 0.0, axis=0)]  # a column of nothing would take a row of R from the others
+    columns = _of_something(columns)
+    r = np.asarray(np.linalg.qr(columns, mode="r"))
+    return columns[:, _is_left(columns, r)]
+
+
+def _of_something(columns: FloatArray) -> FloatArray:
+    """Return the columns that are not nothing: one of those would take a row of R from the others."""
+    return columns[:, np.any(columns != 0.0, axis=0)]
+
+
+def _is_left(columns: FloatArray, r: FloatArray) -> BoolArray:
+    """Return (c,) of which columns those before them leave something, by their triangular factor."""
     diagonal = np.zeros(columns.shape[1])
-    diagonal[: columns.shape[0]] = np.diag(np.linalg.qr(columns, mode="r"))
-    return columns[:, diagonal**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns)]
+    diagonal[: columns.shape[0]] = np.diag(r)
+    return np.asarray(diagonal**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns))

@@ -17,9 +17,9 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.settling import UNKNOWN, Estimate, joined
+from ams.analysis.diagnostics.step_patterns import force_along
 from ams.analysis.diagnostics.time_order import LEAST_DOF, order_repeats
 from ams.arrays import FloatArray, IntArray
-from ams.frames import specific_force
 from ams.remembered import remembered
 from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
@@ -117,24 +117,29 @@ def _estimate(along: float, square: float, rest: float, dof: int) -> Estimate:
 def _memories(
     time_s: FloatArray | None, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str
 ) -> FloatArray:
-    force = specific_force(pitch_rad, roll_rad)[:, "xyz".index(nominal_axis)][order]
-    waited = np.ones(order.size - 1) if time_s is None else np.diff(time_s[order])
-    usual = float(np.median(waited)) if waited.size else 0.0
-    waited = waited / usual if usual > 0.0 else np.ones(order.size - 1)
+    force, kept = force_along(pitch_rad, roll_rad, nominal_axis)[order], _kept(time_s, order)
     found = np.empty((order.size, len(MEMORY_DWELLS)))
-    for index, dwells in enumerate(MEMORY_DWELLS):
-        kept = np.append(0.0, np.exp(-waited / dwells))
-        found[order, index] = _recursion(kept, kept * -np.diff(force, prepend=force[0]))
+    found[order] = _recursion(kept, kept * -np.diff(force, prepend=force[0])).T
     return found
 
 
+@remembered(16)
+def _kept(time_s: FloatArray | None, order: IntArray) -> FloatArray:
+    """Return (3, N) what is left of each memory from one dwell to the next, in the order of time; 0 at the first."""
+    waited = np.ones(order.size - 1) if time_s is None else np.diff(time_s[order])
+    usual = float(np.median(waited)) if waited.size else 0.0
+    waited = waited / usual if usual > 0.0 else np.ones(order.size - 1)
+    fading = np.exp(-waited / np.array(MEMORY_DWELLS)[:, None])
+    return np.concatenate([np.zeros((len(MEMORY_DWELLS), 1)), fading], axis=1)
+
+
 def _recursion(kept: FloatArray, added: FloatArray) -> FloatArray:
-    """Return y with y_j = kept_j y_(j−1) + added_j, in passes of twice the reach each."""
+    """Return (…, N) y with y_j = kept_j y_(j−1) + added_j, in passes of twice the reach each."""
     found, kept, reach = added.copy(), kept.copy(), 1
-    while reach < found.size:
-        found[reach:] = found[reach:] + kept[reach:] * found[:-reach]
-        kept[reach:] = kept[reach:] * kept[:-reach]
-        kept[:reach] = 0.0
+    while reach < found.shape[-1]:
+        found[..., reach:] = found[..., reach:] + kept[..., reach:] * found[..., :-reach]
+        kept[..., reach:] = kept[..., reach:] * kept[..., :-reach]
+        kept[..., :reach] = 0.0
         reach *= 2
     return found
 

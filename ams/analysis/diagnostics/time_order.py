@@ -20,6 +20,7 @@ from ams.remembered import remembered
 from ams.solve.dwell_order import settling_of_rows, turns_in_replication
 from ams.solve.extension import stands_alike
 from ams.solve.layout import Layout
+from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 12
@@ -128,15 +129,12 @@ def _mean_by_point(layout: Layout, column: FloatArray) -> FloatArray:
 
 def neighbours(evidence: Evidence) -> tuple[IntArray, IntArray, IntArray]:
     """Return replication, point and next point of dwells that follow one another within a replication."""
-    return _neighbours(evidence.rows.time_s, evidence.layout)
+    return _neighbours(evidence.time_order, evidence.layout)
 
 
 @remembered(16)
-def _neighbours(time_s: FloatArray | None, layout: Layout) -> tuple[IntArray, IntArray, IntArray]:
-    replication, point = layout.replication, layout.point
-    if time_s is not None:
-        order = np.argsort(time_s, kind="stable")
-        replication, point = replication[order], point[order]
+def _neighbours(order: IntArray, layout: Layout) -> tuple[IntArray, IntArray, IntArray]:
+    replication, point = layout.replication[order], layout.point[order]
     together = replication[1:] == replication[:-1]
     return replication[1:][together], point[:-1][together], point[1:][together]
 
@@ -244,19 +242,26 @@ def confounding(evidence: Evidence, linear: int, column: FloatArray | None) -> f
 
 @remembered(32)
 def _confounding(layout: Layout, basis: FloatArray, linear: int, column: FloatArray) -> float | None:
-    replications, replication = layout.replications, layout.replication
-    readings = np.bincount(replication, minlength=replications)
-    both = np.column_stack([column, basis[layout.point, :linear]])
-    for index, values in enumerate(both.T.copy()):
-        both[:, index] -= (np.bincount(replication, values, replications) / readings)[replication]
-    tested, (q, sizes, _) = both[:, 0], np.linalg.svd(both[:, 1:], full_matrices=False)
-    q = q[:, sizes > _NOTHING_LEFT * max(float(sizes[0]), _NOTHING_LEFT)]
-    dof = column.size - replications
+    tested, q = _in_replications(layout, column[:, None])[:, 0], _taken_in_replications(layout, basis, linear)
+    dof = column.size - layout.replications
     if dof <= q.shape[1] or not np.ptp(tested) > _NO_CHANGE:
         return None
     left = tested - q @ (q.T @ tested)
     share = 1.0 - float(left @ left) / (dof - q.shape[1]) / (float(tested @ tested) / dof)
     return float(np.sqrt(max(share, 0.0)))
+
+
+@remembered(16)
+def _taken_in_replications(layout: Layout, basis: FloatArray, linear: int) -> FloatArray:
+    """Return (N, q) orthonormal columns of what a linear sensor takes from the points inside the replications."""
+    q, sizes, _ = np.linalg.svd(_in_replications(layout, basis[layout.point, :linear]), full_matrices=False)
+    return np.asarray(q[:, sizes > _NOTHING_LEFT * max(float(sizes[0]), _NOTHING_LEFT)])
+
+
+def _in_replications(layout: Layout, columns: FloatArray) -> FloatArray:
+    """Return (N, c) columns less their mean over the rows of each replication."""
+    readings = layout.sum_by_replication(np.ones(layout.rows))
+    return np.asarray(columns - (layout.sum_by_replication(columns) / readings[:, None])[layout.replication])
 
 
 @dataclass(frozen=True)
@@ -292,7 +297,8 @@ def even_drift(basis: FloatArray, left: FloatArray, fitted: FloatArray, time_s: 
 def _time_left(basis: FloatArray, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return (N,) the times about their mean, and what a (N, P) basis leaves of them."""
     seconds = time_s - time_s.mean()
-    return seconds, seconds - basis @ np.linalg.lstsq(basis, seconds, rcond=None)[0]
+    q, _ = orthogonal(basis)
+    return seconds, seconds - q @ (q.T @ seconds)
 
 
 _NOTHING = 1e-18
