@@ -112,10 +112,11 @@ def joint_calibration(
 def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisCalibration:
     """Return one axis of a joint fit. Raises: DesignError where a sensitivity is not determined."""
     model, primary = fit.sensors[axis].model, fit.primary[axis]
-    if not np.isfinite(primary).all():
+    lost = [name for name, value in zip(model.primary_names, primary, strict=True) if not np.isfinite(value)]
+    if lost:
         raise DesignError(
-            f"joint fit: axis {axis}: no attitude excites all of its sensitivities; nothing is reported; "
-            "add roll angles other than 0° and 180°"
+            f"joint fit: axis {axis}: the points cannot determine {' and '.join(lost)}; nothing is reported; "
+            "add attitudes at other pitch and roll angles"
         )
     axis_covariance = fit.axis_covariance(axis)
     undetermined = model.undetermined(primary, axis_covariance)

@@ -133,7 +133,13 @@ def careful_tables(
         is_whole = False
         yield table
     if is_whole:
-        raise ObservationsError(f"{header.file}: a header and no rows; {form.remedies.not_done}; export the rows again")
+        raise _no_rows(header)
+
+
+def _no_rows(header: NamedColumns) -> ObservationsError:
+    return ObservationsError(
+        f"{header.file}: a header and no rows; {header.form.remedies.not_done}; export the rows again"
+    )
 
 
 def _rows(path: Path, start: int, line: int, form: CsvForm) -> Iterator[tuple[int, tuple[str, ...]]]:
@@ -227,7 +233,9 @@ def table_of(columns: Mapping[str, Sequence[object]], name: str) -> CsvTable:
         for column in columns.values()
     ]
     rows = tuple(zip(*cells, strict=True))
-    table = CsvTable(name, tuple(columns), tuple(range(2, 2 + len(rows))), rows)
+    table = CsvTable(name, header_from(name, tuple(columns)).columns, tuple(range(2, 2 + len(rows))), rows)
+    if not rows:
+        raise _no_rows(table)
     _refuse_shape(table)
     return table
 

@@ -89,6 +89,8 @@ def _centring(pitch_rad: FloatArray, roll_rad: FloatArray, points: int, nominal_
 def centring_over(force: FloatArray, points: int, nominal_axis: str) -> Centring | None:
     """Return the same over (N, 3) forces, whichever way the package was mounted at each."""
     linear, terms = linear_part(force), term_basis(force, nominal_axis)
+    if points < linear.shape[1]:
+        return None
     q, r = np.linalg.qr(linear)
     if np.abs(np.diag(r)).min() < _DETERMINED * np.linalg.norm(r):
         return None

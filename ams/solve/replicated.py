@@ -9,6 +9,7 @@ else they are solved by projection, which gives exact F tests for unbalanced dat
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from ams.solve.linear_form import LinearForm
 _SAME_BASIS = 1e-13
 DISTINGUISHED = 1e-9
 """Of the largest eigenvalue: what fewer rows than that say of a direction counts as nothing."""
+_OF_NOTHING: Final = 1e-12
+"""Smallest eigenvalue of a Gram matrix of columns of unit length that is not zero but for rounding."""
 _NOTHING = 1e-3
 """Of a row's standard deviation."""
 
@@ -233,14 +236,26 @@ def about_their_mean(basis: FloatArray, layout: Layout, weights: FloatArray) -> 
 
     The mean of the replications' parameters is weighted by what each tells of the direction that it tells least of,
     so that one that stopped part way bends it little. One weight for all its parameters: an offset stays an offset.
+    Of a direction that none of them tells, as at one roll angle, all tell the least: they count alike.
     """
     n, size = layout.replications, basis.shape[1]
     columns = columns_per_replication(basis, layout)
     weighted = weights[:, None] * basis
     gram = (weighted.T @ columns.reshape(layout.rows, -1)).reshape(size, n, size).swapaxes(0, 1)
-    information = np.maximum(np.linalg.eigvals(np.linalg.solve(gram.sum(axis=0), gram)).real.min(axis=1), DISTINGUISHED)
-    share = information / information.sum()
+    share = np.full(n, 1.0 / n)
+    if _is_determined(gram.sum(axis=0)):
+        smallest = np.linalg.eigvals(np.linalg.solve(gram.sum(axis=0), gram)).real.min(axis=1)
+        information = np.maximum(smallest, DISTINGUISHED)
+        share = information / information.sum()
     return np.asarray((columns - share[:, None] * basis[:, None, :]).reshape(layout.rows, -1))
+
+
+def _is_determined(gram: FloatArray) -> bool:
+    """Return whether a (P, P) Gram matrix has no direction of nothing, whatever the units of its columns."""
+    length = np.sqrt(np.diag(gram))
+    if not length.all():
+        return False
+    return bool(np.linalg.eigvalsh(gram / np.outer(length, length))[0] > _OF_NOTHING)
 
 
 def loose_root(values: FloatArray, vectors: FloatArray) -> FloatArray:
