@@ -4,12 +4,28 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
+from procedures.records.axes_at_rest import axes_in_words
 from procedures.records.dwells import DwellRecord, Event
 
 GOING = "running"
+SAFE = "safe"
+"""Kind of the event that says where the axes rest, before the state that they were stopped for."""
 OF_OTHERS = ("opened", "note", "ack", "voided", "override", "stop_guard")
 """Events that the process which ran the run did not write last, or need not have: they say nothing of its life."""
 NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted", "closed")
+
+
+@dataclass(frozen=True)
+class Standstill:
+    """A state in which the run stood still."""
+
+    what: str
+    """``paused``, ``held``, ``stopped``, ``tripped``, ``interrupted`` …"""
+    began_utc: datetime
+    by: str
+    reason: str
+    axes: str = ""
+    """What was seen of the axes when it was entered, a sentence; empty where they were not told to stop for it."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +42,15 @@ class Interruption:
     resumed_by: str = ""
     """Who took the run up again; empty where it went on by itself."""
     resumed_because: str = ""
+    axes: str = ""
+    """As of :class:`Standstill`."""
+    later: tuple[Standstill, ...] = ()
+    """The states that it went on to without running in between, in this order."""
+
+    @property
+    def newest_first(self) -> tuple[Standstill, ...]:
+        """Every state of it, that in which the run stood last first."""
+        return (*reversed(self.later), Standstill(self.what, self.began_utc, self.by, self.reason, self.axes))
 
 
 @dataclass(frozen=True)
@@ -46,18 +71,32 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
     found: list[Interruption] = []
     unended: Interruption | None = None
     last_sign: Event | None = None
+    axes = ""
     for event in events:
         state = str(event.detail.get("to", "")) if event.kind == "state" else ""
-        if unended is None and state in NOT_GOING:
+        axes = _axes(event) if event.kind == SAFE else axes
+        if state in NOT_GOING:
             began = last_sign if last_sign is not None and state == "interrupted" else event
-            unended = Interruption(state, began.utc, None, _who(event), _why(event))
+            stands = Standstill(state, began.utc, _who(event), _why(event), axes)
+            unended = _begun(stands) if unended is None else replace(unended, later=(*unended.later, stands))
         elif unended is not None and state == GOING:
             found.append(replace(unended, ended_utc=event.utc))
             unended = None
         elif unended is not None and state == "checking" and _who(event):
             unended = replace(unended, resumed_by=_who(event), resumed_because=_why(event))
+        axes = "" if state else axes
         last_sign = last_sign if event.kind in OF_OTHERS else event
     return tuple(found if unended is None else [*found, unended])
+
+
+def _begun(stands: Standstill) -> Interruption:
+    return Interruption(stands.what, stands.began_utc, None, stands.by, stands.reason, axes=stands.axes)
+
+
+def _axes(safe: Event) -> str:
+    positions, failures = safe.detail.get("positions_deg"), safe.detail.get("failures")
+    known_deg = {name: float(degrees) for name, degrees in positions.items()} if isinstance(positions, dict) else {}
+    return axes_in_words(known_deg, failures if isinstance(failures, list) else ())
 
 
 def notes_in(events: Iterable[Event]) -> tuple[Note, ...]:

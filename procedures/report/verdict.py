@@ -13,7 +13,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_texts, turned_the_table
-from procedures.journal.audit_trail import Interruption
+from procedures.journal.audit_trail import Interruption, Standstill
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.records.declared_gaps import NO_METER, NO_STANDARD_OF_RATES
 from procedures.records.states import State, state_sentence
@@ -126,14 +126,28 @@ def _span(name: str, angle_rad: FloatArray) -> str:
 
 def _run_doubts(state: str, counts: Counts, interruptions: Sequence[Interruption]) -> Iterable[str]:
     if state != "finished":
-        last = next((stretch for stretch in interruptions[-1:] if stretch.ended_utc is None), None)
-        last = last if last is not None and last.what in (state, State.HELD, State.INTERRUPTED) else None
-        why = "" if last is None else state_sentence(last.reason, last.by)
-        since = f", since {last.began_utc:%Y-%m-%d %H:%M} UTC" if last is not None else ""
-        yield f"The run did not finish (state “{state}”){since}{f': {why}' if why else ''}."
+        yield _unfinished(state, next((stretch for stretch in interruptions[-1:] if stretch.ended_utc is None), None))
     missing = counts.design_planned - counts.design_accepted
     if missing > 0:
         yield f"{missing} of {counts.design_planned} planned design dwells are missing."
+
+
+def _unfinished(state: str, stretch: Interruption | None) -> str:
+    """Say in which state a run ended, since when, why and whether anything moved since; then what came before."""
+    last, *earlier = (None,) if stretch is None else stretch.newest_first
+    if last is None or last.what not in (state, State.HELD, State.INTERRUPTED):
+        return f"The run did not finish (state “{state}”)."
+    sentences = [
+        f"The run did not finish (state “{state}”){_since(last)}.",
+        *([last.axes] if last.axes else []),
+        *(f"Before that it was {stood.what}{_since(stood)}." for stood in earlier),
+    ]
+    return " ".join(sentences)
+
+
+def _since(stood: Standstill) -> str:
+    why = state_sentence(stood.reason, stood.by)
+    return f", since {stood.began_utc:%Y-%m-%d %H:%M} UTC{f': {why}' if why else ''}"
 
 
 def _doubts_of_sensors(sensors: Sequence[SensorView], said: Sequence[str]) -> Iterable[str]:

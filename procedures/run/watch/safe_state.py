@@ -11,6 +11,7 @@ from threading import Thread
 
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Soak
+from procedures.records.axes_at_rest import axes_in_words
 from procedures.run.dwell.measure import OpenRig
 from rig.defects import defect_text
 from rig.errors import RigError
@@ -37,10 +38,7 @@ class Safe:
     @property
     def in_words(self) -> str:
         """What people are told of the axes, a sentence; what failed stands in the reason already."""
-        if self.failures:
-            return "Not every axis was seen to stand: go and look before anything else."
-        stood = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in self.positions_deg.items())
-        return f"Every axis was told to stop and seen to stand{f': {stood}' if stood else ''}; nothing moved since."
+        return axes_in_words(self.positions_deg, self.failures)
 
     def detail(self) -> dict[str, object]:
         """Return the event of the journal."""
