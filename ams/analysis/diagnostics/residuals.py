@@ -136,9 +136,27 @@ def grid_residuals(
     grid = np.zeros((replications * points, outputs.shape[1]))
     grid[dwell] = outputs
     q = orthogonal(basis)[0]
-    everything = GridResiduals(replications, points, q, grid, np.zeros((grid.shape[0], 0)), np.ones(grid.shape[0]))
-    found = replace(everything, residuals=everything.projected(grid))
-    if dwell.size < grid.shape[0]:
-        for missing in np.setdiff1d(np.arange(grid.shape[0]), dwell):
-            found = found.without(int(missing))
-    return found
+    taken, present = _left_out(replications, points, q, dwell)
+    empty = GridResiduals(replications, points, q, grid, taken, present)
+    return replace(empty, residuals=empty.projected(grid))
+
+
+@remembered(6)
+def _left_out(replications: int, points: int, q: FloatArray, dwell: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return what the dwells that are missing among all had in the residuals, (n K, d) orthonormal, and what is there.
+
+    Second: (n K,) one where there is a dwell. With C the columns of the residual maker M for the missing ones, CᵀC is
+    the block of M at them, as M is a projection.
+    """
+    present = np.zeros(replications * points)
+    present[dwell] = 1.0
+    missing = np.flatnonzero(present == 0.0)
+    nothing = np.zeros((present.size, 0))
+    if missing.size == 0:
+        return nothing, present
+    dwells = np.zeros((present.size, missing.size))
+    dwells[missing, np.arange(missing.size)] = 1.0
+    columns = GridResiduals(replications, points, q, dwells, nothing, np.ones(present.size)).projected(dwells)
+    values, vectors = np.linalg.eigh(columns[missing])
+    is_left = values > _GONE
+    return columns @ (vectors[:, is_left] / np.sqrt(values[is_left])), present

@@ -26,7 +26,9 @@ def _maker(basis: np.ndarray, dwells: np.ndarray) -> np.ndarray:
     return np.eye(len(dwells)) - seen @ np.linalg.pinv(seen, rcond=1e-10)
 
 
-@pytest.mark.parametrize("missing", [(), (4,), (4, 13, 20)])
+@pytest.mark.parametrize(
+    "missing", [(), (4,), (4, 13, 20), (5, 14), (5, 14, 23), tuple(range(22, 27)), (0, *range(21, 27))]
+)
 def test_residuals_and_leverages_are_those_of_dummies_whatever_is_missing(basis, missing) -> None:
     dwells = np.setdiff1d(np.arange(N * K), missing)
     outputs = np.random.default_rng(2).standard_normal((dwells.size, 2))
