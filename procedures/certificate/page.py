@@ -19,7 +19,7 @@ from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
 from procedures.certificate.grounds import Grounds, gaps_of, meters_undeclared
-from procedures.certificate.results import angle_rows, coefficients_of, undetermined
+from procedures.certificate.results import angle_rows, coefficients_of, is_visited_again, undetermined
 from procedures.numbers import angle
 from procedures.pages import page_style, with_whole_options
 from procedures.report.page import STYLE_SHEET, report_environment
@@ -40,6 +40,7 @@ def certificate_page(grounds: Grounds) -> str:
     capability = grounds.laboratory.get("capability_deg")
     capability_deg = None if capability is None else number(capability)
     errors = {} if grounds.adjustment is None else grounds.adjustment.as_left.errors
+    judgements = () if grounds.adjustment is None else grounds.adjustment.as_left.judgements
     template = report_environment(TEMPLATES, SHARED_TEMPLATES).get_template("certificate.html.j2")
     page = template.render(
         grounds=grounds,
@@ -51,7 +52,8 @@ def certificate_page(grounds: Grounds) -> str:
         forms=list(forms_of(grounds.coefficients)),
         meanings=meanings_of(grounds.coefficients),
         nearest=nearest(grounds.coefficients),
-        angles=list(angle_rows(errors, capability_deg)),
+        angles=list(angle_rows(errors, judgements, capability_deg)),
+        again=is_visited_again(errors),
         lines=grounds.coefficients.is_of_lines,
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(gaps_of(grounds)) if grounds.is_specimen else [],

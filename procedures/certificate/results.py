@@ -4,7 +4,7 @@ The capability (CMC) is an angle. For each coefficient it is the angle's effect:
 S·capability, on the azimuth capability/sin Ω. Source: ISO/IEC 17025:2017, 7.8.4.1; ILAC-P14:09/2020, 5.4.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot, radians, sin
 
@@ -15,6 +15,7 @@ from ams.rounding import last_place, to_place, with_uncertainty
 from ams.sets.canonical import Document, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.intervals import t_quantile
+from ams.surveillance.adjustment import Judgement
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.numbers import angle
 
@@ -68,28 +69,64 @@ def undetermined(coefficients: CoefficientSet) -> Iterator[str]:
                 yield f"{axis}: {words_of(name).label}"
 
 
-def angle_rows(errors: Mapping[str, AngleErrors], capability_deg: float | None) -> Iterator[AngleRow]:
-    """Errors along both axes of the plane of attitudes: pitch varied near roll 0, roll varied near pitch 0."""
+def angle_rows(
+    errors: Mapping[str, AngleErrors], judgements: Sequence[Judgement], capability_deg: float | None
+) -> Iterator[AngleRow]:
+    """Yield errors along both axes of the plane of attitudes: pitch varied near roll 0, roll varied near pitch 0.
+
+    Beside them where error and uncertainty are largest together, and what every judgement was decided by. An attitude
+    has one row: of several visits the one that decided, else the one that is farthest out.
+    """
     for name, found in errors.items():
-        for pair in _cross(found):
-            expanded = max(float(found.expanded_deg[pair]), capability_deg or 0.0)
+        decided = [_decided(found, judgement) for judgement in judgements if judgement.angle == name]
+        for row in _shown(found, [row for row in decided if row is not None]):
+            expanded = max(float(found.expanded_deg[row]), capability_deg or 0.0)
             digits = last_place(expanded)
             yield AngleRow(
                 name,
-                angle(float(found.pitch_deg[pair])),
-                angle(float(found.roll_deg[pair])),
-                to_place(float(found.error_deg[pair]), digits).replace("-", "−"),
+                angle(float(found.pitch_deg[row])),
+                angle(float(found.roll_deg[row])),
+                to_place(float(found.error_deg[row]), digits).replace("-", "−"),
                 to_place(expanded, digits),
             )
 
 
-def _cross(found: AngleErrors) -> list[int]:
-    """Places of the points on the two lines through the point nearest to level, in the order of the angles."""
-    pitch, roll = np.round(found.pitch_deg, 6), np.round(found.roll_deg, 6)
-    level = int(np.argmin(np.hypot(pitch, roll)))
-    along_pitch = np.flatnonzero(roll == roll[level])
-    along_roll = np.flatnonzero((pitch == pitch[level]) & (roll != roll[level]))
-    return [*along_pitch[np.argsort(pitch[along_pitch])], *along_roll[np.argsort(roll[along_roll])]]
+def is_visited_again(errors: Mapping[str, AngleErrors]) -> bool:
+    """Return whether any attitude has several points, as in the order forward-reverse."""
+    return any(len(set(_attitudes(found))) < found.error_deg.size for found in errors.values())
+
+
+def _decided(found: AngleErrors, judgement: Judgement) -> int | None:
+    """Return the index of the point that a judgement names; None where it names none."""
+    named = (judgement.pitch_deg, judgement.roll_deg, judgement.error_deg)
+    columns = (found.pitch_deg, found.roll_deg, found.error_deg)
+    is_it = np.logical_and.reduce([column == value for column, value in zip(columns, named, strict=True)])
+    return int(np.argmax(is_it)) if is_it.any() else None
+
+
+def _shown(found: AngleErrors, decided: Sequence[int]) -> list[int]:
+    """Return the places of the rows: the cross through level in the order of the angles, then what decides."""
+    attitudes = _attitudes(found)
+    farthest: dict[tuple[float, float], int] = {}
+    for row in np.argsort(np.abs(found.error_deg) + found.expanded_deg).tolist():
+        farthest[attitudes[row]] = row
+    farthest |= {attitudes[row]: row for row in reversed(decided)}
+    wanted = [*_cross(found), *(attitudes[row] for row in (found.worst, *decided))]
+    return [farthest[attitude] for attitude in dict.fromkeys(wanted)]
+
+
+def _attitudes(found: AngleErrors) -> list[tuple[float, float]]:
+    rounded = zip(np.round(found.pitch_deg, 6).tolist(), np.round(found.roll_deg, 6).tolist(), strict=True)
+    return [(pitch, roll) for pitch, roll in rounded]
+
+
+def _cross(found: AngleErrors) -> list[tuple[float, float]]:
+    """Attitudes on the two lines through the one nearest to level, in the order of the angles."""
+    attitudes = set(_attitudes(found))
+    level = min(attitudes, key=lambda attitude: (hypot(*attitude), attitude))
+    along_pitch = sorted(attitude for attitude in attitudes if attitude[1] == level[1])
+    along_roll = sorted(attitude for attitude in attitudes if attitude[0] == level[0])
+    return [*along_pitch, *along_roll]
 
 
 def _coefficient(axis: str, name: str, row: Document, floor: float) -> Coefficient:

@@ -14,6 +14,7 @@ from procedures.check.shares import explained, shares_in_words
 from procedures.description.dwell_settings import AdaptiveDwell
 from procedures.kinds.kind import DesignFigures
 from procedures.numbers import duration
+from procedures.plan.order import TWICE
 from procedures.plan.plan import Expectation
 from rig.local_time import at_both
 
@@ -56,7 +57,8 @@ def _facts(report: CheckReport, now: datetime | None) -> "Table":
     if report.forecast.design is not None:
         roll = f" × {len(plan.design.roll_values_deg)} roll" if plan.design.has_roll else ", without roll"
         yaw = f" × {len(plan.design.yaw_values_deg)} yaw" if len(plan.design.yaw_values_deg) > 1 else ""
-        counts = f"{len(plan.design.points)} points ({len(plan.design.pitch_values_deg)} pitch{yaw}{roll})"
+        each = ", each attitude visited twice" if plan.order == TWICE else ""
+        counts = f"{len(plan.design.points)} points ({len(plan.design.pitch_values_deg)} pitch{yaw}{roll}{each})"
         seed = "" if plan.seed is None else f", seed {plan.seed}"
         table.add_row("design", f"{plan.design.kind}: {counts}, order {plan.order}{seed}")
     others = len(plan.dwells) - len(plan.design_dwells)

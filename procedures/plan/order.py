@@ -25,8 +25,15 @@ SHUFFLED = ("neighbours", "blocks", "random", "seeded")
 """Orders that chance decides, anew for every replication."""
 MOST_BLOCKS = 6
 """Of ``neighbours``; even numbers, so that as many blocks go up in pitch as come down."""
+TWICE = "forward-reverse"
+"""The order that visits every attitude twice."""
 LONGER_THAN_SERPENTINE = 1.15
 """What the travel of ``neighbours`` may be, times the serpentine's: fewer blocks where it would be more."""
+
+
+def attitudes_in_words(points: int, order: str) -> str:
+    """Return how many attitudes a design of so many points has, and how often a replication visits each."""
+    return f"{points // 2} attitudes, each visited twice" if order == TWICE else f"{points} attitudes"
 
 
 def visits(design: Design, order: Order) -> Design:
@@ -34,7 +41,7 @@ def visits(design: Design, order: Order) -> Design:
 
     The visit of label k on the way back is labelled K + k.
     """
-    if order != "forward-reverse":
+    if order != TWICE:
         return design
     count = len(design.points)
     back = tuple(replace(point, label=point.label + count) for point in design.points)
@@ -47,7 +54,7 @@ def sequence(design: Design, order: Order, chance: np.random.Generator | None = 
     ``design`` is what :func:`visits` made for this order; the shuffled orders need ``chance``.
     """
     points = design.points
-    if order == "forward-reverse":
+    if order == TWICE:
         half = len(points) // 2
         return (*_snake(_rows(points[:half])), *reversed(_snake(_rows(points[half:]))))
     if order in SHUFFLED:

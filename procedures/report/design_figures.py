@@ -36,7 +36,8 @@ def variance_map(design: DesignView) -> Figure | None:
         "Variance map of the design",
         "Standard deviation of the fitted output over that of one dwell, at every attitude of the range calibrated, "
         f"for independent errors and {design.replications} replication{'' if design.replications == 1 else 's'} of "
-        f"the {design.points} attitudes (dots). It lies between {spread.min():.4f} and {spread.max():.4f} and depends "
+        f"the design (dots; {design.attitudes_in_words}). "
+        f"It lies between {spread.min():.4f} and {spread.max():.4f} and depends "
         "on the design alone. Source: TP (52).",
         _drawn(design, np.rad2deg(at_pitch), np.rad2deg(at_roll), spread),
     )

@@ -12,6 +12,7 @@ from jinja2 import Environment
 
 from ams.rounding import to_place
 from procedures.pages import page_environment, page_style, with_whole_options
+from procedures.plan.order import TWICE
 from procedures.report.figures import Figures
 from procedures.report.filters import FILTERS
 from procedures.report.section import sections_in_order
@@ -29,12 +30,18 @@ def render_page(view: RunView, figures: Figures) -> str:
     page = environment.get_template("page.html.j2").render(
         view=view,
         **page_style(STYLE_SHEET),
-        attitudes=f"{view.design.points} × {view.design.replications} replications",
+        attitudes=_attitudes(view),
         temperature=_temperature(view),
         contents={anchor: title for section in shown for anchor, title in section.contents(view).items()},
         sections=[section.rendered(environment, view, figures) for section in shown],
     )
     return with_whole_options(page)
+
+
+def _attitudes(view: RunView) -> str:
+    design = view.design
+    each = f"{design.points // 2} × 2 visits" if design.order == TWICE else f"{design.points}"
+    return f"{each} × {design.replications} replications"
 
 
 @cache

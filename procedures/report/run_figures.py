@@ -199,8 +199,8 @@ def _design_map(design: DesignView) -> Figure:
     return Figure(
         "design",
         "Design and order of visits",
-        f"The {design.points} attitudes of design {design.kind} in the order “{design.order}”, as the first "
-        "replication visited them.",
+        f"Design {design.kind}, {design.attitudes_in_words}, in the order “{design.order}”, as the first replication "
+        "visited them.",
         to_svg(figure),
     )
 

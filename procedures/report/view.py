@@ -21,6 +21,7 @@ from ams.units import ARCSEC_PER_RAD, small_unit
 from procedures.journal.audit_trail import Interruption, Note
 from procedures.kinds.section import Section
 from procedures.numbers import two_digits
+from procedures.plan.order import attitudes_in_words
 from procedures.solution.budget_view import BudgetView
 
 Trust = Literal["sound", "reserved", "unusable"]
@@ -228,6 +229,11 @@ class DesignView:
     @property
     def points(self) -> int:
         return int(self.point.size)
+
+    @property
+    def attitudes_in_words(self) -> str:
+        """How many attitudes, and how often a replication visits each."""
+        return attitudes_in_words(self.points, self.order)
 
 
 @dataclass(frozen=True)

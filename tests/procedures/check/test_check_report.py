@@ -234,3 +234,14 @@ def test_a_machine_without_a_stop_is_named_with_and_without_a_procedure(
         assert "axis pitch: dialect inficon-srt-422: it cannot be stopped" in " ".join(outcome.split())
     document = call(capsys, "check", EXAMPLE_PROCEDURE, "--rig", rig, "--json").document
     assert "it cannot be stopped" in document["machines"]["pitch"][0]
+
+
+def test_an_order_that_visits_every_attitude_twice_says_so(tmp_path: Path) -> None:
+    from rich.console import Console
+
+    for order, counts in {"forward-reverse": "70 points (7 pitch × 5 roll, each attitude visited twice)",
+                          "serpentine": "35 points (7 pitch × 5 roll)"}.items():  # fmt: skip
+        report = check(rig_file(tmp_path), procedure_file(tmp_path, more=f'order = "{order}"\n'))
+        with (tmp_path / "out").open("w", encoding="utf-8") as out:
+            Console(width=200, file=out).print(render(report))
+        assert f"{counts}, order {order}" in (tmp_path / "out").read_text(encoding="utf-8")
