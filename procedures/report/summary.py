@@ -1,6 +1,8 @@
 """The run's outcome for the terminal: coefficients with their intervals, beside the twin's truth when simulated."""
 
 from collections.abc import Sequence
+from textwrap import fill
+from typing import Literal
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -77,6 +79,8 @@ MOST_IN_FULL = 2
 """Sensors whose coefficients are printed; those of more stand in the report."""
 NARROWEST = 80
 """Tables are never made narrower: a terminal that is breaks their lines itself, and every digit is there."""
+LABEL = 21
+"""Characters of a line of a parameter's name: with it all columns go into a terminal of eighty."""
 WHOLE = 14
 """Cells up to so many characters are never broken: a number whose last digits are missing is another number."""
 
@@ -103,18 +107,20 @@ def sensor_table(view: RunView, sensor: SensorView) -> Table:
     """Return the coefficients of one sensor; names of the laboratory are text, never markup."""
     table = Table(box=SIMPLE_HEAD, title=Text(sensor.name), title_justify="left", title_style="bold", pad_edge=False)
     table.add_column("axis", no_wrap=True, min_width=4)
-    table.add_column("parameter", no_wrap=True)
-    for heading in ("value", "± 95 %", "unit") + (("truth", "inside") if view.is_simulated else ()):
-        table.add_column(heading, justify="left" if heading == "unit" else "right", no_wrap=True)
-    for axis in sensor.axes:
-        shown = [row for row in axis.parameters if row.name not in LOW_ORDER_NAMES]  # they stand in the report
-        for index, row in enumerate(shown):
-            table.add_row(
-                axis.axis if index == 0 else "",
-                row.label,
-                *_cells(row, is_simulated=view.is_simulated),
-                end_section=row is shown[-1],
-            )
+    # What stands in the report only is not among them.
+    shown = [[row for row in axis.parameters if row.name not in LOW_ORDER_NAMES] for axis in sensor.axes]
+    cells = [[_cells(row, is_simulated=view.is_simulated) for row in rows] for rows in shown]
+    labels = [[fill(row.label, LABEL) for row in rows] for rows in shown]
+    lines = [line for several in labels for label in several for line in label.splitlines()]
+    table.add_column("parameter", no_wrap=True, min_width=max(map(len, ("parameter", *lines))))
+    headings = ("value", "± 95 %", "unit") + (("truth", "inside") if view.is_simulated else ())
+    for index, heading in enumerate(headings):
+        longest = max((len(row[index]) for rows in cells for row in rows), default=0)
+        justify: Literal["left", "right"] = "left" if heading == "unit" else "right"
+        table.add_column(heading, justify=justify, no_wrap=True, min_width=max(longest, len(heading)))
+    for axis, names, rows in zip(sensor.axes, labels, cells, strict=True):
+        for index, (label, row) in enumerate(zip(names, rows, strict=True)):
+            table.add_row(axis.axis if index == 0 else "", label, *row, end_section=index == len(rows) - 1)
     return table
 
 

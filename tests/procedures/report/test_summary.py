@@ -49,6 +49,27 @@ def test_eighty_columns_hold_every_name_whole() -> None:
     assert not any("…" in line for line in lines)
 
 
+@pytest.mark.parametrize(("width", "simulated"), [(40, False), (80, False), (80, True), (120, True)])
+def test_no_coefficient_of_a_sensor_is_cut(width: int, *, simulated: bool) -> None:
+    view = run_view(Scene(axes=("x",), simulated=simulated))
+    axis = view.sensors[0].axes[0]
+    cold = replace(
+        axis.parameters[0], label="sensitivity temperature coefficient", unit="1/°C", value=-0.0000061234,
+        expanded_uncertainty=0.000000031, truth=-0.0000061221,
+    )  # fmt: skip
+    rows = (*axis.parameters, cold)
+    warmed = replace(view, sensors=(replace(view.sensors[0], axes=(replace(axis, parameters=rows),)),))
+    console = Console(file=StringIO(), width=width, color_system=None)
+    print_summary(warmed, console)
+    assert isinstance(console.file, StringIO)
+    found = console.file.getvalue()
+    assert "…" not in found
+    wanted = ("-0.000006123", "0.000000031", "1/°C", *(("-0.000006122", "truth", "inside") if simulated else ()))
+    assert all(cell in found for cell in wanted)
+    words = ["sensitivity", "temperature", "coefficient"]
+    assert all(word in found for word in words)
+
+
 @pytest.mark.parametrize("width", [40, 60, 80, 120])
 def test_no_digit_is_cut_in_a_table_of_lines_or_rates(width: int) -> None:
     row = ("x", "sensitivity", "V/(°/s)", "1.2499995", "0.0000064", "1.0", "1.2500000", "yes")
