@@ -17,6 +17,7 @@ from ams.frames import body_rates_rad_s, wrap_deg
 from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, parse_csv, refuse_cell
 from ams.inputs.number_blocks import NumberTable, numbers_in, read_numbers
 from ams.inputs.possible_outputs import OF_ANY_SENSOR
+from ams.models.possible_temperature import POSSIBLE, impossible_temperatures, likely_unit
 from ams.models.sensor_model import RATE_INPUTS
 from ams.observations import Observations
 
@@ -27,7 +28,6 @@ _LARGEST_SPREAD_DEG = 0.5
 _LARGEST_RATE_SPREAD = 0.01
 """Rates of one point may differ by this part of the largest rate."""
 _LARGEST_ANGLE_DEG = 360.0
-_COLDEST_DEGC = -273.15
 
 
 def read_csv(
@@ -155,8 +155,8 @@ def _refuse_impossible(table: NumberTable, numbers: Mapping[str, FloatArray]) ->
     for name, values in numbers.items():
         if name.endswith("_deg"):
             outside, allowed = np.abs(values) > _LARGEST_ANGLE_DEG, "−360° to 360°"
-        elif name.endswith("_degc"):
-            outside, allowed = values < _COLDEST_DEGC, "−273.15 °C or more"
+        elif name == "temperature_degc":
+            outside, allowed = impossible_temperatures(values), f"{POSSIBLE}: {likely_unit(values)}"
         else:
             continue
         if outside.any():

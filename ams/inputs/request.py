@@ -13,6 +13,7 @@ from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
+from ams.models.possible_temperature import POSSIBLE, impossible_temperatures, likely_unit
 from ams.models.registry import MODELS
 from ams.models.thermal import Order, TemperatureCoefficients
 from ams.observations import Observations
@@ -102,7 +103,21 @@ def refuse_unusable(observations: Observations, request: CalibrationRequest) -> 
             )
     for name, values in _columns(observations, request).items():
         _refuse_column(observations, name, values)
+    _refuse_impossible_temperatures(observations)
     _refuse_ignored_yaw(observations, request)
+
+
+def _refuse_impossible_temperatures(observations: Observations) -> None:
+    """Refuse what no sensor stands, of runs and tables; readers of files name the line."""
+    read = observations.temperature_degc
+    if read is None or not (beyond := impossible_temperatures(read)).any():
+        return
+    row = int(np.flatnonzero(beyond)[0])
+    raise ObservationsError(
+        f"{observations.source}: temperature_degc: {int(beyond.sum())} of {read.size} rows are impossible, the first "
+        f"in replication {observations.replication[row]}, point {observations.point[row]}: got {read[row]:g} °C, "
+        f"allowed {POSSIBLE}; nothing was solved; {likely_unit(read)}, or leave out the row"
+    )
 
 
 def _refuse_ignored_yaw(observations: Observations, request: CalibrationRequest) -> None:

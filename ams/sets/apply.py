@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
 from ams.frames import Exposure
+from ams.models.possible_temperature import POSSIBLE, impossible_temperatures, likely_unit
 from ams.models.sensor_model import SetForm
 from ams.sets.applicability import Serials, check_applicability
 from ams.sets.coefficients import CoefficientSet
@@ -144,7 +145,14 @@ def sensed_force(
 
 def _temperature(coefficients: CoefficientSet, temperature_degc: ArrayLike | None) -> FloatArray | None:
     if temperature_degc is not None:
-        return np.asarray(temperature_degc, dtype=float)
+        given = np.asarray(temperature_degc, dtype=float)
+        beyond = impossible_temperatures(given)
+        if beyond.any():
+            raise OutsideValidity(
+                f"{coefficients.sensor}: temperature: got {given[beyond].ravel()[0]:g} °C, allowed {POSSIBLE}; nothing "
+                f"was computed; {likely_unit(given)}"
+            )
+        return given
     if coefficients.needs_temperature:
         raise OutsideValidity(
             f"{coefficients.sensor}: temperature_degc is missing: the set has temperature coefficients; "

@@ -17,6 +17,7 @@ from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks, temperature_remarks
 from procedures.solution.by_model import solve_observations
+from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.meter_reach import meter_reach
@@ -49,6 +50,7 @@ def fitted(
         refuse_impossible_outputs(observations, columns, reach)
     solved = solve_observations(observations, request)
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
+    of_rig += () if rig is None else temperature_warnings(observations, rig, sensor_of(rig, name))
     warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)
     on_meter = () if rig is None else meter_remarks(rig, sensor_of(rig, name))
     on_level = () if rig is None else level_remarks(rig)

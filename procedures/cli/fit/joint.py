@@ -16,6 +16,7 @@ from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks, temperature_remarks
+from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.fitted import sensor_of
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
@@ -60,7 +61,8 @@ def joint(
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
-    of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts)
+    of_temperature = temperature_warnings(mountings[0].observations, rig, sensor_of(rig, sensor))
+    of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts, *of_temperature)
     on_meter = meter_remarks(rig, sensor_of(rig, sensor))
     on_level = () if set(priors) >= _TILTS else level_remarks(rig)
     remarks = (*on_level, *on_meter, *temperature_remarks(mountings[0].observations))

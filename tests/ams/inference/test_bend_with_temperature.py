@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from foreign_sets import TC2, bending
 
+from ams.errors import OutsideValidity
 from ams.inference.calibrated import sensor_of_set
 from ams.inference.inference import Inference, Package
-from ams.sets.apply import apply
+from ams.sets.apply import apply, sensed_force
 
 PITCH_DEG, ROLL_DEG = np.array([-35.0, 10.0, 60.0]), np.array([-120.0, 15.0, 40.0])
 WARM_DEGC = np.array([2.0, 20.0, 38.0])
@@ -36,3 +37,22 @@ def test_what_a_coefficient_moves_is_the_derivative_of_the_output_at_the_referen
     rows = sensor.rows(force)
     for name, column in expected.items():
         np.testing.assert_allclose(rows[:, list(sensor.names).index(name)], column, rtol=1e-12)
+
+
+@pytest.mark.parametrize("read_degc", [293.15, -180.0, 9.9e37])
+def test_a_temperature_that_no_sensor_stands_gives_no_angle_and_no_output(read_degc: float) -> None:
+    """20 °C in kelvin among two rows in degrees: that row alone is flagged, and a set is not applied there at all."""
+    coefficients = bending()
+    outputs = apply(coefficients, np.deg2rad(PITCH_DEG), np.deg2rad(ROLL_DEG), WARM_DEGC)
+    readings = {f"{axis}_v": outputs[axis] for axis in "xyz"}
+    package = Package(coefficients, {axis: f"{axis}_v" for axis in "xyz"})
+    read = np.where([False, True, False], read_degc, WARM_DEGC)
+    found = Inference(package, reading_sd_v=1e-5).answer({**readings, "temperature_degc": read})
+    assert np.isnan(found.columns["pitch_deg"]).tolist() == [False, True, False]
+    assert found.columns["pitch_deg"][[0, 2]] == pytest.approx(PITCH_DEG[[0, 2]], abs=1e-9)
+    for refused in (
+        lambda: apply(coefficients, 0.0, 0.0, read, beyond_validity=True),
+        lambda: sensed_force(coefficients, {axis: outputs[axis] for axis in "xyz"}, read),
+    ):
+        with pytest.raises(OutsideValidity, match=r"temperature: got .* allowed −100 to 200 °C"):
+            refused()

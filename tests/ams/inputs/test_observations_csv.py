@@ -131,6 +131,7 @@ REFUSED = {
     "negative label": (with_row(0, "1,-1,-30,0,20.5,0.1,0.2"), r"line 2: column point: got '-1'"),
     "beyond a turn": (with_row(0, "1,1,-30,400,20.5,0.1,0.2"), r"line 2: column roll_deg: got '400', allowed −360° to"),
     "below absolute zero": (with_row(0, "1,1,-30,0,-300,0.1,0.2"), r"line 2: column temperature_degc: got '-300'"),
+    "hotter than a sensor": (with_row(0, "1,1,-30,0,300,0.1,0.2"), r"temperature_degc: got .300., allowed −100 to"),
     "short line": (text_of(*ROWS[:3], "2,2,30,90"), r"line 5: 4 cells, allowed 7"),
     "decimal comma": (with_row(0, "1,1,-30,0,20,5,0.1,0.2"), r"line 2: 8 cells, allowed 7.*decimal comma"),
     "semicolons": (text_of(*ROWS).replace(",", ";"), r"line 1: columns are separated by semicolons; allowed: commas"),
@@ -193,3 +194,19 @@ def test_radians_draw_a_warning_that_names_the_columns(written) -> None:
 def test_right_units_draw_no_warning(written, pitch_deg) -> None:
     rows = [f"1,{i + 1},{angle!r},0,20,0.2,0.1" for i, angle in enumerate(map(float, pitch_deg))]
     assert unit_warnings(read_csv(written(text_of(*rows)), AXES), AXES) == ()
+
+
+@pytest.mark.parametrize(
+    ("read", "likely"), [(295.0, "kelvin: subtract 273.15"), (1e30, "give the temperature in °C"), (385.0, "kelvin")]
+)
+def test_a_temperature_that_no_sensor_stands_is_refused_with_its_likely_unit(written, read: float, likely: str) -> None:
+    rows = [row.split(",") for row in ROWS]
+    text = text_of(*(",".join([*row[:4], f"{read}", *row[5:]]) for row in rows))
+    with pytest.raises(ObservationsError, match=rf"line 2: column temperature_degc: .*200 °C.*{likely}"):
+        read_csv(written(text), AXES)
+
+
+def test_the_limits_of_every_servo_accelerometer_are_taken(written) -> None:
+    for read in ("-55", "125", "177"):
+        found = read_csv(written(with_row(0, f"1,1,-30,0,{read},0.1,0.2")), AXES)
+        assert found.temperature_degc[0] == float(read)
