@@ -271,16 +271,12 @@ def without_drift(
     """
     if layout.replications == 1:
         return output, 0.0, np.zeros((layout.points, 0))
-    flat = _about_points(columns_per_replication(basis, layout).reshape(layout.rows, -1), layout, readings)
-    values, vectors = _spectrum(flat)
-    kept = values > DISTINGUISHED * values[-1]
+    flat, scaled, directions, about_mean, drift_left = _replications_apart(basis, layout, readings)
     about = _about_points(output, layout, readings)
-    departures = (vectors[:, kept] / values[kept]) @ (vectors[:, kept].T @ (flat.T @ about))
+    departures = scaled @ (directions.T @ (flat.T @ about))
     left = about - flat @ departures
-    dof = layout.rows - layout.points - int(kept.sum())
+    dof = layout.rows - layout.points - directions.shape[1]
     precision = float(left @ left) / dof if dof > 0 else 0.0
-    about_mean = about_their_mean(basis, layout, np.ones(layout.rows))
-    drift_left = left_in_means(layout.mean_by_point(about_mean) @ loose_root(values, vectors))
     return output - about_mean @ departures, precision, drift_left
 
 
@@ -289,11 +285,22 @@ def _about_points(rows: FloatArray, layout: Layout, readings: FloatArray) -> Flo
     return np.asarray(rows - ((layout.sum_by_point(rows).T / readings).T)[layout.point])
 
 
-@remembered(16)
-def _spectrum(flat: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the eigenvalues and eigenvectors of the Gram matrix of (N, n) columns."""
+@remembered(6)
+def _replications_apart(
+    basis: FloatArray, layout: Layout, readings: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return what tells the replications from one another, whatever the outputs are.
+
+    Columns (N, n P) of the replications about the means of the points; (n P, r) directions that they tell, over the
+    eigenvalues and as they are; (N, n P) the columns about what all replications have in common; what is not known of
+    the departures in the means of the points.
+    """
+    flat = _about_points(columns_per_replication(basis, layout).reshape(layout.rows, -1), layout, readings)
     values, vectors = np.linalg.eigh(flat.T @ flat)
-    return values, vectors
+    kept = values > DISTINGUISHED * values[-1]
+    about_mean = about_their_mean(basis, layout, np.ones(layout.rows))
+    drift_left = left_in_means(layout.mean_by_point(about_mean) @ loose_root(values, vectors))
+    return flat, vectors[:, kept] / values[kept], vectors[:, kept], about_mean, drift_left
 
 
 @dataclass(frozen=True)

@@ -166,25 +166,24 @@ def _unbalanced(form: LinearForm, layout: Layout, outputs: FloatArray) -> Replic
     pooled = form.solve(outputs)
     residuals = outputs - form.basis @ pooled
     bias = _point_means(layout, residuals, weights)
-    by_replication = columns_per_replication(form.basis, layout)
-    contrasts, covariance, rank, loose = _contrasts(by_replication, layout, residuals, weights)
-    moved = residuals - by_replication.reshape(rows, -1) @ contrasts
+    apart = _apart(form.basis, layout, form.weights)
+    contrasts = apart.turn @ (apart.inverse @ (apart.centred.T @ (weights[:, None] * residuals)))
+    moved = residuals - apart.by_replication @ contrasts
     ss_precision = np.sum((root * (moved - _point_means(layout, moved, weights))) ** 2, axis=0)
-    about_mean = about_their_mean(form.basis, layout, weights)
-    effects = _point_means(layout, residuals - about_mean @ contrasts, weights)
-    dof_precision = rows - layout.points - rank
+    effects = _point_means(layout, residuals - apart.about_mean @ contrasts, weights)
+    dof_precision = rows - layout.points - apart.rank
     return ReplicatedSums(
         is_balanced=False,
         pooled=pooled,
         separate=separate,
         contrasts=contrasts.reshape(n, size, -1),
-        contrast_covariance=covariance.reshape(n, size, n, size),
+        contrast_covariance=apart.covariance.reshape(n, size, n, size),
         ss_precision=ss_precision,
         dof_precision=dof_precision,
         ss_lack_of_fit=np.maximum(ss_separate - ss_precision, 0.0),
         dof_lack_of_fit=rows - n * size - dof_precision,
         point_effects=layout.mean_by_point(effects),
-        drift_left=left_in_means(layout.mean_by_point(_point_means(layout, about_mean, weights)) @ loose),
+        drift_left=apart.drift_left,
         ss_pooled_bias=np.sum((root * bias) ** 2, axis=0),
         ss_pooled_precision=np.sum((root * (residuals - bias)) ** 2, axis=0),
     )
@@ -201,16 +200,37 @@ def _separate_fits(basis: FloatArray, layout: Layout, outputs: FloatArray) -> tu
     return np.stack(estimates), squares
 
 
-def _contrasts(
-    blocks: FloatArray, layout: Layout, outputs: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray, int, FloatArray]:
-    """Find the least squares of the rows, free of point effects, on the replications' own (N, n, P) bases.
+@dataclass(frozen=True)
+class _Apart:
+    """What tells n replications that do not hold the same rows from one another, whatever the outputs are."""
 
-    The contrasts add up to nothing: what all replications have in common belongs to the points. With Gram inverse,
-    rank, and a (n P, q) root of their covariance in which what is not told apart is loose instead of zero. The columns
-    are brought to unit length first: no unit of a parameter decides what is told apart.
+    by_replication: FloatArray
+    """(N, n P) the basis once for every replication."""
+    about_mean: FloatArray
+    """(N, n P) less what all replications have in common."""
+    centred: FloatArray
+    """(N, (n − 1) P) free of point effects, in contrasts between the replications."""
+    inverse: FloatArray
+    """((n − 1) P, (n − 1) P) of their Gram matrix."""
+    turn: FloatArray
+    """(n P, (n − 1) P) from those contrasts to departures of the replications' parameters."""
+    covariance: FloatArray
+    """(n P, n P) of those departures, for rows of unit variance."""
+    rank: int
+    drift_left: FloatArray
+    """(K, q) as in :class:`ReplicatedSums`."""
+
+
+@remembered(6)
+def _apart(basis: FloatArray, layout: Layout, row_weights: FloatArray | None) -> _Apart:
+    """Prepare the least squares of the rows, free of point effects, on the replications' own bases.
+
+    The contrasts add up to nothing: what all replications have in common belongs to the points. The columns are brought
+    to unit length first: no unit of a parameter decides what is told apart. What is not told apart is loose in
+    ``drift_left`` instead of zero.
     """
-    n = blocks.shape[1]
+    n, weights = layout.replications, np.ones(layout.rows) if row_weights is None else row_weights
+    blocks = columns_per_replication(basis, layout)
     length = np.sqrt(np.einsum("rni,rni->i", blocks, blocks))
     length = np.where(length > 0.0, length, 1.0)
     apart = np.linalg.qr(np.eye(n) - 1.0 / n)[0][:, :-1]
@@ -218,10 +238,20 @@ def _contrasts(
     centred = free - _point_means(layout, free, weights)
     values, vectors = np.linalg.eigh(centred.T @ (weights[:, None] * centred))
     kept = values > DISTINGUISHED * values[-1]
-    inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
     turn = np.kron(apart, np.diag(1.0 / length))
-    contrasts = turn @ (inverse @ (centred.T @ (weights[:, None] * outputs)))
-    return contrasts, turn @ inverse @ turn.T, int(kept.sum()), turn @ loose_root(values, vectors)
+    inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+    about_mean = about_their_mean(basis, layout, weights)
+    errors = layout.mean_by_point(_point_means(layout, about_mean, weights)) @ (turn @ loose_root(values, vectors))
+    return _Apart(
+        by_replication=blocks.reshape(layout.rows, -1),
+        about_mean=about_mean,
+        centred=centred,
+        inverse=inverse,
+        turn=turn,
+        covariance=turn @ inverse @ turn.T,
+        rank=int(kept.sum()),
+        drift_left=left_in_means(errors),
+    )
 
 
 def columns_per_replication(basis: FloatArray, layout: Layout) -> FloatArray:
