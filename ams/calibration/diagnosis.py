@@ -252,6 +252,7 @@ def _diagnosis(
             is_large=lack is not None and not lack.is_held,
             follows_gravity=gravity is not None,
             is_remembering=tests.is_remembering,
+            is_of_order=tests.is_of_order,
         ),
         drift_is=drift_words((*circumstances.order, *drifted), is_remembering=tests.is_remembering),
         drifts=_moves(solved, index, scale) if _some_drift(tests) else {},

@@ -97,6 +97,8 @@ WHY: Mapping[str, str] = {
     "use-site-gravity": "two parts in a hundred thousand of |f| are within what a reading of 1.65″ allows",
     "two-packages": "the y axis of the sting package is a yaw, of which the model package tells nothing",
     "drift-settling": "the same in every replication it is in the estimate, and below its threshold in no finding",
+    "carry-over": "below its threshold it passes for a sensitivity, and no residual shows it",
+    "after-pitch-moves": "below its threshold it passes for offset and sensitivities, and no residual shows it",
     "after-effect": "below its threshold it passes for sensitivities, and no residual shows it",
     "fixture-": "one sensor that turns in its fixture, below the threshold of the search between all dwells",
     "slip-": "below the threshold of the search between all dwells and of two attitudes visited",

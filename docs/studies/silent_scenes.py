@@ -42,7 +42,8 @@ FURTHER = (
     "field-coil-current", "temperature-alternating", "temperature-room", "temperature-stratified", "quantisation",
     "temperature-self-heating", "use-shifted-offset", "use-stuck-axis", "use-reversed", "use-swapped",
     "slip-base-sideways", "sensor-offset", "fixture-play", "temperature-daily", "drift-walk", "drift-settling",
-    "noisy-replication", "noise-by-attitude", "unrepeatable-index", *AFTER_EFFECTS,
+    "noisy-replication", "noise-by-attitude", "unrepeatable-index", "carry-over", "after-pitch-moves",
+    *AFTER_EFFECTS,
 )  # fmt: skip
 FEWER: Mapping[str, tuple[float, ...]] = {
     "slip-roll": (0.0, 1.0, 2.0, 3.0, 5.0, 10.0, 72.0),
@@ -106,6 +107,8 @@ DECLARED: Sequence[tuple[Sequence[str], Sequence[float], Mapping[str, float]]] =
     (("temperature-gradient",), (2.0,), {BENT: 2.0}),
     (("fixture-play",), (0.5,), {BENT: 1.25}),
     *((AFTER_EFFECTS, (size,), {BENT: size}) for size in (1.0, 2.0, 3.0)),
+    (("carry-over",), (3.0,), {BENT: 3.0}),
+    *((("after-pitch-moves",), (size,), {BENT: size}) for size in (1.0, 2.0, 5.0)),
     *((("sensor-offset",), (0.5,), {**alone, SHIFTED: 0.5}) for alone in (ALONE, {})),
     *((("field-undeclared",), (size,), {BESIDE: u_ut}) for size, u_ut in ((0.05, 0.015), (0.1, 0.03))),
     (("field-coil-direction",), (0.02,), {COIL: 0.02}),

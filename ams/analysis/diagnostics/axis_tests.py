@@ -68,7 +68,7 @@ from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import f_tail
 
-MOST_TESTS: Final = 35
+MOST_TESTS: Final = 38
 """Of one axis."""
 _RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
 _BY_POINT: Final = tuple(column for column in COLUMNS if column.name in _RECORDED)

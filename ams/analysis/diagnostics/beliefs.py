@@ -8,6 +8,7 @@ from typing import Final
 from ams.analysis.diagnostics.low_order import OF_GYROS, PPM, TERMS
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.findings import FindingKind
+from ams.frames import AXES
 
 
 def _dwells(count: float) -> str:
@@ -29,6 +30,8 @@ TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"
 MEMORY_DWELLS: Final = (1.0, 3.0, 10.0)
 """Time constants of a memory that are tried, in dwells."""
 MEMORIES: Final = tuple(f"memory of about {_dwells(dwells)}" for dwells in MEMORY_DWELLS)
+HELD_ACROSS: Final = tuple(f"force along {axis} at the dwell before" for axis in AXES)
+"""Across the nominal axis: what a channel keeps of the one that was read before it."""
 BY_POINT: Final = "temperature, point by point"
 BY_POINT_GAIN: Final = "temperature, point by point, on the sensitivity"
 BY_REPLICATION: Final = "temperature, replication by replication"
@@ -40,6 +43,7 @@ SQUARENESS: Final = "squareness of the table's axes"
 SLIP: Final = "slip of the table in mid-run"
 STEP: Final = "step of the output in mid-run"
 SETTLING: Final = "settling at the start of every replication"
+AFTER_MOVES: Final = "settling after every move of the slower axis"
 
 
 @dataclass(frozen=True)
@@ -59,9 +63,13 @@ COLUMNS: Final = (
     Column(TURNED_FROM_ALIKE, "autocorrelation", ""),
     *(Column(name, "autocorrelation", "V/g", is_held=False) for name in MEMORIES),
     Column(SETTLING, "drift", "", is_held=False),
+    *(Column(name, "autocorrelation", "V/g", is_held=False) for name in HELD_ACROSS),
+    Column(AFTER_MOVES, "drift", "", is_held=False),
     Column(BY_POINT, "temperature-residual", "per °C", is_held=False),
     Column(BY_POINT_GAIN, "temperature-residual", "per °C", is_held=False),
 )
+OF_THE_ORDER: Final = (*HELD_ACROSS, AFTER_MOVES)
+"""What an order that is always the same leaves at the points, beside a memory along the axis and the settling."""
 LIKE_A_MEMORY: Final = frozenset({AUTOCORRELATION, TURNED_FROM, *(column.name for column in COLUMNS)})
 """Tests that ring for a memory of the attitudes before, or that one rings for."""
 COLUMNS_OF_GYROS: Final = tuple(replace(column, unit=PPM) if column.name in OF_GYROS else column for column in COLUMNS)
@@ -140,6 +148,11 @@ class AxisTests:
     def is_remembering(self) -> bool:
         """Whether the output remembers attitudes before."""
         return any(self.is_significant.get(name) for name in MEMORIES)
+
+    @property
+    def is_of_order(self) -> bool:
+        """Whether the order of the points leaves something else that is alike in every replication."""
+        return any(self.is_significant.get(name) for name in OF_THE_ORDER)
 
     @property
     def conviction_level(self) -> float:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, MEMORIES
+from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, MEMORIES, OF_THE_ORDER
 from ams.analysis.diagnostics.declared_signs import fits_other_angles
 from ams.analysis.diagnostics.facts import CONTAINED, as_the_order_has_it
 from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
@@ -13,6 +13,7 @@ BESIDE_MEMORY: Final = (
     "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
 )
 _OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
+_OF_ORDER: Final = "what the order of the points does to it is not in the stated uncertainties"
 _OF_ANGLES: Final = "other signs or another order of the angles explain it, and the stated uncertainties do not hold it"
 _TOO_LARGE: Final = Said(
     "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
@@ -26,13 +27,17 @@ def drift_words(order: Iterable[Finding], *, is_remembering: bool) -> str:
     return BESIDE_MEMORY if is_remembering else as_the_order_has_it(order)
 
 
-def lack_words(*, other_angles: bool, is_large: bool, follows_gravity: bool, is_remembering: bool) -> Said:
+def lack_words(
+    *, other_angles: bool, is_large: bool, follows_gravity: bool, is_remembering: bool, is_of_order: bool
+) -> Said:
     """Return whether a lack of fit is in the stated uncertainties, what explains it first."""
     if other_angles:
         return Said(_OF_ANGLES)
     if is_large:
         return _TOO_LARGE
-    return Said(_OF_GRAVITY if follows_gravity else BESIDE_MEMORY if is_remembering else CONTAINED)
+    if follows_gravity:
+        return Said(_OF_GRAVITY)
+    return Said(BESIDE_MEMORY if is_remembering else _OF_ORDER if is_of_order else CONTAINED)
 
 
 def untested_scatter(scatter: float, words: str, largest_lack: float) -> Iterator[Finding]:
@@ -63,5 +68,6 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
         is_large=any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),
         follows_gravity=GRAVITY in tests,
         is_remembering=is_remembering,
+        is_of_order=not tests.isdisjoint(OF_THE_ORDER),
     )
     return lack_is.fact

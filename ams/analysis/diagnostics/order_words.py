@@ -4,8 +4,10 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from ams.analysis.diagnostics.beliefs import (
+    AFTER_MOVES,
     AUTOCORRELATION,
     DRIFT_OF,
+    HELD_ACROSS,
     MEMORIES,
     OVER_TIME,
     SETTLING,
@@ -81,6 +83,29 @@ def _settling(test: BeliefTest, words: AxisWords) -> Said:
     )
 
 
+def _held_across(test: BeliefTest, words: AxisWords) -> Said:
+    axis = test.name.removeprefix("force along ").removesuffix(" at the dwell before")
+    return Said(
+        f"the output keeps some of what the dwell before had across it: "
+        f"{words.scale.per_g(test.size, test.uncertainty)} of the force along {axis} then less that now, alike in "
+        "every replication; a channel that keeps a part of the one that was read before it (multiplexer, relay, "
+        "dielectric), or a mount that gives way slowly; sensitivities hold most of it, and the stated "
+        "uncertainties do not",
+        "wait longer between closing a channel and reading it, read every channel twice, or draw the order of the "
+        'points anew for every replication (order = "random")',
+    )
+
+
+def _after_moves(test: BeliefTest, words: AxisWords) -> Said:
+    return Said(
+        f"the output settles after every move of the slower axis: {words.scale.words(abs(test.size))} at the first "
+        "dwell after it, over after some five dwells; alike in every replication, it is in offset and sensitivities "
+        "and not in the stated uncertainties",
+        "settle longer after moves of that axis, and look for the heat of its motor and the pull of cables; a random "
+        "order moves it at every dwell and hides it in the offset",
+    )
+
+
 WORDS: Final[Mapping[str, Callable[[BeliefTest, AxisWords], Said]]] = {
     OVER_TIME: _over_time,
     AUTOCORRELATION: _autocorrelation,
@@ -88,4 +113,6 @@ WORDS: Final[Mapping[str, Callable[[BeliefTest, AxisWords], Said]]] = {
     TURNED_FROM_ALIKE: _turned,
     **dict.fromkeys(MEMORIES, _memory),
     SETTLING: _settling,
+    **dict.fromkeys(HELD_ACROSS, _held_across),
+    AFTER_MOVES: _after_moves,
 }

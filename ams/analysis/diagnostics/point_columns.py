@@ -5,14 +5,13 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics import temperature as by_temperature
-from ams.analysis.diagnostics.beliefs import COLUMNS, MEMORIES, BeliefTest, Column
+from ams.analysis.diagnostics.beliefs import COLUMNS, BeliefTest, Column
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import squareness_of_points
+from ams.analysis.diagnostics.order_columns import left_by_order
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, independent
 from ams.analysis.diagnostics.tested_terms import terms_of_accelerometer, terms_of_gyro, tested_base
-from ams.analysis.diagnostics.time_order import settling_of_points
 from ams.arrays import FloatArray
 from ams.models.gyro import Gyro, GyroWithTerms
 from ams.models.thermal import TEMPERATURE_NAMES
@@ -20,6 +19,8 @@ from ams.remembered import remembered
 
 LINEAR: Final = 4
 """Columns of a linear sensor: offset and three sensitivities."""
+_FEWEST_POINTS: Final = LINEAR + len(COLUMNS) + LEAST_DOF
+"""Of fewer no term can be spared."""
 
 
 def by_point_degc(evidence: Evidence, output: int) -> FloatArray:
@@ -50,22 +51,10 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     means = evidence.means(output, whole, fitted @ evidence.alone[LINEAR:, output])
     before = layout.mean_by_point(turned)
     skew = squareness_of_points(rows, layout, "x" if is_gyro else base.nominal_axis, evidence.primary[output])
-    is_determined = layout.points >= LINEAR + len(COLUMNS) + LEAST_DOF  # of fewer points no term can be spared
-    memories = (
-        np.zeros((layout.points, len(MEMORIES)))
-        if is_gyro
-        else previous_attitude.memories_of_points(evidence, base.nominal_axis)
-    )
-    in_order = _in_order(memories, settling_of_points(evidence), is_determined)
+    in_order = left_by_order(evidence, None if is_gyro else base.nominal_axis, layout.points - _FEWEST_POINTS)
     turns, degc = np.column_stack([skew, before]), by_point_degc(evidence, output)
     columns, unshared = np.hstack([terms, turns, in_order, degc]), np.hstack([known, turns, degc])
     return eliminate(means, columns, _beside(evidence.basis, terms, in_order), unshared)
-
-
-@remembered(16)
-def _in_order(memories: FloatArray, settles: FloatArray, is_determined: bool) -> FloatArray:
-    """Return (K, 4) what the order of the points leaves at them; nothing where it is not asked for."""
-    return np.column_stack([memories, settles]) * is_determined
 
 
 @remembered(16)

@@ -9,6 +9,7 @@ from ams.analysis.diagnostics.beliefs import (
     DRIFT_OF,
     LACK_OF_FIT,
     MEMORIES,
+    OF_THE_ORDER,
     ROBUST,
     SETTLING,
     SLIP,
@@ -63,6 +64,6 @@ def _not_significant(test: BeliefTest, scale: Scale) -> str:
 
 
 def _explained(test: BeliefTest) -> str:
-    if test.name in (*MEMORIES, BY_REPLICATION, SETTLING, LACK_OF_FIT, ROBUST):
+    if test.name in (*MEMORIES, *OF_THE_ORDER, BY_REPLICATION, SETTLING, LACK_OF_FIT, ROBUST):
         return "explained by what a dwell knows of the one before it"
     return "explained by a drift" if test.name in (SLIP, STEP) else "explained by temperature"

@@ -112,6 +112,35 @@ def after_effect(world: World, size: float, chance: np.random.Generator) -> Worl
     return replace(world, added_g=world.added_g + size * MICRO * left)
 
 
+def carry_over(world: World, size: float, chance: np.random.Generator) -> World:
+    """The scanner keeps a part of what it read last: z of the dwell before adds the size, in parts per million, to x.
+
+    Dielectric absorption, a relay's charge, a multiplexer that is read too soon. The truth is a sensor read by itself.
+    """
+    leaving, entering = world.setup.axes.index("z"), world.setup.axes.index("x")
+
+    def kept(output_v: FloatArray) -> FloatArray:
+        found = output_v.copy()
+        found[:, 1:, :, entering] += size * MICRO * output_v[:, :-1, :, leaving]
+        return found
+
+    return world if size == 0.0 else replace(world, faults_before_noise=(*world.faults_before_noise, kept))
+
+
+def after_pitch_moves(world: World, size: float, chance: np.random.Generator) -> World:
+    """After every move of the pitch axis the sensor is off by the size in µg, and comes back within a few dwells.
+
+    Heat of the pitch motor or a cable that twists: exp(−j/2) at the j-th dwell after it, of a sign and size up to that
+    for each axis.
+    """
+    moved = np.append(True, np.diff(world.schedule.pitch_deg) != 0.0)
+    dwells = np.arange(moved.size)
+    since = dwells - np.maximum.accumulate(np.where(moved, dwells, 0))
+    each = chance.choice([-1.0, 1.0], _shape(world)) * chance.uniform(0.5, 1.0, _shape(world))
+    course = np.exp(-since / 2.0)[None, :, None, None]
+    return replace(world, added_g=world.added_g + size * MICRO * course * each[:, None])
+
+
 def coning(world: World, size: float, chance: np.random.Generator) -> World:
     """Every axis lies off its nominal direction by the size in degrees, to any side: from 0.05° to 80°.
 
@@ -206,6 +235,8 @@ SENSOR_SCENES = (
         (*SMALL, 50.0),
         design={"order": "random"},
     ),
+    Scene("carry-over", carry_over, "ppm", (0.0, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0), "autocorrelation"),
+    Scene("after-pitch-moves", after_pitch_moves, "µg", (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 100.0), "drift"),
     Scene("after-effect", after_effect, "µg", REMEMBERED, "autocorrelation"),
     Scene("after-effect-random-order", after_effect, "µg", REMEMBERED, "autocorrelation", design={"order": "random"}),
     Scene(
