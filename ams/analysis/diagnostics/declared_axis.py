@@ -21,11 +21,15 @@ from ams.findings import DECLARED_SIZE, Finding, leaves_nothing
 from ams.frames import AXES
 from ams.inputs.declared_direction import GAIN_RANGE, DeclaredDirection
 from ams.models.model import Model
-from ams.rounding import significant
+from ams.rounding import significant, two_digits
 
 KIND: Final = "axis-contradicted"
 _FAR: Final = 5.0
 """Standard uncertainties: with two replications Student's factor at two would call a dead channel interchanged."""
+_ROUNDING: Final = 1e-12
+"""Of the constant output: what is left of a sensitivity by rounding."""
+_CROSS_TALK: Final = 0.1
+"""Of the declared sensitivity: a run's check of the mount calls less than that no response too."""
 _PER_GRAVITY: Final = "CR"
 """This convention counts sensitivities per g of gravity and azimuths from another axis than a rig file's polarity is
 declared in: signs are not held against each other."""
@@ -50,6 +54,10 @@ def direction_findings(
     model: Model, primary: FloatArray, covariance: FloatArray, dof: FloatArray, declared: DeclaredDirection
 ) -> Iterator[Finding]:
     """Yield what makes an axis unusable: it senses along another direction than declared, or along none."""
+    silent = silent_axis(model, primary, declared)
+    if silent is not None:
+        yield silent
+        return
     found = contradicted_axis(model, primary, covariance, declared)
     if found is not None:
         yield found
@@ -58,6 +66,32 @@ def direction_findings(
     yield from undetermined or undetermined_offset(model, primary, covariance)
     if not undetermined:
         yield from contradicted_size(model, primary, covariance, declared)
+
+
+def silent_axis(model: Model, primary: FloatArray, declared: DeclaredDirection) -> Finding | None:
+    """Return a finding where an axis responds to nothing: what is left of its sensitivities is rounding, or cross-talk.
+
+    By cross-talk an axis that is declared to read much more lies along another one, whose channel it picks up.
+    """
+    at = component_indices(model.primary_names)
+    if not at or declared.axis not in at:
+        return None
+    k = {axis: float(primary[index]) for axis, index in at.items()}
+    size = float(np.linalg.norm(list(k.values())))
+    level = float(np.abs(np.delete(primary, list(at.values()))).max(initial=0.0))
+    is_rounding = size <= _ROUNDING * level
+    is_per_g = model.primary_names[at[declared.axis]].endswith("_v_per_g")
+    least = _CROSS_TALK * (declared.v_per_g or 0.0) if is_per_g else 0.0
+    if not (is_rounding or (size < least and max(k, key=lambda axis: abs(k[axis])) != declared.axis)):
+        return None
+    beside = "" if is_rounding else f" (declared are {declared.v_per_g:g} V/g; what it shows is picked up from others)"
+    fact = (
+        f"it does not respond: of its output, {two_digits(level)} V, {two_digits(size)} V change with what was visited"
+        f"{beside}: the channel is dead, or not connected; the result is not usable and there is no coefficient set"
+    )
+    what_to_do = "look at sensor, wiring and the channel of the meter, and measure again, or leave this axis out"
+    details: dict[str, float | str | None] = {"sensitivity": size}
+    return Finding("axis-undetermined", fact, True, None, details=details, what_to_do=what_to_do)
 
 
 def contradicted_size(

@@ -1,5 +1,6 @@
 """Laws of ``calrig fit`` and ``calrig.fit`` for outputs in another unit than volts, or far from the data sheet's."""
 
+import csv
 from pathlib import Path
 
 import calrig
@@ -98,3 +99,27 @@ def test_a_sensitivity_that_a_run_begins_with_is_no_finding(
 ) -> None:
     document = call(capsys, "fit", rows_of(tmp_path, factor), *AXES, *by_rig(tmp_path), "--json").document
     assert [finding_of(document, axis) for axis in "xyz"] == [None, None, None]
+
+
+@pytest.mark.parametrize(("level_v", "of_y"), [(0.0123, 0.0), (0.0, 0.0), (-9.87654321, 0.0), (0.0123, 0.02)])
+def test_a_channel_that_is_dead_is_told_not_to_respond_and_not_to_lie_along_another_axis(
+    level_v: float, of_y: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = rows_of(tmp_path, 1.0)
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        row["sz_v"] = repr(level_v + of_y * float(row["sy_v"]))
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    options = by_rig(tmp_path)[:4] if of_y else ()
+    document = call(capsys, "fit", path, *AXES, *options, "--json").document
+    kinds = [entry["kind"] for entry in document["axes"]["z"]["findings"] if entry["significant"]]
+    assert "axis-contradicted" not in kinds
+    assert kinds.count("axis-undetermined") == 1
+    (text,) = (e["text"] for e in document["axes"]["z"]["findings"] if e["kind"] == "axis-undetermined")
+    assert "does not respond" in text or "not told from zero" in text
+    assert ("reads as" in text) is False
+    assert document["verdict"] == "not usable"
