@@ -8,6 +8,7 @@ from ams.findings import Finding
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.possible_outputs import refuse_impossible_outputs
+from ams.inputs.reading_times import clock_warnings
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.models.registry import MODELS
@@ -51,7 +52,13 @@ def fitted(
     solved = solve_observations(observations, request)
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     of_rig += () if rig is None else temperature_warnings(observations, rig, sensor_of(rig, name))
-    warnings = (*unit_warnings(observations, columns), *doubts, *solved.warnings, *of_rig)
+    warnings = (
+        *unit_warnings(observations, columns),
+        *clock_warnings(observations),
+        *doubts,
+        *solved.warnings,
+        *of_rig,
+    )
     on_meter = () if rig is None else meter_remarks(rig, sensor_of(rig, name))
     on_level = () if rig is None else level_remarks(rig)
     remarks = (*solved.remarks, *rate_remarks(request), *on_level, *on_meter, *temperature_remarks(observations))

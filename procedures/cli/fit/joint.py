@@ -10,6 +10,7 @@ from ams.findings import Finding
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
 from ams.inputs.possible_outputs import refuse_impossible_outputs
+from ams.inputs.reading_times import clock_warnings
 from ams.inputs.request import CalibrationRequest
 from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
@@ -63,6 +64,7 @@ def joint(
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
     of_temperature = temperature_warnings(mountings[0].observations, rig, sensor_of(rig, sensor))
     of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts, *of_temperature)
+    of_rig += tuple(text for mounting in mountings for text in clock_warnings(mounting.observations))
     on_meter = meter_remarks(rig, sensor_of(rig, sensor))
     on_level = () if set(priors) >= _TILTS else level_remarks(rig)
     remarks = (*on_level, *on_meter, *temperature_remarks(mountings[0].observations))
