@@ -57,29 +57,14 @@ LEFT = """
 ## What falls outside
 
 {outside_lines}"""
-OLDER = """
-† {older} cells, computed when every axis had the whole level by itself: their intervals are as they would be now, since
-nothing of the estimate has changed for them, but *named* and *rings* are those of a test at three times the level.
+CURRENT = """
+§ {current} cells, computed with the tests up to decision 66; those of decision 72 are looked for in its two scenes, and
+clean campaigns ring as often with them (0.050 of 4 000). The others have the tests of earlier versions: nothing of the
+estimates has changed since, so their intervals are as they would be now, but *named* and *rings* lack what is newer
+(decisions 48 to 66, as far as each is about the scene).{again}
 """
-UNSEARCHED = """
-‡ {unsearched} cells, computed before changes in mid-run and transients were looked for and the axes of a magnetometer
-were held against each other: their *named* and *rings* lack that.
-"""
-RECENT = """
-§ {recent} cells, computed with the tests of now but for the last ones: terms that change with temperature are looked
-for where temperature coefficients are estimated (decision 58), a change that one dwell alone shows is a wrong dwell,
-and a slip that a part of a check set shows is held against what a temperature does to all sensors alike. Of outliers,
-an even drift and a step of one sensor they have the two newest as well, which the other cells lack: dwells to one side
-are held against the tail of the other side (decision 60), and an even drift stands beside every change in mid-run
-(decision 61); those of noise, of settling and of the walk computed last have the noise of the replications (decision
-64) and the meter's change over all outputs (decision 62), which no others have. A table that stood off at single dwells
-(decision 59) is looked for in runs and files, not here. The others, those of after-effects and of `fixture-play` at
-0.5″ apart, were computed before some of these were looked for: changes that return, what a sensor remembers, outputs at
-a rail, the scatter of a term between replications; and all of the others before tests that say the same counted for
-what they add (decision 48), a plain drift was told before what it resembles (decision 52) and one output was held
-against the table (decision 53). Nothing of their
-estimates has changed since, but *named* and *rings* are those of the tests of then.
-"""
+AGAIN = """ Of {both} cells both are known: {changed} has another verdict, and *named* differs by {most:.3f}
+at most, in `{scene}` of {size:g} {unit}."""
 WHY: Mapping[str, str] = {
     "table-": "one and a half times the declared limit: curves within the limit and noise come close to it",
     "table-wrong-zero": "no curve: held where it is declared; left out, set and certificate carry `level-undeclared`",
@@ -141,17 +126,30 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
         by_scene = dict.fromkeys(line["scene"] for line in alone)
         lists = (_outside(scene, [line for line in alone if line["scene"] == scene]) for scene in by_scene)
         yield LEFT.format(outside_lines="".join(lists))
-    older = sum(bool(line.get("older")) for line in lines.values())
-    unsearched = sum(not line.get("searched") for line in lines.values())
-    yield OLDER.format(older=older) if older else ""
-    yield UNSEARCHED.format(unsearched=unsearched) if unsearched else ""
-    recent = sum(bool(line.get("recent")) for line in lines.values())
-    if recent < len(lines):
-        yield RECENT.format(recent=recent)
+    current = [line for line in lines.values() if line.get("current")]
+    if len(current) < len(lines):
+        yield CURRENT.format(current=len(current), again=_again(current))
     for scene in dict.fromkeys((*REQUIRED, *TABLES, *FURTHER, *BY_ITSELF)):
         rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
         if rows:
             yield from _of_scene(scene, rows)
+
+
+def _again(current: Sequence[Line]) -> str:
+    """Return how far cells are from what tests of earlier versions said of them; ``earlier`` is their line of then."""
+    both = [line for line in current if line.get("earlier") and line["named"] is not None]
+    if not both:
+        return ""
+    most = max(both, key=_moved)
+    changed = sum(verdict(line) != verdict(line["earlier"]) for line in both)
+    scene, size = most["scene"], most["size"]
+    words = "none" if changed == 0 else str(changed)
+    unit = SCENES[scene].unit
+    return AGAIN.format(both=len(both), changed=words, most=_moved(most), scene=scene, size=size, unit=unit)
+
+
+def _moved(line: Line) -> float:
+    return float(abs(line["named"] - line["earlier"]["named"]))
 
 
 def _without(line: Line) -> str | None:
@@ -205,9 +203,7 @@ def _of_scene(scene: str, rows: Sequence[Line]) -> Iterator[str]:
         shares = [row["after"].get(name) for name in names] + [row["before"].get(name) for name in earlier]
         figures = [*shares, row["named"], row["rings"]]
         word = verdict(row)
-        text = (f"**{word}**" if word == "outside" else word) + (" †" if row.get("older") else "")
-        text += "" if row.get("searched") else " ‡"
-        text += " §" if row.get("recent") else ""
+        text = (f"**{word}**" if word == "outside" else word) + (" §" if row.get("current") else "")
         fresh = ", 4 000 fresh" if row["count"] > CAMPAIGNS else ""
         limit = row["design"].get("pitch_limit_deg", _limit_of(scene))
         declared = ", alone" if "sensors" in row["design"] else ""

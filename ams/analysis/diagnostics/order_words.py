@@ -86,11 +86,11 @@ def _settling(test: BeliefTest, words: AxisWords) -> Said:
 def _held_across(test: BeliefTest, words: AxisWords) -> Said:
     axis = test.name.removeprefix("force along ").removesuffix(" at the dwell before")
     return Said(
-        f"the output keeps some of what the dwell before had across it: "
+        "the output keeps some of what the dwell before had across it: "
         f"{words.scale.per_g(test.size, test.uncertainty)} of the force along {axis} then less that now, alike in "
         "every replication; a channel that keeps a part of the one that was read before it (multiplexer, relay, "
-        "dielectric), or a mount that gives way slowly; sensitivities hold most of it, and the stated "
-        "uncertainties do not",
+        "dielectric), a mount that gives way slowly, or what else goes with the order of the dwells; "
+        "sensitivities hold most of it, and the stated uncertainties do not",
         "wait longer between closing a channel and reading it, read every channel twice, or draw the order of the "
         'points anew for every replication (order = "random")',
     )
