@@ -56,6 +56,8 @@ HOLDING_ARCSEC: Final = 3.0
 """A smaller rotation stops no night and quarantines no set: it is a finding. A good table's certificate allows 1″."""
 SHOWN_BY: Final = "shown_by_visits"
 """Of a finding's details: between which visits or check sets all sensors show it too, where the dwells tell it."""
+EXPLAINED_BY: Final = "explained_by"
+"""Of a finding's details: what another finding tells that explains it, in words."""
 ON_ONE_SIDE: Final = "all_dwells_on_one_side"
 """Of a finding's details, 1 where it is so."""
 ALL_AFTER: Final = "all_dwells_after"

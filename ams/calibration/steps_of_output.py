@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final
 
-from ams.analysis.diagnostics.beliefs import SLIP, STEP, AxisTests, BeliefTest
+from ams.analysis.diagnostics.beliefs import BY_A_DRIFT, SLIP, STEP, AxisTests, BeliefTest
 from ams.calibration.step_columns import Changed
 from ams.findings import Finding
 
@@ -33,7 +33,7 @@ def with_steps(tests: AxisTests, steps: StepsOfOutput) -> AxisTests:
         return tests
     flags = {**tests.is_significant, **{name: name in steps.named for name in searched}}
     explained = {
-        name: replace(tests.tests[name], is_explained=tests.is_significant[name])
+        name: replace(tests.tests[name], explained_by=BY_A_DRIFT if tests.is_significant[name] else "")
         for name in searched
         if name not in steps.named
     }

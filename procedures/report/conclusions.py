@@ -14,6 +14,7 @@ from ams.analysis.calibration_budget import AxisBudget
 from ams.analysis.diagnostics.held_words import held_words
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
+from ams.findings import EXPLAINED_BY
 from ams.frames import wrap_deg
 from ams.observations import Observations
 from ams.parameter_words import words_of
@@ -176,9 +177,8 @@ def _row(subject: str, parameter: str, test: FTest, tp: tuple[float, float], siz
 
 def _explanation(calibration: AxisCalibration, test: str) -> str:
     """Return what explains a test that is significant by itself; empty where nothing is to explain."""
-    text = next((finding.text for finding in calibration.findings if finding.details.get("test") == test), "")
-    explanation = text.removeprefix(f"{test}: ")
-    return explanation if explanation.startswith("explained by ") else ""
+    found = next((finding.details for finding in calibration.findings if finding.details.get("test") == test), {})
+    return f"explained by {found[EXPLAINED_BY]}" if EXPLAINED_BY in found else ""
 
 
 def _lack_of_fit_sentence(

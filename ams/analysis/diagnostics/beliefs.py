@@ -24,6 +24,10 @@ DRIFT_OF: Final = "drift of "
 OVER_TIME: Final = "drift with time"
 AUTOCORRELATION: Final = "autocorrelation"
 ROBUST: Final = "robust fit"
+BY_THE_DWELL_BEFORE: Final = "what a dwell knows of the one before it"
+BY_A_DRIFT: Final = "a drift"
+BY_TEMPERATURE: Final = "temperature"
+"""What explains a test that rings by itself."""
 UNEVEN: Final = "noise of the replications"
 TURNED_FROM: Final = "previous attitude"
 TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"
@@ -100,8 +104,8 @@ class BeliefTest:
     unit: str = ""
     dof: float = float("inf")
     """Degrees of freedom of the uncertainty, where others are to be joined to it."""
-    is_explained: bool = False
-    """By another finding, which has its name."""
+    explained_by: str = ""
+    """What another finding tells that explains it, in words; empty where nothing does."""
     is_held: bool = True
     """False where no scatter between replications holds what it finds: it is alike in every replication, passes for a
     sensitivity, or reads to one side."""

@@ -14,6 +14,7 @@ from ams.analysis.diagnostics.beliefs import (
     BY_POINT,
     BY_POINT_GAIN,
     BY_REPLICATION,
+    BY_TEMPERATURE,
     COLUMNS,
     CURVATURE,
     LAG,
@@ -103,9 +104,9 @@ def explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests
     between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(flags.get(CURVATURE)))
     if flags.get(LAG) and flags.get(CURVATURE) and not between.curvature.p_value <= decided.conviction_level:
         flags[CURVATURE] = False
-        tests[CURVATURE] = replace(tests[CURVATURE], is_explained=True)
+        tests[CURVATURE] = replace(tests[CURVATURE], explained_by=BY_TEMPERATURE)
     if flags.get(LAG) or not between.unexplained <= decided.conviction_level:
         for name, test in tests.items():
             if test.kind == "drift" and flags[name]:
-                flags[name], tests[name] = False, replace(test, is_explained=True)
+                flags[name], tests[name] = False, replace(test, explained_by=BY_TEMPERATURE)
     return replace(decided, tests=tests, is_significant=flags)

@@ -7,6 +7,7 @@ from typing import Final
 
 from ams.analysis.diagnostics.beliefs import (
     AUTOCORRELATION,
+    BY_THE_DWELL_BEFORE,
     LIKE_A_MEMORY,
     MEMORIES,
     TURNED_FROM,
@@ -51,5 +52,5 @@ def beside_the_dwell_before(tests: AxisTests) -> AxisTests:
     nearest = min((made[name].p_value for name in _OF_THE_DWELL_BEFORE if flags.get(name)), default=1.0)
     for name in MEMORIES:
         if flags.get(name) and nearest < made[name].p_value:
-            made[name], flags[name] = replace(made[name], is_explained=True), False
+            made[name], flags[name] = replace(made[name], explained_by=BY_THE_DWELL_BEFORE), False
     return replace(tests, tests=made, is_significant=flags)

@@ -11,7 +11,15 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics import temperature as by_temperature
-from ams.analysis.diagnostics.beliefs import AUTOCORRELATION, BY_REPLICATION, LACK_OF_FIT, ROBUST, SETTLING, AxisTests
+from ams.analysis.diagnostics.beliefs import (
+    AUTOCORRELATION,
+    BY_REPLICATION,
+    BY_THE_DWELL_BEFORE,
+    LACK_OF_FIT,
+    ROBUST,
+    SETTLING,
+    AxisTests,
+)
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.time_order import settling
 from ams.arrays import FloatArray
@@ -34,10 +42,10 @@ def beside_wander(evidence: Evidence, output: int, tests: AxisTests, made: froze
             continue
         less = _inflation(evidence, output, columns.get(name))
         p_value = found[name].p_value ** (1.0 / less)
-        is_explained = not p_value <= tests.conviction_level
+        flags[name] = p_value <= tests.conviction_level
+        explained_by = "" if flags[name] else BY_THE_DWELL_BEFORE
         uncertainty = found[name].uncertainty * less**0.5
-        found[name] = replace(found[name], p_value=p_value, uncertainty=uncertainty, is_explained=is_explained)
-        flags[name] = not is_explained
+        found[name] = replace(found[name], p_value=p_value, uncertainty=uncertainty, explained_by=explained_by)
     return replace(tests, tests=found, is_significant=flags)
 
 

@@ -5,13 +5,8 @@ from typing import Final
 
 from ams.analysis.diagnostics import order_words, residual_words, temperature_words, term_words
 from ams.analysis.diagnostics.beliefs import (
-    BY_REPLICATION,
     DRIFT_OF,
-    LACK_OF_FIT,
-    MEMORIES,
-    OF_THE_ORDER,
     ROBUST,
-    SETTLING,
     SLIP,
     STEP,
     AxisTests,
@@ -19,7 +14,7 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.residual_words import robust_size
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
-from ams.findings import Finding, Said
+from ams.findings import EXPLAINED_BY, Finding, Said
 
 _WORDS: Final = {**term_words.WORDS, **residual_words.WORDS, **order_words.WORDS, **temperature_words.WORDS}
 """Of every test but for those of a drift of a quantity, and for what has words of its own."""
@@ -46,7 +41,11 @@ def _finding(test: BeliefTest, words: AxisWords, *, is_significant: bool) -> Fin
         said.fact,
         is_significant,
         test.p_value,
-        details={"test": test.name, **test.numbers},
+        details={
+            "test": test.name,
+            **test.numbers,
+            **({EXPLAINED_BY: test.explained_by} if test.explained_by and not is_significant else {}),
+        },
         is_held=test.is_held,
         what_to_do=said.what_to_do,
     )
@@ -59,11 +58,5 @@ def _significant(test: BeliefTest, words: AxisWords) -> Said:
 
 def _not_significant(test: BeliefTest, scale: Scale) -> str:
     """Return why nothing was found; of a robust fit also how far it is."""
-    said = _explained(test) if test.is_explained else "not significant"
+    said = f"explained by {test.explained_by}" if test.explained_by else "not significant"
     return f"{said}, {robust_size(test, scale)} from the estimate" if test.name == ROBUST else said
-
-
-def _explained(test: BeliefTest) -> str:
-    if test.name in (*MEMORIES, *OF_THE_ORDER, BY_REPLICATION, SETTLING, LACK_OF_FIT, ROBUST):
-        return "explained by what a dwell knows of the one before it"
-    return "explained by a drift" if test.name in (SLIP, STEP) else "explained by temperature"

@@ -9,6 +9,7 @@ from solved_campaigns import columns_of, rows_of
 
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import ParameterEstimate
+from ams.findings import EXPLAINED_BY
 from ams.inputs.request import CalibrationRequest
 from procedures.report.conclusions import axis_view, by_replication, mean_residuals, parameter_row
 from procedures.report.filters import MOST_PARAMETERS, in_parts
@@ -75,7 +76,7 @@ def test_a_change_that_something_else_explains_is_not_told_as_none() -> None:
     assert rows is not None
     assert solved.replication is not None
     explained = tuple(
-        replace(finding, is_significant=False, fact="drift of offset: explained by temperature")
+        replace(finding, is_significant=False, details={**finding.details, EXPLAINED_BY: "temperature"})
         if finding.details.get("test") == "drift of offset"
         else finding
         for finding in solved.findings
