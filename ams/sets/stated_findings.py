@@ -1,13 +1,14 @@
 """The significant findings that a set states, each with a name by which a person can accept it."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, cast
 
 from ams.findings import Finding, FindingKind
-from ams.sets.canonical import Document, Json, listed, number, table
+from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.findings_by_axis import findings_by_axis
 
 LACKING = "missing for a calibration when the run began: "
 """What such a warning of a set begins with: no signature supplies what stands behind it."""
@@ -42,47 +43,41 @@ _OUTSIDE: Final = "not in the uncertainty"
 
 def significant_findings(coefficients: CoefficientSet) -> Iterator[StatedFinding]:
     """Yield every significant finding of a set, axis by axis; sets of before version 3 have none."""
-    for axis, section in table(coefficients.document["axes"]).items():
-        seen: Counter[str] = Counter()
-        for stated in listed(table(section).get("findings", [])):
-            finding = table(stated)
-            if finding["significant"]:
-                kind = str(finding["kind"])
-                seen[kind] += 1
-                suffix = f".{seen[kind]}" if seen[kind] > 1 else ""
-                yield StatedFinding(f"{axis}.{kind}{suffix}", axis, str(finding["text"]), _fact(finding))
+    seen: Counter[tuple[str, str]] = Counter()
+    for axis, finding in findings_by_axis(coefficients.document):
+        if finding["significant"]:
+            kind = str(finding["kind"])
+            seen[axis, kind] += 1
+            suffix = f".{seen[axis, kind]}" if seen[axis, kind] > 1 else ""
+            yield StatedFinding(f"{axis}.{kind}{suffix}", axis, str(finding["text"]), _fact(finding))
 
 
 def fact_of(document: Document, text: str) -> str:
     """Return what a text of a set's document says of the item: of a finding its fact, any other as it is."""
-    every = (
-        table(stated) for axis in table(document["axes"]).values() for stated in listed(table(axis).get("findings", []))
-    )
-    return next((_fact(finding) for finding in every if finding["text"] == text), text)
+    return next((_fact(finding) for _, finding in findings_by_axis(document) if finding["text"] == text), text)
 
 
-def _fact(finding: Mapping[str, Json]) -> str:
+def _fact(finding: Document) -> str:
     return str(finding.get("fact", finding["text"]))
 
 
 def findings_of_set(coefficients: CoefficientSet) -> Iterator[Finding]:
     """Yield every finding of every axis of a set as the test that made it had it; steps in doubt are left out."""
-    for section in table(coefficients.document["axes"]).values():
-        for stated in map(table, listed(table(section).get("findings", []))):
-            p_value = stated.get("p_value")
-            yield Finding(
-                cast(FindingKind, str(stated["kind"])),
-                _fact(stated),
-                bool(stated["significant"]),
-                None if p_value is None else number(p_value),
-                details={
-                    name: value if isinstance(value, str) else number(value)
-                    for name, value in stated.items()
-                    if name not in _NO_DETAILS and isinstance(value, (str, int, float))
-                },
-                is_held="stated_uncertainties" not in stated,
-                what_to_do=str(stated.get("what_to_do", "")),
-            )
+    for _, stated in findings_by_axis(coefficients.document):
+        p_value = stated.get("p_value")
+        yield Finding(
+            cast(FindingKind, str(stated["kind"])),
+            _fact(stated),
+            bool(stated["significant"]),
+            None if p_value is None else number(p_value),
+            details={
+                name: value if isinstance(value, str) else number(value)
+                for name, value in stated.items()
+                if name not in _NO_DETAILS and isinstance(value, (str, int, float))
+            },
+            is_held="stated_uncertainties" not in stated,
+            what_to_do=str(stated.get("what_to_do", "")),
+        )
 
 
 def package_reservations(document: Document) -> Iterator[str]:

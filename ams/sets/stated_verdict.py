@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from ams.findings import UNUSABLE_AXIS, is_left_to_a_person
-from ams.sets.canonical import Document, listed, table
+from ams.sets.canonical import Document
+from ams.sets.findings_by_axis import findings_by_axis
 
 NOT_USABLE: Final = "not usable"
 """The verdict over which nothing is approved unless a person accepts it by this name."""
@@ -27,12 +28,7 @@ def stated_verdict(document: Document) -> str | None:
     """
     if "verdict" in document:
         return str(document["verdict"])
-    exceeded = any(
-        table(finding)["significant"] and "stated_uncertainties" in table(finding)
-        for section in table(document["axes"]).values()
-        for finding in listed(table(section).get("findings", []))
-    )
-    return NOT_USABLE if exceeded else None
+    return NOT_USABLE if _named(document, _exceeds) else None
 
 
 def verdict_in_words(document: Document) -> str | None:
@@ -44,7 +40,7 @@ def verdict_in_words(document: Document) -> str | None:
     if verdict is None:
         return None
     if verdict == NOT_USABLE:
-        exceeded = _named(document, lambda finding: "stated_uncertainties" in finding)
+        exceeded = _named(document, _exceeds)
         if exceeded:
             return f"{verdict}: the stated uncertainties do not hold what the data show ({exceeded})"
         forbidding = _named(
@@ -62,13 +58,16 @@ def no_conformity(verdict: str | None, *, is_in_quarantine: bool) -> str | None:
     return "the set was put in quarantine" if is_in_quarantine else None
 
 
+def _exceeds(finding: Document) -> bool:
+    return "stated_uncertainties" in finding
+
+
 def _named(document: Document, is_meant: Callable[[Document], bool]) -> str:
     """Return the significant findings that are meant, by axis and kind, each once."""
     found = (
-        f"{axis}: {entry['kind']}"
-        for axis, section in table(document["axes"]).items()
-        for entry in map(table, listed(table(section).get("findings", [])))
-        if entry["significant"] and is_meant(entry)
+        f"{axis}: {finding['kind']}"
+        for axis, finding in findings_by_axis(document)
+        if finding["significant"] and is_meant(finding)
     )
     return ", ".join(dict.fromkeys(found))
 

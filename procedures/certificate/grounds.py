@@ -12,7 +12,7 @@ from ams.archive.signatures import how_to_close
 from ams.findings import FindingKind
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.stated_findings import NO_CERTIFICATE_WITH
+from ams.sets.stated_findings import NO_CERTIFICATE_WITH, findings_of_set
 from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
@@ -128,9 +128,8 @@ def rates_undeclared(grounds: Grounds) -> tuple[str, ...]:
 
 def _stated(grounds: Grounds, kind: FindingKind) -> tuple[str, ...]:
     """Return the sentences of a set's findings of one kind, each once."""
-    sections = [table(section) for section in table(grounds.coefficients.document["axes"]).values()]
-    findings = [table(finding) for section in sections for finding in listed(section.get("findings", []))]
-    return tuple(dict.fromkeys(str(finding["text"]) for finding in findings if finding["kind"] == kind))
+    findings = findings_of_set(grounds.coefficients)
+    return tuple(dict.fromkeys(finding.text for finding in findings if finding.kind == kind))
 
 
 def _is_overdue(standard: Mapping[str, Json], grounds: Grounds) -> bool:

@@ -9,8 +9,8 @@ from contextlib import suppress
 
 from ams.archive.sets import Search, list_sets, show
 from ams.errors import ArchiveError, SetError
-from ams.sets.canonical import listed, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.findings_by_axis import findings_by_axis
 from procedures.delivery.number_changes import number_changes
 
 
@@ -44,10 +44,7 @@ def _is_repeated(archived: CoefficientSet, made: CoefficientSet) -> bool:
 
 def _found_kinds(coefficients: CoefficientSet) -> dict[str, list[tuple[str, bool]]]:
     """Return axis to the kinds of its findings, and whether each is significant."""
-    return {
-        axis: [
-            (str(finding["kind"]), bool(finding["significant"]))
-            for finding in map(table, listed(table(section).get("findings", [])))
-        ]
-        for axis, section in table(coefficients.document["axes"]).items()
-    }
+    found: dict[str, list[tuple[str, bool]]] = {}
+    for axis, finding in findings_by_axis(coefficients.document):
+        found.setdefault(axis, []).append((str(finding["kind"]), bool(finding["significant"])))
+    return found
