@@ -15,7 +15,6 @@ from ams.calibration.mountings import calibrate_mountings
 from ams.calibration.table_dwell_search import StoodPackage
 from ams.calibration.table_dwells import judge_dwells
 from ams.calibration_result import Calibration
-from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
 from ams.models.registry import MODELS
 from ams.observations import Observations
@@ -46,6 +45,7 @@ from procedures.solution.type_b import (
     level_warnings,
     use_warnings,
 )
+from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -85,16 +85,16 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     # A tilted base does not turn what sensors of rates sense.
     model = MODELS.get(item.plan.solve.model)
     is_levelled = model is None or not model.needs_rates
-    on_level = level_remarks(item.rig) if is_levelled else ()
-    on_meter = meter_remarks(item.rig, item.sensor)
-    on_rates = rate_remarks(item.rig, item.sensor, item.plan.axes)
+    undeclared = Undeclared(
+        level_remarks(item.rig) if is_levelled else (),
+        meter_remarks(item.rig, item.sensor),
+        rate_remarks(item.rig, item.sensor, item.plan.axes),
+    )
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (
         *solved.remarks,
         *_remarks(item.plan.solve, item.dwells),
-        *on_level,
-        *on_meter,
-        *on_rates,
+        *undeclared.remarks,
         *temperature_remarks(observations),
         *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
         *gravity_on_gyros_remarks(request.shared_errors, senses_rates=model is not None and model.needs_rates),
@@ -112,10 +112,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     calibration = replace(solved, remarks=remarks, warnings=warnings)
     reference = reference_of(item.rig, solve, request.shared_errors)
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets, reference=reference)
-    undeclared: list[Finding] = [Finding("level-undeclared", text, False) for text in on_level]
-    undeclared += [Finding("meter-undeclared", text, False) for text in on_meter]
-    undeclared += [Finding("rate-undeclared", text, False) for text in on_rates]
-    return with_run_findings(sensor, undeclared)
+    return with_run_findings(sensor, undeclared.findings)
 
 
 def solve_observations(observations: Observations, request: CalibrationRequest) -> Calibration:

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from ams.findings import Finding
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.possible_outputs import refuse_impossible_outputs
@@ -25,6 +24,7 @@ from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.run_findings import with_run_findings
 from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks, level_warnings
+from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription, Sensor
 
 BY_A_RIG_FILE: Final = f"{TABLE_NOT_COUNTED}; a rig file (--rig of calrig fit, rig of calrig.fit) brings them in"
@@ -59,14 +59,14 @@ def fitted(
         *solved.warnings,
         *of_rig,
     )
-    on_meter = () if rig is None else meter_remarks(rig, sensor_of(rig, name))
-    on_level = () if rig is None else level_remarks(rig)
-    remarks = (*solved.remarks, *rate_remarks(request), *on_level, *on_meter, *temperature_remarks(observations))
+    undeclared = (
+        Undeclared() if rig is None else Undeclared(level_remarks(rig), meter_remarks(rig, sensor_of(rig, name)))
+    )
+    remarks = (*solved.remarks, *rate_remarks(request), *undeclared.remarks, *temperature_remarks(observations))
     calibration = replace(solved, warnings=warnings, remarks=remarks)
     budgets = budgets_of(calibration, request, rig, trials)
     calibration = replace(calibration, remarks=(*remarks, *dominating_limits(calibration.axes, budgets)))
-    undeclared = [Finding("meter-undeclared", text, False) for text in on_meter]
-    return with_run_findings(SolvedSensor(name, observations, calibration, None, budgets), undeclared)
+    return with_run_findings(SolvedSensor(name, observations, calibration, None, budgets), undeclared.findings)
 
 
 def _of_level(request: CalibrationRequest, rig: RigDescription | None) -> tuple[str, ...]:

@@ -36,6 +36,7 @@ from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import with_run_findings
 from procedures.solution.triad import TriadAxis, triad_of
 from procedures.solution.type_b import gravity_on_gyros_remarks, shared_errors
+from procedures.solution.undeclared import Undeclared
 
 EARTH_UT = 50.0
 """What stands across an axis where nothing is declared; the Earth's field has 25 to 65 µT."""
@@ -74,14 +75,13 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     remarks = gravity_on_gyros_remarks(
         {label: line.errors for label, line in lines.items()}, senses_rates=item.sensor.measures == "rate"
     )
-    on_meter = meter_remarks(item.rig, item.sensor)
-    on_rates = rate_remarks(item.rig, item.sensor, item.plan.axes)
-    remarks = (*remarks, *on_meter, *on_rates, *temperature_remarks(observations))
+    undeclared = Undeclared(
+        meter=meter_remarks(item.rig, item.sensor), rates=rate_remarks(item.rig, item.sensor, item.plan.axes)
+    )
+    remarks = (*remarks, *undeclared.remarks, *temperature_remarks(observations))
     calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
-    undeclared = [Finding("meter-undeclared", text, False) for text in on_meter]
-    undeclared += [Finding("rate-undeclared", text, False) for text in on_rates]
-    return with_run_findings(solved_sensor, [*_field_findings(item, lines), *undeclared])
+    return with_run_findings(solved_sensor, [*_field_findings(item, lines), *undeclared.findings])
 
 
 @dataclass(frozen=True)

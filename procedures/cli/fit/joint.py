@@ -6,7 +6,6 @@ from typing import Any, Final
 
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
 from ams.calibration.jointly import solve_jointly, with_level
-from ams.findings import Finding
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
 from ams.inputs.possible_outputs import refuse_impossible_outputs
@@ -23,6 +22,7 @@ from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
 from procedures.solution.run_findings import with_findings
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
+from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription
 
 PRIORS = {
@@ -62,15 +62,15 @@ def joint(
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
-    of_temperature = temperature_warnings(mountings[0].observations, rig, sensor_of(rig, sensor))
+    measured = sensor_of(rig, sensor)
+    of_temperature = temperature_warnings(mountings[0].observations, rig, measured)
     of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts, *of_temperature)
     of_rig += tuple(text for mounting in mountings for text in clock_warnings(mounting.observations))
-    on_meter = meter_remarks(rig, sensor_of(rig, sensor))
-    on_level = () if set(priors) >= _TILTS else level_remarks(rig)
-    remarks = (*on_level, *on_meter, *temperature_remarks(mountings[0].observations))
+    undeclared = Undeclared(() if set(priors) >= _TILTS else level_remarks(rig), meter_remarks(rig, measured))
+    remarks = (*undeclared.remarks, *temperature_remarks(mountings[0].observations))
     calibration = joint_calibration(found, diagnosis, of_rig, remarks)
     budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))
-    solved = with_findings(calibration, [Finding("meter-undeclared", text, False) for text in on_meter])
+    solved = with_findings(calibration, undeclared.findings)
     if wish is not None:
         write_set(wish, mountings[0].observations, solved)
     return {**joint_document(found, solved, budgets), "model": "pitch-roll", "convention": "TP"}
