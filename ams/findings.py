@@ -39,7 +39,7 @@ FindingKind = Literal[
 offset is not known to within what the output changes by over 1 g;
 ``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity, or the
 readings fit with another sign or order of the angles than the declared one, or its sensitivity is far from the one
-that is declared;
+that is declared, or the readings of a replication are those of another output or of the dwell beside them;
 ``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in;
 ``output-clipped``: dwells stand at a rail of the amplifier or the meter, equal to the last digit;
 ``uneven-noise``: some replications scatter plainly more than the others."""

@@ -23,7 +23,7 @@ from ams.analysis.diagnostics.facts import untold_order
 from ams.arrays import FloatArray
 from ams.calibration.believed import evidence_of
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
-from ams.calibration.contradicted_signs import contradicted_signs
+from ams.calibration.contradicted_signs import contradicted_signs, with_readings_put_right
 from ams.calibration.diagnosis import (
     Circumstances,
     Diagnosis,
@@ -38,7 +38,7 @@ from ams.calibration.table_limit import judge_table
 from ams.calibration.untold import undetected_dwell, untold_of_few, untold_transient
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.errors import ObservationsError
-from ams.findings import significant_texts
+from ams.findings import Finding, significant_texts
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.known_of_run import ProvedChange, is_among
@@ -137,6 +137,11 @@ def _diagnosed(
     if off.any() and not is_weighted:
         rows = select_rows(rows, ~off)
         groups = list(_solved(rows, layout_of(rows), choices, request, None))
+    mistaken: Mapping[str, Sequence[Finding]] = {}
+    if not is_weighted:
+        rows, mistaken = with_readings_put_right(rows, [solved for _, solved, _ in groups], tuple(choices), request)
+    if mistaken:
+        groups = list(_solved(rows, layout_of(rows), choices, request, None))
     family = request.tested_axes or len(choices)
     judged = [None if is_weighted else evidence_of(solved, rows) for _, solved, _ in groups]
     steps = _steps(judged, groups, family, request.known_of_run.changes)
@@ -152,7 +157,7 @@ def _diagnosed(
         limits, changed = [next(by_output) for _ in group], [steps.get(label, NO_STEPS) for label in group]
         errors, said = request.shared_errors.get(group[0], ()), [_declared(label, choices, request) for label in group]
         alike = request.known_of_run.alike
-        contradicted = [signs.get(label) for label in group]
+        contradicted = [(*mistaken.get(label, ()), *signs.get(label, ())) for label in group]
         under = Circumstances(
             rows, outputs, request.table, errors, limits, family, (), changed, said, alike=alike, signs=contradicted
         )

@@ -103,15 +103,15 @@ class Circumstances:
     alike: Mapping[DwellLabels, str] = field(default_factory=dict)
     """Dwells at which the table may have stood off, and by how much."""
 
-    signs: Sequence[Finding | None] = ()
-    """Of each output, what says that the angles or the outputs have another sign or order; empty: not asked."""
+    signs: Sequence[Sequence[Finding]] = ()
+    """Of each output, what says that the angles or the outputs have another sign or order, all through the run or in a
+    replication; empty: not asked."""
 
     def memory_of(self, index: int) -> BeliefTest | None:
         return self.memories[index] if self.memories else None
 
-    def signs_of(self, index: int) -> tuple[Finding, ...]:
-        said = self.signs[index] if self.signs else None
-        return () if said is None else (said,)
+    def signs_of(self, index: int) -> Sequence[Finding]:
+        return self.signs[index] if self.signs else ()
 
     def limit_of(self, index: int) -> TableLimit | None:
         return self.limits[index] if self.limits else None

@@ -115,7 +115,7 @@ def judge_signs(package: Package, *, lacks_fit: bool) -> Mapping[str, Finding]:
     are looked at.
     """
     is_per_gravity = package.models[0].convention == _PER_GRAVITY
-    if not _is_of_attitudes(package) or not (lacks_fit or is_per_gravity):
+    if not is_of_attitudes(package) or not (lacks_fit or is_per_gravity):
         return {}
     stated = _fit(package, _AS_DECLARED)
     if stated is None or not (lacks_fit or stated.reversed_axes):
@@ -125,7 +125,7 @@ def judge_signs(package: Package, *, lacks_fit: bool) -> Mapping[str, Finding]:
     if freedom < 1:
         return {}
     best = min(fits, key=lambda fit: float(fit.left.sum()))
-    alike = [fit for fit in fits if not _is_plainly_less(best.left.sum(), fit.left.sum(), freedom)]
+    alike = [fit for fit in fits if not is_plainly_less(best.left.sum(), fit.left.sum(), freedom)]
     fewest = min(fit.changes for fit in alike)
     simplest = [fit for fit in alike if fit.changes == fewest]
     if not any(fit.candidate == _AS_DECLARED for fit in alike):
@@ -133,7 +133,7 @@ def judge_signs(package: Package, *, lacks_fit: bool) -> Mapping[str, Finding]:
     return {} if stated.astray else _of_polarities(package, stated, simplest)
 
 
-def _is_of_attitudes(package: Package) -> bool:
+def is_of_attitudes(package: Package) -> bool:
     """Return whether the models are of three sensitivities at attitudes, and the package was never moved."""
     names = package.models[0].primary_names
     return (
@@ -212,7 +212,11 @@ def _reversed_axes(
     return tuple(label for label, odd in zip(labels, is_odd, strict=True) if odd)
 
 
-def _is_plainly_less(less: float, more: float, freedom: int) -> bool:
+def is_plainly_less(less: float, more: float, freedom: int) -> bool:
+    """Return whether one sum of squares is less than another by more than chance or a real lack of fit would have it.
+
+    ``freedom``: degrees of freedom of either.
+    """
     ratio = float(more) / float(less)
     return ratio > _MANY_TIMES and float(f_tail(ratio, float(freedom), float(freedom))) < _CHANCE
 
@@ -226,10 +230,10 @@ def _of_other_angles(
     of = [
         label
         for label, less, more in zip(package.labels, other.left.tolist(), stated.left.tolist(), strict=True)
-        if _is_plainly_less(less, more, of_each)
+        if is_plainly_less(less, more, of_each)
     ] or [package.labels[int(np.argmax(ratio))]]
     worst = int(np.argmax(stated.size / other.length))
-    found = [_sized(fit.size[worst], other.length[worst], package.models[0]) for fit in (other, stated)]
+    found = [sized(fit.size[worst], other.length[worst], package.models[0]) for fit in (other, stated)]
     fits_with = _either([_words(fit) for fit in simplest])
     fact = (
         f"the readings fit with {fits_with} to {found[0]}, as declared to {found[1]} (axis {package.labels[worst]}, "
@@ -307,7 +311,8 @@ def _either(ways: Sequence[str]) -> str:
     return ", or with ".join(merged[:_MOST_NAMED]) + "".join(more)
 
 
-def _sized(size_v: float, length: float, model: Model) -> str:
+def sized(size_v: float, length: float, model: Model) -> str:
+    """Return what is left of an output of a sensitivity in words: as an angle of an accelerometer."""
     if "k_x_v_per_g" not in model.primary_names:
         return f"{two_digits(size_v)} {printed(model.measured_unit)}"
     away_deg = float(np.rad2deg(size_v / length))
