@@ -2,7 +2,8 @@
 
 Replications tell noise and drift; of copies they tell none, and every uncertainty is too small. Readings repeat to the
 last digit for two other reasons: a coarse meter puts them on the same step, or they were computed without noise. Then
-either the readings of one replication show the step, or they lie on their fit; such outputs tell nothing of copies.
+either the readings of one replication show the step, or they lie on their fit; such outputs tell nothing of copies. A
+meter whose step grows in a higher range shows it in the readings that repeat.
 
 Where there are too few points for a smooth fit the other replications tell the scatter; where none is left, what is off
 a plain line in gravity does, of readings with so many digits that no meter repeats them.
@@ -58,6 +59,21 @@ class _Copy:
         return self.equal < _NEARLY_ALL * self.points
 
 
+@dataclass(frozen=True)
+class _Chance:
+    """That a reading repeats to the last digit by chance."""
+
+    probability: float
+    coarsest: float
+    """Step from which on readings repeat by it."""
+    finest: float
+
+    def explains(self, repeated: FloatArray) -> bool:
+        """Return whether the readings that repeat show a coarse step that others do not, as in one range of a meter."""
+        are_enough = np.unique(repeated).size >= _FEWEST_IN_COMMON
+        return are_enough and common_step(repeated, self.finest) >= self.coarsest
+
+
 def refuse_copies(observations: Observations) -> None:
     """Refuse replications that are copies. Raises: ObservationsError."""
     found = dict(_copies(observations))
@@ -109,25 +125,26 @@ def _copied(observations: Observations, first: int, here: IntArray, there: IntAr
     chances = {
         axis: chance
         for axis in equal
-        if (chance := _chance(outputs[axis], here, basis, _scatter_of(observations, axis, first, others))) is not None
+        if (chance := _chance(outputs[axis][here], basis, _scatter_of(observations, axis, first, others))) is not None
     }
     if not chances:
         return None
     whole = tuple(
         axis
         for axis, chance in chances.items()
-        if repeats_of[axis] >= _NEARLY_ALL * here.size and chance ** repeats_of[axis] < _IMPOSSIBLE
+        if repeats_of[axis] >= _NEARLY_ALL * here.size and chance.probability ** repeats_of[axis] < _IMPOSSIBLE
     )
     if whole:
         both = np.logical_and.reduce([equal[axis] for axis in whole])
         still = [axis for axis in equal if axis not in chances and np.mean(equal[axis]) >= _NEARLY_ALL]
         is_all = len(whole) + len(still) == len(equal)
         return _Copy(first, tuple(outputs) if is_all else whole, int(both.sum()), here.size)
-    if len(chances) == 1:
-        return None
     together = np.logical_and.reduce(list(equal.values()))
+    chances = {axis: chance for axis, chance in chances.items() if not chance.explains(outputs[axis][here][together])}
+    if len(chances) <= 1:
+        return None
     repeats = min(_repeats(outputs[axis], here, together) for axis in chances)
-    expected = here.size * min(chances.values())
+    expected = here.size * min(chance.probability for chance in chances.values())
     if repeats < LEAST_POINTS or repeats <= expected + _FAR * np.sqrt(expected):
         return None
     return _Copy(first, tuple(outputs), int(together.sum()), here.size)
@@ -174,12 +191,11 @@ def _scatter_of(observations: Observations, axis: str, first: int, others: IntAr
     return float(SD_PER_MEDIAN_DEVIATION * np.median(differences) / np.sqrt(2.0))
 
 
-def _chance(values: FloatArray, here: IntArray, basis: FloatArray, between: float) -> float | None:
+def _chance(read: FloatArray, basis: FloatArray, between: float) -> _Chance | None:
     """Return how probable it is that a reading repeats to the last digit; None where the readings do not tell it.
 
     ``between``: the scatter that other replications tell.
     """
-    read = values[here]
     is_smooth = basis.shape[1] < read.size
     basis = basis if is_smooth else basis[:, :_LINE]
     left = read - basis @ np.linalg.lstsq(basis, read, rcond=None)[0]
@@ -189,4 +205,4 @@ def _chance(values: FloatArray, here: IntArray, basis: FloatArray, between: floa
     step = common_step(read, GRID * span)
     if apart <= _EXACT * span or step >= coarsest:
         return None
-    return float(step / (2.0 * np.sqrt(np.pi) * scatter))
+    return _Chance(float(step / (2.0 * np.sqrt(np.pi) * scatter)), coarsest, GRID * span)

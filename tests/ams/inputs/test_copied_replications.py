@@ -165,3 +165,41 @@ def test_few_points_that_were_measured_are_no_copies(points: np.ndarray, step_v:
 
 def test_few_points_that_were_computed_without_noise_are_no_copies() -> None:
     refuse_copies(_few(SIX, bend=0.0, noise_v=0.0))
+
+
+def _in_two_ranges(rows: Observations, step_v: float, above_v: float = 1.2) -> Observations:
+    """Return the rows as a meter reads them that has steps of 0.1 µV, and coarser ones in its higher range."""
+    read = {
+        axis: np.where(np.abs(v) > above_v, np.rint(v / step_v) * step_v, np.rint(v / 1e-7) * 1e-7)
+        for axis, v in rows.outputs.items()
+    }
+    return replace(rows, outputs=read)
+
+
+@pytest.mark.parametrize("step_v", [1e-4, 3e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("seed", range(6))
+def test_readings_that_repeat_in_the_coarse_range_of_a_meter_are_no_copies(step_v: float, seed: int) -> None:
+    """A range is chosen by the size of a reading: all three outputs are high at some attitudes, and repeat there."""
+    refuse_copies(_in_two_ranges(_rows(seed=seed), step_v))
+    refuse_copies(_in_two_ranges(_tilted(seed), step_v))
+
+
+def _tilted(seed: int) -> Observations:
+    """Four replications of three axes that lie by half a degree beside those of the package, none like another."""
+    chance = np.random.default_rng(seed)
+    grid = np.deg2rad([(p, r) for p in range(-60, 61, 20) for r in range(-180, 180, 45)])
+    pitch, roll = np.tile(grid, (4, 1)).T
+    force = np.stack([np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], axis=-1)
+    sensitivities = np.diag(chance.uniform(2.3, 2.7, 3)) + chance.normal(0.0, 0.015, (3, 3))
+    read = chance.normal(0.0, 0.01, 3) + force @ sensitivities.T + chance.normal(0.0, 2e-5, force.shape)
+    points, outputs = np.tile(np.arange(len(grid)), 4), dict(zip("xyz", read.T, strict=True))
+    return Observations(np.repeat([1, 2, 3, 4], len(grid)), points, pitch, roll, outputs)
+
+
+@pytest.mark.parametrize("step_v", [1e-4, 1e-3])
+def test_copies_are_refused_of_a_meter_with_two_ranges(step_v: float) -> None:
+    rows = _in_two_ranges(_rows(), step_v)
+    with pytest.raises(ObservationsError, match="156 of 156 points"):
+        refuse_copies(_copied(rows, (2,)))
+    with pytest.raises(ObservationsError, match="a copy in part"):
+        refuse_copies(_copied(rows, (2,), kept=60))
