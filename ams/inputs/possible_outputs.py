@@ -10,6 +10,8 @@ from ams.errors import ObservationsError
 from ams.observations import Observations
 
 _MILLI: Final = 1e-3
+_OVERLOAD: Final = 9e37
+"""SCPI meters answer 9.9e37 for an overload (IEEE 488.2: infinity), −9.9e37 below, and 9.91e37 for no number."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,23 @@ class Reach:
 
 
 OF_ANY_SENSOR: Final = Reach(50.0, "servo accelerometers end at ±15 V", "")
+
+
+def refuse_overloads(observations: Observations, columns: Mapping[str, str]) -> None:
+    """Refuse what a meter answers where it read nothing, in any unit.
+
+    ``columns``: sensor axis to the column that it was read from. Raises: ObservationsError.
+    """
+    for label, outputs in observations.outputs.items():
+        beyond = np.abs(outputs) >= _OVERLOAD
+        if beyond.any():
+            row = int(np.flatnonzero(beyond)[0])
+            raise ObservationsError(
+                f"{observations.source}: column {columns.get(label, label)}: replication "
+                f"{observations.replication[row]}, point {observations.point[row]}: got {outputs[row]:g}, the code by "
+                f"which a meter says overload or no reading ({int(beyond.sum())} of {outputs.size} rows); nothing was "
+                "solved; measure these rows again in a higher range, or take them out"
+            )
 
 
 def refuse_impossible_outputs(

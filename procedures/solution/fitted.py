@@ -6,7 +6,7 @@ from typing import Final
 
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
-from ams.inputs.possible_outputs import refuse_impossible_outputs
+from ams.inputs.possible_outputs import refuse_impossible_outputs, refuse_overloads
 from ams.inputs.reading_times import clock_warnings
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
@@ -46,6 +46,7 @@ def fitted(
     ``columns``: sensor axis to the column that it was read from. Raises: ams.errors.AmsError.
     """
     refuse_copies(observations)
+    refuse_overloads(observations, columns)
     if not MODELS[request.model].needs_rates:
         reach = {} if rig is None else meter_reach(rig, sensor_of(rig, name))
         refuse_impossible_outputs(observations, columns, reach)

@@ -8,7 +8,7 @@ from ams.calibration.joint_document import joint_calibration, joint_document, re
 from ams.calibration.jointly import solve_jointly, with_level
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
-from ams.inputs.possible_outputs import refuse_impossible_outputs
+from ams.inputs.possible_outputs import refuse_impossible_outputs, refuse_overloads
 from ams.inputs.reading_times import clock_warnings
 from ams.inputs.request import CalibrationRequest
 from ams.solve.table_errors import TablePriors
@@ -58,6 +58,7 @@ def joint(
     mountings = read_mountings(file, columns, mount, form)
     for mounting in mountings:
         refuse_copies(mounting.observations)
+        refuse_overloads(mounting.observations, columns)
         refuse_impossible_outputs(mounting.observations, columns, meter_reach(rig, sensor_of(rig, sensor)))
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
