@@ -40,9 +40,10 @@ def verdict_lines(document: Mapping[str, Any]) -> Iterator[str]:
 def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> Iterator[str]:
     """Yield the lines of every axis.
 
-    Parameters with standard uncertainties, standard error, replication tests, warnings, remarks. ``known_remarks``:
-    of a set, whose axes have their remarks among the warnings.
+    Parameters with standard uncertainties, standard error, replication tests, warnings, remarks; what is remarked of
+    every axis once, after the last. ``known_remarks``: of a set, whose axes have their remarks among the warnings.
     """
+    of_every = _remarks_of_every(axes)
     for name, axis in axes.items():
         yield ""
         dof = axis["degrees_of_freedom"]
@@ -53,7 +54,15 @@ def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> It
             yield f"  {replication_line(axis['replication'], axis.get('findings', ()))}"
         yield from (f"  {line}" for line in findings_lines(axis))
         yield from (f"  {'remark' if text in known_remarks else 'warning'}: {text}" for text in axis["warnings"])
-        yield from (f"  remark: {text}" for text in axis.get("remarks", ()))
+        yield from (f"  remark: {text}" for text in axis.get("remarks", ()) if text not in of_every)
+    if of_every:
+        yield from ("", f"axes {', '.join(axes)}", *(f"  remark: {text}" for text in of_every))
+
+
+def _remarks_of_every(axes: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the remarks that all of several axes have, in the order of the first."""
+    each = [axis.get("remarks", ()) for axis in axes.values()]
+    return tuple(text for text in each[0] if all(text in others for others in each)) if len(each) > 1 else ()
 
 
 def _standard_error(axis: Mapping[str, Any]) -> str:
