@@ -13,7 +13,7 @@ import numpy as np
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.beliefs import MEMORIES, OF_THE_ORDER
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.time_order import settling_of_points
+from ams.analysis.diagnostics.time_order import means_of_points, settling_of_points
 from ams.arrays import FloatArray, IntArray
 from ams.frames import AXES, specific_force
 from ams.remembered import remembered
@@ -72,7 +72,7 @@ def after_moves(evidence: Evidence) -> FloatArray:
 
 def after_moves_of_points(evidence: Evidence) -> FloatArray:
     """Return the (K,) means of that at every point."""
-    return _mean_by_point(evidence.layout, after_moves(evidence))
+    return means_of_points(evidence.layout, after_moves(evidence))
 
 
 @remembered(16)
@@ -80,11 +80,7 @@ def _held_across(
     pitch_rad: FloatArray, roll_rad: FloatArray, order: IntArray, layout: Layout, nominal_axis: str
 ) -> FloatArray:
     force = specific_force(pitch_rad, roll_rad)
-    before = force.copy()
-    here, previous = order[1:], order[:-1]
-    follows = layout.replication[here] == layout.replication[previous]
-    before[here[follows]] = force[previous[follows]]
-    columns = before - force
+    columns = force[previous_attitude.dwell_before(order, layout)] - force
     columns[:, AXES.index(nominal_axis)] = 0.0
     return layout.mean_by_point(columns)
 
@@ -101,8 +97,3 @@ def _after_moves(pitch_rad: FloatArray, roll_rad: FloatArray, order: IntArray, l
     found = np.empty(order.size)
     found[order] = np.exp(-(turn - last) / _FADES_IN)
     return found
-
-
-@remembered(16)
-def _mean_by_point(layout: Layout, column: FloatArray) -> FloatArray:
-    return layout.mean_by_point(column)

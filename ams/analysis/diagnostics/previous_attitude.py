@@ -18,7 +18,7 @@ from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.settling import UNKNOWN, Estimate, joined
 from ams.analysis.diagnostics.step_patterns import force_along
-from ams.analysis.diagnostics.time_order import LEAST_DOF, order_repeats
+from ams.analysis.diagnostics.time_order import LEAST_DOF, means_of_points, order_repeats
 from ams.arrays import FloatArray, IntArray
 from ams.remembered import remembered
 from ams.solve.layout import Layout
@@ -34,7 +34,7 @@ _DRIFTS = 0.05
 def turned_from(evidence: Evidence, output: int) -> FloatArray:
     """Return the (N,) change of what the output senses from this dwell back to the one before it, over its largest."""
     along = evidence.sensed[:, output]
-    return np.asarray(along[_dwell_before(evidence.time_order, evidence.layout)] - along)
+    return np.asarray(along[dwell_before(evidence.time_order, evidence.layout)] - along)
 
 
 def memories(evidence: Evidence, nominal_axis: str) -> FloatArray:
@@ -45,7 +45,7 @@ def memories(evidence: Evidence, nominal_axis: str) -> FloatArray:
 
 def memories_of_points(evidence: Evidence, nominal_axis: str) -> FloatArray:
     """Return the (K, 3) means of that at every point."""
-    return _of_points(evidence.layout, memories(evidence, nominal_axis))
+    return means_of_points(evidence.layout, memories(evidence, nominal_axis))
 
 
 def memories_between(evidence: Evidence, grid: GridResiduals, output: int, nominal_axis: str) -> list[Estimate]:
@@ -145,11 +145,6 @@ def _recursion(kept: FloatArray, added: FloatArray) -> FloatArray:
 
 
 @remembered(16)
-def _of_points(layout: Layout, columns: FloatArray) -> FloatArray:
-    return layout.mean_by_point(columns)
-
-
-@remembered(16)
 def _beside_parameters(q: FloatArray, dwell: IntArray, columns: FloatArray, replications: int) -> FloatArray:
     by_replication = _about_points(dwell, columns, replications)
     return np.asarray((by_replication - q @ (q.T @ by_replication)).reshape(columns.shape))
@@ -177,7 +172,7 @@ def _about_points(dwell: IntArray, columns: FloatArray, replications: int) -> Fl
 
 
 @remembered(16)
-def _dwell_before(order: IntArray, layout: Layout) -> IntArray:
+def dwell_before(order: IntArray, layout: Layout) -> IntArray:
     """Return (N,) the dwell before each in its replication; of the first of a replication itself."""
     found = np.arange(order.size)
     replication, here, before = layout.replication[order], order[1:], order[:-1]

@@ -119,11 +119,12 @@ def settling(evidence: Evidence) -> FloatArray:
 
 def settling_of_points(evidence: Evidence) -> FloatArray:
     """Return the (K,) mean of that column at every point."""
-    return _mean_by_point(evidence.layout, settling(evidence))
+    return means_of_points(evidence.layout, settling(evidence))
 
 
 @remembered(16)
-def _mean_by_point(layout: Layout, column: FloatArray) -> FloatArray:
+def means_of_points(layout: Layout, column: FloatArray) -> FloatArray:
+    """Return the means at every point of what stands in rows, kept with the design."""
     return layout.mean_by_point(column)
 
 
