@@ -68,14 +68,14 @@ def fill(url: str, population: Population, sensor: str, document: str | None = N
     """
     from sqlalchemy import insert, select
 
-    from ams.archive.tables import COEFFICIENTS, POINTS, SETS
+    from ams.archive.tables import COEFFICIENTS, POINTS, SETS, VERDICTS
 
     first = from_json(SET_FILE.read_bytes(), str(SET_FILE))
     publish(url, [first], first.created_utc)
     with writing(url, 10.0) as connection:
         row = dict(connection.execute(select(SETS)).mappings().one())
         point = dict(connection.execute(select(POINTS)).mappings().one())
-        for table in (COEFFICIENTS, POINTS, SETS):
+        for table in (COEFFICIENTS, POINTS, VERDICTS, SETS):
             connection.execute(table.delete())
         kept = population.rows_of(sensor).stop - 1
         names = [hashlib.sha256(str(index).encode()).hexdigest() for index in range(len(population.labels))]
@@ -84,6 +84,7 @@ def fill(url: str, population: Population, sensor: str, document: str | None = N
         other = row if document is None else {**row, "document": document}
         sets = [_set_row(row if name == first.sha256 else other, name, label) for name, label in rows]
         connection.execute(insert(SETS), sets)
+        connection.execute(insert(VERDICTS), [{"sha256": name, "verdict": "usable"} for name in names])
         connection.execute(
             insert(POINTS),
             [

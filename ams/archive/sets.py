@@ -8,7 +8,7 @@ found and left are published by :mod:`ams.archive.runs`; this file holds what is
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from datetime import datetime
-from typing import Any, get_args
+from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Select, case, select
 
@@ -16,14 +16,13 @@ from ams.archive.approvals import accepted_verdicts, approved, approver_of, with
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import Written, write
 from ams.archive.quarantines import quarantined
-from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS
-from ams.calibration_result import SensorVerdict
+from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS, VERDICTS
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.exports.json_text import from_json, parsed, to_json
 from ams.sets.canonical import Document, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.schema import check_identity
-from ams.sets.stated_verdict import NOT_USABLE, no_conformity, standing_in_words, unsigned_status
+from ams.sets.stated_verdict import no_conformity, standing_in_words, unsigned_status
 from ams.surveillance.history_points import point_row
 
 BUSY_TIMEOUT_S = 10.0
@@ -115,7 +114,7 @@ def list_sets(
             (SETS.c.sha256.in_(approved()), "approved"),
             else_=SETS.c.status,
         ),
-        "verdict": _stated_verdict(),
+        "verdict": VERDICTS.c.verdict,
         "is_signed": case((SETS.c.sha256.in_(approved()), True), else_=False),
     }
     names = [field.name for field in fields(ArchivedSet) if field.name != "standing"]
@@ -242,6 +241,7 @@ def insert_sets(
             Written(SETS, [_set_row(entry, published_utc) for entry in new.values()]),
             Written(COEFFICIENTS, [row for entry in new.values() for row in _coefficient_rows(entry)]),
             Written(POINTS, points),
+            Written(VERDICTS, [_verdict_row(entry) for entry in new.values() if entry.verdict is not None]),
         ]
         write(connection, published_utc, "sets", written, {})
     return tuple(publications)
@@ -259,6 +259,7 @@ def _query(columns: Sequence[ColumnElement[Any]], wanted: Sequence[ColumnElement
     tables = SETS.outerjoin(POINTS, SETS.c.sha256 == POINTS.c.sha256)
     tables = tables.outerjoin(ADJUSTMENTS, SETS.c.sha256 == ADJUSTMENTS.c.sha256)
     tables = tables.outerjoin(QUARANTINES, SETS.c.sha256 == QUARANTINES.c.sha256)
+    tables = tables.outerjoin(VERDICTS, SETS.c.sha256 == VERDICTS.c.sha256)
     order = (SETS.c.sensor, SETS.c.created_utc, SETS.c.published_utc, SETS.c.sha256)
     return select(*columns).select_from(tables).where(*wanted).order_by(*order)
 
@@ -274,14 +275,8 @@ def _conditions(search: Search) -> list[ColumnElement[bool]]:
     return wanted
 
 
-def _stated_verdict() -> ColumnElement[Any]:
-    """Return what :func:`ams.sets.stated_verdict.stated_verdict` reads, looked for in the text of the stored set.
-
-    A list would take seconds to parse every set. Inside a text of the document quotes are escaped: none looks like it.
-    """
-    stated = {verdict: SETS.c.document.contains(f'"verdict": "{verdict}"') for verdict in get_args(SensorVerdict)}
-    exceeded = SETS.c.document.contains('"stated_uncertainties": "exceeded"')
-    return case(*((found, verdict) for verdict, found in stated.items()), (exceeded, NOT_USABLE))
+def _verdict_row(coefficients: CoefficientSet) -> dict[str, Any]:
+    return {"sha256": coefficients.sha256, "verdict": coefficients.verdict}
 
 
 def _set_row(coefficients: CoefficientSet, published_utc: datetime) -> dict[str, Any]:

@@ -49,7 +49,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 METADATA = MetaData()
-REVISIONS = ("0001", "0002", "0003", "0004", "0005")
+REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006")
 """Of the schema, oldest first: what this calrig knows."""
 
 SETS = Table(
@@ -93,6 +93,14 @@ POINTS = Table(
 )
 """A set as a point of its sensor's history: offset, k and covariances as ``ams.surveillance.history_points`` packs
 them."""
+
+VERDICTS = Table(
+    "verdicts",
+    METADATA,
+    Column("sha256", String(64), ForeignKey("sets.sha256"), primary_key=True),
+    Column("verdict", Text, nullable=False),
+)
+"""What a set states of its own calibration in one word; no row where it states none."""
 
 RUNS = Table(
     "runs",
