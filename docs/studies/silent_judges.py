@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from physics_scenes import Campaign, GimbalReadings, UseReadings, campaigns
@@ -18,7 +19,7 @@ from silent_joint import of_joint
 from solved_campaigns import Coverage, columns_of, coverage, rows_of, solved
 
 from ams.analysis.diagnostics.table_curves import TableLimit
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.calibration.believed import evidence_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration.columns import SolvedColumns
@@ -147,6 +148,38 @@ def of_temperature(scene: str, size: float, count: int, seed: int, design: Mappi
     return JudgedCell(shares["after"], shares["before"], named(scene, size, kinds), rings)
 
 
+class _AnglesInUse:
+    """Angles answered in use, campaign by campaign: what their intervals hold, of all rows and of those unflagged."""
+
+    def __init__(self) -> None:
+        self._held: list[BoolArray] = []
+        self._unflagged: list[BoolArray] = []
+        self._flagged: list[float] = []
+        self._half_95_deg: list[FloatArray] = []
+
+    def take(self, answer: Mapping[str, Any], truths_deg: Mapping[str, FloatArray]) -> None:
+        flagged = np.array([flag != "" for flag in answer["flag"]])
+        for name, truth_deg in truths_deg.items():
+            away_deg = np.abs((answer[f"{name}_deg"] - truth_deg + 180.0) % 360.0 - 180.0)
+            inside = away_deg <= answer[f"{name}_half_95_deg"]
+            self._held.append(inside)
+            self._unflagged.append(inside[~flagged])
+            self._half_95_deg.append(answer[f"{name}_half_95_deg"][~flagged])
+        self._flagged.append(float(flagged.mean()))
+
+    def judged(self, size: float) -> JudgedCell:
+        good, widths_deg = np.concatenate(self._unflagged), np.concatenate(self._half_95_deg)
+        after = {"angle": float(good.mean())} if good.size else {}
+        share = float(np.mean(np.array(self._flagged) >= 0.05))
+        return JudgedCell(
+            {**after, "flagged": float(np.mean(self._flagged))},
+            {"angle": float(np.mean(self._held))},
+            None if size == 0.0 else share,
+            share,
+            3600.0 * float(widths_deg.mean()) if widths_deg.size else None,
+        )
+
+
 def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
     """Judge a package in use after a good calibration: angles of rows that nothing flags, and the flags.
 
@@ -157,32 +190,14 @@ def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, 
     drawn: UseReadings = campaigns(scene, size, np.random.default_rng(seed), count, **design)
     axes, noise_v = drawn.use.setup.axes, drawn.use.setup.noise_arcsec * np.pi / 180.0 / 3600.0 * 2.5
     pitch, roll = drawn.use.schedule.pitch_deg, drawn.use.schedule.roll_deg
-    held, unflagged, flags, widths = [], [], [], []
+    angles = _AnglesInUse()
     for index in range(count):
         found = calibrate(_seen(drawn.calibration, index, axes), CalibrationRequest(shared_errors=declared.by_axis))
         package = Package(build_set(found, _PROVENANCE), {axis: f"{axis}_v" for axis in axes})
         readings = {f"{axis}_v": drawn.use.output_v[index, :, 0, which] for which, axis in enumerate(axes)}
         answer = replace(inference(package, reading_sd_v=noise_v), intervals=True).infer(readings)
-        flagged = np.array([flag != "" for flag in answer["flag"]])
-        for name, truth in (("pitch", pitch), ("roll", roll)):
-            away = np.abs((answer[f"{name}_deg"] - truth + 180.0) % 360.0 - 180.0)
-            inside = away <= answer[f"{name}_half_95_deg"]
-            held.append(inside)
-            unflagged.append(inside[~flagged])
-            widths.append(answer[f"{name}_half_95_deg"][~flagged])
-        flags.append(float(flagged.mean()))
-    good = np.concatenate(unflagged)
-    after = {"angle": float(good.mean())} if good.size else {}
-    share = float(np.mean(np.array(flags) >= 0.05))
-    return JudgedCell(
-        {**after, "flagged": float(np.mean(flags))}, {"angle": float(np.mean(held))},
-        None if size == 0.0 else share, share, _mean_arcsec(widths),
-    )  # fmt: skip
-
-
-def _mean_arcsec(widths_deg: Sequence[FloatArray]) -> float | None:
-    every = np.concatenate(widths_deg)
-    return 3600.0 * float(every.mean()) if every.size else None
+        angles.take(answer, {"pitch": pitch, "roll": roll})
+    return angles.judged(size)
 
 
 def of_two_packages(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
@@ -190,28 +205,15 @@ def of_two_packages(scene: str, size: float, count: int, seed: int, design: Mapp
     design, declared = separated(design)
     drawn: GimbalReadings = campaigns(scene, size, np.random.default_rng(seed), count, **design)
     noise_v = drawn.setup.noise_arcsec * np.pi / 180.0 / 3600.0 * 2.5
-    held, unflagged, flags, widths = [], [], [], []
+    angles = _AnglesInUse()
     for index in range(count):
         sting, model = (_package_of(drawn, index, which, declared) for which in range(2))
         how = replace(inference(sting, model, noise_v), intervals=True)
         columns = [(name, which) for which, package in enumerate((sting, model)) for name in package.columns.values()]
         readings = {name: drawn.use_v[index, :, which, at % 3] for at, (name, which) in enumerate(columns)}
         answer = how.infer(readings)
-        flagged = np.array([flag != "" for flag in answer["flag"]])
-        for which, name in enumerate(("pitch", "yaw", "roll")):
-            away = np.abs((answer[f"{name}_deg"] - drawn.use_euler_deg[:, which] + 180.0) % 360.0 - 180.0)
-            inside = away <= answer[f"{name}_half_95_deg"]
-            held.append(inside)
-            unflagged.append(inside[~flagged])
-            widths.append(answer[f"{name}_half_95_deg"][~flagged])
-        flags.append(float(flagged.mean()))
-    good = np.concatenate(unflagged)
-    after = {"angle": float(good.mean())} if good.size else {}
-    share = float(np.mean(np.array(flags) >= 0.05))
-    return JudgedCell(
-        {**after, "flagged": float(np.mean(flags))}, {"angle": float(np.mean(held))},
-        None if size == 0.0 else share, share, _mean_arcsec(widths),
-    )  # fmt: skip
+        angles.take(answer, dict(zip(("pitch", "yaw", "roll"), drawn.use_euler_deg.T, strict=True)))
+    return angles.judged(size)
 
 
 def _package_of(drawn: GimbalReadings, index: int, which: int, declared: Declared) -> Package:
