@@ -22,6 +22,7 @@ from ams.analysis.diagnostics.beliefs import (
 from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
 from ams.analysis.diagnostics.declared_signs import fits_other_angles
+from ams.analysis.diagnostics.differing_replications import LARGEST, ShiftLimits, differing_replications
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
@@ -171,10 +172,7 @@ def _within_declared(
     A step of offset or sensitivity alone is held against its own limit by its estimate; of another change, and of one
     without a limit of its own, all that it does counts against that of the offset.
     """
-    limits = {
-        key: max((error.limit for error in shared if error.name == name), default=0.0)
-        for key, name in zip((step_words.OFFSET_LIMIT, step_words.SENSITIVITY_LIMIT), SHIFTS_WITHIN, strict=True)
-    }
+    limits = _shift_limits(shared)
     is_small = float(np.abs(change_v).max()) <= limits[step_words.OFFSET_LIMIT]
     is_alone = sum(said.kind == "sensor-change" for said in findings) == 1
 
@@ -233,10 +231,13 @@ def _diagnosis(
     evidence, solved, index = seen.evidence, seen.solved, seen.index
     scale = scale_of(solved, index)
     drifted = tuple(_drift_in_parameters(evidence, solved, index, tests.conviction_level))
+    shifts = _largest_shifts(scale, circumstances.shared)
+    differing = tuple(differing_replications(evidence, index, shifts, tests.conviction_level))
     limits = StatedLimits(
         _largest_lack(seen, circumstances.shared),
         2.0 * float(np.sqrt(solved.primary_covariance[index, 0, 0])),
         any(map(fits_other_angles, circumstances.signs_of(index))),
+        bool(differing),
     )
     tests = limits.judged(tests)
     gravity = gravity_finding(
@@ -254,14 +255,16 @@ def _diagnosis(
             is_remembering=tests.is_remembering,
             is_of_order=tests.is_of_order,
         ),
-        drift_is=drift_words((*circumstances.order, *drifted), is_remembering=tests.is_remembering),
+        drift_is=drift_words(
+            (*circumstances.order, *drifted), is_remembering=tests.is_remembering, is_differing=bool(differing)
+        ),
         drifts=_moves(solved, index, scale) if _some_drift(tests) else {},
     )
     findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit))
     of_gravity = () if gravity is None else (gravity,)
     scatter = float(solved.standard_error_v[index])
     untested = () if LACK_OF_FIT in tests.tests else untested_scatter(scatter, scale.words(scatter), limits.lack_of_fit)
-    return Diagnosis((*of_gravity, *findings, *drifted, *untested), solved, index, tests)
+    return Diagnosis((*of_gravity, *findings, *drifted, *differing, *untested), solved, index, tests)
 
 
 def _worded(
@@ -288,6 +291,20 @@ def _largest_lack(seen: Believed, shared: Sequence[SharedError]) -> float:
     if seen.solved.problem.models[seen.index].convention == "SR":
         return inf
     return max(declared, LARGEST_LACK * float(np.linalg.norm(seen.solved.primary[seen.index, 1:4])))
+
+
+def _largest_shifts(scale: Scale, shared: Sequence[SharedError]) -> ShiftLimits:
+    """Return what replications of an axis may differ by: what is declared of the sensor, where that is more."""
+    limits = _shift_limits(shared)
+    per_g = scale.volts_per_radian
+    offset_g = 0.0 if per_g is None else limits[step_words.OFFSET_LIMIT] / per_g
+    return ShiftLimits(max(LARGEST, limits[step_words.SENSITIVITY_LIMIT]), max(LARGEST, offset_g))
+
+
+def _shift_limits(shared: Sequence[SharedError]) -> Mapping[str, float]:
+    """Return by key what a sensor is declared to shift by while it is calibrated; 0 where nothing is."""
+    keys = zip((step_words.OFFSET_LIMIT, step_words.SENSITIVITY_LIMIT), SHIFTS_WITHIN, strict=True)
+    return {key: max((error.limit for error in shared if error.name == name), default=0.0) for key, name in keys}
 
 
 def _declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:

@@ -5,6 +5,7 @@ from typing import Final
 
 from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, MEMORIES, OF_THE_ORDER
 from ams.analysis.diagnostics.declared_signs import fits_other_angles
+from ams.analysis.diagnostics.differing_replications import DIFFERING
 from ams.analysis.diagnostics.facts import CONTAINED, as_the_order_has_it
 from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
 from ams.findings import Finding, Said
@@ -12,6 +13,7 @@ from ams.findings import Finding, Said
 BESIDE_MEMORY: Final = (
     "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
 )
+_OF_DIFFERING: Final = "replications differ by more than the stated uncertainties may hold"
 _OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
 _OF_ORDER: Final = "what the order of the points does to it is not in the stated uncertainties"
 _OF_ANGLES: Final = "other signs or another order of the angles explain it, and the stated uncertainties do not hold it"
@@ -22,8 +24,13 @@ _TOO_LARGE: Final = Said(
 )
 
 
-def drift_words(order: Iterable[Finding], *, is_remembering: bool) -> str:
-    """Return whether a drift is in the stated uncertainties; ``order``: what is said of the order of the points."""
+def drift_words(order: Iterable[Finding], *, is_remembering: bool, is_differing: bool) -> str:
+    """Return whether a drift is in the stated uncertainties; ``order``: what is said of the order of the points.
+
+    ``is_differing``: whether replications differ by more than a scatter that is stated may be.
+    """
+    if is_differing:
+        return _OF_DIFFERING
     return BESIDE_MEMORY if is_remembering else as_the_order_has_it(order)
 
 
@@ -62,7 +69,7 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
     tests = {finding.details.get("test") for finding in significant}
     is_remembering = not tests.isdisjoint(MEMORIES)
     if is_drift:
-        return drift_words(found, is_remembering=is_remembering)
+        return drift_words(found, is_remembering=is_remembering, is_differing=DIFFERING in tests)
     lack_is = lack_words(
         other_angles=any(map(fits_other_angles, significant)),
         is_large=any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Final
 
-from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, ROBUST, AxisTests, BeliefTest
+from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT, ROBUST, AxisTests, BeliefTest
 
 LARGEST_LACK: Final = 0.01
 """Of the sensitivity, or half a degree near level: no table, base or mount that is declared does as much, and no sensor
@@ -24,6 +24,9 @@ class StatedLimits:
     is_of_other_angles: bool = False
     """Whether other signs or another order of the angles are told to explain a lack of fit: nothing holds that."""
 
+    is_differing: bool = False
+    """Whether replications differ by more than a scatter that is stated may be: their drift is no such scatter."""
+
     def judged(self, tests: AxisTests) -> AxisTests:
         """Return the tests, each with whether what it finds is held."""
         return replace(tests, tests={name: self._judged(test) for name, test in tests.tests.items()})
@@ -33,4 +36,6 @@ class StatedLimits:
             return replace(test, is_held=not (self.is_of_other_angles or test.size > self.lack_of_fit))
         if test.name == ROBUST:
             return replace(test, is_held=MOST_MOVED * abs(test.size) <= self.offset_expanded)
+        if self.is_differing and test.name.startswith(DRIFT_OF):
+            return replace(test, is_held=False)
         return test
