@@ -60,6 +60,7 @@ FAULTY: Final = 1 << 38
 FROZEN: Final = 1 << 39
 STANDS: Final = (1 << 40, 1 << 41, 1 << 42)
 """An output of x, y or z lies at its zero, and nothing of a moving package is in it."""
+IMPOSSIBLE_TEMPERATURE: Final = 1 << 43
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -102,6 +103,9 @@ FILTER_WORDS: Final[Mapping[int, str]] = {
 }
 FROZEN_WORDS: Final[Mapping[int, str]] = {
     FROZEN: "output frozen: taken as missing",
+}
+TEMPERATURE_WORDS: Final[Mapping[int, str]] = {
+    IMPOSSIBLE_TEMPERATURE: "temperature that no sensor stands: taken as missing",
 }
 STANDING_WORDS: Final[Mapping[int, str]] = {
     code: f"{axis} lies at its zero though the package moves" for axis, code in zip("xyz", STANDS, strict=True)

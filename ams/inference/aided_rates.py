@@ -20,12 +20,13 @@ from ams.attitude.kalman import Estimate, GyroNoise
 from ams.attitude.quaternion import multiply
 from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
-from ams.inference.angle_stream import Answer, nothing
+from ams.inference.angle_stream import Answer, nothing, with_temperature_codes
 from ams.inference.field_aid import FieldAid
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import ANSWERS, Motion, answer_of
 from ams.inference.sample_clock import SampleClock
+from ams.models.possible_temperature import possible_temperatures
 from ams.sets.vectors import inferred_force, resolves
 
 LEAST_FORCE_SD_G: Final = 1e-4
@@ -150,7 +151,7 @@ class AidedAngles:
         found = answer_of(path.quaternion[:, sample], path.turn_covariance[sample], codes)
         for values in found.columns.values():
             values[~is_used] = np.nan
-        return Answer(found.columns, found.codes, _REASONS)
+        return with_temperature_codes(Answer(found.columns, found.codes, _REASONS), readings)
 
     def finish(self) -> Answer:
         """Return nothing: every row is answered at once."""
@@ -199,6 +200,8 @@ class AidedAngles:
         package = self.accelerometers
         outputs = {axis: readings[column] for axis, column in package.columns.items()}
         temperature = readings.get("temperature_degc") if package.coefficients.needs_temperature else None
+        if temperature is not None:
+            temperature = possible_temperatures(temperature)
         force = np.ascontiguousarray(inferred_force(package.coefficients.axes, outputs, temperature).T)
         site = package.site_gravity_mps2
         return force if site is None else force * (package.coefficients.gravity_mps2 / site)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
+from ams.models.possible_temperature import impossible_temperature
 
 CARRIED_CODES: Final = "codes of what was done before"
 """A column of codes that a stream takes along where it is optional: its answers are not one for each row."""
@@ -59,6 +60,16 @@ class AngleStream(Protocol):
 
     def finish(self) -> Answer:
         """Return the angles that are still due; the stream ends here."""
+
+
+def with_temperature_codes(found: Answer, readings: Mapping[str, FloatArray]) -> Answer:
+    """Return an answer to rows that tells which of them have a temperature that no sensor stands."""
+    beyond = impossible_temperature(readings)
+    if beyond is None:
+        return found
+    codes = found.codes.astype(np.uint64)
+    codes[beyond] |= np.uint64(flag_codes.IMPOSSIBLE_TEMPERATURE)
+    return Answer(found.columns, codes, {**found.reasons, **flag_codes.TEMPERATURE_WORDS})
 
 
 def nothing(answers: tuple[str, ...]) -> Answer:

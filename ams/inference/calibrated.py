@@ -16,7 +16,7 @@ from ams.attitude.spread import Part
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
 from ams.models.extended import CUBIC_NAME, Q_NAMES, TERM_NAMES, centred_basis, quadratic_basis
-from ams.models.possible_temperature import impossible_temperatures
+from ams.models.possible_temperature import possible_temperatures
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES, names_of
 from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import Json, listed, matrix, number, table
@@ -241,5 +241,4 @@ def _rise_degc(
             "nothing was computed; give the sensor's own temperature"
         )
     reference = table(table(section["parameters"])["reference_temperature_degc"])["value"]
-    possible = np.where(impossible_temperatures(temperature_degc), np.nan, temperature_degc)
-    return np.asarray(possible - number(reference))
+    return np.asarray(possible_temperatures(temperature_degc) - number(reference))

@@ -1,12 +1,14 @@
 """Outputs that repeat one number though noise is to be seen: taken as missing, and told.
 
+So is a temperature that no sensor stands, before a filter or an average has it.
+
 A digitiser that hangs goes on sending its last number. Where the noise of a reading is no less than the step of the
 output, one reading in four repeats the one before at most, moving or not, and a run of repeats is none of chance. A
 meter whose step is wider than the noise repeats itself at rest: nothing is told of it. The step is seen between all
 readings, not between neighbours: between those lies what the package moved.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -16,6 +18,13 @@ from ams.attitude import flag_codes
 from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
+from ams.models.possible_temperature import (
+    COLUMN,
+    POSSIBLE,
+    impossible_temperature,
+    likely_unit,
+    possible_temperatures,
+)
 from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import table
 
@@ -198,6 +207,9 @@ class FrozenOutputs:
         self._is_by_row = is_by_row
         self.frozen = dict.fromkeys(noise, 0)
         """Rows by column that were taken as missing."""
+        self.impossible_rows = 0
+        """Rows whose temperature no sensor stands."""
+        self._impossible_degc = (np.inf, -np.inf)
         self._outputs = {name: _Output() for name in noise}
         self._rows = 0
         self._ends = dict.fromkeys(untested, (np.inf, -np.inf))
@@ -230,6 +242,13 @@ class FrozenOutputs:
             finite = readings[name][np.isfinite(readings[name])]
             self._ends[name] = (finite.min(initial=least), finite.max(initial=most))
         codes, changed = np.zeros(rows, dtype=np.uint64), dict(readings)
+        beyond = impossible_temperature(readings)
+        if beyond is not None:
+            changed[COLUMN] = possible_temperatures(readings[COLUMN])
+            codes[beyond] = flag_codes.IMPOSSIBLE_TEMPERATURE
+            read, (least, most) = readings[COLUMN][beyond], self._impossible_degc
+            self._impossible_degc = (float(read.min(initial=least)), float(read.max(initial=most)))
+            self.impossible_rows += read.size
         runs = {name: output.runs(readings[name]) for name, output in self._outputs.items()}
         for name, in_run in runs.items():
             self._outputs[name].look(np.where(in_run, np.nan, readings[name]) if in_run.any() else readings[name])
@@ -238,7 +257,7 @@ class FrozenOutputs:
                 continue
             is_frozen = in_run & self._outputs[name].is_resolved(readings[name], self.noise[name])
             changed[name] = np.where(is_frozen, np.nan, readings[name])
-            codes[is_frozen] = flag_codes.FROZEN
+            codes[is_frozen] |= np.uint64(flag_codes.FROZEN)
             self.frozen[name] += int(np.count_nonzero(is_frozen))
         if CARRIED_CODES in self.inner.optional:
             return self._answered(self.inner.answer({**changed, CARRIED_CODES: codes.astype(float)}))
@@ -263,7 +282,17 @@ class FrozenOutputs:
             for name, (least, most) in self._ends.items()
             if least == most and self._rows >= LEAST_ROWS and not self.frozen.get(name)
         ]
-        return (*frozen, *constant)
+        return (*frozen, *constant, *self._doubts_of_temperature())
+
+    def _doubts_of_temperature(self) -> Iterator[str]:
+        if self.impossible_rows:
+            extremes = np.array(self._impossible_degc)
+            read = " to ".join(dict.fromkeys(f"{extreme:.4g}" for extreme in extremes))
+            rows = "1 row has" if self.impossible_rows == 1 else f"{self.impossible_rows} rows have"
+            yield (
+                f"{COLUMN}: {rows} one that no sensor stands ({read} °C, allowed "
+                f"{POSSIBLE}): taken as missing; {likely_unit(extremes)}"
+            )
 
     def _is_frozen(self, name: str) -> bool:
         """Return whether a run of repeats is none of chance: by the output itself, else by all others."""
@@ -274,7 +303,7 @@ class FrozenOutputs:
         return bool(others) and all(self._outputs[other].shows_noise(self.noise[other]) for other in others)
 
     def _answered(self, found: Answer) -> Answer:
-        reasons = {**found.reasons, **flag_codes.FROZEN_WORDS}
+        reasons = {**found.reasons, **flag_codes.FROZEN_WORDS, **flag_codes.TEMPERATURE_WORDS}
         if CARRIED_CODES in self.inner.optional or not self._is_by_row:
             return Answer(found.columns, found.codes, reasons)
         answered, self._codes = self._codes[: found.codes.size], self._codes[found.codes.size :]

@@ -20,11 +20,12 @@ from ams.attitude.three_axes import BLOCK_ROWS, AttitudeColumns, blocks
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.alignment import AlignedPackage, AlignedSensor, Alignment
-from ams.inference.angle_stream import Answer, nothing
+from ams.inference.angle_stream import Answer, nothing, with_temperature_codes
 from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
 from ams.inference.fixed_sensors import Kernel, kernel_of, name_suspects_of
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
+from ams.models.possible_temperature import possible_temperatures
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
@@ -193,6 +194,9 @@ class Inference:
 
         Raises: DesignError, OutsideValidity where no row can be inferred.
         """
+        return with_temperature_codes(self._in_blocks(readings), readings)
+
+    def _in_blocks(self, readings: Mapping[str, FloatArray]) -> Answer:
         rows = readings[self.needed[0]].size
         if rows <= BLOCK_ROWS:
             return self._answered(readings)
@@ -297,7 +301,8 @@ class Inference:
         if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
             checked.append((flag_codes.OUTSIDE_YAW, _DEG_PER_RAD * found.yaw_rad, validity.yaw_deg))
         if validity.temperature_degc is not None and "temperature_degc" in readings:
-            checked.append((flag_codes.OUTSIDE_TEMPERATURE, readings["temperature_degc"], validity.temperature_degc))
+            read_degc = possible_temperatures(readings["temperature_degc"])
+            checked.append((flag_codes.OUTSIDE_TEMPERATURE, read_degc, validity.temperature_degc))
         codes = np.zeros(found.codes.size, dtype=np.uint32)
         for code, values, (low, high) in checked:
             codes[(values < low - ROUNDING_DEG) | (values > high + ROUNDING_DEG)] |= np.uint32(code)
