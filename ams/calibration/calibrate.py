@@ -29,8 +29,8 @@ from ams.calibration.diagnosis import (
     Diagnosis,
     corrected_replication,
 )
-from ams.calibration.memory import diagnose_together
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
+from ams.calibration.outputs_together import diagnose_together
 from ams.calibration.step_columns import part_of
 from ams.calibration.steps import judge_steps
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput

@@ -28,7 +28,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
 from ams.analysis.diagnostics.held_words import drift_words, lack_words, untested_scatter
-from ams.analysis.diagnostics.memories import beside_the_dwell_before
+from ams.analysis.diagnostics.memories import beside_the_dwell_before, but_for_memories
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
 from ams.analysis.diagnostics.stated_limits import LARGEST_LACK, StatedLimits
 from ams.analysis.diagnostics.table_curves import TableLimit
@@ -98,8 +98,8 @@ class Circumstances:
     declared: Sequence[DeclaredDirection] = ()
     """Of each output, the direction that is declared of it; empty: its nominal axis, of either polarity."""
 
-    memories: Sequence[BeliefTest | None] = ()
-    """Of each output, the memory of the attitudes before that its package shows; empty: not asked."""
+    together: Sequence[BeliefTest | None] = ()
+    """Of each output, what its package shows together, as large as it is of this one; empty: not asked."""
 
     alike: Mapping[DwellLabels, str] = field(default_factory=dict)
     """Dwells at which the table may have stood off, and by how much."""
@@ -108,8 +108,8 @@ class Circumstances:
     """Of each output, what says that the angles or the outputs have another sign or order, all through the run or in a
     replication; empty: not asked."""
 
-    def memory_of(self, index: int) -> BeliefTest | None:
-        return self.memories[index] if self.memories else None
+    def together_of(self, index: int) -> BeliefTest | None:
+        return self.together[index] if self.together else None
 
     def signs_of(self, index: int) -> Sequence[Finding]:
         return self.signs[index] if self.signs else ()
@@ -154,10 +154,11 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         before, seen = seen, seen.without(columns, beside)
         part, model = before.part_of(columns, beside), before.solved.problem.models[before.index]
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
-    made = {test.name: test for test in steps.tests}
+    together = circumstances.together_of(index)
+    made = {test.name: test for test in (*steps.tests, *but_for_memories(together))}
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
-    left = without_memory(without_transient(left), circumstances.memory_of(index))
+    left = without_memory(without_transient(left), together)
     tests = beside_the_dwell_before(with_steps(left.tests, steps))
     diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit)
     changes = map(step_words.as_stated, steps.findings)

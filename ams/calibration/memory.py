@@ -6,20 +6,14 @@ have none.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Final
 
 from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LIKE_A_MEMORY, MEMORIES, AxisTests, BeliefTest
-from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.memories import with_those_that_fit_as_well
 from ams.analysis.diagnostics.settling import Estimate, joined, of_estimate
-from ams.calibration.columns import SolvedColumns
-from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, sensitivity_of
 from ams.statistics.distributions import f_tail
 
-Group = tuple[SolvedColumns, Circumstances, Evidence | None]
-"""Axes that were solved as one, what they were solved under, and what the tests look at."""
 _FEWEST: Final = 2
 """Outputs."""
 _UNLIKE: Final = 1e-3
@@ -59,39 +53,3 @@ def _together(name: str, seen: Sequence[tuple[AxisTests, float]]) -> BeliefTest 
     if float(f_tail(apart / freedom, float(freedom), min(each.dof for each in estimates))) < _UNLIKE:
         return None
     return of_estimate(BeliefTest(name, "autocorrelation", 1.0, unit="V/g", axes=len(found), is_held=False), whole)
-
-
-def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
-    """Return the findings of every axis of the groups of one package; again, where they show a memory together."""
-    found = [diagnose(*group) for group in groups]
-    memory = judge_memory([_judged(axis) for group in found for axis in group])
-    if memory is None:
-        return found
-    return [_again(group, axes, [memory] * len(axes)) for group, axes in zip(groups, found, strict=True)]
-
-
-def diagnose_packages(axes: Sequence[Group]) -> list[list[Diagnosis]]:
-    """Return the same of many packages that were measured at the same rows, axis by axis: one column a package."""
-    found = [diagnose(*axis) for axis in axes]
-    memories = [judge_memory([_judged(axis) for axis in package]) for package in zip(*found, strict=True)]
-    if not any(memories):
-        return found
-    return [_again(axis, of_axis, memories) for axis, of_axis in zip(axes, found, strict=True)]
-
-
-def _judged(axis: Diagnosis) -> tuple[AxisTests, float | None]:
-    return axis.tests, sensitivity_of(axis)
-
-
-def _again(group: Group, found: Sequence[Diagnosis], memories: Sequence[BeliefTest | None]) -> list[Diagnosis]:
-    solved, under, evidence = group
-    pairs = zip(found, memories, strict=True)
-    of_outputs = [
-        None if memory is None else _as_large_as(memory, sensitivity_of(axis) or 0.0) for axis, memory in pairs
-    ]
-    return diagnose(solved, replace(under, memories=of_outputs), evidence)
-
-
-def _as_large_as(memory: BeliefTest, k: float) -> BeliefTest:
-    """Return what is known per g of force as an output of k volts a g has it."""
-    return replace(memory, size=k * memory.size, uncertainty=k * memory.uncertainty)

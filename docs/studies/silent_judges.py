@@ -24,7 +24,7 @@ from ams.calibration.believed import evidence_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.diagnosis import Circumstances
-from ams.calibration.memory import diagnose_packages
+from ams.calibration.outputs_together import diagnose_packages
 from ams.calibration.steps import judge_steps
 from ams.calibration.table_limit import judge_table
 from ams.inference.inference import Package, inference

@@ -113,6 +113,8 @@ class BeliefTest:
     """Names of tests that nothing tells from this one."""
     changes: tuple[TermChange, ...] = ()
     """Of the terms that change with temperature, the plainest first."""
+    in_package: str = ""
+    """How large it is of each axis of the package, in words, where their tests are joined; empty: by itself."""
     replications: tuple[str, ...] = ()
     """Labels of those that it is about."""
     axes: int = 1

@@ -31,9 +31,14 @@ def plainest_memory(tests: AxisTests, together: BeliefTest | None) -> BeliefTest
         plainest = min(test.p_value for test in tests.tests.values() if test.name in LIKE_A_MEMORY)
         if best.p_value <= plainest:
             return with_those_that_fit_as_well(best, tests.memories)
-    if together is None or together.name not in tests.tests:
+    if together is None or together.name not in MEMORIES or together.name not in tests.tests:
         return None
     return together
+
+
+def but_for_memories(together: BeliefTest | None) -> tuple[BeliefTest, ...]:
+    """Return what the outputs of a package show together where that is no memory: at most one test."""
+    return () if together is None or together.name in MEMORIES else (together,)
 
 
 def with_those_that_fit_as_well(best: BeliefTest, tests: Sequence[BeliefTest]) -> BeliefTest:

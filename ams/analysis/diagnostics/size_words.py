@@ -23,6 +23,13 @@ class Scale:
             return f"{two_digits(size)} {printed(self.unit)}"
         return f"{two_digits(np.rad2deg(size / self.volts_per_radian) * ARCSEC_PER_DEG)}″"
 
+    def within(self, size: float, expanded: float) -> str:
+        """Return an output with its expanded uncertainty."""
+        if self.volts_per_radian is None:
+            return f"{within(size, expanded)} {printed(self.unit)}"
+        factor = float(np.rad2deg(1.0 / self.volts_per_radian)) * ARCSEC_PER_DEG
+        return f"{within(factor * size, factor * expanded)}″"
+
     def per_g(self, size: float, uncertainty: float) -> str:
         """Return an output per g with twice its standard uncertainty."""
         if self.volts_per_radian is None:

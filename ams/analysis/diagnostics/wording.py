@@ -16,6 +16,7 @@ from ams.analysis.diagnostics.residual_words import robust_size
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
 from ams.findings import EXPLAINED_BY, Finding, Said
 
+_TOGETHER: Final = "told by the axes of the package together"
 _WORDS: Final = {**term_words.WORDS, **residual_words.WORDS, **order_words.WORDS, **temperature_words.WORDS}
 """Of every test but for those of a drift of a quantity, and for what has words of its own."""
 
@@ -53,7 +54,8 @@ def _finding(test: BeliefTest, words: AxisWords, *, is_significant: bool) -> Fin
 
 def _significant(test: BeliefTest, words: AxisWords) -> Said:
     say = order_words.drift_of_quantity if test.name.startswith(DRIFT_OF) else _WORDS[test.name]
-    return say(test, words)
+    said = say(test, words)
+    return said._replace(fact=f"{said.fact}; {_TOGETHER}: {test.in_package}") if test.in_package else said
 
 
 def _not_significant(test: BeliefTest, scale: Scale) -> str:

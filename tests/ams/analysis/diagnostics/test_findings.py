@@ -14,7 +14,7 @@ from ams.calibration.believed import evidence_of
 from ams.calibration.calibrate import calibrate
 from ams.calibration.columns import SolvedColumns, solve_columns
 from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose
-from ams.calibration.memory import diagnose_packages
+from ams.calibration.outputs_together import diagnose_packages
 from ams.calibration.steps import judge_steps
 from ams.calibration_result import AxisCalibration
 from ams.findings import Finding

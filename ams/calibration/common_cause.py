@@ -1,0 +1,104 @@
+"""What the outputs of a package have in common by its cause: told together where no axis tells it alone.
+
+The heat of a motor after a move of its axis reaches every output, and sensors of one construction have one kind of
+asymmetry and bend one way over temperature; of which size and sign is each sensor's own. The chances of the outputs,
+independent of one another, are joined as Lancaster (1961) has it: each as the χ² of so many degrees of freedom that it
+belongs to, whose sum is tested. What a single output shows by itself is told of it already, and is not joined.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from typing import Final, NamedTuple
+
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.beliefs import AFTER_MOVES, COLUMNS, CURVATURE, LAG, AxisTests, BeliefTest
+from ams.analysis.diagnostics.replication_scatter import is_unsteady
+from ams.analysis.diagnostics.size_words import Scale
+from ams.statistics.distributions import chi_square_tail, chi_square_upper_quantile
+from ams.statistics.intervals import t_quantile
+
+_BENDS: Final = ("K3", "K0'")
+"""So nearly collinear that the axes may show either of them for the other."""
+_COMMON: Final[Mapping[str, tuple[str, ...]]] = {
+    AFTER_MOVES: (AFTER_MOVES,), **dict.fromkeys(_BENDS, _BENDS), CURVATURE: (CURVATURE, LAG),
+}  # fmt: skip
+"""Tests of what has a common cause, to those that tell of it where one axis does."""
+_OF_POINTS: Final = tuple(column.name for column in COLUMNS)
+_DOF: Final = {CURVATURE: 2.0}
+"""Numbers that a test asks of each axis, where it is not one: a curvature those of offset and sensitivity."""
+_SHOWS: Final = 0.05
+"""Chance of as much by itself: the axes below are told of, and their sizes are larger than their ±."""
+
+
+@dataclass(frozen=True)
+class AxisShown:
+    """One output of a package, and what its tests show."""
+
+    axis: str
+    tests: AxisTests
+    scale: Scale
+
+
+class _Joined(NamedTuple):
+    name: str
+    p_value: float
+    axes: int
+
+
+def judge_common_cause(package: Sequence[AxisShown]) -> Sequence[BeliefTest | None]:
+    """Return, of each output of a package, the test of what all show together; None of those that do not show it.
+
+    Nothing is joined where an output shows the same by itself, or where its dwells plainly know of each other or drift:
+    the means of the points scatter by more there than they seem to.
+    """
+    nothing = [None] * len(package)
+    joined = [found for name in _COMMON if (found := _joined(name, package)) is not None]
+    best = min(joined, key=lambda found: found.p_value, default=None)
+    if best is None or not best.p_value <= best.axes * package[0].tests.level / MOST_TESTS:
+        return nothing
+    if any(shown.tests.is_significant.get(name) for name in _COMMON[best.name] for shown in package):
+        return nothing
+    if any(_is_unsteady(shown.tests) for shown in package):
+        return nothing
+    alike = [found for name in _OF_POINTS if (found := _joined(name, package)) is not None]
+    if best.name in _OF_POINTS and best.p_value > min(found.p_value for found in alike):
+        return nothing
+    said = _of_each(best.name, package)
+    return [
+        replace(test, p_value=best.p_value, axes=best.axes, in_package=said)
+        if (test := shown.tests.tests.get(best.name)) is not None and test.p_value <= _SHOWS
+        else None
+        for shown in package
+    ]
+
+
+def _joined(name: str, package: Sequence[AxisShown]) -> _Joined | None:
+    """Return the chance of what the outputs show together; None where fewer than two tell anything."""
+    tests = (shown.tests.tests.get(name) for shown in package)
+    chances = [test.p_value for test in tests if test is not None and isfinite(test.p_value)]
+    if len(chances) < 2:
+        return None
+    dof = _DOF.get(name, 1.0)
+    square = float(chi_square_upper_quantile(chances, dof).sum())
+    return _Joined(name, float(chi_square_tail(square, dof * len(chances))), len(chances))
+
+
+def _is_unsteady(tests: AxisTests) -> bool:
+    """Return whether dwells know of each other or something drifts, beside what repeats in every replication."""
+    others = (test for test in tests.tests.values() if test.name not in _OF_POINTS)
+    return is_unsteady(others, tests.level / MOST_TESTS)
+
+
+def _of_each(name: str, package: Sequence[AxisShown]) -> str:
+    """Return how large it is of every axis, in words: first of those that show it."""
+    made = [(shown, test) for shown in package if (test := shown.tests.tests.get(name)) is not None]
+    by_whether = ([each for each in made if (each[1].p_value <= _SHOWS) is is_shown] for is_shown in (True, False))
+    shown, others = (", ".join(f"{each.axis} {_size(test, each.scale)}" for each, test in part) for part in by_whether)
+    return f"{shown}; not shown by {others}" if others else shown
+
+
+def _size(test: BeliefTest, scale: Scale) -> str:
+    if not isfinite(test.uncertainty):
+        return scale.words(test.size)
+    return scale.within(test.size, float(t_quantile(0.95, test.dof)) * test.uncertainty)
