@@ -20,6 +20,7 @@ from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import findings_of_sensor, proved_changes, with_run_findings
+from procedures.solution.wild_temperatures import without_wild_temperatures
 from rig.defects import defect_text
 from rig.description.rig_file import RigDescription
 from rig.errors import RigError
@@ -110,7 +111,8 @@ def _solve_sensor(item: SensorRows, rows: tuple[DwellRecord, ...]) -> SolvedSens
     if len(item.dwells) < len(rows):
         return _unsolved(item, _dropped(len(rows) - len(item.dwells)))
     try:
-        return KINDS[item.plan.kind].solve(item)
+        measured, set_aside = without_wild_temperatures(item)
+        return with_run_findings(KINDS[item.plan.kind].solve(measured), set_aside)
     except AmsError as error:
         return _unsolved(item, _without_source(str(error), item.source))
     except (ProcedureError, RigError):

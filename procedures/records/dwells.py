@@ -10,6 +10,7 @@ from math import isfinite, sqrt
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.models.possible_temperature import impossible_temperatures
 from procedures.statistics import degrees_of_median, large_deviation_ratio, median_variance_ratio
 from rig.devices.abilities import AxisState
 
@@ -158,10 +159,18 @@ class Measurement:
         return {**positions_deg, **reference}
 
     def mean_temperature_degc(self) -> dict[str, float]:
-        """Return the mean temperature of before and after; what is not finite is left out."""
+        """Return the mean temperature of before and after; what is not finite is left out.
+
+        One of the two that no sensor stands is the temperature: in a mean it might pass for one.
+        """
         after = self.after.temperature_degc
-        means = {name: 0.5 * (degc + after[name]) for name, degc in self.before.temperature_degc.items()}
+        means = {name: _mean_degc(degc, after[name]) for name, degc in self.before.temperature_degc.items()}
         return {name: degc for name, degc in means.items() if isfinite(degc)}
+
+
+def _mean_degc(before_degc: float, after_degc: float) -> float:
+    wild = impossible_temperatures(np.array([before_degc, after_degc]))
+    return after_degc if wild[1] else before_degc if wild[0] else 0.5 * (before_degc + after_degc)
 
 
 class NoiseReference:

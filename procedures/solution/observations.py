@@ -44,7 +44,7 @@ def observations_of(
         roll_rad=_attitude_rad(rows, "roll"),
         outputs={axis: _means(rows, channel, source, chains) for axis, channel in channels.items()},
         yaw_rad=_attitude_rad(rows, "yaw") if rows and _knows_yaw(rows[0]) else None,
-        temperature_degc=_temperature_degc(rows, temperature, source, chains),
+        temperature_degc=temperatures_degc(rows, temperature, source, chains),
         time_s=run_times_s(rows),
         euler_rate_rad_s=_euler_rate_rad_s(rows),
         mounting=_mounting(rows),
@@ -163,12 +163,16 @@ def _read(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:
     return means
 
 
-def _temperature_degc(
+def temperatures_degc(
     rows: Sequence[DwellRecord],
     temperature: TemperatureChannel | str | None,
     source: str,
     chains: Mapping[str, Chain] | None,
 ) -> FloatArray | None:
+    """Return (N,) the temperature of a sensor at its dwells; None where it is not known of each.
+
+    Raises: JournalError where the sensor's own channel has no finite reading.
+    """
     if temperature is None:
         return None
     if isinstance(temperature, TemperatureChannel):

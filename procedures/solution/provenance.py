@@ -7,6 +7,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.frames import body_rates_rad_s
+from ams.models.possible_temperature import impossible_temperatures
 from ams.sets.provenance import Provenance, Standard, level_ranges
 from ams.sets.sensed_quantity import FIELDS
 from procedures.journal.audit_trail import missing_in
@@ -128,11 +129,15 @@ def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:
 
 
 def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
-    """Return environment name to mean, lowest and highest temperature over the accepted dwells."""
+    """Return environment name to mean, lowest and highest temperature over the accepted dwells.
+
+    What no sensor stands is of a thermometer, not of the air.
+    """
     read: dict[str, list[float]] = {}
     for dwell in dwells:
         for name, value in dwell.temperature_degc.items() if dwell.accepted else ():
-            read.setdefault(name, []).append(value)
+            if not impossible_temperatures(np.array(value)):
+                read.setdefault(name, []).append(value)
     return {
         name: {"mean_degc": float(np.mean(values)), "min_degc": min(values), "max_degc": max(values)}
         for name, values in read.items()

@@ -19,6 +19,7 @@ from procedures.solution.beliefs import AxisBelief, beliefs_of
 from procedures.solution.by_model import observed
 from procedures.solution.expected import Believed, PlannedRows, Usage, expected_sensor
 from procedures.solution.request import SensorRows, request_of
+from procedures.solution.wild_temperatures import without_wild_temperatures
 from rig.defects import defect_text
 from rig.description.rig_file import RigDescription
 from rig.errors import RigError
@@ -48,7 +49,8 @@ def _judged(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord], repl
     halves: dict[str, float] = {}
     drifting: list[str] = []
     for serial, sensor in plan.sensors.items():
-        item = SensorRows(serial, sensor, tuple(dwells), rig, plan, f"replication {replications}, {serial}")
+        every = SensorRows(serial, sensor, tuple(dwells), rig, plan, f"replication {replications}, {serial}")
+        item = without_wild_temperatures(every).item
         observations = observed(item)
         found = shown(observations, request_of(serial, rig, sensor, plan.solve, observations))
         shown_axes = {axis: _as_shown(believed[serial, axis], belief) for axis, belief in found.items()}
