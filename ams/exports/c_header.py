@@ -21,6 +21,7 @@ from ams.exports.c_text import (
     opening,
     prefix_of,
     primary_lines,
+    sensed_names,
 )
 from ams.exports.embedded import document_from
 from ams.exports.format import Format
@@ -41,6 +42,14 @@ FUNCTION_TEXT = [
     "PREFIX_angles(outputs_v, temperature_degc, pitch_deg, roll_deg). PREFIX_self_test() must return at most 1e-12. "
     "No function checks the validity: compare with the PREFIX_..._MIN and _MAX macros.",
 ]
+CENTRED_TEXT = (
+    "Coefficients: the macros by the names of the equations below are the coefficients of the set, and the tables "
+    "PREFIX_AXIS_covariance are theirs; offset and k alone are the linear sensor that comes closest over the points of "
+    "the calibration. PREFIX_AXIS_SENSED_K_X_... and so on are no coefficients: they are k minus what the centring of "
+    "the terms of second and third order takes off it, PREFIX_AXIS_SENSED_CONSTANT_V is minus the constant that it "
+    "takes off. The functions have the same equations by these, with the terms as they are: output = offset + "
+    "sensed_k*f + terms + sensed_constant."
+)
 OUTPUT = """
 static inline double @p@_@a@_offset_@u@(double temperature_degc)
 {
@@ -161,7 +170,7 @@ def to_c_header(coefficients: CoefficientSet) -> bytes:
     }
     guard = f"{prefix}_h".upper()
     lines = [
-        *opening(coefficients, HEAD, [_worded(text, words) for text in FUNCTION_TEXT]),
+        *opening(coefficients, HEAD, [_worded(text, words) for text in _texts(coefficients)]),
         *(f"#ifndef {guard}", f"#define {guard} 1", "#include <math.h>", ""),
         *_macros(coefficients, prefix),
         *_tables(coefficients, prefix),
@@ -196,6 +205,11 @@ def _form(coefficients: CoefficientSet) -> SetForm:
             f"one of {', '.join(models_in_c())} for all axes; nothing was written; export another format"
         )
     return next(iter(coefficients.axes.values())).form
+
+
+def _texts(coefficients: CoefficientSet) -> list[str]:
+    is_centred = any(numbers.centring is not None for numbers in coefficients.axes.values())
+    return [*FUNCTION_TEXT, *([CENTRED_TEXT] if is_centred else [])]
 
 
 def _worded(text: str, words: Mapping[str, str]) -> str:
@@ -243,7 +257,8 @@ def _covariance(coefficients: CoefficientSet, prefix: str, axis: str) -> list[st
     primary: Document = table(table(table(coefficients.document["axes"])[axis])["primary"])
     rows = [[_or_nan(entry) for entry in listed(row)] for row in listed(primary["covariance"])]
     order = ", ".join(str(name) for name in listed(primary["order"]))
-    return [f"/* in the order {order} */", *array("double", f"{prefix}_{axis}_covariance", rows), ""]
+    about = f"/* of the set's coefficients, in the order {order} */"
+    return [about, *array("double", f"{prefix}_{axis}_covariance", rows), ""]
 
 
 def _or_nan(entry: object) -> float:
@@ -288,7 +303,7 @@ def _terms(numbers: AxisNumbers) -> dict[str, str]:
     ]
     if numbers.centring is not None:
         bent.append("\n        + @P@_@A@_SENSED_CONSTANT_V")
-    k = zip(("KX", "KY", "KZ"), numbers.form.directions, strict=True)
+    k = zip(("KX", "KY", "KZ"), sensed_names(numbers), strict=True)
     return {
         **{symbol: name.upper() for symbol, name in k},
         "offset": _warmed(numbers.temperature_names[0::2]),

@@ -111,15 +111,24 @@ def numbers_in(body: bytes) -> dict[str, list[str]]:
 def primary_lines(prefix: str, numbers: AxisNumbers) -> list[str]:
     """Return the macros of one axis' coefficients: b and k always, further terms and temperature where it has them.
 
-    What the terms' centring takes off is taken off k and stands as a constant.
+    All of them are the set's. Where its terms are centred, what the functions take for k stands beside it by names of
+    its own, k without what the centring takes off, and the constant that is taken off.
     """
     given = {name: numbers.primary.get(name, numbers.parameters.get(name)) for name in _names(numbers)}
     if numbers.centring is not None:
-        off = numbers.taken_off
-        given["sensed_constant_v"] = -off[0]
-        for index, name in enumerate(numbers.form.directions):
-            given[name] = numbers.direction[index] - off[1 + index]
+        sensed = numbers.direction - numbers.taken_off[1:]
+        given |= dict(zip(sensed_names(numbers), map(float, sensed), strict=True))
+        given["sensed_constant_v"] = -float(numbers.taken_off[0])
     return [defined(f"{prefix}_{numbers.axis}_{name}", float(value or 0.0)) for name, value in given.items()]
+
+
+def sensed_names(numbers: AxisNumbers) -> tuple[str, ...]:
+    """Return the names of what multiplies each component of the field where the terms stand as they are, uncentred.
+
+    Those of k itself where nothing is centred: it is the same then.
+    """
+    names = numbers.form.directions
+    return names if numbers.centring is None else tuple(f"sensed_{name}" for name in names)
 
 
 def _names(numbers: AxisNumbers) -> Iterable[str]:

@@ -65,6 +65,33 @@ def test_the_functions_reproduce_the_vectors_of_the_document(
     assert outcome[-1][0] <= 1e-12
 
 
+def test_macros_and_tables_by_the_names_of_coefficients_hold_those_of_the_set(tmp_path: Path) -> None:
+    coefficients = bent_set()
+    for axis, entry in coefficients.document["axes"].items():
+        primary, start = entry["primary"], f"CALRIG_SN1047_{axis.upper()}_"
+        order = primary["order"]
+        names = [*order, *(f"sensed_{name}" for name in order[1:4]), "sensed_constant_v"]
+        main = "".join(f'printf("%.17g\\n", {start}{name.upper()});\n' for name in names)
+        size = len(order)
+        main += f'for (int i = 0; i < {size * size}; i++) printf("%.17g\\n", calrig_sn1047_{axis}_covariance[0][i]);'
+        values = [line[0] for line in printed(tmp_path, {"SN1047.h": to_c_header(coefficients)}, main)]
+        assert dict(zip(order, values, strict=False)) == {name: primary["values"][name] for name in order}
+        assert values[size + 4 :] == [entry for row in primary["covariance"] for entry in row]
+        # Every term stands as K*(term(f) - c_0 - c·f): K*c comes off k and constant when the bracket is opened.
+        off = np.array([primary["values"][name] for name in order[4:]]) @ np.array(entry["equation"]["centring"])
+        k = [primary["values"][name] for name in order[1:4]]
+        assert values[size : size + 4] == pytest.approx([*(np.array(k) - off[1:]), -off[0]], rel=0, abs=1e-15)
+        assert np.abs(off[1:]).max() > 1e-6, "else nothing is told apart"
+
+
+def test_the_comment_tells_coefficients_from_what_the_functions_take(package: CoefficientSet) -> None:
+    told = "SENSED_K_X_... and so on are no coefficients"
+    text = re.sub(r"\s*\n \* +", " ", to_c_header(bent_set()).decode())
+    assert told in text
+    assert text.count("/* of the set's coefficients, in the order offset_v, k_x_v_per_g,") == 3
+    assert "SENSED" not in to_c_header(package).decode(), "nothing is centred there"
+
+
 @pytest.mark.parametrize("make", [warm, bending, bent_set, lambda: build_set(solved_package(), provenance())])
 def test_the_angles_come_back_from_the_outputs(make: Callable[[], CoefficientSet], tmp_path: Path) -> None:
     main = """
