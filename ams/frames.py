@@ -80,6 +80,20 @@ def specific_force_by_roll(pitch_rad: FloatArray, roll_rad: FloatArray) -> Float
     return np.stack([zero, -cos_pitch * np.cos(roll_rad), cos_pitch * np.sin(roll_rad)], axis=-1)
 
 
+def specific_force_by_turn(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return ∂f by a turn of the package on its mount about x, y and z, (N, 3) each, per radian: −e × f.
+
+    About x it is a slip of roll.
+    """
+    force = specific_force(pitch_rad, roll_rad)
+    none = np.zeros_like(force[:, 0])
+    return (
+        specific_force_by_roll(pitch_rad, roll_rad),
+        np.stack([-force[:, 2], none, force[:, 0]], axis=1),
+        np.stack([force[:, 1], -force[:, 0], none], axis=1),
+    )
+
+
 def from_level_axes(pitch_rad: FloatArray, yaw_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
     """Return (…, 3, 3) from level axes into those of a stage, pitch, yaw, roll from outside in. Source: CR III-B."""
     (cp, sp), (cy, sy), (cr, sr) = ((np.cos(angle), np.sin(angle)) for angle in (pitch_rad, yaw_rad, roll_rad))

@@ -14,12 +14,13 @@ from ams.calibration.step_search import NOTHING, StepSearch
 from ams.findings import Finding
 from ams.solve.extension import angles_of_points
 from ams.surveillance.common_mode import judge_visits
-from ams.surveillance.common_mode_columns import Visits, WatchedAxes
+from ams.surveillance.common_mode_columns import FIXTURE, Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of
 
 _CONTRADICTED: Final = 0.01
 _PACKAGE: Final = "the package"
 _METER: Final = "the meter"
+_OF_A_LONE_AXIS: Final = "an axis that turned inside its sensor would look the same, as one axis alone shows it"
 
 
 def findings_of_change(
@@ -83,7 +84,15 @@ def _diagnosed(
     )  # fmt: skip
     found = judge_visits(watched, visits, _CONTRADICTED)
     unit = evidence.models[0].measured_unit
-    return findings_of(found, watched.sensors, between, unit, steps, is_shared=is_shared)
+    findings = findings_of(found, watched.sensors, between, unit, steps, is_shared=is_shared)
+    if size > 1:
+        return findings
+    return tuple(finding.adding(_OF_A_LONE_AXIS) if _is_on_mount(finding) else finding for finding in findings)
+
+
+def _is_on_mount(finding: Finding) -> bool:
+    """Return whether a finding is of a package that turned about its own axes, as no table turns it."""
+    return finding.kind == "table-rotation" and finding.details.get("cause") == FIXTURE
 
 
 def _drifts_between(search: StepSearch, inside: BoolArray, variances: Sequence[float]) -> tuple[FloatArray, FloatArray]:
@@ -112,8 +121,10 @@ def _drifts_between(search: StepSearch, inside: BoolArray, variances: Sequence[f
 
 def _undiagnosed(change: Change, between: str, steps: tuple[int, ...]) -> Finding:
     if change.is_of_table:
-        text = f"{_PACKAGE} turned about {change.what} {between}: the table, its base or the common fixture"
-        return Finding("table-rotation", text, True, None, steps)
+        about, whose = f"about {change.what}", "the table, its base or the common fixture"
+        if change.is_on_mount:
+            about, whose = f"about its {change.what}", f"{_PACKAGE} on its mount, or the fixture"
+        return Finding("table-rotation", f"{_PACKAGE} turned {about} {between}: {whose}", True, None, steps)
     if change.is_of_meter:
         text = f"the {change.what} of all outputs stepped alike {between}: the meter, or what all of them share"
         return Finding("meter-gain" if change.what == "sensitivity" else "meter-offset", text, True, None, steps)

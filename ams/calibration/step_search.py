@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.step_patterns import Watched, force_along, taken_of
+from ams.analysis.diagnostics.step_patterns import ON_MOUNT, Watched, force_along, taken_of
 from ams.analysis.diagnostics.step_scan import (
     Change,
     Course,
@@ -28,7 +28,11 @@ from ams.inputs.known_of_run import ProvedChange
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 
 _TRIED: Final = 4.0
-"""Changes for the table, for the meter and for each output: of two patterns, one that stayed and one that came back."""
+"""Changes for the table, for the package on its mount, for the meter and for each output: of two patterns, one that
+stayed and one that came back."""
+_OF_A_LONE_OUTPUT: Final = 2.0
+_OF_SEVERAL: Final = 3.0
+"""Times as many: one output alone shows table and mount, several together the meter as well."""
 NOTHING: Final = 1e-9
 _RETURNED: Final = 16.0
 """In variances of a dwell: what a return has to explain beyond a change that stayed; the likeliest of all places does
@@ -45,6 +49,8 @@ class StepSearch:
     """Changes that are told already."""
     drifting: frozenset[int] = frozenset()
     """Outputs that drift evenly: their drift stands beside every change."""
+    holds_mount: bool = False
+    """Whether the package is known to have stayed on its mount."""
     is_clipped: bool = False
     """Whether single dwells that stand out are drawn in, so that no change is made of one that is wrong."""
 
@@ -104,8 +110,12 @@ class StepSearch:
     @cached_property
     def scans(self) -> list[Scan]:
         by_output = [scans_of_output(self.course, watched, index) for index, watched in enumerate(self.watched)]
-        of_all = (*scans_of_table(self.course, self.watched), *scans_of_meter(self.course, self.watched))
+        turns = (scan for scan in scans_of_table(self.course, self.watched) if not self._rules_out(scan))
+        of_all = (*turns, *scans_of_meter(self.course, self.watched))
         return [*of_all, *(scan for each in by_output for scan in each)]
+
+    def _rules_out(self, scan: Scan) -> bool:
+        return self.holds_mount and scan.what in ON_MOUNT
 
     @cached_property
     def changes(self) -> list[Change]:
@@ -115,8 +125,10 @@ class StepSearch:
         return len(self.on_table) if change.output is None else 1
 
     def chance(self, change: Change) -> float:
-        """Return the p-value of a change over all that were tried: of what outputs show together, table and meter."""
-        return _TRIED * (2.0 if self.share(change) > 1 else 1.0) * change.p_value
+        """Return the p-value of a change over all that were tried: of what outputs show together, table to meter."""
+        if change.output is not None:
+            return _TRIED * change.p_value
+        return _TRIED * (_OF_SEVERAL if self.share(change) > 1 else _OF_A_LONE_OUTPUT) * change.p_value
 
     def plainest(self, level: float) -> "tuple[Change, StepSearch] | None":
         """Return the change that explains most of those that are significant, and what it was found in.
@@ -188,8 +200,12 @@ class StepSearch:
         """Return the search beside an even drift of some outputs."""
         return replace(self, drifting=self.drifting | outputs)
 
+    def with_mount_held(self) -> "StepSearch":
+        """Return the search for what else it may be, until another change is told: no turn of the package is one."""
+        return replace(self, holds_mount=True)
+
     def without(self, change: Change) -> "StepSearch":
-        return replace(self, taken=(*self.taken, Changed(self.course.during(change))))
+        return replace(self, taken=(*self.taken, Changed(self.course.during(change))), holds_mount=False)
 
     def beside(self, change: ProvedChange) -> "StepSearch":
         """Return the search beside a change that is proved, at the likeliest of the moments that it may have been."""

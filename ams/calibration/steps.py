@@ -1,8 +1,8 @@
 """Whether something changed in the middle of a run, for good or for a while, and whose doing it is.
 
 All outputs of a package that were seen at the same rows are looked at together: the likeliest slip of the table and the
-likeliest step of the meter's gain and offset over all of them, and the likeliest step of each by itself; each as one
-that stayed, and as one that came back. What is plain
+likeliest turn of the package on its mount, the likeliest step of the meter's gain and offset over all of them, and the
+likeliest step of each by itself; each as one that stayed, and as one that came back. What is plain
 enough to be convicted is named by the diagnosis that the engine makes of two visits
 (:mod:`ams.surveillance.common_mode`), every attitude that was measured in it and outside being visited twice; it is
 then taken out, and the search goes on.
@@ -10,6 +10,10 @@ then taken out, and the search goes on.
 A drift has a likeliest step, too. A change is told as one only where nothing else that the same pattern does, from
 one part of a replication to the next, is of any size beside it, and where neither the recorded temperature nor, of two
 or three replications, a level of each explains it as well.
+
+A turn on the mount is a change only where the diagnosis tells a turn of all outputs: of one axis it is that sensor's,
+which drifts in coning and azimuth. What is none is set aside, with the drifts that it was looked at beside, and the
+search goes on for the others.
 
 An output whose even drift is plain beside the likeliest change keeps it beside all changes: the search is made again
 with a slope in time of that output in the same model, and the diagnosis of two visits is told how well it is known. So
@@ -32,6 +36,8 @@ from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
 from ams.findings import Finding, FindingKind
 from ams.inputs.known_of_run import ProvedChange
 
+FindingOf = tuple[Finding, int | None]
+"""A finding, and the output that it is of; None: all of them."""
 _MOST: Final = 4
 """Changes looked for."""
 
@@ -63,21 +69,27 @@ def judge_steps(
 
 def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list[StepsOfOutput]:
     first = search.changes
-    findings: list[tuple[Finding, int | None]] = [
-        (finding, None) for turn in shown for finding in turn.findings_with_visits
-    ]
+    findings: list[FindingOf] = [(finding, None) for turn in shown for finding in turn.findings_with_visits]
     changed: list[Change] = [turn.change for turn in shown]
     while len(changed) < _MOST + len(shown) and (found := search.plainest(level)) is not None:
         best, seen = found
-        drifting = search.drifting_beside(best, level)
-        if not drifting and not is_step(seen, best):
-            drifting = search.passing_for(best)
-            if not drifting:
-                break
-        if drifting:
-            search = search.beside_drift_of(drifting)
-            continue
-        findings += findings_of_change(seen, best)
+        if best.is_on_mount:
+            turn = _turn_on_mount(search, level)
+            if turn is None:
+                search = search.with_mount_held()
+                continue
+            search, best, named = turn
+        else:
+            drifting = search.drifting_beside(best, level)
+            if not drifting and not is_step(seen, best):
+                drifting = search.passing_for(best)
+                if not drifting:
+                    break
+            if drifting:
+                search = search.beside_drift_of(drifting)
+                continue
+            named = list(findings_of_change(seen, best))
+        findings += named
         changed.append(best)
         search = search.without(best)
     outputs = {_whose(change) for change in changed}
@@ -93,6 +105,23 @@ def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list
         )
         for index in range(len(search.seen))
     ]
+
+
+def _turn_on_mount(search: StepSearch, level: float) -> tuple[StepSearch, Change, list[FindingOf]] | None:
+    """Return the likeliest change as a turn of the package, what it was found beside and what is told of it.
+
+    None where it is none: where the package turned all the time, the diagnosis of two visits says that not all outputs
+    turned together, or it is likelier another change beside what they drift by.
+    """
+    found = search.plainest(level)
+    if found is None or not found[0].is_on_mount:
+        return None
+    best, seen = found
+    if drifting := search.drifting_beside(best, level):
+        return _turn_on_mount(search.beside_drift_of(drifting), level)
+    named = list(findings_of_change(seen, best)) if is_step(seen, best) else []
+    is_turn = any(finding.kind == "table-rotation" and "cause" in finding.details for finding, _ in named)
+    return (search, best, named) if is_turn else None
 
 
 def _whose(change: Change) -> tuple[int | None, bool]:

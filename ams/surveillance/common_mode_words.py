@@ -1,6 +1,6 @@
 """A common-mode judgement as findings: which sensors, how much, about what, and whose doing it is."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +9,7 @@ from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, turned_the_table
 from ams.rounding import significant, two_digits
 from ams.surveillance.common_mode import CommonMode, SensorChange
 from ams.surveillance.common_mode_causes import LIKE_AXES, Cause
-from ams.surveillance.common_mode_columns import BASE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
+from ams.surveillance.common_mode_columns import BASE, FIXTURE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
 from ams.units import ARCSEC_PER_DEG, in_words, signed, signed_in_words
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -19,6 +19,8 @@ _SHARED = {
     "meter-gain": "the meter's gain",
     "meter-offset": "the meter's offset",
 }
+_PLAIN = 3.0
+"""In standard uncertainties."""
 _ABOUT = {ROLL: "about roll", PITCH: "about pitch", FIXTURE_Y: "about its lateral axis", FIXTURE_Z: "about its normal"}
 
 
@@ -116,8 +118,15 @@ def turn_in_words(found: CommonMode, cause: Cause) -> str:
         return f"up to {significant(abs(_in_arcsec(found.rotation_rad)), 3)}″"
     if cause.parts == (BASE,):
         return f"{_angle(sizes[BASE])} about the base's forward axis"
-    turns = [f"{_angle(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in sizes]
+    plain = _plain(sizes) if cause.name == FIXTURE else sizes
+    turns = [f"{_angle(sizes[name])} {_ABOUT.get(name, 'with the base')}" for name in ROTATIONS if name in plain]
     return ", ".join(turns)
+
+
+def _plain(sizes: Mapping[str, Estimate]) -> set[str]:
+    """Return about what a turn is told from none, and what it is largest about: the other angles are in the details."""
+    plain = {name for name, size in sizes.items() if abs(size.value) > _PLAIN * size.standard_uncertainty}
+    return plain | {max(sizes, key=lambda name: abs(sizes[name].value))}
 
 
 def _whose(found: CommonMode, cause: Cause, *, is_shared: bool) -> str:
@@ -127,10 +136,12 @@ def _whose(found: CommonMode, cause: Cause, *, is_shared: bool) -> str:
     } - {str(cause.kind)}
     lone = found.seen_by or (found.agreeing[0] if len(found.agreeing) == 1 else "")
     if cause.kind == "table-rotation":
-        whose = "the table, its base or the common fixture"
         is_alone = bool(lone) and not is_shared
-        whose += "" if is_alone else ", not the sensors"
-        other = other | ({"sensor on its mount"} if is_alone else set())
+        whose = "the table, its base or the common fixture" + ("" if is_alone else ", not the sensors")
+        if is_alone and cause.name == FIXTURE:
+            whose = f"{lone} on its mount, or the fixture: no slip of the table and no tilt of its base alone does that"
+        elif is_alone and _may_be_on_mount(found, cause):
+            other = other | {"sensor on its mount"}
     elif cause.kind == "sensor-change":
         whose = "the sensor"
     elif cause.name.endswith(LIKE_AXES):
@@ -146,6 +157,11 @@ def _whose(found: CommonMode, cause: Cause, *, is_shared: bool) -> str:
     }
     same = [text for name, text in words.items() if name in other]
     return f"{whose}; {' or '.join(same)} would look the same here" if same else whose
+
+
+def _may_be_on_mount(found: CommonMode, cause: Cause) -> bool:
+    """Return whether a package that turned on its mount looks the same: about its forward axis as a slip of roll."""
+    return ROLL in cause.parts or any(other.name == FIXTURE for other in found.also)
 
 
 def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_turn
 from ams.statistics.distributions import f_tail
 
 Culprit = Literal["mount", "sensor", "either"]
@@ -51,7 +51,7 @@ UNATTRIBUTED = Attribution("either", 0.0)
 
 def mount_or_sensor(left: LeftOver) -> Attribution:
     """Return whether a rotation of the package explains the change, a single change of an axis, or either."""
-    turns = [change @ left.k.T for change in package_turns(left.pitch_rad, left.roll_rad)]
+    turns = [change @ left.k.T for change in specific_force_by_turn(left.pitch_rad, left.roll_rad)]
     angles, p_turned = _fitted(left, turns)
     force = specific_force(left.pitch_rad, left.roll_rad) @ left.k.T
     alone = np.eye(left.k.shape[0])
@@ -74,21 +74,11 @@ def _fitted(left: LeftOver, columns: Sequence[FloatArray]) -> tuple[FloatArray, 
     return found, float(f_tail(float(rest @ rest) / freedom, freedom, left.degrees_of_freedom))
 
 
-def package_turns(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return ∂f by a turn of a package about x, y and z of the table's stage, (K, 3) each, per radian."""
-    force, none = specific_force(pitch_rad, roll_rad), np.zeros_like(pitch_rad)
-    return (
-        specific_force_by_roll(pitch_rad, roll_rad),
-        np.stack([-force[:, 2], none, force[:, 0]], axis=1),
-        np.stack([force[:, 1], -force[:, 0], none], axis=1),
-    )
-
-
 def force_changes(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, ...]:
     """Return ∂f by roll slip, pitch slip, tilt of the base about its forward axis, fixture about y and z, (K, 3) each.
 
     Per radian, in table axes.
     """
-    by_roll, about_y, about_z = package_turns(pitch_rad, roll_rad)
+    by_roll, about_y, about_z = specific_force_by_turn(pitch_rad, roll_rad)
     tilt = np.stack([np.zeros_like(pitch_rad), np.cos(roll_rad), -np.sin(roll_rad)], axis=1)
     return by_roll, specific_force_by_pitch(pitch_rad, roll_rad), tilt, about_y, about_z

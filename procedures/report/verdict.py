@@ -13,6 +13,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_texts, turned_the_table
+from ams.surveillance.common_mode_columns import FIXTURE
 from procedures.journal.audit_trail import Interruption, Standstill
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.records.declared_gaps import NO_METER, NO_STANDARD_OF_RATES
@@ -75,7 +76,8 @@ def judge(
         sentence = f"There is no result to use of {whose}."
         return Verdict("unusable", sentence, (*failures, *doubts, *facts))
     if turned:
-        table = "the table, its base or the fixture"
+        is_on_mount = all(finding.details.get("cause") == FIXTURE for finding in turned)
+        table = "a package on its mount, or the fixture" if is_on_mount else "the table, its base or the fixture"
         sentence = (
             f"Not to be used as it stands: {table} turned away from the declared zero before what counts was measured."
             if all(finding.details.get(ALL_AFTER) for finding in turned)

@@ -6,15 +6,23 @@ from typing import Final, Literal
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_turn
 from ams.remembered import remembered
 
-What = Literal["roll", "pitch", "offset", "sensitivity"]
+What = Literal["roll", "pitch", "lateral axis", "normal", "offset", "sensitivity"]
 ALONE: Final = ((0, 0),)
 """Pairs of columns of a pattern of one."""
 EACH_WITH_EACH: Final = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-SLIPS: Final[dict[str, tuple[tuple[int, int], ...]]] = {"roll": ((1, 1), (1, 2), (2, 2)), "pitch": EACH_WITH_EACH}
-"""Turns of the table, with the pairs of columns that there are of the specific force's change."""
+SLIPS: Final[dict[What, tuple[tuple[int, int], ...]]] = {
+    "roll": ((1, 1), (1, 2), (2, 2)),
+    "pitch": EACH_WITH_EACH,
+    "lateral axis": ((0, 0), (0, 2), (2, 2)),
+    "normal": ((0, 0), (0, 1), (1, 1)),
+}
+"""Turns of the table, and of the package on its mount, with the pairs of columns that there are of the specific force's
+change."""
+ON_MOUNT: Final[frozenset[What]] = frozenset({"lateral axis", "normal"})
+"""Turns of the package about its own axes, y and z of the table's stage. That about x is a slip of roll."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +53,12 @@ def ones(rows: int) -> FloatArray:
 
 
 @remembered(16)
-def slip_pattern(what: str, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """Return the (N, 3) change of specific force by a slip of one axis, per radian."""
-    by = specific_force_by_roll if what == "roll" else specific_force_by_pitch
-    return np.asarray(by(pitch_rad, roll_rad))
+def slip_pattern(what: What, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    """Return the (N, 3) change of specific force by a turn about one axis, per radian."""
+    if what == "pitch":
+        return np.asarray(specific_force_by_pitch(pitch_rad, roll_rad))
+    about_x, about_y, about_z = specific_force_by_turn(pitch_rad, roll_rad)
+    return {"roll": about_x, "lateral axis": about_y, "normal": about_z}[what]
 
 
 @remembered(16)

@@ -5,10 +5,10 @@ it takes of the change at each row: its slopes by the table's axes where these s
 force along its nominal axis where its sensitivity does. Every point has an effect of its own, so that what is left of
 that column is what differs from replication to replication.
 
-A slip of the table is the same angle for all outputs of a package, a change of the meter the same part of all that is
-read, or the same voltage: each is tried over all of them together. The p-value of the largest of all places is bounded
-by what the unit vectors of the columns travel on their sphere (Hotelling 1939, Knowles and Siegmund 1989):
-P(max|t| > u) ≤ P(|t| > u) + L/π·(1 − w²)^(ν/2 − 1), w² = u²/(u² + ν − 1).
+A slip of the table, or a turn of the package on its mount, is the same angle for all outputs of a package, a change of
+the meter the same part of all that is read, or the same voltage: each is tried over all of them together. The p-value
+of the largest of all places is bounded by what the unit vectors of the columns travel on their sphere (Hotelling 1939,
+Knowles and Siegmund 1989): P(max|t| > u) ≤ P(|t| > u) + L/π·(1 − w²)^(ν/2 − 1), w² = u²/(u² + ν − 1).
 
 An output that drifts evenly has the course of that beside every change, d of unit length: |z|² of a column z is then
 less by (d·z)², and so is what two places have in common, z·z′ by (d·z)(d·z′), so that all places cost one sum more.
@@ -37,6 +37,7 @@ from ams.analysis.diagnostics.step_paths import (
 from ams.analysis.diagnostics.step_patterns import (
     ALONE,
     EACH_WITH_EACH,
+    ON_MOUNT,
     SLIPS,
     Watched,
     What,
@@ -84,6 +85,10 @@ class Change:
     @property
     def is_of_meter(self) -> bool:
         return self.output is None and self.what not in SLIPS
+
+    @property
+    def is_on_mount(self) -> bool:
+        return self.output is None and self.what in ON_MOUNT
 
     @property
     def numbers(self) -> int:
@@ -237,14 +242,13 @@ class Scan:
 
 
 def scans_of_table(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]:
-    """Yield the scans for a slip about roll and about pitch that all outputs of a package show together."""
+    """Yield the scans for a turn of the table, or of the package on its mount, that all outputs show together."""
     seen = [output for output in outputs if output.k is not None]
     if not course.is_judged or not seen:
         return
     k = np.array([output.k for output in seen])
-    slips: tuple[What, ...] = ("roll", "pitch")
-    for what in slips:
-        yield _of_all(what, course, seen, k, slip_pattern(what, course.pitch_rad, course.roll_rad), SLIPS[what])
+    for what, pairs in SLIPS.items():
+        yield _of_all(what, course, seen, k, slip_pattern(what, course.pitch_rad, course.roll_rad), pairs)
 
 
 def scans_of_meter(course: Course, outputs: Sequence[Watched]) -> Iterator[Scan]:

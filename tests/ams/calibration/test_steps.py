@@ -295,7 +295,7 @@ def test_a_change_that_stays_is_not_told_as_one_that_came_back() -> None:
 
 
 def chances(count: int, seed: int, drift_per_dwell: float | None = None) -> NDArray[np.float64]:
-    """p-values over white noise, of the table and of an output alone: few dwells, missing at random, in any order.
+    """p-values over white noise, of table and mount, and of one output: few dwells, missing at random, in any order.
 
     ``drift_per_dwell``: of the second and the third output, in standard deviations, with which it is known to drift.
     """
@@ -319,8 +319,8 @@ def chances(count: int, seed: int, drift_per_dwell: float | None = None) -> NDAr
         course = Course(layout_of_points(point), order, pitch, roll, dof)
         if not course.is_judged:
             continue
-        scans = scans_of_table(course, outputs), scans_of_output(course, outputs[2], 2)
-        found.append([min(1.0, 4.0 * min(one.p_value for one in changes_of(group))) for group in scans])
+        scans = (8.0, scans_of_table(course, outputs)), (4.0, scans_of_output(course, outputs[2], 2))
+        found.append([min(1.0, tried * min(one.p_value for one in changes_of(group))) for tried, group in scans])
     return np.array(found)
 
 
@@ -363,7 +363,7 @@ def test_beside_a_drift_a_change_explains_what_least_squares_with_both_do() -> N
         column = [about_points(s * since, point) / np.sqrt(o.variance) for s, o in zip(slip, outputs, strict=True)]
         both = np.column_stack([np.concatenate(column), drifts])
         explained.append(squares(drifts, y) - squares(both, y))
-    (roll_scan, _) = scans_of_table(course, outputs)
+    (roll_scan, *_) = scans_of_table(course, outputs)
     (best, *_) = changes_of([roll_scan])
     assert best.index == 8 + int(np.argmax(explained))
     assert best.square == pytest.approx(max(explained), rel=1e-6)
