@@ -23,7 +23,7 @@ from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fit_options import errors_of_gyros, in_python, measured_utc, model_named
-from procedures.solution.fitted import fitted, require_sensor, sensor_of
+from procedures.solution.fitted import fitted, named_sensor, require_sensor, sensor_of
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.local_time import local_day
@@ -64,6 +64,7 @@ def fit(
         raise RequestError(f"fit: rig: carries the indices of a table at rest: not allowed with model {model!r}")
     described = None if rig is None else read_rig_of_site(Path(rig))
     require_sensor(described, sensor, str(rig))
+    sensor = named_sensor(described, sensor, axes.values())
     request = CalibrationRequest(
         model=wanted.name,
         nominal_axes={label: label for label in axes},

@@ -1,6 +1,6 @@
 """Observations that came from a file or a table, solved: the one way of ``calrig fit`` and of ``calrig.fit``."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -53,6 +53,7 @@ def fitted(
     solved = solve_observations(observations, request)
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     of_rig += () if rig is None else temperature_warnings(observations, rig, sensor_of(rig, name))
+    of_rig += () if rig is None else sensor_warnings(rig, name)
     warnings = (
         *unit_warnings(observations, columns),
         *clock_warnings(observations),
@@ -122,6 +123,34 @@ def require_sensor(rig: RigDescription | None, name: str | None, source: str) ->
             f"sensor {name!r}: {source} has no [sensors.{name}] (allowed: {', '.join(sorted(rig.sensors))}); nothing "
             "was solved; name one of these, or add it to the rig file"
         )
+
+
+def named_sensor(rig: RigDescription | None, name: str | None, columns: Iterable[str]) -> str | None:
+    """Return the sensor that is named; of several in a rig file the one whose name all columns begin with.
+
+    ``columns``: of the file, such as ``SN1047_x_v``. None where nothing names one.
+    """
+    if rig is None or name is not None or len(rig.sensors) < 2:
+        return name
+    written = tuple(columns)
+    matching = [sensor for sensor in rig.sensors if all(_begins_with(column, sensor) for column in written)]
+    return matching[0] if len(matching) == 1 else None
+
+
+def _begins_with(column: str, sensor: str) -> bool:
+    return column.startswith(sensor) and not column[len(sensor) : len(sensor) + 1].isalnum()
+
+
+def sensor_warnings(rig: RigDescription, name: str | None) -> tuple[str, ...]:
+    """Say of a rig file of several sensors, none of them named, what of it was held against nothing."""
+    if sensor_of(rig, name) is not None or not rig.sensors:
+        return ()
+    return (
+        f"the rig file has {len(rig.sensors)} sensors ({', '.join(sorted(rig.sensors))}) and nothing says which was "
+        "measured: sensitivity, direction and polarity that it declares were not held against the readings, and the "
+        "meter and the limits of a sensor's data sheet are not in the uncertainties; name it (--sensor NAME of calrig "
+        "fit, sensor of calrig.fit; columns that begin with its name do it too)",
+    )
 
 
 def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:

@@ -33,7 +33,7 @@ from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fit_options import errors_of_gyros, measured_utc, model_named, on_command_line
-from procedures.solution.fitted import fitted, require_sensor, sensor_of
+from procedures.solution.fitted import fitted, named_sensor, require_sensor, sensor_of
 from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.description.rig_file import RigDescription
 from rig.local_time import local_day
@@ -131,7 +131,8 @@ def fit(
     set_
         Write a coefficient set to this JSON file.
     sensor
-        The sensor's name in that set; with --rig one of the rig file.
+        The sensor's name in that set; with --rig one of the rig file. Of several in a rig file the one that all
+        columns begin with, where none is named.
     gravity_mps2
         Local gravity of the calibration, for the set, where no rig file states it; what senses no gravity (gyros,
         straight lines of rates or fields) needs none.
@@ -146,6 +147,7 @@ def fit(
     name = model_named(model, package, on_command_line)
     description = None if rig is None else read_rig_of_site(rig)
     require_sensor(description, sensor, str(rig))
+    sensor = named_sensor(description, sensor, columns.values())
     check_trials(monte_carlo, is_possible=not takes_levels(model) and not joint)
     takes_rig = not (senses_rates(model) or takes_levels(model))
     _refuse_rig(description, model, takes_rig=takes_rig)

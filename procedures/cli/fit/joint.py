@@ -17,7 +17,7 @@ from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks, temperature_remarks
 from procedures.solution.declared_temperature import temperature_warnings
-from procedures.solution.fitted import sensor_of
+from procedures.solution.fitted import sensor_of, sensor_warnings
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
 from procedures.solution.run_findings import with_findings
@@ -66,6 +66,7 @@ def joint(
     measured = sensor_of(rig, sensor)
     of_temperature = temperature_warnings(mountings[0].observations, rig, measured)
     of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts, *of_temperature)
+    of_rig += sensor_warnings(rig, sensor)
     of_rig += tuple(text for mounting in mountings for text in clock_warnings(mounting.observations))
     undeclared = Undeclared(() if set(priors) >= _TILTS else level_remarks(rig), meter_remarks(rig, measured))
     remarks = (*undeclared.remarks, *temperature_remarks(mountings[0].observations))
