@@ -151,11 +151,17 @@ def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     stand on one side of and are tied to the declared zero of the axes.
     """
     return tuple(
-        finding
-        for finding in findings
-        if finding.is_significant
-        and finding.kind == "table-rotation"
-        and not finding.details.get("confounded_with")
-        and not finding.details.get(ON_ONE_SIDE)
-        and float(finding.details.get("turned_arcsec") or 0.0) > HOLDING_ARCSEC
+        finding for finding in findings if finding.is_significant and turns_away(finding.kind, finding.details)
+    )
+
+
+def turns_away(kind: str, details: Mapping[str, object]) -> bool:
+    """Return whether a significant finding takes away what was measured, by its kind and what it says."""
+    turned_arcsec = details.get("turned_arcsec")
+    return (
+        kind == "table-rotation"
+        and not details.get("confounded_with")
+        and not details.get(ON_ONE_SIDE)
+        and isinstance(turned_arcsec, float | int)
+        and turned_arcsec > HOLDING_ARCSEC
     )

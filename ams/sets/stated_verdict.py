@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from ams.findings import UNUSABLE_AXIS, is_left_to_a_person
+from ams.findings import UNUSABLE_AXIS, is_left_to_a_person, turns_away
 from ams.sets.canonical import Document
 from ams.sets.findings_by_axis import findings_by_axis
 
@@ -32,7 +32,7 @@ def stated_verdict(document: Document) -> str | None:
 
 
 def verdict_in_words(document: Document) -> str | None:
-    """Return the verdict of a set or of a fit with its ground, such as ``not usable: … (x: sensor-change)``.
+    """Return the verdict of a set or of a fit with its grounds, such as ``not usable: … (x: sensor-change)``.
 
     None where the document tells none.
     """
@@ -40,15 +40,24 @@ def verdict_in_words(document: Document) -> str | None:
     if verdict is None:
         return None
     if verdict == NOT_USABLE:
-        exceeded = _named(document, _exceeds)
-        if exceeded:
-            return f"{verdict}: the stated uncertainties do not hold what the data show ({exceeded})"
-        forbidding = _named(
-            document,
-            lambda finding: finding["kind"] in (*UNUSABLE_AXIS, "table-rotation") and not is_left_to_a_person(finding),
-        )
-        return f"{verdict}: nothing rests on what the data show ({forbidding})" if forbidding else verdict
+        grounds = grounds_in_words(document)
+        return f"{verdict}: {grounds}" if grounds else verdict
     return f"{verdict}: {'the warnings must be read first' if verdict == 'usable' else 'nothing speaks against it'}"
+
+
+def grounds_in_words(document: Document) -> str:
+    """Return why a set or a fit is not usable, each ground with the significant findings that it rests on.
+
+    Empty where the document tells none.
+    """
+    stated = {
+        "there is no result to use of an axis": _named(document, _leaves_nothing),
+        "the table, its base or the fixture turned or stood off while it was measured": _named(document, _turns_away),
+        "the stated uncertainties do not hold what the data show": _named(
+            document, lambda finding: _exceeds(finding) and not _turns_away(finding)
+        ),
+    }
+    return "; ".join(f"{ground} ({found})" for ground, found in stated.items() if found)
 
 
 def no_conformity(verdict: str | None, *, is_in_quarantine: bool) -> str | None:
@@ -62,14 +71,21 @@ def _exceeds(finding: Document) -> bool:
     return "stated_uncertainties" in finding
 
 
+def _turns_away(finding: Document) -> bool:
+    return turns_away(str(finding["kind"]), finding)
+
+
+def _leaves_nothing(finding: Document) -> bool:
+    return finding["kind"] in UNUSABLE_AXIS and not is_left_to_a_person(finding)
+
+
 def _named(document: Document, is_meant: Callable[[Document], bool]) -> str:
-    """Return the significant findings that are meant, by axis and kind, each once."""
-    found = (
-        f"{axis}: {finding['kind']}"
-        for axis, finding in findings_by_axis(document)
-        if finding["significant"] and is_meant(finding)
-    )
-    return ", ".join(dict.fromkeys(found))
+    """Return the significant findings that are meant, each kind once with the axes that show it."""
+    axes_of: dict[str, dict[str, None]] = {}
+    for axis, finding in findings_by_axis(document):
+        if finding["significant"] and is_meant(finding):
+            axes_of.setdefault(str(finding["kind"]), {})[axis] = None
+    return "; ".join(f"{', '.join(axes)}: {kind}" for kind, axes in axes_of.items())
 
 
 def unsigned_status(status: str, verdict: str | None) -> str:

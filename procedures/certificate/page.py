@@ -15,6 +15,7 @@ from ams.sets.stated_findings import (
     outside_uncertainty,
     package_reservations,
 )
+from ams.sets.stated_verdict import grounds_in_words
 from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
@@ -65,6 +66,7 @@ def certificate_page(grounds: Grounds) -> str:
         lacking=_facts(grounds.coefficients.document, outside_uncertainty(grounds.coefficients.document)),
         specimen=SPECIMEN,
         not_usable=NOT_USABLE,
+        grounds_of_verdict=grounds_in_words(grounds.coefficients.document),
         standing_sentence=_standing_sentence(grounds),
         **page_style(STYLE_SHEET),
     )
