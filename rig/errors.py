@@ -42,6 +42,10 @@ class DeviceRefused(RigError):
     """The device understood and said no: its own error text is in the message."""
 
 
+class NoSuchRegister(DeviceRefused):
+    """A device has no such register, and says so: the one refusal that tells what it is, not what it is doing."""
+
+
 class FileContradicted(DeviceRefused):
     """A device is set up otherwise than the rig file says; the message names table and key in brackets.
 

@@ -23,7 +23,7 @@ from rig.devices.oriental_az_settings import OrientalAzSettings, judge_set_up
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.devices.targets import check_target, nearest_step, require_home
 from rig.devices.watchdog import prove
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, NoSuchRegister
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Patience
 from rig.link.modbus import ModbusRtu
@@ -242,9 +242,10 @@ class OrientalAzAxis:
         return set_up
 
     def _parameters(self) -> wire.Parameters | None:
+        """Return gear, wrap and limits; None where the drive has no such registers, not where it is busy."""
         try:
             return wire.parameters_of(self._read(wire.PARAMETERS, wire.PARAMETER_VALUES))
-        except (DeviceRefused, ValueError):
+        except (NoSuchRegister, ValueError):
             return None
 
     def _signals(self) -> Signals:
@@ -253,7 +254,7 @@ class OrientalAzAxis:
         try:
             with self._turn:
                 words = self._modbus.read_holding(wire.SIGNALS, wire.SIGNAL_WORDS)
-        except DeviceRefused as error:
+        except NoSuchRegister as error:
             raise DeviceNonsense(
                 f"{self.name}: the driver has no internal signals (registers from {wire.SIGNALS:#x} on); nothing moved;"
                 " look up how its outputs are assigned and say signals = 'outputs' with home_end_bit, ready_bit,"

@@ -18,7 +18,7 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, field_validator
 
 from rig.description.device_settings import EnvironmentSettings
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, NoSuchRegister, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
 from rig.link.modbus_tcp import ModbusTcp
@@ -165,10 +165,13 @@ class WatlowF4T:
         return None if code is None else RUNNING.get(code)
 
     def _if_there(self, register: int) -> int | None:
-        """Return what a register holds; None where this firmware does not have it."""
+        """Return what a register holds; None where this firmware does not have it.
+
+        A controller that is busy, or refuses for another reason, tells nothing of what it has: that is passed on.
+        """
         try:
             (code,) = self._registers.read_holding(register)
-        except DeviceRefused:
+        except NoSuchRegister:
             return None
         return code
 

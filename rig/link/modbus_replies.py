@@ -4,14 +4,14 @@ from collections.abc import Callable
 
 from pymodbus.pdu import ModbusPDU
 
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkLost, RigError
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkLost, NoSuchRegister, RigError
 from rig.link.byte_stream import ByteStream
 
 _BUSY = (5, 6)
 _BUSY_ATTEMPTS, _BUSY_S = 5, 0.2
 _EXCEPTIONS: dict[int, tuple[type[RigError], str]] = {
     1: (DeviceRefused, "illegal function"),
-    2: (DeviceRefused, "illegal register address"),
+    2: (NoSuchRegister, "illegal register address"),
     3: (DeviceRefused, "illegal value"),
     4: (DeviceFault, "device failure"),
     5: (DeviceRefused, "acknowledged, still busy"),
@@ -25,7 +25,8 @@ _EXCEPTIONS: dict[int, tuple[type[RigError], str]] = {
 def granted(ask: Callable[[ModbusPDU], ModbusPDU], request: ModbusPDU, stream: ByteStream) -> ModbusPDU:
     """Return the reply to ``request`` that is no exception.
 
-    Raises: DeviceRefused, DeviceFault, LinkLost or DeviceNonsense by the exception's code, and what ``ask`` raises.
+    Raises: NoSuchRegister, DeviceRefused, DeviceFault, LinkLost or DeviceNonsense by the exception's code, and what
+    ``ask`` raises.
     """
     for _ in range(_BUSY_ATTEMPTS):
         reply = ask(request)

@@ -46,6 +46,8 @@ class ModbusSlave:
         """
         logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # it logs whole frames as errors
         self._registers = registers
+        self.refusals: dict[int, int] = {}
+        """Registers whose reading is answered by an exception, such as 6 (busy), and by which."""
         self._unit = unit
         self._framing = framing
         self._gap_s = gap_s
@@ -91,7 +93,7 @@ class ModbusSlave:
         match request:
             case ReadHoldingRegistersRequest(function_code=3):
                 values = self._registers.read(request.address, request.count, now_s)
-                wrong = ILLEGAL_ADDRESS if values is None else 0
+                wrong = self.refusals.get(request.address, ILLEGAL_ADDRESS if values is None else 0)
                 done: ModbusPDU = ReadHoldingRegistersResponse(registers=list(values or ()))
             case WriteSingleRegisterRequest():
                 wrong = self._registers.write(request.address, request.registers, now_s)

@@ -206,10 +206,10 @@ class OrientalAzTwin:
             number: OrientalAzRegisters(ServoAxis(world.axes[name], world, is_homed=motor.is_homed), motor)
             for number, (name, motor) in motors.items()
         }
-        self._slaves = [ModbusSlave(registers, unit=unit, gap_s=gap_s) for unit, registers in self.units.items()]
+        self.slaves = {unit: ModbusSlave(registers, unit=unit, gap_s=gap_s) for unit, registers in self.units.items()}
 
     def receive(self, data: bytes, now_s: float) -> None:
-        for slave in self._slaves:
+        for slave in self.slaves.values():
             slave.receive(data, now_s)
         if any(unit.was_heard_at(now_s) for unit in self.units.values()):
             for unit in self.units.values():  # a frame for another unit of the line is no silence
@@ -218,7 +218,7 @@ class OrientalAzTwin:
     def transmit(self, now_s: float) -> bytes:
         for unit in self.units.values():
             unit.look(now_s)
-        return b"".join(slave.transmit(now_s) for slave in self._slaves)
+        return b"".join(slave.transmit(now_s) for slave in self.slaves.values())
 
     def next_event_s(self) -> float | None:
         first_s = min(unit.gives_up_s for unit in self.units.values())

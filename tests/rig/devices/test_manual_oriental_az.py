@@ -128,6 +128,19 @@ def test_a_drive_that_does_not_tell_its_wrap_needs_it_in_the_file() -> None:
     assert "wrap off by the rig file" in known.pitch.identify()
 
 
+@pytest.mark.parametrize("code", [3, 5, 6])
+def test_a_drive_that_is_busy_is_not_one_that_does_not_tell_its_wrap(code: int) -> None:
+    # A wrap that the file says is off and the drive has on: positions jump at half a turn.
+    bench = motion_bench("oriental-az", wrap=False)
+    bench.twin.units[1].wraps = True
+    bench.twin.slaves[1].refusals = {wire.PARAMETERS: code}
+    with pytest.raises(DeviceRefused, match=f"exception {code}"):
+        bench.pitch.identify()
+    bench.twin.slaves[1].refusals = {wire.SIGNALS: code}
+    with pytest.raises(DeviceRefused, match=f"exception {code}"):
+        bench.pitch.state()
+
+
 def test_the_electronic_gear_is_told_and_compared() -> None:
     assert "gear 1/1" in motion_bench("oriental-az").pitch.identify()
     bench = motion_bench("oriental-az", electronic_gear=(10, 1))

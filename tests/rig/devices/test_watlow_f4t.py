@@ -26,8 +26,8 @@ class Scene:
         self.registers = kind("air", self.world, **(twin or {}))  # type: ignore[arg-type]
         fields: dict[str, object] = {"driver": "watlow-f4t", "port": "twin", "limits_degc": (-1000.0, 1000.0)}
         self.settings = WatlowF4TSettings.model_validate(fields | settings)
-        slave = ModbusSlave(self.registers, framing=self.settings.transport)
-        stream = MemoryStream(slave, self.clock, "chamber", self.faults)
+        self.slave = ModbusSlave(self.registers, framing=self.settings.transport)
+        stream = MemoryStream(self.slave, self.clock, "chamber", self.faults)
         self.chamber: WatlowF4T = connect("air", self.settings, stream)
 
 
@@ -85,6 +85,36 @@ def test_a_loop_that_is_off_is_switched_on_and_one_in_manual_is_left_alone() -> 
     assert scene.world.setpoint_degc("air") == 20.0
 
 
+@pytest.mark.parametrize(("code", "words"), [(6, "busy"), (5, "still busy"), (3, "illegal value")])
+@pytest.mark.parametrize("transport", ["tcp", "rtu"])
+def test_a_controller_that_is_busy_is_not_one_without_the_register(transport: str, code: int, words: str) -> None:
+    # Exception 2 alone says "illegal data address" (MODBUS Application Protocol V1.1b3, section 7); 6 is "busy".
+    running = Scene({"profile": 149}, transport=transport)
+    running.slave.refusals = {16568: code}
+    with pytest.raises(DeviceRefused, match=rf"exception {code} \(.*{words}\) .*register 16568"):
+        running.chamber.hold(40.0)
+    in_fahrenheit = Scene({"fahrenheit": True}, transport=transport, values="degc")
+    in_fahrenheit.slave.refusals = {6730: code, 14080: code}
+    with pytest.raises(DeviceRefused, match=rf"exception {code} \(.*{words}\)"):
+        in_fahrenheit.chamber.hold(40.0)
+    assert running.world.setpoint_degc("air") == in_fahrenheit.world.setpoint_degc("air") == 20.0
+
+
+def test_a_controller_that_is_busy_for_a_moment_is_asked_again() -> None:
+    scene = Scene({"profile": 149}, kind=BusyTwice)
+    assert isinstance(scene.registers, BusyTwice)
+    scene.registers.slave = scene.slave
+    scene.slave.refusals = {16568: 6}
+    with pytest.raises(DeviceRefused, match="a profile runs"):
+        scene.chamber.hold(40.0)
+
+
+def test_a_firmware_without_the_register_of_profiles_is_set_all_the_same(scene: Scene) -> None:
+    scene.slave.refusals = {16568: 2}
+    scene.chamber.hold(40.0)
+    assert scene.world.setpoint_degc("air") == 40.0
+
+
 def test_another_loop_is_other_registers() -> None:
     scene = Scene({"loop": 2}, loop=2)
     scene.chamber.hold(33.0)
@@ -117,6 +147,19 @@ def test_the_clock_is_the_lines(scene: Scene) -> None:
     before_s = scene.clock.monotonic_s()
     scene.chamber.temperature_degc()
     assert scene.clock.monotonic_s() - before_s < 2.0
+
+
+class BusyTwice(WatlowF4TTwin):
+    """Is no longer busy when it is asked for the third time."""
+
+    slave: ModbusSlave
+    asked = 0
+
+    def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
+        self.asked += address == 16568
+        if self.asked == 3:
+            self.slave.refusals = {}
+        return super().read(address, count, now_s)
 
 
 class Unmoved(WatlowF4TTwin):

@@ -24,7 +24,7 @@ def test_fault_35_a_mute_device_keeps_no_other_from_answering_and_is_counted_alo
         axis.identify()
     del (twin.units if driver == "oriental-az" else twin.stages)[2]
     if driver == "oriental-az":
-        twin._slaves.pop()
+        del twin.slaves[2]
     for _ in range(3):
         assert made["pitch"].state().fault == ""
         with pytest.raises(DeviceSilent):
