@@ -76,13 +76,7 @@ def judge(
         sentence = f"There is no result to use of {whose}."
         return Verdict("unusable", sentence, (*failures, *doubts, *facts))
     if turned:
-        is_on_mount = all(finding.details.get("cause") == FIXTURE for finding in turned)
-        table = "a package on its mount, or the fixture" if is_on_mount else "the table, its base or the fixture"
-        sentence = (
-            f"Not to be used as it stands: {table} turned away from the declared zero before what counts was measured."
-            if all(finding.details.get(ALL_AFTER) for finding in turned)
-            else f"Not to be used as it stands: {table} turned while the run measured."
-        )
+        sentence = f"Not to be used as it stands{_turned(turned, sensors, findings)}."
         return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
     if beyond:
         sentence = f"At least one sensor does not meet its limits as left. {result}."
@@ -95,6 +89,21 @@ def judge(
         sentence = f"Usable with the stated uncertainties, with reservations. {result}."
         return Verdict("reserved", sentence, (*doubts, *facts))
     return Verdict("sound", f"The calibration is sound. {result}.", tuple(facts))
+
+
+def _turned(turned: Sequence[Finding], sensors: Sequence[SensorView], together: Sequence[Finding]) -> str:
+    """Say what turned, and of which sensors nothing is to be used where the others stand as they did.
+
+    ``turned``: what is found of it, of sensors and of all ``together``.
+    """
+    table = "the table, its base or the fixture"
+    if all(finding.details.get(ALL_AFTER) for finding in turned):
+        return f": {table} turned away from the declared zero before what counts was measured"
+    if turned_the_table(together) or any(finding.details.get("cause") != FIXTURE for finding in turned):
+        return f": {table} turned while the run measured"
+    askew = [sensor.name for sensor in sensors if turned_the_table(_findings(sensor))]
+    whose = "" if len(askew) == len(sensors) else f" of {', '.join(askew)}"
+    return f"{whose}: {', '.join(askew)} turned on the mount, or with the fixture, while the run measured"
 
 
 def _findings(sensor: SensorView) -> Iterable[Finding]:

@@ -9,7 +9,7 @@ from ams.findings import Finding
 from procedures.journal.audit_trail import Interruption
 from procedures.records.declared_gaps import meter_remarks
 from procedures.report.verdict import judge
-from procedures.report.view import RunView
+from procedures.report.view import RunView, SensorView
 from procedures.solution.type_b import level_remarks, level_warnings
 from rig.description.read import read_rig
 from rig.description.rig_file import Level, LevelReading
@@ -121,6 +121,30 @@ def test_what_the_stated_uncertainties_do_not_hold_is_not_called_usable_with_the
         assert found[0] == trust
         assert ("with the stated uncertainties of SN2: they do not hold" in found[1]) == (not is_held)
         assert ("is known to" in found[1]) == is_held
+
+
+def test_a_package_that_turned_on_its_mount_is_named_and_no_table_is_blamed_for_it() -> None:
+    view = run_view(Scene(sensors=("SN1", "SN2")))
+
+    def turned(sensor: SensorView, cause: str) -> SensorView:
+        details = {"cause": cause, "confounded_with": None, "turned_arcsec": 36.0}
+        finding = Finding("table-rotation", "the package turned", True, details=details, is_held=False)
+        calibration = replace(sensor.axes[0].calibration, findings=(finding,), warnings=(finding.text,))
+        return replace(sensor, axes=(replace(sensor.axes[0], calibration=calibration), *sensor.axes[1:]))
+
+    first, second = view.sensors
+    askew = "turned on the mount, or with the fixture, while the run measured"
+    for sensors, sentence in (
+        ((first, turned(second, "fixture")), f"Not to be used as it stands of SN2: SN2 {askew}."),
+        ((turned(second, "fixture"),), f"Not to be used as it stands: SN2 {askew}."),
+        (
+            (first, turned(second, "roll")),
+            "Not to be used as it stands: the table, its base or the fixture turned while the run measured.",
+        ),
+    ):
+        trust, text = _judged(replace(view, sensors=sensors))
+        assert trust == "unusable"
+        assert text.splitlines()[0] == sentence
 
 
 def test_drift_one_replication_and_an_unfinished_run_are_reservations() -> None:
