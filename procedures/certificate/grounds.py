@@ -9,7 +9,7 @@ from datetime import date
 
 from ams.archive.sign_offs import SignOff
 from ams.archive.signatures import how_to_close
-from ams.findings import FindingKind
+from ams.findings import FindingKind, Said
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import NO_CERTIFICATE_WITH, findings_of_set
@@ -79,13 +79,22 @@ def check_grounds(grounds: Grounds) -> None:
 
 
 def gaps_of(grounds: Grounds) -> Iterator[str]:
-    """Yield what a certificate would lack, a phrase each."""
+    """Yield what a certificate would lack, each with what the laboratory does about it."""
+    yield from (gap.text for gap in _gaps(grounds))
+
+
+def printed_gaps(grounds: Grounds) -> Iterator[str]:
+    """Yield the same as a page has it, without the commands and keys of the laboratory."""
+    yield from (gap.fact for gap in _gaps(grounds))
+
+
+def _gaps(grounds: Grounds) -> Iterator[Said]:
     if grounds.coefficients.is_simulated:
-        yield OF_A_TWIN
+        yield Said(OF_A_TWIN)
     if grounds.signed.is_in_quarantine:
-        yield f"the set is in quarantine: {grounds.signed.quarantine}"
+        yield Said(f"the set is in quarantine: {grounds.signed.quarantine}")
     if grounds.signed.by("approved") is None:
-        yield NOBODY_APPROVED
+        yield Said(NOBODY_APPROVED)
     yield from declared_gaps(
         Declared(
             laboratory=grounds.laboratory,
@@ -97,39 +106,41 @@ def gaps_of(grounds: Grounds) -> Iterator[str]:
         )
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))
-    yield from (word for word in stated if word.startswith(NO_CERTIFICATE_WITH))
+    yield from (Said(word) for word in stated if word.startswith(NO_CERTIFICATE_WITH))
     if grounds.is_not_usable and grounds.signed.accepted_verdict is None:
-        yield f"{NOBODY_ACCEPTED} ({how_to_close(grounds.signed)})"
+        yield Said(NOBODY_ACCEPTED, how_to_close(grounds.signed))
     for finding in grounds.signed.unaccepted:
-        yield f"axis {finding.axis}: {finding.text} ({finding.name}, which nobody has accepted)"
-    yield from (_overdue(standard, grounds) for standard in grounds.standards if _is_overdue(standard, grounds))
+        what_to_do = finding.text.removeprefix(finding.fact).lstrip("; ")
+        yield Said(f"axis {finding.axis}: {finding.fact} ({finding.name}, which nobody has accepted)", what_to_do)
+    yield from (Said(_overdue(standard, grounds)) for standard in grounds.standards if _is_overdue(standard, grounds))
 
 
-def meters_undeclared(grounds: Grounds) -> tuple[str, ...]:
+def meters_undeclared(grounds: Grounds) -> tuple[Said, ...]:
     """Return what is to be said of volts that no standard is behind; nothing where no output is in volts.
 
     A set says it itself. Of one that does not, such as an earlier one, it is read from its standards.
     """
-    sentences = _stated(grounds, METER_UNDECLARED)
+    stated = _stated(grounds, METER_UNDECLARED)
     is_in_volts = any(numbers.form.measured_unit == VOLTS for numbers in grounds.coefficients.axes.values())
     is_counted = any("uncertainty_v" in table(standard["uncertainty"] or {}) for standard in grounds.standards)
-    if sentences or is_counted or not is_in_volts:
-        return sentences
-    return (
-        f"{NO_METER}: none of the standards states uncertainty_v, so that what the zero and the gain of the meter are "
-        "wrong by is in no figure stated here (readouts.NAME.standard)",
+    if stated or is_counted or not is_in_volts:
+        return stated
+    fact = (
+        f"{NO_METER}: none of the standards states it, so that what the zero and the gain of the meter are wrong by is "
+        "in no figure stated here"
     )
+    return (Said(fact, "declare readouts.NAME.standard, and uncertainty_v of that standard"),)
 
 
-def rates_undeclared(grounds: Grounds) -> tuple[str, ...]:
+def rates_undeclared(grounds: Grounds) -> tuple[Said, ...]:
     """Return what is to be said of rates that no standard is behind, as a set of gyros says it."""
     return _stated(grounds, RATE_UNDECLARED)
 
 
-def _stated(grounds: Grounds, kind: FindingKind) -> tuple[str, ...]:
-    """Return the sentences of a set's findings of one kind, each once."""
+def _stated(grounds: Grounds, kind: FindingKind) -> tuple[Said, ...]:
+    """Return what a set's findings of one kind say, each once."""
     findings = findings_of_set(grounds.coefficients)
-    return tuple(dict.fromkeys(finding.text for finding in findings if finding.kind == kind))
+    return tuple(dict.fromkeys(Said(finding.fact, finding.what_to_do) for finding in findings if finding.kind == kind))
 
 
 def _is_overdue(standard: Mapping[str, Json], grounds: Grounds) -> bool:

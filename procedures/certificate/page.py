@@ -19,7 +19,7 @@ from ams.sets.stated_verdict import grounds_in_words
 from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
-from procedures.certificate.grounds import Grounds, gaps_of, meters_undeclared
+from procedures.certificate.grounds import Grounds, meters_undeclared, printed_gaps
 from procedures.certificate.results import angle_rows, coefficients_of, is_visited_again, undetermined
 from procedures.numbers import angle
 from procedures.pages import page_style, with_whole_options
@@ -57,8 +57,8 @@ def certificate_page(grounds: Grounds) -> str:
         again=is_visited_again(errors),
         lines=grounds.coefficients.is_of_lines,
         capability=None if capability_deg is None else f"{capability_deg:g}",
-        gaps=list(gaps_of(grounds)) if grounds.is_specimen else [],
-        meters=list(meters_undeclared(grounds)),
+        gaps=list(printed_gaps(grounds)) if grounds.is_specimen else [],
+        meters=[said.fact for said in meters_undeclared(grounds)],
         conditions=_conditions(grounds.coefficients.document),
         calibrated=_calibrated(grounds),
         shift=_shift_in_words(grounds.coefficients),

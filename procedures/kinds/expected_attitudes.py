@@ -84,8 +84,8 @@ def forecast_of_design(
 
 
 def _remarks(rig: RigDescription, plan: Plan) -> Iterator[str]:
-    yield from level_remarks(rig)
-    yield from undeclared_references(rig, plan.sensors.values(), plan.axes)
+    undeclared = (*level_remarks(rig), *undeclared_references(rig, plan.sensors.values(), plan.axes))
+    yield from (said.text for said in undeclared)
     if plan.environment is None:
         yield from use_remarks(rig, plan.solve, plan.sensors)
 

@@ -25,7 +25,7 @@ def forecast_of_points(rig: RigDescription, plan: Plan, solver: Solver | None) -
     if solver is not None:
         for name, sensor in plan.sensors.items():
             expected += _expected(rig, plan, name, sensor, solver)
-    remarks = undeclared_references(rig, plan.sensors.values(), plan.axes)
+    remarks = tuple(said.text for said in undeclared_references(rig, plan.sensors.values(), plan.axes))
     return Forecast(tuple(expected), (*_advice(plan), *_unguarded(rig, plan)), turns=_turns(plan), remarks=remarks)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ams.findings import Said
 from ams.observations import Observations
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -31,32 +32,33 @@ class Declared:
     level: Mapping[str, Any]
     has_standards: bool
     senses_gravity: bool
-    references: Sequence[str]
-    """What is to be said of meters and of turning axes that no standard is behind, a sentence each."""
+    references: Sequence[Said]
+    """What is to be said of meters and of turning axes that no standard is behind."""
 
 
-def declared_gaps(declared: Declared) -> Iterator[str]:
-    """Yield what is not declared."""
+def declared_gaps(declared: Declared) -> Iterator[Said]:
+    """Yield what is not declared, and where it is."""
     for key, what in (("name", "name"), ("address", "address"), ("capability_deg", "stated capability")):
         if not declared.laboratory.get(key):
-            yield f"the laboratory's {what} is not declared ([laboratory] {key})"
+            yield Said(f"the laboratory's {what} is not declared", f"declare [laboratory] {key}")
     for key, what in (("customer", "customer"), ("item", "description of the item")):
         if not declared.job.get(key):
-            yield f"the {what} is not declared ([job] {key})"
+            yield Said(f"the {what} is not declared", f"declare [job] {key}")
     if not declared.has_standards:
-        yield "no standard is declared, so nothing is traceable ([standards] and standard = …)"
+        yield Said("no standard is declared, so nothing is traceable", "declare [standards] and standard = …")
     if declared.senses_gravity and not (declared.level.get("before") or declared.level.get("after")):
-        yield "the level of the base was not read ([level] before and after)"
+        yield Said("the level of the base was not read", "declare [level] before and after")
     yield from declared.references
 
 
-def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[str, ...]:
+def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[Said, ...]:
     """Say that nobody declared how far the volts of a sensor's meters may be wrong, where its outputs are volts.
 
     Without a sensor the caller does not know which meter measured: none is in its uncertainties.
     """
     if sensor is None:
-        return (f"{NO_METER}: which sensor of the rig file was measured is not told, so that no meter is counted",)
+        fact = f"{NO_METER}: which sensor was measured is not told, so that no meter is counted"
+        return (Said(fact, "name the sensor of the rig file (--sensor NAME)"),)
     units = rig.channel_units()
     in_volts = [channel for channel in sensor.channels.values() if units.get(channel) == VOLTS]
     readouts = dict.fromkeys(channel.partition(".")[0] for channel in in_volts)
@@ -64,13 +66,15 @@ def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[str, ...]
     if not unknown:
         return ()
     return (
-        f"{NO_METER} ({', '.join(unknown)}): what its zero and its gain are wrong by is in no figure stated here; "
-        f"declare {' and '.join(f'readouts.{name}.standard' for name in unknown)} and uncertainty_v of that standard "
-        "under [standards.NAME] of the rig file",
+        Said(
+            f"{NO_METER} ({', '.join(unknown)}): what its zero and its gain are wrong by is in no figure stated here",
+            f"declare {' and '.join(f'readouts.{name}.standard' for name in unknown)} and uncertainty_v of that "
+            "standard under [standards.NAME] of the rig file",
+        ),
     )
 
 
-def rate_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> tuple[str, ...]:
+def rate_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> tuple[Said, ...]:
     """Say that no standard is behind the rates that a gyro was held against, of the axes that ``turned``."""
     reference = rig.attitude_reference
     referred = () if reference is None or reference.standard is None else tuple(reference.channels)
@@ -79,9 +83,12 @@ def rate_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> 
     if sensor.measures != "rate" or not unknown:
         return ()
     return (
-        f"{NO_STANDARD_OF_RATES} ({', '.join(unknown)}): a rate that is wrong by a part is a sensitivity that is wrong "
-        f"by it, and is in no figure stated here; declare {' and '.join(f'axes.{name}.standard' for name in unknown)} "
-        "and its certificate under [standards.NAME] of the rig file",
+        Said(
+            f"{NO_STANDARD_OF_RATES} ({', '.join(unknown)}): a rate that is wrong by a part is a sensitivity that is "
+            "wrong by it, and is in no figure stated here",
+            f"declare {' and '.join(f'axes.{name}.standard' for name in unknown)} and its certificate under "
+            "[standards.NAME] of the rig file",
+        ),
     )
 
 
@@ -97,7 +104,7 @@ def temperature_remarks(rows: Observations) -> tuple[str, ...]:
     )
 
 
-def undeclared_references(rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str]) -> tuple[str, ...]:
+def undeclared_references(rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str]) -> tuple[Said, ...]:
     """Return what is to be said of the meters of the sensors and of the axes that turn, each once."""
     axes = tuple(turned)
     said = (text for sensor in sensors for text in (*meter_remarks(rig, sensor), *rate_remarks(rig, sensor, axes)))

@@ -92,7 +92,7 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
         yield OF_A_TWIN
         yield from days_to_come(rig, local_day(now))
     yield f"{NOBODY_APPROVED} (calrig archive sign, when it is archived)"
-    yield from declared_gaps(
+    declared = declared_gaps(
         Declared(
             laboratory=rig.laboratory.model_dump() if rig.laboratory else {},
             job=rig.job.model_dump(),
@@ -102,6 +102,7 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
             references=undeclared_references(rig, plan.sensors.values(), plan.axes),
         )
     )
+    yield from (gap.text for gap in declared)
     if not rig.is_simulated:
         yield from (f"{LACKING}{lack}" for lack in ready.missing if not lack.startswith("approved_by"))
     ends = local_day(now + timedelta(seconds=plan.expected.p90_s))

@@ -11,6 +11,7 @@ from math import degrees, hypot, radians, sqrt
 from typing import Literal
 
 from ams.analysis.calibration_budget import Gravity
+from ams.findings import Said
 from ams.gravity import disagreement
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
@@ -137,15 +138,18 @@ def gravity_on_gyros_remarks(shared: Mapping[str, tuple[SharedError, ...]], *, s
     )
 
 
-def level_remarks(rig: RigDescription) -> tuple[str, ...]:
+def level_remarks(rig: RigDescription) -> tuple[Said, ...]:
     """Say that nobody read the level of the base, where the attitude is counted from it."""
     reference = rig.attitude_reference
     is_referred = reference is not None and {"pitch", "roll"} <= set(reference.channels)
     if rig.level.before is not None or rig.level.after is not None or is_referred:
         return ()
     return (
-        f"{NO_LEVEL} ([level] of the rig file): a tilted base, or an axis that was set to "
-        "zero wrongly, passes for a turned package and is not in these uncertainties; read it before and after",
+        Said(
+            f"{NO_LEVEL}: a tilted base, or an axis that was set to zero wrongly, passes for a turned package and is "
+            "not in these uncertainties",
+            "read it before and after ([level] of the rig file)",
+        ),
     )
 
 

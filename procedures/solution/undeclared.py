@@ -3,30 +3,34 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ams.findings import Finding, FindingKind
+from ams.findings import Finding, FindingKind, Said
 
 
 @dataclass(frozen=True)
 class Undeclared:
-    """Sentences, of each kind those that are to be said."""
+    """Of each kind what is to be said, and where it is declared."""
 
-    level: tuple[str, ...] = ()
+    level: tuple[Said, ...] = ()
     """Of the base, where attitudes are counted from it."""
-    meter: tuple[str, ...] = ()
-    rates: tuple[str, ...] = ()
+    meter: tuple[Said, ...] = ()
+    rates: tuple[Said, ...] = ()
     """Of a standard of them."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """All of them."""
-        return (*self.level, *self.meter, *self.rates)
+        """All of them as sentences."""
+        return tuple(said.text for said in (*self.level, *self.meter, *self.rates))
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Each as a finding that no test made."""
-        kinds: Mapping[FindingKind, tuple[str, ...]] = {
+        kinds: Mapping[FindingKind, tuple[Said, ...]] = {
             "level-undeclared": self.level,
             "meter-undeclared": self.meter,
             "rate-undeclared": self.rates,
         }
-        return tuple(Finding(kind, text, is_significant=False) for kind, texts in kinds.items() for text in texts)
+        return tuple(
+            Finding(kind, said.fact, is_significant=False, what_to_do=said.what_to_do)
+            for kind, every in kinds.items()
+            for said in every
+        )

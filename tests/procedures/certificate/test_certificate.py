@@ -4,12 +4,14 @@ import re
 from dataclasses import replace
 from datetime import UTC, date, datetime
 from html import unescape
+from pathlib import Path
 
 import numpy as np
 import pytest
 from certificate_scene import JOB, LABORATORY, METER, RELEASED, STANDARD, set_with_findings
 from line_sets import line_set
 from not_usable import set_not_usable
+from planning_files import rig_file
 from solved import PARAMETERS, provenance, solved_package
 from solved_sets import gyro_set
 
@@ -31,7 +33,10 @@ from procedures.certificate.page import SPECIMEN, certificate_page, certificate_
 from procedures.certificate.results import coefficients_of
 from procedures.cli.archive.text import sign_off_lines
 from procedures.errors import RequestError
+from procedures.records.declared_gaps import meter_remarks
 from procedures.report.paper.page_tree import page_tree_of
+from procedures.solution.type_b import level_remarks
+from procedures.solution.undeclared import Undeclared
 
 SIGNED = datetime(2026, 3, 2, 9, tzinfo=UTC)
 
@@ -231,7 +236,25 @@ def test_a_specimen_says_on_every_page_that_it_is_none_and_what_is_missing() -> 
     check_grounds(grounds)
     text = _text(grounds)
     assert SPECIMEN in text
-    assert "[job] customer" in text
+    assert "the customer is not declared" in text
+    assert "[job]" not in text
+
+
+def test_what_nobody_declared_is_printed_without_the_keys_of_the_laboratory(tmp_path: Path) -> None:
+    """In a refusal, which the laboratory reads, they stand."""
+    rig = rig_file(tmp_path)
+    undeclared = Undeclared(level_remarks(rig), meter_remarks(rig, rig.sensors["SN1"]))
+    plain = solved_package()
+    axes = {axis: replace(entry, findings=undeclared.findings) for axis, entry in plain.axes.items()}
+    solved = replace(plain, axes=axes, remarks=undeclared.remarks)
+    entry = build_set(solved, provenance(**{**RELEASED, "standards": (STANDARD,), "level": None}))
+    text = _text(_grounds(coefficients=entry, is_specimen=True))
+    assert text.count("what its zero and its gain are wrong by is in no figure stated here") >= 2
+    assert "the level of the base was not read" in text
+    assert not [word for word in ("declare ", "readouts.", "[level]", "[standards", "uncertainty_v") if word in text]
+    assert b"declare readouts" not in to_dcc(entry)
+    with pytest.raises(RequestError, match=re.escape("declare readouts.dmm.standard and uncertainty_v")):
+        check_grounds(_grounds(coefficients=entry))
 
 
 def test_a_calibration_that_is_not_usable_states_no_conformity_as_left() -> None:

@@ -85,7 +85,7 @@ def test_a_remark_is_said_and_is_no_reservation_where_a_warning_is_one() -> None
 def test_a_band_without_the_level_says_so_in_the_verdict() -> None:
     view = run_view(Scene())
     (remark,) = level_remarks(read_rig(EXAMPLES / "inclinometer" / "rig.toml").model_copy(update={"level": Level()}))
-    found = replace(view, sensors=(replace(view.sensors[0], remarks=(remark,)), *view.sensors[1:]))
+    found = replace(view, sensors=(replace(view.sensors[0], remarks=(remark.text,)), *view.sensors[1:]))
     assert (
         _judged(found)[1]
         .splitlines()[0]
@@ -97,10 +97,11 @@ def test_a_band_without_the_level_says_so_in_the_verdict() -> None:
 def test_a_band_without_the_meter_says_so_in_the_verdict_and_is_as_sound_as_one_without_the_level() -> None:
     view = run_view(Scene())
     rig = read_rig(EXAMPLES / "inclinometer" / "rig.toml")
-    of_both = (
+    undeclared = (
         *level_remarks(rig.model_copy(update={"level": Level()})),
         *meter_remarks(rig.model_copy(update={"standards": {}}), rig.sensors["SN1047"]),
     )
+    of_both = tuple(said.text for said in undeclared)
     for remarks, ending in (
         (of_both[1:], ", without the uncertainty of the meter, which is not declared."),
         (of_both, ", without the level of the base and the uncertainty of the meter, which are not declared."),

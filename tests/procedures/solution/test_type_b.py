@@ -81,7 +81,7 @@ def test_a_meter_is_told_of_wherever_its_volts_bring_no_error_into_the_budget(tm
         counted = {error.name for error in shared_errors(rig, rig.sensors["SN1"])["x"]}
         said = meter_remarks(rig, rig.sensors["SN1"])
         assert len(said) == ("multimeter zero" not in counted), (changes, more)
-        assert all("readouts.dmm.standard" in text for text in said)
+        assert all("readouts.dmm.standard" in gap.what_to_do for gap in said)
     assert len(meter_remarks(declared(tmp_path), None)) == 1
 
 
@@ -89,10 +89,10 @@ def test_a_gyro_is_told_of_every_axis_that_turns_without_a_standard() -> None:
     rig = read_rig(EXAMPLES / "rate-table" / "rig.toml")
     gyro, turned = rig.sensors["ENC03J"], ("pitch", "yaw")
     (said,) = rate_remarks(rig, gyro, turned)
-    assert said.startswith(f"{NO_STANDARD_OF_RATES} (pitch, yaw): ")
-    assert "declare axes.pitch.standard and axes.yaw.standard" in said
+    assert said.fact.startswith(f"{NO_STANDARD_OF_RATES} (pitch, yaw): ")
+    assert said.what_to_do.startswith("declare axes.pitch.standard and axes.yaw.standard")
     (of_yaw,) = rate_remarks(_behind(rig, "pitch"), gyro, turned)
-    assert of_yaw.startswith(f"{NO_STANDARD_OF_RATES} (yaw): ")
+    assert of_yaw.fact.startswith(f"{NO_STANDARD_OF_RATES} (yaw): ")
     assert rate_remarks(_behind(rig, "pitch", "yaw"), gyro, turned) == ()
     assert rate_remarks(rig, gyro.model_copy(update={"measures": "acceleration"}), turned) == ()
 
