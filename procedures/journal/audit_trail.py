@@ -6,6 +6,7 @@ from datetime import datetime, timedelta
 
 from procedures.records.axes_at_rest import axes_in_words
 from procedures.records.dwells import DwellRecord, Event
+from procedures.records.progress import MADE_AGAIN
 
 GOING = "running"
 SAFE = "safe"
@@ -62,6 +63,17 @@ class Note:
     text: str
 
 
+@dataclass(frozen=True)
+class MadeAgain:
+    """A move, or a search for home, that did not end at the first attempt and was made again."""
+
+    utc: datetime
+    axis: str
+    """On which it was seen."""
+    found: str
+    """What was found of it, and what was done then."""
+
+
 def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
     """Return every stretch between leaving ``running`` and coming back to it, under the name it began with.
 
@@ -102,6 +114,12 @@ def _axes(safe: Event) -> str:
 def notes_in(events: Iterable[Event]) -> tuple[Note, ...]:
     """Return what people wrote down and what a reader should know of: changes answered for, dwells taken back."""
     return tuple(Note(event.utc, _who(event), text) for event in events if (text := _word(event)))
+
+
+def made_again_in(events: Iterable[Event]) -> tuple[MadeAgain, ...]:
+    """Return every move that was made again. Its reason begins with the axis, as every sentence of motion does."""
+    reasons = ((event.utc, *_why(event).partition(": ")) for event in events if event.kind == MADE_AGAIN)
+    return tuple(MadeAgain(utc, axis, found) for utc, axis, _, found in reasons)
 
 
 def missing_in(events: Iterable[Event]) -> tuple[str, ...]:

@@ -10,6 +10,8 @@ from rig.plain_text import one_line
 
 COMMON_MODE = "common_mode"
 """The event of what a reference visit shows over all sensors."""
+MADE_AGAIN = "again"
+"""The event of a move, or of a search for home, that did not end at the first attempt and was made again."""
 LEASE, LEASE_LOST = "lease", "lease lost"
 """Events: held again; and an alarm though the run goes on. The first is the kind of both in the journal."""
 

@@ -12,7 +12,7 @@ import numpy as np
 from ams.calibration_result import SensorVerdict
 from ams.findings import Finding, turned_the_table
 from ams.units import label_and_unit
-from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
+from procedures.journal.audit_trail import identities_in, interruptions_in, made_again_in, missing_in, notes_in
 from procedures.kinds.registry import KINDS
 from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import DwellRecord
@@ -52,7 +52,6 @@ def assemble_view(
     chains = correcting(record.rig.chain)
     declared = [at_declared(dwell, chains) for dwell in dwells]
     checks = check_comparisons(declared, labels, record.events, record.judged_visits)
-    started_utc = dwells[0].started_utc if dwells else record.created_utc
     return RunView(
         title=record.plan.title,
         run_id=record.run_id,
@@ -64,7 +63,7 @@ def assemble_view(
         is_simulated=record.is_simulated,
         approved_by=record.rig.approved_by,
         began_utc=record.created_utc,
-        started_utc=started_utc,
+        started_utc=dwells[0].started_utc if dwells else record.created_utc,
         ended_utc=_ended_utc(record),
         verdict=judge(
             record.state,
@@ -89,6 +88,7 @@ def assemble_view(
         declared={**declared_sections(record.rig), **condition_sections(record.events)},
         hashes=record.hashes,
         versions=record.versions,
+        made_again=made_again_in(record.events),
         missing=() if record.is_simulated else missing_in(record.events),
     )
 
@@ -188,6 +188,7 @@ def _counts(record: RunRecord) -> Counts:
         rejected_and_repeated=_repeated(record.dwells),
         design_planned=len(record.plan.design_dwells),
         design_accepted=sum(dwell.purpose == "design" for dwell in accepted),
+        moves_made_again=len(made_again_in(record.events)),
     )
 
 

@@ -60,7 +60,7 @@ def judge(
     facts = [
         *_explained(sensors, table_arcsec),
         *_went_on(interruptions),
-        *_rejected(counts),
+        *(*_rejected(counts), *_made_again(counts)),
         *stated_once((remark for sensor in sensors for remark in _remarks(sensor)), names),
     ]
     undeclared = [
@@ -252,3 +252,9 @@ def _rejected(counts: Counts) -> Iterable[str]:
         repeated = f" and {'was' if counts.rejected == 1 else 'were'} not measured again"
     listed = "it is" if counts.rejected == 1 else "they are"
     yield f"{counts.rejected} {plural} rejected or taken back{repeated}; {listed} listed below by reason."
+
+
+def _made_again(counts: Counts) -> Iterable[str]:
+    if moves := counts.moves_made_again:
+        was = "1 move was" if moves == 1 else f"{moves} moves were"
+        yield f"{was} made again; {'it is' if moves == 1 else 'they are'} listed below with what was found."

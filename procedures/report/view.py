@@ -18,7 +18,7 @@ from ams.observations import Observations
 from ams.sets.stated_verdict import unsigned_status
 from ams.surveillance.adjustment import Adjustment
 from ams.units import ARCSEC_PER_RAD, small_unit
-from procedures.journal.audit_trail import Interruption, Note
+from procedures.journal.audit_trail import Interruption, MadeAgain, Note
 from procedures.kinds.section import Section
 from procedures.numbers import two_digits
 from procedures.plan.order import attitudes_in_words
@@ -248,6 +248,7 @@ class Counts:
     """Of these, whose step was measured again, whatever came of it."""
     design_planned: int
     design_accepted: int
+    moves_made_again: int = 0
 
 
 @dataclass(frozen=True)
@@ -344,6 +345,8 @@ class RunView:
     """What was hashed to its SHA-256."""
     versions: Mapping[str, str]
     """Software to its version."""
+    made_again: tuple[MadeAgain, ...] = ()
+    """Moves that did not end at the first attempt."""
     missing: tuple[str, ...] = ()
     """What the laboratory lacked for a calibration when the run began; of a run on twins nothing is asked."""
 

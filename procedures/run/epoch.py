@@ -20,7 +20,7 @@ from procedures.journal.voids import DROPPED, void_detail
 from procedures.plan.adaptive import Readings
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Measurement
-from procedures.records.progress import COMMON_MODE
+from procedures.records.progress import COMMON_MODE, MADE_AGAIN
 from procedures.records.states import State
 from procedures.run.adaptive_dwells import AdaptiveDwells
 from procedures.run.context import LOOK_S, RunContext
@@ -235,7 +235,7 @@ class Epoch:
 
     def _again(self, reason: str) -> None:
         """Record that a move is made again."""
-        self._progress_log.event("again", {"reason": reason})
+        self._progress_log.event(MADE_AGAIN, {"reason": reason})
         self._progress_log.tell("void", reason)
 
     def _act_on(self, doubt: Doubt) -> None:

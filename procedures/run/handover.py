@@ -17,7 +17,7 @@ from procedures.journal.stop_advice import StopNumbers, held_before, left_in_dou
 from procedures.journal.verdict_file import hindered_in, read_verdict, rows_in
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord, Event
-from procedures.records.progress import LEASE
+from procedures.records.progress import LEASE, MADE_AGAIN
 from procedures.records.states import ACTIVE, State, state_sentence
 from rig.local_time import at_both
 from rig.plain_text import one_line
@@ -55,6 +55,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_accepted(run_dir, dwells),
         *[f"damaged    {name}" for name in quarantined],
         *_listed("stops", [event for event in events if _is_stop(event)]),
+        *_listed("moves made again", [event for event in events if event.kind == MADE_AGAIN]),
         *_listed("terminal", [event for event in events if event.kind == "terminal"]),
         *[one_line(f"clock      {word}") for word in clock_words(events)],
         *_listed("lease", [event for event in events if event.kind == LEASE]),

@@ -14,6 +14,7 @@ from ams.errors import WriteFailed
 from ams.units import ARCSEC_PER_DEG
 from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
+from procedures.journal.audit_trail import MadeAgain, made_again_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import MOVED, STORAGE
 from procedures.journal.owner import is_owned
@@ -54,6 +55,8 @@ class Why:
     traces: Sequence[Sparkline]
     dwells: Sequence[DwellRecord]
     events: Sequence[tuple[datetime, str, str]]
+    made_again: Sequence[MadeAgain] = ()
+    """Of the whole run: what an axis did not do at once long before the stop may have to do with it."""
 
 
 def explain(
@@ -134,6 +137,7 @@ def read_why(
             traces=_traces(dwells),
             dwells=dwells[-_MOST_ROWS:],
             events=[(event.utc, event.kind, _in_words(event)) for event in events if event.utc >= since][-_MOST_ROWS:],
+            made_again=made_again_in(events)[-_MOST_ROWS:],
         )
 
 
@@ -147,6 +151,8 @@ def text_of(why: Why) -> str:
         f"so far   {why.progress}",
         f"axes     {why.positions}",
         f"to do    {why.advice}",
+        *(["moves made again, by the local clock:"] if why.made_again else []),
+        *(one_line(f"  {local_clock(move.utc)}  {move.axis}: {move.found}") for move in why.made_again),
         "",
         "last events, by the local clock:",
         *(one_line(f"  {local_clock(utc)}  {kind:<11} {words}") for utc, kind, words in why.events),

@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from procedures.plan.learned_times import PartSums, again_of, sums_of
 from procedures.plan.step_times import AGAIN, BEGIN, END, MOVE, RAMP, SETTLE, SOAK, StepPart, step_parts
 from procedures.records.dwells import DwellRecord, Event
+from procedures.records.progress import MADE_AGAIN
 from procedures.records.states import State
 from procedures.solution.expected_readings import planned_readings
 from procedures.solution.record import RunRecord
 
 Key = tuple[int, int, int]
-_DISTURBING = ("void", "again")
+_DISTURBING = ("void", MADE_AGAIN)
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""The dwells that were not believed, with their reasons."""
+"""The dwells that were not believed, and the moves that were made again, with their reasons."""
 
 from procedures.report.section import Section, fragment_beside
 
