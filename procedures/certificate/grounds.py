@@ -3,7 +3,7 @@
 Source: ISO/IEC 17025:2017, 7.8.2.1 (contents), 7.8.4.1 (calibration), 7.8.6 (conformity), 7.8.8 (amendments).
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 
@@ -12,11 +12,12 @@ from ams.archive.signatures import how_to_close
 from ams.findings import FindingKind, Said
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.stated_findings import NO_CERTIFICATE_WITH, findings_of_set
+from ams.sets.stated_findings import NO_CERTIFICATE_WITH, StatedFinding, findings_of_set
 from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import NO_METER, NOBODY_APPROVED, OF_A_TWIN, VOLTS, Declared, declared_gaps
+from procedures.report.overview import shared_statements
 from rig.local_time import local_day
 
 METER_UNDECLARED: FindingKind = "meter-undeclared"
@@ -67,14 +68,15 @@ class Grounds:
 def check_grounds(grounds: Grounds) -> None:
     """Check that a certificate can be issued on these grounds; a specimen is never refused.
 
-    Raises: RequestError naming everything that is missing or forbids a certificate.
+    Raises: RequestError naming everything that is missing or forbids a certificate, a line each.
     """
     gaps = () if grounds.is_specimen else tuple(gaps_of(grounds))
     if gaps:
         raise RequestError(
-            f"{grounds.coefficients.sensor}: certificate {grounds.number}: cannot be issued: {'; '.join(gaps)}; "
-            "nothing was written; complete the rig file's [laboratory], [job] and [standards] and calibrate, or have "
-            "the set signed and its findings accepted (calrig archive sign, accept); --specimen prints one to look at"
+            f"{grounds.coefficients.sensor}: certificate {grounds.number}: cannot be issued, nothing was written:\n"
+            + "".join(f"  - {gap}\n" for gap in gaps)
+            + "complete the rig file's [laboratory], [job] and [standards] and calibrate, or have the set signed and "
+            "its findings accepted (calrig archive sign, accept); --specimen prints one to look at"
         )
 
 
@@ -92,7 +94,7 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
     if grounds.coefficients.is_simulated:
         yield Said(OF_A_TWIN)
     if grounds.signed.is_in_quarantine:
-        yield Said(f"the set is in quarantine: {grounds.signed.quarantine}")
+        yield Said(f"the set is in quarantine: {_quarantine(grounds.signed)}")
     if grounds.signed.by("approved") is None:
         yield Said(NOBODY_APPROVED)
     yield from declared_gaps(
@@ -109,10 +111,30 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
     yield from (Said(word) for word in stated if word.startswith(NO_CERTIFICATE_WITH))
     if grounds.is_not_usable and grounds.signed.accepted_verdict is None:
         yield Said(NOBODY_ACCEPTED, how_to_close(grounds.signed))
-    for finding in grounds.signed.unaccepted:
-        what_to_do = finding.text.removeprefix(finding.fact).lstrip("; ")
-        yield Said(f"axis {finding.axis}: {finding.fact} ({finding.name}, which nobody has accepted)", what_to_do)
+    yield from _unaccepted(grounds.signed.unaccepted)
     yield from (Said(_overdue(standard, grounds)) for standard in grounds.standards if _is_overdue(standard, grounds))
+
+
+def _quarantine(signed: SignOff) -> str:
+    """Return why the set is in quarantine, without what is said of its axes."""
+    left = str(signed.quarantine)
+    for said in (text for finding in signed.unaccepted for text in (finding.text, finding.fact)):
+        left = left.replace(said, "")
+    left = "; ".join(part.strip() for part in left.split(";") if part.strip())
+    return left or "what its findings say"
+
+
+def _unaccepted(findings: Sequence[StatedFinding]) -> Iterator[Said]:
+    """Yield each finding that nobody has accepted once, with every axis that shows it and its names."""
+    for shared in shared_statements((("", finding.axis, finding.fact) for finding in findings), ()):
+        alike = [findings[index] for index in shared.members]
+        axes = list(dict.fromkeys(finding.axis for finding in alike))
+        about = f"{'axis' if len(axes) == 1 else 'axes'} {', '.join(axes)}"
+        names = ", ".join(finding.name for finding in alike)
+        yield Said(
+            f"{about}: {shared.text} ({names}, which nobody has accepted)",
+            "; ".join(dict.fromkeys(finding.text.removeprefix(finding.fact).lstrip("; ") for finding in alike)),
+        )
 
 
 def meters_undeclared(grounds: Grounds) -> tuple[Said, ...]:

@@ -19,6 +19,8 @@ from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
 from rig.plain_text import one_line
 
 WRONG_REQUEST = (DescriptionError, RequestRefused, ArchiveUnknown, ArchiveForbids)
+LISTED = "  - "
+"""How a line of a sentence begins that is one of a list."""
 FAILED = (SolveError, VectorsDisagree, ArchiveError, WriteFailed)
 """Of the mathematics; every other error of it is a wrong request."""
 
@@ -47,7 +49,8 @@ def tell(error: BaseException) -> None:
     log("error", sentence, "error")
     with suppress(OSError):  # nobody reads it where the terminal is gone; the status is told all the same
         for line in sentence.splitlines():
-            print(f"calrig: {one_line(line)}", file=sys.stderr, flush=True)  # noqa: T201
+            leads = "" if line.startswith(LISTED) else "calrig: "
+            print(f"{leads}{one_line(line)}", file=sys.stderr, flush=True)  # noqa: T201
 
 
 def sentence_of(error: BaseException) -> str:

@@ -24,7 +24,7 @@ from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
-from ams.sets.stated_findings import LACKING, significant_findings
+from ams.sets.stated_findings import LACKING, StatedFinding, significant_findings
 from ams.solve.table_errors import TablePriors
 from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
 from ams.surveillance.reference_attitude import ReferenceAttitude, ReferenceInWords
@@ -313,6 +313,30 @@ def test_a_significant_finding_is_a_gap_until_somebody_accepts_it_and_then_it_is
     accepted = _grounds(coefficients=entry, signed=replace(unaccepted, acceptances=words))
     check_grounds(accepted)
     assert "Axis y: said of cubic. Accepted by C. Reader, 2026-03-02 09:00:00 UTC: why y.cubic" in _text(accepted)
+
+
+def test_each_gap_is_a_line_of_its_own_and_what_all_axes_show_stands_once() -> None:
+    """In the refusal and in the specimen alike, though the quarantine tells the same."""
+    turned = "the package turned by +72″ (u 0.39″) about roll"
+    text = f"{turned}; measure them again"
+    shown = tuple(StatedFinding(f"{axis}.table-rotation", axis, text, turned) for axis in "xyz")
+    off = StatedFinding("y.cubic", "y", "a cubic term", "a cubic term")
+    signed = replace(_grounds().signed, findings=(*shown, off), quarantine=f"the run says so; {text}")
+    with pytest.raises(RequestError) as refused:
+        check_grounds(_grounds(signed=signed))
+    bullets = [line for line in str(refused.value).splitlines() if line.startswith("  - ")]
+    gaps = [
+        "the set is in quarantine: the run says so",
+        f"axes x, y, z: {turned} (x.table-rotation, y.table-rotation, z.table-rotation, which nobody has accepted)",
+        "axis y: a cubic term (y.cubic, which nobody has accepted)",
+    ]
+    assert bullets == [f"  - {gaps[0]}", f"  - {gaps[1]}; measure them again", f"  - {gaps[2]}"]
+    page = certificate_page(_grounds(signed=signed, is_specimen=True))
+    for gap in gaps:
+        assert page.count(f"<li>{gap}</li>") == 1
+    page_tree_of(page)
+    alone = replace(signed, quarantine=turned)
+    assert next(iter(gaps_of(_grounds(signed=alone)))) == "the set is in quarantine: what its findings say"
 
 
 def test_one_person_who_reviewed_and_approved_is_told_and_two_are_not() -> None:
