@@ -17,6 +17,8 @@ LEAST_OF_ALL, MOST_LEFT_OUT = 4, 2
 """Of more sensors than that all but at most two are called so, instead of by name one after the other."""
 _SIZE = re.compile(r"(?<![-−±.\d])\d+(?:\.\d+)?″")
 """An angle without a sign: how large something is, and never which one it is."""
+_MEASURED = re.compile(r"(?P<sign>[-−+]?)(?P<size>\d+(?:\.\d+)?)″ \(u (?P<u>\d+(?:\.\d+)?)″\)")
+"""An angle with its standard uncertainty: what each sensor shows of one turn differs in both."""
 _ESTIMATE = re.compile(r"= (?P<sign>[-−]?)(?P<size>\d[\d.e+-]*) ± \S+ (?P<unit>[^\s()]+) \((?P<angle>\d[\d.]*)″\)")
 """What a term was found to be, with its uncertainty and as an angle: each sensor's section has its own."""
 
@@ -79,7 +81,8 @@ def shared_statements(statements: Iterable[Statement], everyone: Sequence[str]) 
     """Return the statements, those that are alike as one, in the order in which each was made first.
 
     Texts that differ in one size alone, as an angle, are one text with the range of it: ``by 0.22″ to 0.36″``; so are
-    those that differ in an estimate of one sign: ``K₃ = 19 to 32 µV/g³ (1.5″ to 2.6″)``.
+    those that differ in an estimate of one sign: ``K₃ = 19 to 32 µV/g³ (1.5″ to 2.6″)``, or in one angle of one sign
+    and its uncertainty: ``by +71.6″ to +72.5″ (u 0.37″ to 0.41″)``.
     """
     about: dict[str, dict[str, list[str]]] = {}
     texts: dict[str, list[str]] = {}
@@ -101,7 +104,10 @@ def _form(text: str) -> str:
     """Return what texts of one kind share."""
     found = _ESTIMATE.search(text)
     if found is None:
-        return _SIZE.sub("{}", text, count=1)
+        measured = _measured(text)
+        if measured is None:
+            return _SIZE.sub("{}", text, count=1)
+        return _replaced(text, measured, f"{measured['sign']}{{}}")
     return f"{text[: found.start()]}= {found['sign']}{{}} {found['unit']}{text[found.end() :]}"
 
 
@@ -116,10 +122,30 @@ def _with_range(texts: Sequence[str]) -> str:
         first, sign = estimates[0], estimates[0]["sign"]
         span = f"= {sign}{low['size']} to {sign}{high['size']} {first['unit']} ({least}″ to {most}″)"
         return f"{texts[0][: first.start()]}{span}{texts[0][first.end() :]}"
+    if measured := [found for text in texts if (found := _measured(text))]:
+        sign = measured[0]["sign"]
+        spans = (_span([found[group] for found in measured], before) for group, before in (("size", sign), ("u", "")))
+        return _replaced(texts[0], measured[0], "{} (u {})".format(*spans))
     sizes = sorted(
         (found.group() for text in texts if (found := _SIZE.search(text))), key=lambda size: float(size[:-1])
     )
     return _SIZE.sub(f"{sizes[0]} to {sizes[-1]}", texts[0], count=1)
+
+
+def _measured(text: str) -> re.Match[str] | None:
+    """Return the angle that has a standard uncertainty, where no other stands before it."""
+    measured, first = _MEASURED.search(text), _SIZE.search(text)
+    return measured if measured and first and measured.start() <= first.start() else None
+
+
+def _replaced(text: str, found: re.Match[str], words: str) -> str:
+    return f"{text[: found.start()]}{words}{text[found.end() :]}"
+
+
+def _span(sizes: Sequence[str], sign: str) -> str:
+    """Return one angle, or from the least to the largest."""
+    least, most = min(sizes, key=float), max(sizes, key=float)
+    return f"{sign}{least}″" if least == most else f"{sign}{least}″ to {sign}{most}″"
 
 
 def _subject(about: Mapping[str, Sequence[str]], everyone: Sequence[str]) -> str:

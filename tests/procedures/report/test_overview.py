@@ -40,6 +40,23 @@ def test_what_differs_in_its_size_alone_is_said_once_with_the_range() -> None:
     assert len(stated_once(of_others, EVERYONE)) == 4
 
 
+def test_one_turn_that_each_shows_by_its_own_size_and_uncertainty_is_said_once_with_both_ranges() -> None:
+    sizes = (("+72.5", "0.38"), ("+71.6", "0.4"), ("+71.9", "0.37"))
+    for sign, range_ in (("+", "+71.6″ to +72.5″ (u 0.37″ to 0.4″)"), ("−", "−71.6″ to −72.5″ (u 0.37″ to 0.4″)")):
+        turns = [
+            (name, axis, f"turned by {size.replace('+', sign)}″ (u {u}″) about roll; 146 dwells")
+            for name, (size, u) in zip(EVERYONE, sizes, strict=True)
+            for axis in "xyz"
+        ]
+        assert stated_once(turns, EVERYONE) == [f"all 3 sensors, x, y, z: turned by {range_} about roll; 146 dwells"]
+    back = ("SN1", "x", "turned by −72.5″ (u 0.38″) about roll; 146 dwells")
+    assert len(stated_once([("SN2", "x", back[2].replace("−", "+")), back], EVERYONE)) == 2, (
+        "another way is another turn"
+    )
+    alone = ("SN1", "x", "turned by +72″ (u 0.38″) about roll")
+    assert stated_once([alone, ("SN2", "x", alone[2])], EVERYONE) == [f"SN1 x; SN2 x: {alone[2]}"]
+
+
 def test_a_term_found_in_several_is_said_once_with_what_it_came_to() -> None:
     """Eight packages with one bend had eight sentences; another sign, unit or meaning is another statement."""
     found = [
