@@ -7,10 +7,12 @@ from axe import serious_findings
 from chromium import chromium
 from pages import CUT, OVER
 from playwright.sync_api import Page
+from report_journal import write_journal
 from report_scene import Scene, run_view
 
-from procedures.report.figures import draw_figures
+from procedures.report.figures import Figures, draw_figures
 from procedures.report.page import render_page
+from procedures.run.stop_page import explain
 
 SIZES = [(390, 844), (1440, 900)]
 LUMINANCE = """name => {
@@ -29,6 +31,27 @@ THIN_LINE = 3.0
 def _contrast(page: Page, one: str, other: str) -> float:
     low, high = sorted(float(page.evaluate(LUMINANCE, name)) for name in (one, other))
     return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.thorough
+def test_a_note_and_a_stop_are_read_on_a_phone(tmp_path: Path) -> None:
+    """Nothing of the page of a stop stands beside the screen, and a note of the report has the width of it."""
+    run = write_journal(tmp_path)
+    stop, report = explain(run.parent, "somebody wants to know"), tmp_path / "report.html"
+    view = run_view(Scene(note="the door of the hall stood open from three to four, and the lift was in use"))
+    report.write_text(render_page(view, Figures((), {"SN1047": ()})), encoding="utf-8")
+    assert stop is not None
+    with chromium() as browser:
+        page = browser.new_page(viewport={"width": 390, "height": 844})
+        page.goto(stop.as_uri())
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        assert page.evaluate("(name) => document.body.innerText.includes(name)", "accepted")
+        page.goto(report.as_uri())
+        cell = page.get_by_text("the door of the hall").bounding_box()
+        assert cell is not None
+        assert cell["x"] >= 0.0
+        assert cell["width"] > 300.0
+        assert cell["x"] + cell["width"] <= 390.0
 
 
 @pytest.mark.thorough

@@ -72,5 +72,5 @@ def test_handover_and_the_page_of_a_stop_tell_a_jam_though_it_was_long_before(ja
     text = page.with_suffix(".txt").read_text(encoding="utf-8").partition("last events")[0]
     assert f"{local_clock(jam.utc)}  {jam.detail['reason']}" in text
     html = page.read_text(encoding="utf-8").partition("<h2>Last events</h2>")[0]
-    assert f"<td>{local_clock(jam.utc)}</td><td>pitch</td>" in html
+    assert f'<td>{local_clock(jam.utc)}</td><td class="s">pitch</td>' in html
     assert FOUND in html
