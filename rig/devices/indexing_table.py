@@ -213,6 +213,8 @@ class IndexingTableAxis:
         if self._home == "searching":
             self._home = "none"
         self._ask(Stop(self._number))
+        if self._codec.is_bare(Stop):
+            self._exchange.doubt()  # whatever is said to it must not be taken for the next answer
 
     def stop_steps(self) -> Sequence[StopStep]:
         """Return nothing where the dialect has no stop."""

@@ -2,7 +2,8 @@
 
 It comes up with its motors off where the dialect has a command for them, and without a home where it has one. Where a
 dialect fetches answers by a later question, it says what it owes before the answer to the next command, as the public
-programs for such a table describe it.
+programs for such a table describe it. Where the word of the stop may be obeyed alone or at the end of its line, it is
+either machine; each says a prompt to that end.
 """
 
 from collections.abc import Mapping
@@ -35,15 +36,19 @@ _LONGEST_LINE = 256
 
 
 class RateTableTwin:
-    """A :class:`rig.twins.twin.Twin`. ``bodies``: axis numbers to the world's axis names."""
+    """A :class:`rig.twins.twin.Twin`. ``bodies``: axis numbers to the world's axis names.
 
-    def __init__(self, codec: TableCodec, bodies: Mapping[int, str], world: World) -> None:
+    ``obeys_bare``: it takes the word of a bare command as it comes; otherwise it reads lines.
+    """
+
+    def __init__(self, codec: TableCodec, bodies: Mapping[int, str], world: World, *, obeys_bare: bool = True) -> None:
         has_home = codec.knows(Home)
         self.axes = {
             number: ServoAxis(world.axes[name], world, is_homed=not has_home) for number, name in bodies.items()
         }
         self._enabled = set[int]() if codec.knows(Enable) else set(self.axes)
         self._codec = codec
+        self._bare = codec.bare_commands() if obeys_bare else frozenset[bytes]()
         self._received = self._due = self._owed = b""
 
     def receive(self, data: bytes, now_s: float) -> None:
@@ -52,6 +57,8 @@ class RateTableTwin:
         for line in lines:
             if line:
                 self._take(line, now_s)
+            elif self._bare:
+                self._due += self._codec.reply_terminator
 
     def transmit(self, now_s: float) -> bytes:  # noqa: ARG002 it answers at once
         due, self._due = self._due, b""
@@ -66,7 +73,7 @@ class RateTableTwin:
 
     def _with_bare_ends(self, received: bytes) -> bytes:
         """Put the end that it does not need behind every command that is obeyed without one."""
-        for command in self._codec.bare_commands():
+        for command in self._bare:
             received = received.replace(command, command + self._codec.terminator)
         return received
 
@@ -82,6 +89,8 @@ class RateTableTwin:
             self._owed = line + self._codec.reply_terminator
         elif isinstance(command, Release):
             self._due += b"0" + self._codec.reply_terminator
+        elif self._codec.is_bare(type(command)):
+            self._due += b"" if line in self._bare else self._codec.reply_terminator
         else:
             self._due += self._codec.encode_reply(reply, number, type(command))
 

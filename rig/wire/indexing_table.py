@@ -146,7 +146,6 @@ class TableCodec:
         if dialect.rate is not None and dialect.rate.release is not None:
             self._commands[Release] = Template(dialect.rate.release)
         self._bare = frozenset({Stop} if dialect.stop is not None and dialect.stop.bare else ())
-        """Commands without a terminator."""
         self._replies: dict[type[Command], Template] = {
             kind: Template(query.reply, per_deg) for kind, query in there.items() if query.reply is not None
         }
@@ -167,8 +166,7 @@ class TableCodec:
     def encode_command(self, command: Command) -> bytes:
         """Return the command as a line with its terminator."""
         fields: dict[str, FieldValue] = {name: getattr(command, name) for name in command.__slots__}
-        end = b"" if type(command) in self._bare else self.terminator
-        return self._commands[type(command)].render(**fields).encode("ascii") + end
+        return self._commands[type(command)].render(**fields).encode("ascii") + self.terminator
 
     def written_rate_dps(self, rate_dps: float) -> float:
         """Return the rate as the machine reads it: its format may have fewer decimals."""
@@ -176,8 +174,12 @@ class TableCodec:
         matched = template.match(template.render(axis=1, rate_dps=rate_dps))
         return float("nan") if matched is None else float(matched["rate_dps"])
 
+    def is_bare(self, kind: type[Command]) -> bool:
+        """Return whether some machines obey its word alone; what is said to the word or to its end is not known."""
+        return kind in self._bare
+
     def bare_commands(self) -> frozenset[bytes]:
-        """Return what is obeyed without a terminator behind it, of axis 1."""
+        """Return the words that some machines obey without a terminator behind them, of axis 1."""
         return frozenset(self._commands[kind].render(axis=1).encode("ascii") for kind in self._bare)
 
     def decode_command(self, line: bytes) -> Command | None:

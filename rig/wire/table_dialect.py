@@ -45,9 +45,18 @@ class PlainQuery(StrictTable):
 
 
 class StopCommand(PlainQuery):
-    """A stop; ``bare`` where nothing may stand behind it, not even the terminator."""
+    """A stop; ``bare`` where some machines obey the word alone, and others at the end of its line.
+
+    Word and end are sent, so both stop. What is said to either is not known: it is thrown away.
+    """
 
     bare: bool = False
+
+    @model_validator(mode="after")
+    def _says_what_nobody_knows(self) -> "StopCommand":
+        if self.bare and self.reply is not None:
+            raise ValueError("bare and reply: what a bare stop answers is thrown away; leave one of the two out")
+        return self
 
 
 class SpeedCommand(StrictTable):

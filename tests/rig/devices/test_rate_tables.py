@@ -26,13 +26,13 @@ GENERIC = Path(__file__).parents[3] / "rig" / "dialects" / "rate" / "generic-rat
 
 
 class Bench:
-    def __init__(self, dialect: str, **changes: object) -> None:
+    def __init__(self, dialect: str, *, obeys_bare: bool = True, **changes: object) -> None:
         table = {"driver": "rate-table", "port": "twin", "limits_deg": (-180.0, 180.0), "speed_dps": 20.0}
         table |= {"dialect": dialect, "top_rate_dps": 300.0, "arrival_tolerance_deg": 0.01}
         self.settings = RateTableSettings.model_validate(table | changes)
         self.clock, self.codec = virtual_clock(), TableCodec(self.settings.spoken())
         self.world = World(example_rig().model_copy(update={"axes": {"pitch": self.settings}}))
-        self.twin = RateTableTwin(self.codec, {1: "pitch"}, self.world)
+        self.twin = RateTableTwin(self.codec, {1: "pitch"}, self.world, obeys_bare=obeys_bare)
         self.faults = FaultScript()
         self.stream = MemoryStream(self.twin, self.clock, dialect, self.faults)
         self.axis: RateTableAxis = connect({"pitch": self.settings}, self.stream)["pitch"]
@@ -56,7 +56,7 @@ class Bench:
         (IDEAL, Speed(1, 100.0), b"VEL100\r\n"),  # IA1
         (IDEAL, Home(1), b"HOM\r\n"),
         (IDEAL, Enable(1), b"SRV1\r\n"),  # IA2
-        (IDEAL, Stop(1), b"STO"),  # IA1: without a line end
+        (IDEAL, Stop(1), b"STO\r\n"),  # IA1 sends no line end, and reads lines everywhere else
         (IDEAL, AskPosition(1), b"PPO\r\n"),
         (ACUTRONIC, Rate(1, 10.0), b":dem:rate 1,10.0000;:mode:rate 1\n"),
         (ACUTRONIC, Stop(1), b":dem:rate 1,0;:mode:rate 1\n"),  # AC1: "Stops movement by setting rate equal 0."
@@ -104,6 +104,65 @@ def test_the_stop_guard_s_bytes_stop_a_turning_table_whoever_sends_them(dialect:
         bench.twin.receive(step.send, bench.clock.monotonic_s())
     bench.clock.sleep(5.0)
     assert bench.true_dps == 0.0
+
+
+STOP_WITHIN_S = 2.0
+"""The twin slows down from 50 °/s in less."""
+
+
+def _turning(*, obeys_bare: bool) -> Bench:
+    bench = Bench(IDEAL, obeys_bare=obeys_bare)
+    bench.home()
+    bench.axis.start_rate(50.0)
+    bench.clock.sleep(5.0)
+    assert bench.axis.state().is_moving
+    assert bench.true_dps == pytest.approx(50.0)
+    return bench
+
+
+@pytest.mark.parametrize("obeys_bare", [True, False])
+def test_a_stop_is_obeyed_as_a_bare_word_and_at_the_end_of_its_line(*, obeys_bare: bool) -> None:
+    # IA1 sends STO without an end: a controller that reads lines would join it to the next question, as STOMCO1.
+    bench = _turning(obeys_bare=obeys_bare)
+    bench.axis.stop()
+    bench.clock.sleep(STOP_WITHIN_S)
+    assert bench.true_dps == 0.0
+    bench = _turning(obeys_bare=obeys_bare)
+    for step in bench.axis.stop_steps():  # as the stop guard sends it
+        bench.twin.receive(step.send, bench.clock.monotonic_s())
+    bench.clock.sleep(STOP_WITHIN_S)
+    assert bench.true_dps == 0.0
+
+
+def test_a_stop_is_no_later_where_the_bare_word_is_enough() -> None:
+    bench = _turning(obeys_bare=True)
+    (step,) = bench.axis.stop_steps()
+    for byte in step.send[: len(b"STO")]:
+        assert bench.true_dps == pytest.approx(50.0)
+        bench.twin.receive(bytes([byte]), bench.clock.monotonic_s())
+    bench.clock.sleep(STOP_WITHIN_S)
+    assert bench.true_dps == 0.0
+
+
+@pytest.mark.parametrize("obeys_bare", [True, False])
+def test_what_is_said_late_to_a_stop_is_not_taken_for_an_answer(*, obeys_bare: bool) -> None:
+    bench = _turning(obeys_bare=obeys_bare)
+    late = {0: faults.delay(0.1), 1: faults.delay(0.2)}  # the prompt, and then the position
+    bench.faults.reads = {bench.faults.taken + location: fault for location, fault in late.items()}
+    bench.axis.stop()
+    bench.clock.sleep(0.05)
+    assert bench.axis.turn_look(bench.clock).angle_deg == pytest.approx(
+        bench.world.axes["pitch"].table_deg(bench.clock.monotonic_s()), abs=10.0
+    )
+    assert bench.axis._table._exchange.counts.nonsense == 0
+
+
+def test_a_bare_stop_with_an_answer_of_its_own_is_refused(tmp_path: Path) -> None:
+    text = GENERIC.read_text(encoding="utf-8").replace('{axis} STOP", reply', '{axis} STOP", bare = true, reply')
+    path = tmp_path / "both.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(DescriptionError, match="what a bare stop answers is thrown away"):
+        load_dialect(str(path), 1.0)
 
 
 def test_an_answer_that_comes_with_the_next_command_is_no_position() -> None:
