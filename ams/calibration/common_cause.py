@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import AFTER_MOVES, COLUMNS, CURVATURE, LAG, AxisTests, BeliefTest
 from ams.analysis.diagnostics.replication_scatter import is_unsteady
@@ -27,6 +29,8 @@ _COMMON: Final[Mapping[str, tuple[str, ...]]] = {
 _OF_POINTS: Final = tuple(column.name for column in COLUMNS)
 _DOF: Final = {CURVATURE: 2.0}
 """Numbers that a test asks of each axis, where it is not one: a curvature those of offset and sensitivity."""
+_FEWEST: Final = 2
+"""Outputs."""
 _SHOWS: Final = 0.05
 """Chance of as much by itself: the axes below are told of, and their sizes are larger than their ±."""
 
@@ -53,16 +57,14 @@ def judge_common_cause(package: Sequence[AxisShown]) -> Sequence[BeliefTest | No
     the means of the points scatter by more there than they seem to.
     """
     nothing = [None] * len(package)
-    joined = [found for name in _COMMON if (found := _joined(name, package)) is not None]
-    best = min(joined, key=lambda found: found.p_value, default=None)
+    best = min(_joined(tuple(_COMMON), package), key=lambda found: found.p_value, default=None)
     if best is None or not best.p_value <= best.axes * package[0].tests.level / MOST_TESTS:
         return nothing
     if any(shown.tests.is_significant.get(name) for name in _COMMON[best.name] for shown in package):
         return nothing
     if any(_is_unsteady(shown.tests) for shown in package):
         return nothing
-    alike = [found for name in _OF_POINTS if (found := _joined(name, package)) is not None]
-    if best.name in _OF_POINTS and best.p_value > min(found.p_value for found in alike):
+    if best.name in _OF_POINTS and best.p_value > min(found.p_value for found in _joined(_OF_POINTS, package)):
         return nothing
     said = _of_each(best.name, package)
     return [
@@ -73,15 +75,16 @@ def judge_common_cause(package: Sequence[AxisShown]) -> Sequence[BeliefTest | No
     ]
 
 
-def _joined(name: str, package: Sequence[AxisShown]) -> _Joined | None:
-    """Return the chance of what the outputs show together; None where fewer than two tell anything."""
-    tests = (shown.tests.tests.get(name) for shown in package)
-    chances = [test.p_value for test in tests if test is not None and isfinite(test.p_value)]
-    if len(chances) < 2:
-        return None
-    dof = _DOF.get(name, 1.0)
-    square = float(chi_square_upper_quantile(chances, dof).sum())
-    return _Joined(name, float(chi_square_tail(square, dof * len(chances))), len(chances))
+def _joined(names: Sequence[str], package: Sequence[AxisShown]) -> list[_Joined]:
+    """Return the chances of what the outputs show together, by name, where two of them or more tell anything."""
+    tests = [[shown.tests.tests.get(name) for shown in package] for name in names]
+    chances = np.array([[np.nan if test is None else test.p_value for test in of_name] for of_name in tests])
+    dof, is_made = np.array([_DOF.get(name, 1.0) for name in names]), np.isfinite(chances)
+    axes = is_made.sum(axis=1)
+    squares = chi_square_upper_quantile(np.where(is_made, chances, 1.0), dof[:, None]).sum(axis=1)
+    p_values = chi_square_tail(squares, dof * np.maximum(axes, 1))
+    found = zip(names, p_values.tolist(), axes.tolist(), strict=True)
+    return [_Joined(*each) for each in found if each[2] >= _FEWEST]
 
 
 def _is_unsteady(tests: AxisTests) -> bool:

@@ -2,14 +2,30 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import AxisTests, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.common_cause import AxisShown, judge_common_cause
+from ams.calibration.common_gain import OutputOfPackage, gain_finding
 from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, scale_of, sensitivity_of
 from ams.calibration.memory import judge_memory
+from ams.findings import Finding, FindingKind
 
+_LIKE_A_GAIN: Final[frozenset[FindingKind]] = frozenset(
+    {
+        "table-rotation",
+        "meter-gain",
+        "meter-offset",
+        "sensor-change",
+        "drift",
+        "temperature-residual",
+        "autocorrelation",
+    }
+)
+"""Of what is told as a gain already, or passes for one."""
 Group = tuple[SolvedColumns, Circumstances, Evidence | None]
 """Axes that were solved as one, what they were solved under, and what the tests look at."""
 
@@ -17,13 +33,10 @@ Group = tuple[SolvedColumns, Circumstances, Evidence | None]
 def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
     """Return the findings of every axis of the groups of one package; again, where they show something together."""
     found = [diagnose(*group) for group in groups]
-    shown = _shown_together([axis for group in found for axis in group])
-    if not any(shown):
-        return found
-    of_axes = iter(shown)
-    return [
-        _again(group, axes, [next(of_axes) for _ in axes]) for group, axes in zip(groups, found, strict=True)
-    ]  # fmt: skip
+    shown = iter(_shown_together([axis for group in found for axis in group]))
+    found = [_again(group, axes, [next(shown) for _ in axes]) for group, axes in zip(groups, found, strict=True)]
+    with_gain = iter(_with_gain([axis for group in found for axis in group]))
+    return [[next(with_gain) for _ in axes] for axes in found]
 
 
 def diagnose_packages(axes: Sequence[Group]) -> list[list[Diagnosis]]:
@@ -31,7 +44,9 @@ def diagnose_packages(axes: Sequence[Group]) -> list[list[Diagnosis]]:
     found = [diagnose(*axis) for axis in axes]
     by_package = [_shown_together(package) for package in zip(*found, strict=True)]
     by_axis = list(zip(*by_package, strict=True))
-    return [_again(axis, of_axis, shown) for axis, of_axis, shown in zip(axes, found, by_axis, strict=True)]
+    found = [_again(axis, of_axis, shown) for axis, of_axis, shown in zip(axes, found, by_axis, strict=True)]
+    packages = [_with_gain(package) for package in zip(*found, strict=True)]
+    return [list(of_axis) for of_axis in zip(*packages, strict=True)]
 
 
 def _shown_together(package: Sequence[Diagnosis]) -> list[BeliefTest | None]:
@@ -42,12 +57,29 @@ def _shown_together(package: Sequence[Diagnosis]) -> list[BeliefTest | None]:
     return list(judge_common_cause([_shown(axis) for axis in package]))
 
 
+def _with_gain(package: Sequence[Diagnosis]) -> list[Diagnosis]:
+    """Return the findings of the outputs of a package with what is said of a gain that all of them show."""
+    outputs = [OutputOfPackage(_axis_of(axis), axis.solved, axis.row) for axis in package]
+    finding = gain_finding(outputs, len(outputs) * package[0].tests.level / MOST_TESTS)
+    if finding is None or any(_is_like_a_gain(said) for axis in package for said in axis.findings):
+        return list(package)
+    return [replace(axis, findings=(*axis.findings, finding)) for axis in package]
+
+
+def _is_like_a_gain(said: Finding) -> bool:
+    return said.is_significant and said.kind in _LIKE_A_GAIN
+
+
+def _axis_of(axis: Diagnosis) -> str:
+    return axis.solved.problem.models[axis.row].nominal_axis
+
+
 def _judged(axis: Diagnosis) -> tuple[AxisTests, float | None]:
     return axis.tests, sensitivity_of(axis)
 
 
 def _shown(axis: Diagnosis) -> AxisShown:
-    return AxisShown(axis.solved.problem.models[axis.row].nominal_axis, axis.tests, scale_of(axis.solved, axis.row))
+    return AxisShown(_axis_of(axis), axis.tests, scale_of(axis.solved, axis.row))
 
 
 def _again(group: Group, found: list[Diagnosis], shown: Sequence[BeliefTest | None]) -> list[Diagnosis]:

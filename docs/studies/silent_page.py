@@ -60,9 +60,9 @@ LEFT = """
 CURRENT = """
 § {current} cells, computed with the tests up to decision 66; those of decision 72 are looked for in its two scenes, and
 clean campaigns ring as often with them (0.050 of 4 000); decision 74 names more of `after-pitch-moves`, `k0-asymmetry`,
-`k3` and `temperature-curvature` near their thresholds than stands here. The others have the tests of earlier
-versions: nothing of the estimates has changed since, so their intervals are as they would be now, but *named* and
-*rings* lack what is newer (decisions 48 to 66, as far as each is about the scene).{again}
+`k3`, `temperature-curvature` and `meter-gain` near their thresholds than stands here. The others have the tests of
+earlier versions: nothing of the estimates has changed since, so their intervals are as they would be now, but *named*
+and *rings* lack what is newer (decisions 48 to 66, as far as each is about the scene).{again}
 """
 AGAIN = """ Of {both} cells both are known: {changed} has another verdict, and *named* differs by {most:.3f}
 at most, in `{scene}` of {size:g} {unit}."""

@@ -87,7 +87,7 @@ def test_what_is_told_together_has_the_size_of_every_axis_and_which_show_it() ->
 
 
 def test_a_cause_of_one_axis_alone_is_told_of_it_as_often_and_not_of_the_others() -> None:
-    drawn = campaigns("clean", 0.0, np.random.default_rng(8), 40)
+    drawn = campaigns("clean", 0.0, np.random.default_rng(8), 30)
     outputs = columns_of(drawn, "x")
     rows = rows_of(drawn)
     force = specific_force(rows.pitch_rad, rows.roll_rad)[:, 0]
