@@ -45,7 +45,7 @@ from procedures.records.progress import RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
-from procedures.run.ending import PROCESS, Ending, Outcome, RunEnds
+from procedures.run.ending import Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import LINK, RECONNECT, TrustLost
 from procedures.run.judgement.history import History, read_history
@@ -53,7 +53,7 @@ from procedures.run.progress_log import ProgressLog
 from procedures.run.pulse import RunPulse
 from procedures.run.services import RunServices
 from procedures.run.steering import Steering, signals_steer
-from procedures.run.stop_page import UNASKED, explain
+from procedures.run.stop_page import ENDED_BY, UNASKED, explain
 from procedures.run.watch.clock_watch import GapWatch
 from procedures.run.watch.safe_state import NOT_SEEN, make_safe, resting_deg
 from procedures.run.watch.silent_devices import silence_words
@@ -169,7 +169,7 @@ def _explained(outcome: Outcome, folder: Path, second_folder: Path | None, clock
     """Leave the last words and the page of an ending that nobody asked for; the outcome says where, if elsewhere."""
     if outcome.state is State.INTERRUPTED:
         keep_last_words(folder, second_folder, LastWords(outcome.reason, clock.now_utc(), outcome.cause))
-    if outcome.state in UNASKED or outcome.cause in (*TAKES_NOTHING, PROCESS):
+    if outcome.state in UNASKED or outcome.cause in ENDED_BY:
         page = explain(folder, outcome.reason, outcome.positions_deg, second_folder, outcome.cause)
         if page is not None and page.parent != folder:
             return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")

@@ -19,6 +19,7 @@ from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, MADE_AGAIN
 from procedures.records.states import ACTIVE, State, state_sentence
+from procedures.run.stop_page import ENDED_BY, PAGE, UNASKED
 from rig.local_time import at_both
 from rig.plain_text import one_line
 
@@ -70,6 +71,28 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_solved(run_dir, stands.state),
     ]
     return "\n".join(lines) + "\n"
+
+
+def unfinished(run_dir: Path, second_folder: Path) -> list[str]:
+    """Return how a run stands that did not finish: state and cause, the page that explains it, what comes next.
+
+    Raises: JournalError where the journal cannot be read.
+    """
+    state = status(run_dir).state
+    with JournalReader.open(run_dir) as reader:
+        stamped = list(reader.events())
+        events = list(on_one_clock(stamped))
+        dwells = list(dwells_on_one_clock(reader.dwells(with_samples=False), stamped))
+    last = next(event for event in reversed(events) if event.kind == "state")
+    before = held_before(events)
+    numbers, cause = numbers_of(str(run_dir), events, dwells), str(last.detail.get("cause", ""))
+    is_explained = state in (*UNASKED, State.HELD) or cause in ENDED_BY or bool(before)
+    pages = [folder / PAGE for folder in (run_dir, second_folder / run_dir.name)]
+    return [
+        f"state      {_standing(state, last, events[-1], read_last_words(run_dir, second_folder))}",
+        *[f"page       {page}" for page in pages if is_explained and page.exists()][:1],
+        f"next       {_next(run_dir, state, cause, before, '', numbers)}",
+    ]
 
 
 def _standing(state: State, entered: Event, newest: Event, words: LastWords | None) -> str:

@@ -16,7 +16,7 @@ from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
 from procedures.journal.audit_trail import MadeAgain, made_again_in
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import MOVED, STORAGE
+from procedures.journal.last_words import MOVED, STORAGE, TAKES_NOTHING
 from procedures.journal.owner import is_owned
 from procedures.journal.second_folder import make_beside
 from procedures.journal.standing import derived_state
@@ -25,7 +25,7 @@ from procedures.journal.storage import JOURNAL_FILE
 from procedures.pages import page_environment
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
-from procedures.run.ending import NO_RUN
+from procedures.run.ending import NO_RUN, PROCESS
 from procedures.run.sparkline import Sparkline, sparkline
 from rig.clock import SystemClock
 from rig.local_time import at_both, local_clock
@@ -33,6 +33,8 @@ from rig.plain_text import one_line
 
 UNASKED = (State.TRIPPED, State.FAILED)
 """Endings that nobody asked for; ``held`` is no ending and has its page as well."""
+ENDED_BY = (*TAKES_NOTHING, PROCESS)
+"""Causes of a stop that nobody asked for: of the disk and of our own process."""
 PAGE, TEXT = "why.html", "why.txt"
 TEMPLATES = Path(__file__).parent / "templates"
 LAST = timedelta(minutes=15)

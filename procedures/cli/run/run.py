@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -49,10 +49,11 @@ from procedures.delivery.lessons import learned
 from procedures.delivery.parts import DONE, NOT_MADE
 from procedures.delivery.publish import history_findings
 from procedures.delivery.unsolved import DEFECTS_FILE, page_of_unsolved
-from procedures.errors import ExitStatus, NotSolved, RequestError
+from procedures.errors import ExitStatus, NotSolved, ProcedureError, RequestError
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
+from procedures.journal.second_folder import second_folder
 from procedures.journal.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
@@ -64,6 +65,7 @@ from procedures.report.summary import print_summary, print_verdict, worst_uncert
 from procedures.report.view import Trust
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
+from procedures.run.handover import unfinished
 from procedures.run.resume import resume as resume_run
 from rig.assembly.open_rig import choose_clock, open_rig
 from rig.assembly.unguarded import unguarded_sentences
@@ -253,6 +255,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
             delivery = deliver(solved, url, progress_line)
     except BaseException as error:
         attendance.tell_end(f"{outcome.state}, and nothing delivered", _what_next(folder, error))
+        _tell_unfinished(folder, outcome)
         raise
     if outcome.state is State.FINISHED:
         attendance.tell_end(*_last_word(delivery))
@@ -266,8 +269,17 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     else:
         tell(delivery)
     tell_failures(delivery)
+    _tell_unfinished(folder, outcome)
     failed = delivery.failures or (solved.is_finished and solved.failures)
     return ExitStatus.FAILED if failed else outcome.exit_status
+
+
+def _tell_unfinished(folder: Path, outcome: Outcome) -> None:
+    """Tell last of a run that did not finish how it stands: a page of results rolls what was told before away."""
+    if outcome.state is not State.FINISHED:
+        with suppress(ProcedureError):  # whose journal cannot be read told it already
+            for line in unfinished(folder, second_folder()):
+                note_paragraph(line)
 
 
 ENDED: Final[Mapping[Trust, tuple[str, str]]] = {
