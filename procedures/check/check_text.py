@@ -16,6 +16,7 @@ from procedures.kinds.kind import DesignFigures
 from procedures.numbers import duration
 from procedures.plan.order import TWICE
 from procedures.plan.plan import Expectation
+from procedures.report.overview import stated_once
 from rig.local_time import at_both
 
 _NOTHING = 1e-9
@@ -200,11 +201,24 @@ def _angles(report: CheckReport) -> "list[RenderableType]":
 
 
 def _noise(report: CheckReport) -> str:
-    sources = ", ".join(dict.fromkeys(axis.noise_source for axis in report.forecast.expected))
-    conings = ", ".join(dict.fromkeys(f"{axis.coning_deg:g}°" for axis in report.forecast.expected))
-    has_azimuth = any("azimuth_deg" in axis.standard_uncertainty for axis in report.forecast.expected)
-    azimuth = f"; the azimuth's holds for a coning angle of {conings}" if has_azimuth else ""
-    return f"u: standard uncertainty as the solution will state it (noise: {sources}){azimuth}"
+    """Say where the noise comes from, of each axis where they differ, and for which coning angles u(azimuth) holds."""
+    expected = report.forecast.expected
+    sources = dict.fromkeys(axis.noise_source for axis in expected)
+    of_each = stated_once(((axis.sensor, axis.axis, axis.noise_source) for axis in expected), list(report.plan.sensors))
+    lines = [f"u: standard uncertainty as the solution will state it (noise: {', '.join(sources)})"]
+    if len(sources) > 1:
+        lines = ["u: standard uncertainty as the solution will state it; noise:", *(f"  {text}" for text in of_each)]
+    by_coning = sorted(expected, key=lambda axis: axis.coning_deg)
+    if any("azimuth_deg" in axis.standard_uncertainty for axis in expected):
+        least, most = by_coning[0], by_coning[-1]
+        span = f"the coning angle of {least.coning_deg:g}°"
+        if least.coning_deg < most.coning_deg:
+            span = (
+                f"the coning angle of each axis, from {least.coning_deg:g}° ({least.sensor} {least.axis}) to "
+                f"{most.coning_deg:g}° ({most.sensor} {most.axis})"
+            )
+        lines.append(f"u(azimuth) holds for {span}, and goes as its inverse")
+    return "\n".join(lines)
 
 
 def _bare_table() -> "Table":

@@ -1,12 +1,18 @@
 """What happened on every line, for the record: kept every hundred dwells, before lines are opened anew, at the end."""
 
+import re
+from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Final
 
 from procedures.records.dwells import Event
+from procedures.records.states import State
 from rig.link.counts import ExchangeCounts
 
 KIND = "links"
+_LOST: Final = re.compile(r"link lost: (?P<line>[^\s:]+)")
+"""How the reason of a hold begins whose line was lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,12 +24,15 @@ class LineFigures:
     """Questions without a good answer, whether they were asked again or not."""
     stale_bytes: int
     """That nobody had asked for."""
+    lost: int = 0
+    """How often the run was held because the line was lost: a port that is gone gives no answer, not a bad one."""
 
     def in_words(self) -> str:
         """Describe the figures in one phrase."""
         rate = f" ({self.errors / self.questions:.2%})" if self.errors and self.questions else ""
         stale = f", {self.stale_bytes} bytes nobody asked for" if self.stale_bytes else ""
-        return f"{self.questions} questions, {self.errors} without a good answer{rate}{stale}"
+        lost = f", lost {'once' if self.lost == 1 else f'{self.lost} times'}" if self.lost else ""
+        return f"{self.questions} questions, {self.errors} without a good answer{rate}{stale}{lost}"
 
 
 def link_detail(counts: Mapping[str, ExchangeCounts]) -> dict[str, object]:
@@ -37,6 +46,7 @@ class LineTally:
 
     _total: dict[str, LineFigures] = field(default_factory=dict)
     _since: dict[str, LineFigures] = field(default_factory=dict)
+    _lost: Counter[str] = field(default_factory=Counter)
     _process: object = None
 
     def take(self, event: Event) -> None:
@@ -47,6 +57,8 @@ class LineTally:
             ):
                 self._total = _added(self._total, self._since)
             self._since = now
+        elif lost := _LOST.match(str(event.detail.get("reason", ""))) if event.detail.get("to") == State.HELD else None:
+            self._lost[lost["line"]] += 1
         elif event.kind == "reconnect" and not event.detail.get("failed"):
             self._begin_anew()
         elif event.kind == "opened" and event.detail.get("pid") != self._process:
@@ -55,10 +67,11 @@ class LineTally:
 
     def figures(self) -> dict[str, LineFigures]:
         """Return the figures of every line, so far."""
-        return _added(self._total, self._since)
+        found = _added(self._total, self._since)
+        return {name: replace(figures, lost=self._lost[name]) for name, figures in found.items()}
 
     def _begin_anew(self) -> None:
-        self._total, self._since = self.figures(), {}
+        self._total, self._since = _added(self._total, self._since), {}
 
 
 def lines_in(events: Iterable[Event]) -> dict[str, LineFigures]:

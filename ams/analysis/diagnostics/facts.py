@@ -120,8 +120,8 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
         f"{'; an even drift is in the solution' if has_drift else ''}"
     )
     what_to_do = (
-        "use an order such as there-and-back, or take an even drift into the solution (--time-term linear; [solve] "
-        "time_term)"
+        "measure every replication to its end, in an order such as there-and-back, or take an even drift into the "
+        "solution (--time-term linear; [solve] time_term)"
     )
     yield Finding(
         "time-confounded",

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
-from typing import Any
+from typing import Any, Final
 
 from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT
 from ams.exports.statement import kind_of_warning
@@ -59,6 +59,10 @@ def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> It
         yield from ("", f"axes {', '.join(axes)}", *(f"  remark: {text}" for text in of_every))
 
 
+_FIVE_PERCENT: Final = 0.05
+"""Above it a test says nothing by itself; a T beyond its limit is then what is known of table, meter and level."""
+
+
 def _remarks_of_every(axes: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks that all of several axes have, in the order of the first."""
     each = [axis.get("remarks", ()) for axis in axes.values()]
@@ -112,4 +116,7 @@ def _test(name: str, test: Mapping[str, Any] | None, judged: Mapping[str, Any] |
         return f"{name} T {test['t']:.3g}"
     judgement = "significant" if judged["significant"] else "not significant"
     chance = "" if judged["p_value"] is None else f", p {judged['p_value']:.2g}"
+    is_plain = test["f_95"] is not None and test["t"] > test["f_95"]
+    if is_plain and not judged["significant"] and (judged["p_value"] or 0.0) > _FIVE_PERCENT:
+        return f"{name} no larger than what is known explains (T {test['t']:.3g} against precision alone{chance})"
     return f"{name} {judgement} (T {test['t']:.3g}{chance})"

@@ -1,7 +1,9 @@
 """``calrig check``: what it tells about a plan, against numbers worked out by hand and by simulation."""
 
 import json
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,7 @@ from planning_files import AIR, PROCEDURE, RIG, procedure_file, rig_file
 
 from procedures.check.check_report import check, to_document
 from procedures.check.check_text import render
+from procedures.kinds.expected import ExpectedAxis
 from rig.errors import DescriptionError
 from rig.local_time import at_both
 
@@ -150,6 +153,32 @@ def test_every_part_is_printed(tmp_path: Path):
         "SN1 z",
     ):
         assert piece in text, piece
+
+
+def test_noise_and_coning_that_differ_between_axes_are_told_with_the_axes(tmp_path: Path):
+    from rich.console import Console
+
+    report = check(rig_file(tmp_path), procedure_file(tmp_path))
+    still, drifting = "2e-05 V a reading; no lack of fit and no drift assumed", "2e-05 V a reading; the twin's drift"
+    expected = [
+        replace(axis, coning_deg=coning_deg, noise_source=source)
+        for axis, coning_deg, source in zip(
+            report.forecast.expected, (0.5, 0.11, 0.3), (still, drifting, still), strict=True
+        )
+    ]
+
+    def told(axes: list[ExpectedAxis]) -> str:
+        out = StringIO()
+        forecast = replace(report.forecast, expected=axes)
+        Console(width=200, file=out).print(render(replace(report, forecast=forecast)))
+        return out.getvalue()
+
+    first, second, third = (axis.axis for axis in expected)
+    text = told(expected)
+    assert f"noise:\n  SN1 {first}, {third}: {still}\n  SN1 {second}: {drifting}\n" in text
+    assert f"the coning angle of each axis, from 0.11° (SN1 {second}) to 0.5° (SN1 {first}), and goes as" in text
+    alike = told([replace(axis, coning_deg=0.5, noise_source=still) for axis in expected])
+    assert f"(noise: {still})\nu(azimuth) holds for the coning angle of 0.5°, and goes as its inverse\n" in alike
 
 
 @pytest.mark.parametrize(("half_width_deg", "is_foreseen"), [(0.1, True), (1e-6, False)])

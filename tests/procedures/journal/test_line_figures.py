@@ -35,11 +35,27 @@ def test_counts_are_added_over_connections_and_not_within_one() -> None:
     [
         (LineFigures(1000, 0, 0), "1000 questions, 0 without a good answer"),
         (LineFigures(1000, 25, 0), "1000 questions, 25 without a good answer (2.50%)"),
+        (LineFigures(1000, 0, 0, 1), "1000 questions, 0 without a good answer, lost once"),
+        (LineFigures(1000, 0, 0, 2), "1000 questions, 0 without a good answer, lost 2 times"),
         (LineFigures(3, 0, 12), "3 questions, 0 without a good answer, 12 bytes nobody asked for"),
     ],
 )
 def test_figures_are_told_in_one_phrase(figures: LineFigures, expected: str) -> None:
     assert figures.in_words() == expected
+
+
+def test_a_line_that_was_lost_is_told_as_that_though_it_gave_no_bad_answer() -> None:
+    gone = "link lost: readouts.daq at socket://127.0.0.1:5: connection lost: the other side closed the connection"
+    events = [
+        event(1, "opened", 0.0, pid=7),
+        event(2, "links", 1.0, **{"readouts.daq": [100, 0, 0], "axes.pitch": [10, 0, 0]}),
+        event(3, "state", 1.5, to="held", reason=gone),
+        event(4, "reconnect", 2.0, failed=gone),
+        event(5, "reconnect", 3.0, failed=""),
+        event(6, "state", 3.1, to="running", reason=gone),
+        event(7, "links", 4.0, **{"readouts.daq": [40, 0, 0], "axes.pitch": [5, 0, 0]}),
+    ]
+    assert lines_in(events) == {"readouts.daq": LineFigures(140, 0, 0, 1), "axes.pitch": LineFigures(15, 0, 0)}
 
 
 def test_a_run_tells_its_lines_in_status_and_report(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from command import call
 from package_outputs import TRUTH, write_observations
 
 from ams.exports.formats import load_set
+from procedures.cli.results.coefficients_text import replication_line
 
 NAMES = ("offset_v", "sensitivity_v_per_g", "coning_deg", "azimuth_deg")
 AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
@@ -44,6 +45,21 @@ def test_the_document_has_the_form_others_rely_on(tmp_path: Path, capsys: pytest
     for name in NAMES:
         index = NAMES.index(name)
         assert x["covariance"][index][index] == pytest.approx(x["parameters"][name]["standard_uncertainty"] ** 2)
+
+
+def test_a_lack_of_fit_that_what_is_known_explains_is_not_called_none() -> None:
+    """T is against precision alone, and 387 times it is plain; p is against what is known of the table too."""
+    test = {"t": 387.0, "f_95": 1.6}
+    replication = {"n": 4, "points": 40, "lack_of_fit": test, "drift": {}}
+    found = {"test": "lack of fit", "significant": False, "p_value": 1.0}
+    assert "lack of fit no larger than what is known explains (T 387 against precision alone, p 1)" in replication_line(
+        replication, [found]
+    )
+    by_chance = replication_line({**replication, "lack_of_fit": {"t": 1.7, "f_95": 1.6}}, [{**found, "p_value": 0.04}])
+    assert "lack of fit not significant (T 1.7, p 0.04)" in by_chance
+    assert "lack of fit significant (T 387, p 0)" in replication_line(
+        replication, [{**found, "significant": True, "p_value": 0.0}]
+    )
 
 
 def test_a_person_reads_the_verdict_with_its_ground_as_the_set_states_it(
