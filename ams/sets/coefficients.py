@@ -251,9 +251,11 @@ def _check_temperature_range(axes: Mapping[str, AxisNumbers], provenance: Proven
 
 
 def _remarks(calibration: Calibration) -> tuple[str, ...]:
-    """Return those of the warnings, of package and axes, that are no reservation."""
-    of_axes = (text for axis in calibration.axes.values() for text in axis.remarks)
-    return tuple(dict.fromkeys((*calibration.remarks, *of_axes)))
+    """Return those of the warnings, of package and axes, that are no reservation; what is one anywhere is none."""
+    axes = calibration.axes.values()
+    reservations = {*calibration.warnings, *(text for axis in axes for text in axis.warnings)}
+    said = dict.fromkeys((*calibration.remarks, *(text for axis in axes for text in axis.remarks)))
+    return tuple(text for text in said if text not in reservations)
 
 
 def _inputs(axes: Mapping[str, AxisNumbers]) -> Json:

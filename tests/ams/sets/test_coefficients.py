@@ -109,6 +109,22 @@ def test_what_is_not_determined_or_not_finite_is_null_and_never_nan() -> None:
     assert b"Infinity" not in render(document)
 
 
+def test_a_sentence_has_one_rank_everywhere_in_a_set_and_a_reservation_of_any_axis_is_one() -> None:
+    plain = solved_package()
+    said = {"x": (("bends", "seen once"), ("linear",)), "y": ((), ("linear", "seen once")), "z": ((), ("linear",))}
+    axes = {
+        name: replace(axis, warnings=said[name][0], remarks=said[name][1], findings=())
+        for name, axis in plain.axes.items()
+    }
+    calibration = replace(plain, axes=axes, warnings=("few",), remarks=("no temperature", "bends"))
+    entry = build_set(calibration, provenance()).document
+    everything = {*entry["warnings"], *(text for axis in entry["axes"].values() for text in axis["warnings"])}
+    remarks = set(entry["remarks"])
+    assert everything == {"bends", "seen once", "linear", "few", "no temperature"}
+    assert remarks == {"linear", "no temperature"}, "what is no warning of the calibration, which its verdict counts"
+    assert calibration.verdict == "usable"
+
+
 def test_the_shipped_schema_is_a_valid_schema_and_describes_a_set() -> None:
     from importlib.resources import files
 
