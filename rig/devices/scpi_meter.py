@@ -1,8 +1,9 @@
 """Single multimeters that speak SCPI: 34401A, Truevolt, Keithley 2000 and 2002. One input, one ``READ?`` a reading.
 
 What differs between them is a :class:`Preset`. Everything that a reading depends on is set behind the reset and read
-back, and asked for again before every burst: range, integration time, input impedance, and that a reading is a plain
-number of volts. A burst counts only when the error queue is empty behind it.
+back, and asked for again before every burst: range, integration time, input impedance, which inputs are selected (a
+key or a switch at the panel), and that a reading is a plain number of volts. A burst counts only when the same inputs
+are still selected and the error queue is empty behind it.
 
 Source: docs/devices/scpi-meters.md.
 """
@@ -180,6 +181,8 @@ class ScpiMeter:
         self._needs_remote = needs_remote
         self._set_up_for: float | None = None
         """Power-line cycles; None: it is not set up."""
+        self._terminals = settings.terminals
+        """Inputs that must be selected: those of the file, else those that were when it was prepared."""
         self._busy_until_s = 0.0
         """Rig seconds: a reading that was given up is still being taken, and everything else waits behind it."""
 
@@ -190,13 +193,8 @@ class ScpiMeter:
                 f"{self.name}: *IDN? says model {model!r}, need {' or '.join(self._preset.names)}"
                 f" (readouts.{self.name}: model); nothing was set; correct the rig file or the address"
             )
-        answer = self._line.ask(self._preset.terminals, _word, idempotent=True)
-        terminals = "front" if answer == self._preset.front else "rear"
-        if self._settings.terminals not in (None, terminals):
-            raise DeviceRefused(
-                f"{self.name}: the {terminals} inputs are selected, need those at the {self._settings.terminals}"
-                f" (readouts.{self.name}: terminals); nothing was measured; press the key at the meter"
-            )
+        terminals = self._selected()
+        self._require_terminals(terminals, self._settings.terminals, "nothing was measured")
         carrier = self._line.identify()
         unit = f"{maker} {model} {serial} {firmware}".strip()
         return ", ".join([unit, f"{terminals} inputs", *([carrier] if carrier else [])])
@@ -208,6 +206,7 @@ class ScpiMeter:
         if self._needs_remote:
             self._line.tell(b"SYST:REM")
         self.identify()
+        self._terminals = self._settings.terminals or self._selected()
         self._line.tell(b"*RST")
         self.earlier_errors = tuple(text for _, text in take_errors(self._line, self.name))
         self._set_up(self._settings.nplc)
@@ -226,6 +225,7 @@ class ScpiMeter:
             self._require_as_set(cycles)
             started_s = self._clock.monotonic_s()
             values_v = np.array([self._reading(cycles, wait) for _ in range(samples)], dtype=np.float64)
+            self._require_terminals(self._selected(), self._terminals, "the burst is dropped")
             require_no_error(self._line, self.name, "the burst", "it is dropped")
         overload = np.abs(values_v) > scpi.LARGEST_READING
         values_v[overload] = np.nan
@@ -269,7 +269,21 @@ class ScpiMeter:
         require_no_error(self._line, self.name, "configuration", "nothing is measured")
         self._set_up_for = cycles
 
+    def _selected(self) -> Literal["front", "rear"]:
+        answer = self._line.ask(self._preset.terminals, _word, idempotent=True)
+        return "front" if answer == self._preset.front else "rear"
+
+    def _require_terminals(self, selected: str, need: str | None, outcome: str) -> None:
+        if need not in (None, selected):
+            declared = self._settings.terminals is not None
+            by = "terminals" if declared else "terminals is left out, and those were selected when it was prepared"
+            raise DeviceRefused(
+                f"{self.name}: the {selected} inputs are selected, need those at the {need}"
+                f" (readouts.{self.name}: {by}); {outcome}; press the key at the meter"
+            )
+
     def _require_as_set(self, cycles: float) -> None:
+        self._require_terminals(self._selected(), self._terminals, "no reading is taken")
         require(self._line, self.name, b"VOLT:DC:RANG?", self._settings.range_v)
         require(self._line, self.name, b"VOLT:DC:NPLC?", cycles)
         require(self._line, self.name, self._preset.autozero + b"?", self._settings.autozero)

@@ -171,7 +171,7 @@ def test_a_stop_ends_a_reading_and_the_next_burst_is_whole() -> None:
 def test_a_reading_that_was_lost_or_cut_drops_the_burst(fault: faults.Fault, error: type[RigError]) -> None:
     rig = meter_rig("34401A")
     meter = rig.prepared()
-    rig.faults.reads = {rig.faults.taken + 6: fault}  # five settings are asked for again, then comes the second reading
+    rig.faults.reads = {rig.faults.taken + 7: fault}  # six settings are asked for again, then comes the second reading
     with pytest.raises(error, match="READ"):
         meter.read("dmm.x", 3, rig.wait)
     rig.level_v[0] = 2.0
@@ -204,6 +204,35 @@ def test_inputs_at_the_other_side_and_another_model_are_refused() -> None:
     other.model = "34401A"
     with pytest.raises(DeviceNonsense, match=r"\*IDN\? says model '34461A', need 34401A"):
         other.prepared()
+
+
+@pytest.mark.parametrize("declared", ["rear", None])
+@pytest.mark.parametrize("model", MODELS)
+def test_inputs_that_are_changed_at_the_panel_are_not_measured(model: str, declared: str | None) -> None:
+    # 8846 p. 61: the question returns the state of the switch, which a hand turns at any time.
+    rig = meter_rig(model)
+    rig.unit.is_front = False
+    meter = rig.meter(terminals=declared)
+    meter.prepare()
+    assert meter.read("dmm.x", 1, rig.wait).samples.size == 1
+    rig.unit.is_front = True
+
+    def measured(_duration_s: float) -> None:
+        raise AssertionError("a reading was taken at the front")
+
+    sentence = "the front inputs are selected, need those at the rear"
+    with pytest.raises(DeviceRefused, match=f"{sentence} .*terminals.*no reading is taken"):
+        meter.read("dmm.x", 1, measured)
+    rig.unit.is_front = False
+
+    def turned(duration_s: float) -> None:
+        rig.wait(duration_s)
+        rig.unit.is_front = True
+
+    with pytest.raises(DeviceRefused, match=f"{sentence} .*terminals.*the burst is dropped"):
+        meter.read("dmm.x", 2, turned)
+    rig.unit.is_front = False
+    assert meter.read("dmm.x", 1, rig.wait).samples.size == 1
 
 
 def test_only_what_a_model_offers_is_accepted() -> None:
