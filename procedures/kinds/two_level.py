@@ -117,7 +117,14 @@ def _can_go(rig: RigDescription, axis: str, angle_deg: float) -> bool:
         return angle_deg == 0.0
     table_deg = settings.table_deg(angle_deg)
     return not any(
-        broken_rules(angle_deg, table_deg, settings.limits_deg, settings.increment_deg, settings.approach_deg)
+        broken_rules(
+            angle_deg,
+            table_deg,
+            settings.limits_deg,
+            settings.increment_deg,
+            settings.approach_deg,
+            settings.miswritten(),
+        )
     )
 
 

@@ -11,7 +11,7 @@ from procedures.errors import PlanError
 from procedures.plan.steps import Dwell, Step
 from rig.description.device_settings import AxisSettings
 from rig.description.rig_file import RigDescription
-from rig.devices.targets import BrokenRule, Rule, broken_rules, is_on_increment, nearest_targets_deg
+from rig.devices.targets import BrokenRule, Miswritten, Rule, broken_rules, is_on_increment, nearest_targets_deg
 
 Key = Sequence[object]
 KeyOfAxis = Callable[[str], Key]
@@ -59,14 +59,20 @@ def _of_axis(
             f"the one-sided approach of {settings.approach_deg:g}° (axes.{axis}.approach_deg) is no multiple of the "
             f"table's {settings.increment_deg:g}°; nothing moved; correct the rig file",
         )
-    broken = {name: {item.rule: item for item in _broken(settings, angle)} for name, angle in targets.items()}
+    miswritten = settings.miswritten()
+    broken = {
+        name: {item.rule: item for item in _broken(settings, angle, miswritten)} for name, angle in targets.items()
+    }
     yield from _beyond_limits(procedure, key, axis, settings, targets, _those(broken, "limits_deg"))
     yield from _off_increment(procedure, key, axis, settings, targets, _those(broken, "increment_deg"))
+    yield from _miswritten(procedure, key, axis, targets, _those(broken, "written"))
 
 
-def _broken(settings: AxisSettings, target_deg: float) -> Iterator[BrokenRule]:
+def _broken(settings: AxisSettings, target_deg: float, miswritten: Miswritten) -> Iterator[BrokenRule]:
     table_deg = settings.table_deg(target_deg)
-    return broken_rules(target_deg, table_deg, settings.limits_deg, settings.increment_deg, settings.approach_deg)
+    return broken_rules(
+        target_deg, table_deg, settings.limits_deg, settings.increment_deg, settings.approach_deg, miswritten
+    )
 
 
 def _those(broken: Mapping[str, Mapping[Rule, BrokenRule]], rule: Rule) -> dict[str, BrokenRule]:
@@ -110,6 +116,19 @@ def _off_increment(
         f"{name} asks for {axis} {targets[name]:g}°, the table stops only at multiples of {settings.increment_deg:g}° "
         f"(axes.{axis}.increment_deg), nearest {_nearest(settings, targets[name])} ({len(broken)} of {len(targets)} "
         "points are off); nothing moved; choose other steps",
+    )
+
+
+def _miswritten(
+    procedure: ProcedureDescription, key: Key, axis: str, targets: Targets, broken: Mapping[str, BrokenRule]
+) -> Iterator[PlanError]:
+    if not broken:
+        return
+    name = next(iter(broken))
+    yield procedure.error(
+        key,
+        f"{name} asks for {axis} {targets[name]:g}°: {broken[name].why} (axes.{axis}.dialect; {len(broken)} of "
+        f"{len(targets)} points cannot be told); nothing moved; choose other angles, or another zero_deg of the axis",
     )
 
 

@@ -5,11 +5,9 @@ from collections.abc import Iterable, Mapping
 from rig.description.device_settings import TWIN_PORT
 from rig.description.plausible_limits import implausible_limits
 from rig.description.rig_file import RigDescription
-from rig.errors import DescriptionError, RequestRefused
+from rig.errors import RequestRefused
 from rig.link.gpib import parse_resource, port_of
 from rig.toml_file import TomlFile
-from rig.wire.dialect_files import dialect_name
-from rig.wire.table_dialect import load_dialect
 
 OVER_RANGE = 1.2
 """Meters read this much of their range before they overload."""
@@ -330,13 +328,8 @@ def _missing_truth(file: TomlFile, rig: RigDescription) -> Iterable[str]:
 def _unusable_dialects(file: TomlFile, rig: RigDescription) -> Iterable[str]:
     """Yield dialects that cannot be used, read before any port is opened."""
     for name, axis in rig.axes.items():
-        if "dialect" not in type(axis).model_fields:
-            continue
-        dialect = getattr(axis, "dialect", None)
-        try:
-            load_dialect(dialect and dialect_name(dialect, file.path.parent), axis.increment_deg)
-        except DescriptionError as error:
-            yield file.complaint(("axes", name, "dialect" if dialect else "increment_deg"), str(error))
+        for key, sentence in axis.file_complaints(file.path.parent):
+            yield file.complaint(("axes", name, *key), sentence)
     for name, readout in rig.readouts.items():
         for key, sentence in readout.file_complaints(file.path.parent):
             yield file.complaint(("readouts", name, *key), sentence)

@@ -3,7 +3,7 @@
 The strict tables here are what ``rig.toml`` is validated against.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -78,6 +78,17 @@ class AxisSettings(StrictTable):
     def remarks(self) -> tuple[str, ...]:
         """Return what a person should know of this machine before a run. Raises: DescriptionError."""
         return ()
+
+    def file_complaints(self, folder: Path) -> Iterator[tuple[tuple[str, ...], str]]:  # noqa: ARG002
+        """Yield as of a readout, of files that it names and of what they cannot say."""
+        yield from ()
+
+    def miswritten(self) -> Callable[[float], str]:
+        """Return what tells why the machine cannot be told of an attitude; it tells nothing where it can.
+
+        Raises: DescriptionError.
+        """
+        return lambda _attitude_deg: ""
 
     def refuse_rate(self, name: str, rate_dps: float) -> None:
         """Refuse what the file can tell of a rate before any port is opened. Raises: RequestRefused."""

@@ -1,7 +1,9 @@
 """Indexing tables with a curvic coupling: they stop only at multiples of their increment, and are exact there."""
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
+from pathlib import Path
 from threading import Lock
 from typing import Literal
 
@@ -10,10 +12,11 @@ from pydantic import Field
 from rig.description.device_settings import AxisSettings
 from rig.devices.abilities import AxisState, StopStep
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
-from rig.devices.targets import check_target, require_home
-from rig.errors import DeviceNonsense, DeviceRefused
+from rig.devices.targets import Miswritten, check_target, require_home
+from rig.errors import DescriptionError, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
+from rig.wire.dialect_files import dialect_name
 from rig.wire.indexing_table import (
     Acknowledged,
     AskPosition,
@@ -40,6 +43,7 @@ from rig.wire.table_dialect import Dialect, load_dialect
 _SAME_ANGLE_DEG = 1e-4
 """Half the last digit of a read-back, rounded up: closer than this is the commanded tooth."""
 _STILL_DEG = 1e-6
+_WRITTEN_DPS = 1e-9
 _TIMES_REFUSED = 3
 """So often the machine may refuse a question before it is believed: the line may have damaged it on its way."""
 
@@ -76,6 +80,19 @@ class DialectSettings(AxisSettings):
     def rts_cts(self) -> bool:
         return self.spoken().line.rts_cts
 
+    def file_complaints(self, folder: Path) -> Iterator[tuple[tuple[str, ...], str]]:
+        named = self.model_copy(update={"dialect": self.dialect and dialect_name(self.dialect, folder)})
+        try:
+            codec = TableCodec(named.spoken())
+        except DescriptionError as error:
+            yield ("dialect" if self.dialect else "increment_deg",), str(error)
+            return
+        if why := miswritten_speed(codec, self):
+            yield ("speed_dps",), f"got {self.speed_dps:g} °/s: {why}; nothing moved; give a speed that it can write"
+
+    def miswritten(self) -> Miswritten:
+        return miswritten_targets(TableCodec(self.spoken()), self)
+
     def remarks(self) -> tuple[str, ...]:
         dialect = self.spoken()
         lacks = [
@@ -84,6 +101,46 @@ class DialectSettings(AxisSettings):
             (dialect.state, f"it does not tell whether it moves: two equal positions {dialect.still_s:g} s apart do"),
         ]
         return tuple(f"dialect {dialect.name}: {sentence}" for query, sentence in lacks if query is None)
+
+
+def miswritten_targets(codec: TableCodec, settings: DialectSettings) -> Miswritten:
+    """Return what tells why an attitude would be written as another one, or as one that the machine does not take."""
+
+    def why(attitude_deg: float) -> str:
+        # Adding 0.0 turns −0.0 into 0.0, which the wire would show as -000.0000.
+        wanted_deg = round(settings.table_deg(attitude_deg), 6) + 0.0
+        taken_deg = codec.dialect.move.targets_deg
+        if taken_deg is not None and not taken_deg[0] <= wanted_deg <= taken_deg[1]:
+            line = codec.written(Move(settings.axis, wanted_deg)).line
+            return (
+                f"the dialect {codec.dialect.name} would write {line!r}, and its machine takes {taken_deg[0]:g} to"
+                f" {taken_deg[1]:g}° (move: targets_deg)"
+            )
+        return _miswritten(codec, Move(settings.axis, wanted_deg), wanted_deg, _SAME_ANGLE_DEG, "°")
+
+    return why
+
+
+def miswritten_speed(codec: TableCodec, settings: DialectSettings) -> str:
+    """Return why the speed to positions would be written as another one; empty where it is not, or not sent."""
+    if not codec.knows(Speed):
+        return ""
+    command = Speed(settings.axis, settings.speed_dps)
+    return _miswritten(codec, command, settings.speed_dps, _WRITTEN_DPS, " °/s")
+
+
+def miswritten_rate(codec: TableCodec, settings: DialectSettings, rate_dps: float) -> str:
+    """Return why a rate would be written as another one; empty where it is not."""
+    return _miswritten(codec, Rate(settings.axis, rate_dps), rate_dps, _WRITTEN_DPS, " °/s")
+
+
+def _miswritten(codec: TableCodec, command: Move | Speed | Rate, wanted: float, close: float, unit: str) -> str:
+    """Return what the machine would read in place of what was asked; empty where it reads that."""
+    written = codec.written(command)
+    if abs(written.value - wanted) <= close:
+        return ""
+    read = "no number" if math.isnan(written.value) else f"{written.value:g}{unit}"
+    return f"the dialect {codec.dialect.name} would write {written.line!r} by {written.template!r}, which is {read}"
 
 
 class IndexingTableSettings(DialectSettings):
@@ -119,6 +176,7 @@ class IndexingTableAxis:
         self._settings = settings
         self._codec, self._exchange, self._turn = codec, exchange, turn
         self._unwrap = unwrap
+        self._miswritten = miswritten_targets(codec, settings)
         self._home: Literal["none", "searching", "found"] = "found" if settings.homed_before else "none"
         """Where the machine does not tell."""
         self._is_enabled = False
@@ -132,7 +190,7 @@ class IndexingTableAxis:
         return f"{reply.text}, axis {self._number}"
 
     def check_target(self, target_deg: float) -> None:
-        check_target(self.name, self._settings, target_deg)
+        check_target(self.name, self._settings, target_deg, self._miswritten)
 
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
@@ -166,6 +224,11 @@ class IndexingTableAxis:
         if self._codec.knows(Enable):
             self._ask(Enable(self._number))
         if self._codec.knows(Speed):
+            if why := miswritten_speed(self._codec, self._settings):
+                raise RequestRefused(
+                    f"{self.name}: speed of {self.speed_dps:g} °/s: {why}; nothing moved; give a speed that it can"
+                    f" write (axes.{self.name}: speed_dps)"
+                )
             self._ask(Speed(self._number, self.speed_dps))
         self._is_enabled = True
 
@@ -183,6 +246,8 @@ class IndexingTableAxis:
         see_taken_up(is_begun, self._exchange.stream.clock, unseen)
 
     def _go(self, table_deg: float, target_deg: float) -> None:
+        if why := self._miswritten(target_deg):
+            raise RequestRefused(f"{self.name}: move to {target_deg:g}°: {why}; nothing moved; correct the dialect")
         self.enable()
         if self._codec.knows(Prepare):
             self._ask(Prepare(self._number))

@@ -4,7 +4,6 @@ No maker's manual of such a table could be used (docs/devices/rate-table.md), so
 is measured from two looks at the angle, and a rate that the dialect cannot write is refused.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from threading import Lock
 from typing import Literal
@@ -12,15 +11,13 @@ from typing import Literal
 from rig.clock import Clock
 from rig.devices import rates
 from rig.devices.abilities import AxisState, StopStep, TurnLook
-from rig.devices.indexing_table import DialectSettings, IndexingTableAxis, exchange_of
+from rig.devices.indexing_table import DialectSettings, IndexingTableAxis, exchange_of, miswritten_rate
 from rig.devices.targets import require_home
 from rig.errors import RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange
 from rig.wire.indexing_table import Rate, TableCodec
 from rig.wire.table_dialect import Dialect, load_dialect
-
-_WRITTEN_DPS = 1e-9
 
 
 class RateTableSettings(DialectSettings, rates.RevolvingSettings):
@@ -32,6 +29,23 @@ class RateTableSettings(DialectSettings, rates.RevolvingSettings):
 
     def spoken(self) -> Dialect:
         return load_dialect(self.dialect, self.increment_deg)
+
+    def refuse_rate(self, name: str, rate_dps: float) -> None:
+        super().refuse_rate(name, rate_dps)
+        _refuse_unwritten(name, TableCodec(self.spoken()), self, rate_dps)
+
+
+def _refuse_unwritten(name: str, codec: TableCodec, settings: RateTableSettings, rate_dps: float) -> None:
+    """Refuse a rate that the dialect has no command for, or would write as another. Raises: RequestRefused."""
+    if not codec.knows(Rate):
+        raise RequestRefused(
+            f"{name}: turn at {rate_dps:g} °/s: the dialect {codec.dialect.name} has no command for a"
+            " rate; nothing moved; give it one, or leave top_rate_dps out"
+        )
+    if why := miswritten_rate(codec, settings, rate_dps):
+        raise RequestRefused(
+            f"{name}: turn at {rate_dps:g} °/s: {why}; nothing moved; ask for a rate with fewer decimals"
+        )
 
 
 class Unwound:
@@ -82,17 +96,7 @@ class RateTableAxis:
 
     def check_rate(self, rate_dps: float) -> None:
         rates.check_rate(self.name, rate_dps, self.top_rate_dps)
-        if not self._codec.knows(Rate):
-            raise RequestRefused(
-                f"{self.name}: turn at {rate_dps:g} °/s: the dialect {self._codec.dialect.name} has no command for a"
-                " rate; nothing moved; give it one, or leave top_rate_dps out"
-            )
-        written_dps = self._codec.written_rate_dps(rate_dps)
-        if not math.isclose(written_dps, rate_dps, rel_tol=0.0, abs_tol=_WRITTEN_DPS):
-            raise RequestRefused(
-                f"{self.name}: turn at {rate_dps:g} °/s: the dialect {self._codec.dialect.name} would write"
-                f" {written_dps:g}; nothing moved; ask for a rate with fewer decimals"
-            )
+        _refuse_unwritten(self.name, self._codec, self._settings, rate_dps)
 
     def start_move(self, target_deg: float) -> None:
         self._table.start_move(target_deg)

@@ -5,14 +5,16 @@ sends, whoever checked before.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal, Protocol
 
 from rig.errors import RequestRefused
 
-Rule = Literal["finite", "limits_deg", "increment_deg"]
+Rule = Literal["finite", "limits_deg", "increment_deg", "written"]
+Miswritten = Callable[[float], str]
+"""Why the machine cannot be told of an attitude as its grammar writes it; empty where it can."""
 _GRID_TOLERANCE = 1e-6
 """Largest distance from a multiple of the increment, in increments, that counts as rounding."""
 
@@ -37,6 +39,8 @@ class BrokenRule:
     rule: Rule
     excess_deg: float = 0.0
     """How far beyond the limits, approach included."""
+    why: str = ""
+    """What would be written."""
 
 
 def broken_rules(
@@ -45,10 +49,12 @@ def broken_rules(
     limits_deg: tuple[float, float],
     increment_deg: float,
     approach_deg: float = 0.0,
+    miswritten: Miswritten = lambda _target_deg: "",
 ) -> Iterator[BrokenRule]:
     """Tell every rule that a target breaks; none where the axis may be sent there.
 
-    ``target_deg`` is the attitude, ``table_deg`` the angle that the machine is told.
+    ``target_deg`` is the attitude, ``table_deg`` the angle that the machine is told. What would be written is told of
+    targets alone that break no other rule.
     """
     if not math.isfinite(target_deg):
         yield BrokenRule("finite")
@@ -59,16 +65,20 @@ def broken_rules(
         yield BrokenRule("limits_deg", max(low_deg - min(way_deg), max(way_deg) - high_deg))
     if not is_on_increment(table_deg, increment_deg):
         yield BrokenRule("increment_deg")
+    elif why := next(filter(None, map(miswritten, dict.fromkeys(way_deg))), ""):
+        yield BrokenRule("written", why=why)
 
 
-def check_target(name: str, axis: Positioning, target_deg: float) -> None:
-    """Refuse a target that is not finite, outside the limits or between two teeth.
+def check_target(
+    name: str, axis: Positioning, target_deg: float, miswritten: Miswritten = lambda _target_deg: ""
+) -> None:
+    """Refuse a target that is not finite, outside the limits, between two teeth or not to be written.
 
     The approach is a target of its own, so a driver is asked twice. Raises: RequestRefused.
     """
     table_deg = axis.table_deg(target_deg)
-    for broken in broken_rules(target_deg, table_deg, axis.limits_deg, axis.increment_deg):
-        sentence = _sentence(broken.rule, name, target_deg, axis.limits_deg, axis.increment_deg)
+    for broken in broken_rules(target_deg, table_deg, axis.limits_deg, axis.increment_deg, miswritten=miswritten):
+        sentence = _sentence(broken, name, target_deg, axis.limits_deg, axis.increment_deg)
         raise RequestRefused(f"{name}: move to {sentence}")
 
 
@@ -78,10 +88,14 @@ def require_home(name: str, task: str, *, is_homed: bool) -> None:
         raise RequestRefused(f"{name}: {task}: the axis is not homed; nothing moved; home it first")
 
 
-def _sentence(rule: Rule, name: str, target_deg: float, limits_deg: tuple[float, float], increment_deg: float) -> str:
-    if rule == "finite":
+def _sentence(
+    broken: BrokenRule, name: str, target_deg: float, limits_deg: tuple[float, float], increment_deg: float
+) -> str:
+    if broken.rule == "written":
+        return f"{target_deg:g}°: {broken.why}; nothing moved; ask for an angle that it can write"
+    if broken.rule == "finite":
         return f"{target_deg}: not a number of degrees; nothing moved; give a finite angle"
-    if rule == "limits_deg":
+    if broken.rule == "limits_deg":
         return (
             f"{target_deg:g}°: outside the limits, allowed {limits_deg[0]:g} to {limits_deg[1]:g}°"
             f" (axes.{name}: limits_deg); nothing moved; ask for an angle inside"

@@ -145,10 +145,12 @@ def _retreat(axis: Axis, from_deg: float, stall: DeviceFault, clock: Clock, wait
 
 def _beside(axis: Axis, target_deg: float) -> float | None:
     """Return the next tooth inside the limits; None where there is no room."""
-    low_deg, high_deg = axis.limits_deg
     by_deg = axis.increment_deg or _BESIDE_DEG
-    stands_deg = (target_deg - by_deg, target_deg + by_deg)
-    return next((stand_deg for stand_deg in stands_deg if low_deg <= stand_deg <= high_deg), None)
+    for stand_deg in (target_deg - by_deg, target_deg + by_deg):
+        with suppress(RequestRefused):
+            axis.check_target(stand_deg)
+            return stand_deg
+    return None
 
 
 def _lift_to(axis: Axis, stand_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:

@@ -116,6 +116,16 @@ class Refused:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A number as a template writes it."""
+
+    template: str
+    line: str
+    value: float
+    """What the machine reads in it; NaN where it reads none."""
+
+
 Reply = Identity | Acknowledged | Position | TableState | Refused
 
 
@@ -168,11 +178,13 @@ class TableCodec:
         fields: dict[str, FieldValue] = {name: getattr(command, name) for name in command.__slots__}
         return self._commands[type(command)].render(**fields).encode("ascii") + self.terminator
 
-    def written_rate_dps(self, rate_dps: float) -> float:
-        """Return the rate as the machine reads it: its format may have fewer decimals."""
-        template = self._commands[Rate]
-        matched = template.match(template.render(axis=1, rate_dps=rate_dps))
-        return float("nan") if matched is None else float(matched["rate_dps"])
+    def written(self, command: Move | Speed | Rate) -> Written:
+        """Return the number of a command as the machine reads it: its format may have fewer decimals."""
+        template = self._commands[type(command)]
+        line = template.render(**{name: getattr(command, name) for name in command.__slots__})
+        matched = template.match(line)
+        value = float("nan") if matched is None else float(matched[command.__slots__[-1]])
+        return Written(template.text, line, value)
 
     def is_bare(self, kind: type[Command]) -> bool:
         """Return whether some machines obey its word alone; what is said to the word or to its end is not known."""

@@ -11,10 +11,10 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from rig.errors import DescriptionError
-from rig.toml_file import StrictTable, read_toml
+from rig.toml_file import StrictTable, as_tuple, read_toml
 from rig.wire.dialect_files import shipped_in
 from rig.wire.template import Template
 
@@ -82,6 +82,20 @@ class IdentityQuery(StrictTable):
 class MoveCommand(StrictTable):
     command: Annotated[str, line_with("axis", *angle_fields("target"))]
     reply: Annotated[str, line_with("axis", "text")] | None = None
+    targets_deg: tuple[float, float] | None = None
+    """Lowest and highest angle that the machine takes, as it counts them; None: whatever can be written."""
+
+    @field_validator("targets_deg", mode="before")
+    @classmethod
+    def _pair(cls, value: object) -> object:
+        return as_tuple(value)
+
+    @model_validator(mode="after")
+    def _low_below_high(self) -> "MoveCommand":
+        if self.targets_deg is not None and not self.targets_deg[0] < self.targets_deg[1]:
+            low, high = self.targets_deg
+            raise ValueError(f"targets_deg must be [low, high] with low < high, got [{low:g}, {high:g}]")
+        return self
 
 
 class PositionQuery(StrictTable):

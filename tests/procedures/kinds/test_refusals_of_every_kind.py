@@ -51,8 +51,8 @@ model = "linear"
 """
 
 
-def _refusal(folder: Path, pitch: str, approach: float = 0.0, low: float = -180.0) -> str:
-    (folder / "rig.toml").write_text(TABLE.format(approach=approach, low=low), encoding="utf-8")
+def _refusal(folder: Path, pitch: str, approach: float = 0.0, low: float = -180.0, table: str = TABLE) -> str:
+    (folder / "rig.toml").write_text(table.format(approach=approach, low=low), encoding="utf-8")
     (folder / "rest.toml").write_text(REST.format(pitch=pitch), encoding="utf-8")
     rig = read_rig(folder / "rig.toml")
     with pytest.raises((PlanError, DescriptionError)) as caught:
@@ -64,6 +64,23 @@ def test_a_rest_between_two_teeth_is_refused_with_its_neighbours(tmp_path: Path)
     text = _refusal(tmp_path, "12.5")
     assert text.startswith("/rest.toml:6: static.pitch_deg: point 1 asks for pitch 12.5°, the table stops only at")
     assert "nearest 12° and 13°" in text
+
+
+def test_an_angle_that_the_machine_cannot_be_told_is_refused_with_what_would_be_written(tmp_path: Path) -> None:
+    (tmp_path / "whole.toml").write_text(
+        'name = "whole"\nincrement_deg = 1.0\nterminator = "\\r"\n'
+        'position = { command = "P", reply = "{position_deg:g}" }\n'
+        'move = { command = "M{target_deg:.0f}", targets_deg = [-15.0, 15.0] }\nstop = { command = "S" }\n',
+        encoding="utf-8",
+    )
+    table = TABLE.replace("increment_deg = 1.0", 'increment_deg = 0.5\ndialect = "whole.toml"', 1)
+    text = _refusal(tmp_path, "12.5", table=table)
+    assert text.startswith(
+        "/rest.toml:6: static.pitch_deg: point 1 asks for pitch 12.5°: the dialect whole would write"
+    )
+    assert "'M12' by 'M{target_deg:.0f}', which is 12° (axes.pitch.dialect; 1 of 2 points cannot be told)" in text
+    assert "would write 'M16', and its machine takes -15 to 15°" in _refusal(tmp_path, "16.0", table=table)
+    assert "would write 'M16'" in _refusal(tmp_path, "12.0", approach=4.0, table=table)
 
 
 def test_an_approach_that_leaves_the_limits_is_refused(tmp_path: Path) -> None:

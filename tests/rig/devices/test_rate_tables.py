@@ -187,7 +187,9 @@ def test_a_rate_that_the_dialect_would_round_is_refused() -> None:
     # IA1 sends integers to JOG: whether it takes a fraction is not known.
     bench = Bench(IDEAL)
     bench.home()
-    with pytest.raises(RequestRefused, match=r"turn at 12.5 °/s: the dialect ideal-aerosmith-1270vs would write 12"):
+    with pytest.raises(
+        RequestRefused, match=r"turn at 12.5 °/s: the dialect ideal-aerosmith-1270vs would write 'JOG12'"
+    ):
         bench.axis.start_rate(12.5)
     assert bench.true_dps == 0.0
 
