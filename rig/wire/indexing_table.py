@@ -159,7 +159,7 @@ class TableCodec:
         self._replies: dict[type[Command], Template] = {
             kind: Template(query.reply, per_deg) for kind, query in there.items() if query.reply is not None
         }
-        self._error = None if dialect.error is None else Template(dialect.error.reply)
+        self._errors = () if dialect.error is None else tuple(map(Template, dialect.error.forms))
 
     def knows(self, kind: type[Command]) -> bool:
         """Return whether the machine has this command."""
@@ -207,9 +207,9 @@ class TableCodec:
     def encode_reply(self, reply: Reply, axis: int, command: type[Command] | None) -> bytes:
         """Return what the machine answers; ``command`` None where it did not understand which."""
         if isinstance(reply, Refused) or command is None:
-            if self._error is None:
+            if not self._errors:
                 return b""
-            text = self._error.render(axis=axis, text=getattr(reply, "text", ""))
+            text = self._errors[0].render(axis=axis, text=getattr(reply, "text", ""))
         elif command not in self._replies:
             return b""
         else:
@@ -222,9 +222,10 @@ class TableCodec:
         if text is None or type(command) not in self._replies:
             return None
         addressed = getattr(command, "axis", None)
-        error = None if self._error is None else self._error.match(text)
-        if error is not None and error.get("axis", addressed) == addressed:
-            return Refused(str(error.get("text", "")))
+        for form in self._errors:
+            error = form.match(text)
+            if error is not None and error.get("axis", addressed) == addressed:
+                return Refused(str(error.get("text", "")) or text)
         fields = self._replies[type(command)].match(text)
         if fields is None or fields.get("axis", addressed) != addressed:
             return None

@@ -110,8 +110,17 @@ class StateQuery(StrictTable):
     reply: Annotated[str, line_with("axis", "words", "status")]
 
 
+ErrorLine = Annotated[str, line_with("axis", "text")]
+
+
 class ErrorReply(StrictTable):
-    reply: Annotated[str, line_with("axis", "text")]
+    """What the machine says in place of an answer; several forms where it has several, or where none is certain."""
+
+    reply: ErrorLine | Annotated[list[ErrorLine], Field(min_length=1)]
+
+    @property
+    def forms(self) -> list[str]:
+        return [self.reply] if isinstance(self.reply, str) else self.reply
 
 
 class StateWords(StrictTable):

@@ -10,7 +10,7 @@ from table_bench import example_rig, virtual_clock
 
 from rig.devices.rate_table import RateTableAxis, RateTableSettings, connect
 from rig.devices.rates import measured_rate
-from rig.errors import DescriptionError, RequestRefused
+from rig.errors import DescriptionError, DeviceRefused, RequestRefused
 from rig.link import faults
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
@@ -192,6 +192,35 @@ def test_a_rate_that_the_dialect_would_round_is_refused() -> None:
     ):
         bench.axis.start_rate(12.5)
     assert bench.true_dps == 0.0
+
+
+@pytest.mark.parametrize(
+    ("line", "is_refused"),
+    [
+        (b"ERROR 12", True),
+        (b"Error: limit", True),
+        (b"?", True),
+        (b"VEL20?", True),
+        (b"", False),  # a prompt alone
+        (b"VEL20", False),  # IA2: the echo of the command
+    ],
+)
+def test_a_speed_that_the_table_refuses_is_followed_by_no_motion(line: bytes, *, is_refused: bool) -> None:
+    bench, sent = Bench(IDEAL, homed_before=True), list[bytes]()
+    receive, transmit = bench.twin.receive, bench.twin.transmit
+
+    def answered(now_s: float) -> bytes:
+        said = transmit(now_s)
+        return line + bench.codec.reply_terminator if said and sent[-1].startswith(b"VEL") else said
+
+    bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))[1]  # type: ignore[method-assign]
+    bench.twin.transmit = answered  # type: ignore[method-assign]
+    if is_refused:
+        with pytest.raises(DeviceRefused, match=r"refused Speed\(axis=1, speed_dps=20.0\)"):
+            bench.axis.start_move(90.0)
+    else:
+        bench.axis.start_rate(30.0)
+    assert any(data.startswith((b"MOV", b"JOG")) for data in sent) is not is_refused
 
 
 def test_a_demand_is_sent_before_the_mode_in_which_it_acts() -> None:
