@@ -225,7 +225,8 @@ class TableCodec:
         for form in self._errors:
             error = form.match(text)
             if error is not None and error.get("axis", addressed) == addressed:
-                return Refused(str(error.get("text", "")) or text)
+                # Of several forms the whole line is told: what stands in it besides the text tells something, too.
+                return Refused(text if len(self._errors) > 1 else str(error.get("text", "")))
         fields = self._replies[type(command)].match(text)
         if fields is None or fields.get("axis", addressed) != addressed:
             return None

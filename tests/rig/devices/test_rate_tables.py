@@ -3,6 +3,7 @@
 Source: docs/devices/rate-table.md. No manual could be used; nothing here is a manual's sentence.
 """
 
+import re
 from pathlib import Path
 
 import pytest
@@ -216,7 +217,9 @@ def test_a_speed_that_the_table_refuses_is_followed_by_no_motion(line: bytes, *,
     bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))[1]  # type: ignore[method-assign]
     bench.twin.transmit = answered  # type: ignore[method-assign]
     if is_refused:
-        with pytest.raises(DeviceRefused, match=r"refused Speed\(axis=1, speed_dps=20.0\)"):
+        with pytest.raises(
+            DeviceRefused, match=rf"refused Speed\(axis=1, speed_dps=20.0\): '{re.escape(line.decode())}'"
+        ):
             bench.axis.start_move(90.0)
     else:
         bench.axis.start_rate(30.0)
