@@ -33,6 +33,7 @@ from rig.devices.abilities import (
 )
 from rig.devices.cable import CableGuard, TurningAxis
 from rig.devices.cable_memory import memory_of
+from rig.devices.own_setpoint import carry_over
 from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
 from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
@@ -138,14 +139,14 @@ class Rig:
         return self._devices.counts()
 
     def reconnect(self) -> None:
-        """Close every line and open it again, with drivers that remember nothing; locks and twins stay.
-
+        """Close every line and open it again; drivers forget all but what chambers were set to, locks and twins stay.
         Nothing moves. Where it fails, the lines are closed and it can be tried again. Raises as :func:`open_rig`.
         """
         if self._guard is not None:
             self._guard.release()
         self._close_lines()
-        self._devices = self._connect()
+        before, self._devices = self._devices.environments, self._connect()
+        carry_over(before, self._devices.environments)
         if self._guard is not None:
             self._guard.hold(self._devices.guarded)
 
@@ -391,10 +392,9 @@ def real_ports(description: RigDescription) -> list[str]:
 
 def lock_rig(description: RigDescription, rig_file: Path | None, purpose: str, held: ExitStack) -> RigLock:
     """Lock every real port and the rig file, until ``held`` closes. Raises: RigBusy naming the owner."""
-    resources = real_ports(description) + ([str(rig_file)] if rig_file is not None else [])
-    return held.enter_context(acquire(resources, purpose))
+    return held.enter_context(acquire([*real_ports(description), *([str(rig_file)] if rig_file else [])], purpose))
 
 
 def _remote_chance(description: RigDescription, lines: Lines) -> TwinChance:
-    control = description.twin.control if description.twin else None
+    control = description.twin and description.twin.control
     return RemoteChance(lines.stream("twin.control", control)) if control else NoChance()

@@ -7,12 +7,13 @@ none is written while one runs, and a chamber that stops by itself while we hold
 Source: docs/devices/ascii-chambers.md.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, model_validator
 
 from rig.description.device_settings import EnvironmentSettings, NotNegative
+from rig.devices.own_setpoint import OwnSetpoint
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -78,7 +79,7 @@ class AsciiChamber:
         self._pause_s = self._words.pause_s if settings.pause_s is None else settings.pause_s
         self._free_s = self._clock.monotonic_s()
         self._is_fahrenheit: bool | None = None
-        self._holds = False
+        self.own_setpoint = OwnSetpoint()
 
     def identify(self) -> str:
         answers = [self._ask(question, parse_text) for question in self._words.identity]
@@ -88,9 +89,11 @@ class AsciiChamber:
 
     def temperature_degc(self) -> float:
         is_fahrenheit = self._unit()
-        if self._holds:
+        if self.own_setpoint.is_set:
             self._require_holding()
-        degc = _degc(self._look().temperature, is_fahrenheit)
+        look = self._look()
+        self.own_setpoint.require(self.name, lambda: self._set_otherwise(look, is_fahrenheit))
+        degc = _degc(look.temperature, is_fahrenheit)
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
             raise DeviceFault(
@@ -115,12 +118,16 @@ class AsciiChamber:
                 f"{self.name}: a program runs or is held: the chamber would follow it and not a set point; nothing was"
                 " changed; end it at the panel"
             )
-        self._refuse_beyond_controller_limits(setpoint_degc, is_fahrenheit)
+        look = self._look()
+        self.own_setpoint.require_before_writing(
+            self.name, lambda: self._set_otherwise(look, is_fahrenheit, has_stopped=activity == "stopped")
+        )
+        self._refuse_beyond_controller_limits(look, setpoint_degc, is_fahrenheit)
         value = self._written(setpoint_degc, is_fahrenheit)
+        self.own_setpoint.begin(setpoint_degc)
         self._tell(self._words.write.replace(b"%s", format_temperature(value)))
         if activity == "stopped" or self._words.starts_always:
             self._tell(self._words.start)
-        self._holds = True
         read_back = self._ask(self._words.setpoint, self._words.parse_setpoint)
         if abs(read_back - value) > 1e-9:
             raise DeviceFault(
@@ -128,11 +135,23 @@ class AsciiChamber:
                 f" {_degc(read_back, is_fahrenheit):g} °C; the chamber may heat or cool; look at its panel"
             )
         self._require_holding()
+        self.own_setpoint.confirm()
+
+    def _set_otherwise(self, look: Look, is_fahrenheit: bool, *, has_stopped: bool = False) -> Iterator[str]:
+        """Yield what is not as calrig set it, a clause each; the set point is asked for where ``look`` has none."""
+        own = self.own_setpoint
+        if own.is_on and has_stopped:
+            yield "it stands"
+        found = look.setpoint
+        if found is None or has_stopped:  # what it follows when it holds
+            found = self._ask(self._words.setpoint, self._words.parse_setpoint)
+        if not own.is_own(lambda degc: abs(found - _on_the_wire(degc, is_fahrenheit)) <= 1e-9):
+            yield f"the set point is {_degc(found, is_fahrenheit):g} °C"
 
     def _written(self, setpoint_degc: float, is_fahrenheit: bool) -> float:
         """Return the set point in the chamber's unit. Raises: RequestRefused where it has no such step."""
         exact = of_degc(setpoint_degc, is_fahrenheit=is_fahrenheit)
-        value = round(exact, DECIMALS)
+        value = _on_the_wire(setpoint_degc, is_fahrenheit)
         if abs(value - exact) > 1e-9:
             raise RequestRefused(
                 f"{self.name}: setpoint {setpoint_degc:g} °C: the chamber takes tenths of a {_sign(is_fahrenheit)};"
@@ -140,8 +159,7 @@ class AsciiChamber:
             )
         return value
 
-    def _refuse_beyond_controller_limits(self, setpoint_degc: float, is_fahrenheit: bool) -> None:
-        look = self._look()
+    def _refuse_beyond_controller_limits(self, look: Look, setpoint_degc: float, is_fahrenheit: bool) -> None:
         if look.lowest is None or look.highest is None:
             return
         low_degc, high_degc = _degc(look.lowest, is_fahrenheit), _degc(look.highest, is_fahrenheit)
@@ -218,6 +236,10 @@ class AsciiChamber:
 
 def _degc(value: float, is_fahrenheit: bool) -> float:
     return round(degc_of(value, is_fahrenheit=True), 6) if is_fahrenheit else value
+
+
+def _on_the_wire(degc: float, is_fahrenheit: bool) -> float:
+    return round(of_degc(degc, is_fahrenheit=is_fahrenheit), DECIMALS)
 
 
 def _sign(is_fahrenheit: bool) -> str:

@@ -8,13 +8,14 @@ profile that runs would follow its own set points, so none is written then (regi
 Source: docs/devices/watlow-f4.md (register list of the chamber maker's public library).
 """
 
-from collections.abc import Container
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from rig.description.device_settings import EnvironmentSettings
+from rig.devices.own_setpoint import OwnSetpoint
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
@@ -78,7 +79,7 @@ class WatlowF4:
         self._modbus = modbus
         self._settings = settings
         self._scale: Scale | None = None
-        self._holds = False
+        self.own_setpoint = OwnSetpoint()
 
     def identify(self) -> str:
         scale = self._learned_scale()
@@ -86,11 +87,12 @@ class WatlowF4:
 
     def temperature_degc(self) -> float:
         scale = self._unchanged_scale()
-        if self._holds and (state := RUNNING.get(self._read(PROFILE))):
+        if self.own_setpoint.is_set and (state := RUNNING.get(self._read(PROFILE))):
             raise DeviceFault(
                 f"{self.name}: a profile {state} (register {PROFILE}), since the set point was written: the chamber"
                 " follows the profile; end it at the front panel"
             )
+        self.own_setpoint.require(self.name, self._set_otherwise)
         degc = scale.degc(self._read(PROCESS_VALUE))
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
@@ -113,6 +115,7 @@ class WatlowF4:
                 f"{self.name}: a profile {state} (register {PROFILE}): the chamber would follow it and not a set"
                 " point; nothing was changed; end it at the front panel"
             )
+        self.own_setpoint.require_before_writing(self.name, self._set_otherwise)
         # Some take a set point below their range for "off".
         low_degc, high_degc = (scale.degc(self._read(register)) for register in (LOW_LIMIT, HIGH_LIMIT))
         if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
@@ -127,14 +130,21 @@ class WatlowF4:
                 f" {scale.sign} in 16 bits; nothing was changed; ask for one of them, the nearest is"
                 f" {scale.degc(raw % 65536):.6g} °C"
             )
+        self.own_setpoint.begin(setpoint_degc)
         self._modbus.write_register(SETPOINT, raw % 65536)
-        self._holds = True
         read_back = self._read(SETPOINT)
         if read_back != raw % 65536:
             raise DeviceFault(
                 f"{self.name}: setpoint {setpoint_degc:g} °C was acknowledged, but reads back"
                 f" {scale.degc(read_back):g} °C; the chamber may heat or cool; look at its front panel"
             )
+        self.own_setpoint.confirm()
+
+    def _set_otherwise(self) -> Iterator[str]:
+        """Yield what is not as calrig set it, a clause each."""
+        scale, raw = self._learned_scale(), self._read(SETPOINT)
+        if not self.own_setpoint.is_own(lambda degc: raw == round(scale.raw(degc)) % 65536):
+            yield f"the set point is {scale.degc(raw):g} °C (register {SETPOINT})"
 
     def _read(self, register: int) -> int:
         (raw,) = self._modbus.read_holding(register)

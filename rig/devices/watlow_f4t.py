@@ -12,12 +12,13 @@ channels' units are in the chamber maker's library only: a controller without th
 
 import math
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, field_validator
 
 from rig.description.device_settings import EnvironmentSettings
+from rig.devices.own_setpoint import OwnSetpoint
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, NoSuchRegister, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
@@ -84,7 +85,7 @@ class WatlowF4T:
         self._values: Unit = settings.values or "degc"
         self._unit_code: int | None = None
         """What the register of the channel's unit said when we connected; None where the controller has none."""
-        self._holds = False
+        self.own_setpoint = OwnSetpoint()
 
     def identify(self) -> str:
         low_degc, high_degc = self._verified_limits_degc()
@@ -97,11 +98,12 @@ class WatlowF4T:
 
     def temperature_degc(self) -> float:
         self._require_same_unit()
-        if self._holds and (state := self._profile()):
+        if self.own_setpoint.is_set and (state := self._profile()):
             raise DeviceFault(
                 f"{self.name}: a profile {state} (register {PROFILE}), since the set point was written: the chamber"
                 " follows the profile; end it at the front panel"
             )
+        self.own_setpoint.require(self.name, self._set_otherwise)
         degc = self._read_degc(PROCESS_VALUE)
         if not self._is_plausible(degc):
             low_degc, high_degc = self._settings.plausible_degc
@@ -116,7 +118,10 @@ class WatlowF4T:
         return self._read_degc(SETPOINT)
 
     def hold(self, setpoint_degc: float) -> None:
-        """Write the set point, switch the loop on where it is off, read both back."""
+        """Write the set point, switch a loop on that was off when we came, read both back.
+
+        Raises: DeviceFault where somebody set it otherwise since.
+        """
         self._settings.refuse_beyond_limits(self.name, setpoint_degc)
         low_degc, high_degc = self._verified_limits_degc()
         self._require_same_unit()
@@ -130,6 +135,7 @@ class WatlowF4T:
                 f"{self.name}: set point {setpoint_degc:g} °C: the chamber allows {low_degc:g} to {high_degc:g} °C"
                 " (its registers 2774 and 2776); nothing was changed; ask for one inside"
             )
+        self.own_setpoint.require_before_writing(self.name, self._set_otherwise)
         mode = self._mode()
         if mode not in (AUTO, OFF):
             raise DeviceRefused(
@@ -137,8 +143,8 @@ class WatlowF4T:
                 " nothing was changed; somebody set it by hand: set it to automatic at the front panel"
             )
         words = _words(self._to_wire(setpoint_degc), self._settings.word_order)
+        self.own_setpoint.begin(setpoint_degc)
         self._registers.write_registers(SETPOINT + self._offset, words)
-        self._holds = True
         read_back = self._registers.read_holding(SETPOINT + self._offset, 2)
         if read_back != words:
             raise DeviceFault(
@@ -147,6 +153,16 @@ class WatlowF4T:
             )
         if mode == OFF:
             self._switch_on()
+        self.own_setpoint.confirm()
+
+    def _set_otherwise(self) -> Iterator[str]:
+        """Yield what is not as calrig set it, a clause each."""
+        own, mode = self.own_setpoint, self._mode()
+        if own.is_on and mode != AUTO:
+            yield f"loop {self._settings.loop} is in mode {MODES.get(mode, mode)} (register {MODE_READ + self._offset})"
+        found, order = self._registers.read_holding(SETPOINT + self._offset, 2), self._settings.word_order
+        if not own.is_own(lambda degc: found == _words(self._to_wire(degc), order)):
+            yield f"the set point is {self._from_wire(found):g} °C (register {SETPOINT + self._offset})"
 
     def _switch_on(self) -> None:
         self._registers.write_registers(MODE_WRITE + self._offset, [AUTO])

@@ -15,6 +15,7 @@ from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Axis, Environment, RateAxis, Readout, TurnLook, Wait
 from rig.devices.cable import CableGuard
 from rig.devices.maestro import MaestroSettings
+from rig.devices.own_setpoint import KeepsOwnSetpoint
 from rig.devices.rates import MeasuredRate, measured_rate
 from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
@@ -107,10 +108,13 @@ def position_deg(rig: OpenRig, axis: str) -> float:
 
 
 def hold(rig: OpenRig, chamber: str, setpoint_degc: float) -> None:
-    """Write a chamber's setpoint and see it read back. Raises: RequestRefused."""
+    """Write a chamber's setpoint, whatever somebody set there since, and see it read back. Raises: RequestRefused."""
     if chamber not in rig.environments:
         raise RequestRefused(f"no chamber {chamber!r} (allowed: {', '.join(rig.environments)}); nothing was changed")
-    rig.environments[chamber].hold(setpoint_degc)
+    device = rig.environments[chamber]
+    if isinstance(device, KeepsOwnSetpoint):
+        device.own_setpoint.overrule()
+    device.hold(setpoint_degc)
 
 
 def top_rate_dps(rig: OpenRig, axis: str) -> float:

@@ -54,6 +54,32 @@ class WatlowF4TTwin:
         self.profile = profile
         self._tells_unit = tells_unit
         self._limits_degc = limits_degc
+        self._waiting_degc = None if mode == AUTO else world.setpoint_degc(environment)
+        """Set point of a loop that is not in automatic, which the air does not follow."""
+
+    def set_at_panel(self, now_s: float, *, mode: int | None = None, setpoint_degc: float | None = None) -> None:
+        """Do what somebody does at the front panel, or another program."""
+        if mode is not None:
+            self._switch(mode, now_s)
+        if setpoint_degc is not None:
+            self._take(setpoint_degc, now_s)
+
+    def _switch(self, mode: int, now_s: float) -> None:
+        setpoint_degc, self.mode = self._setpoint_degc(), mode
+        self._waiting_degc = None if mode == AUTO else setpoint_degc
+        if mode == AUTO:
+            self._world.hold(self._environment, setpoint_degc, now_s)
+        else:  # nothing heats or cools
+            self._world.hold(self._environment, self._world.read_temperature_degc(self._environment, now_s), now_s)
+
+    def _take(self, setpoint_degc: float, now_s: float) -> None:
+        if self._waiting_degc is None:
+            self._world.hold(self._environment, setpoint_degc, now_s)
+        else:
+            self._waiting_degc = setpoint_degc
+
+    def _setpoint_degc(self) -> float:
+        return self._world.setpoint_degc(self._environment) if self._waiting_degc is None else self._waiting_degc
 
     def read(self, address: int, count: int, now_s: float) -> Sequence[int] | None:
         """Return words of neighbouring values; a value that is read half is read as it is at this instant."""
@@ -77,7 +103,7 @@ class WatlowF4TTwin:
             mode = values[0]
             if mode not in (AUTO, MANUAL, OFF):
                 return ILLEGAL_VALUE
-            self.mode = mode
+            self._switch(mode, now_s)
             return 0
         if register != SETPOINT or len(values) != 2:
             return ILLEGAL_ADDRESS
@@ -86,15 +112,15 @@ class WatlowF4TTwin:
         low_degc, high_degc = self._limits_degc
         if not low_degc <= degc <= high_degc:
             return ILLEGAL_VALUE
-        self._world.hold(self._environment, degc, now_s)
+        self._take(degc, now_s)
         return 0
 
     def _pair(self, register: int, now_s: float) -> tuple[int, int] | None:
         if register in (MODE_READ, MODE_WRITE):
             return self.mode, 0
         values_degc = {
-            SETPOINT: self._world.setpoint_degc(self._environment),
-            CURRENT_SETPOINT: self._world.setpoint_degc(self._environment),
+            SETPOINT: self._setpoint_degc(),
+            CURRENT_SETPOINT: self._setpoint_degc(),
             LOW_LIMIT: self._limits_degc[0],
             HIGH_LIMIT: self._limits_degc[1],
         }

@@ -87,6 +87,7 @@ class World:
             name: Air(truth.temperature_degc, truth.drift_degc_per_replication)
             for name, truth in self._environments.items()
         }
+        self._setpoints_degc = {name: air.setpoint_degc for name, air in self.air.items()}
         self._sensors = _sensors(description.sensors, twin, self._chance)
         self._senses = {
             channel: sensor.measures for sensor in description.sensors.values() for channel in sensor.channels.values()
@@ -145,11 +146,16 @@ class World:
 
     def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
         """Send an environment to a setpoint."""
+        self._setpoints_degc[environment] = setpoint_degc
+        self.disturb(environment, setpoint_degc, now_s)
+
+    def disturb(self, environment: str, degc: float, now_s: float) -> None:
+        """Let the air go elsewhere than its setpoint: an open door, a heater that fails."""
         self._forget()
-        self.air[environment].hold(setpoint_degc, now_s)
+        self.air[environment].hold(degc, now_s)
 
     def setpoint_degc(self, environment: str) -> float:
-        return self.air[environment].setpoint_degc
+        return self._setpoints_degc[environment]
 
     def read_voltage_v(self, channel: str, now_s: float) -> float:
         """Take one reading of a channel such as ``dmm.x``; a channel with nothing behind it is a short.

@@ -309,7 +309,7 @@ def warms_to(degc: float) -> Callable[[UnattendedRun], None]:
     def warm(unattended: UnattendedRun) -> None:
         world = unattended.rig.chance
         assert isinstance(world, World)
-        world.hold("air", degc, unattended.rig.clock.monotonic_s())
+        world.disturb("air", degc, unattended.rig.clock.monotonic_s())
 
     return warm
 

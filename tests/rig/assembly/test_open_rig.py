@@ -13,10 +13,11 @@ from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock, VirtualClock
 from rig.description.read import read_rig
 from rig.devices.abilities import NoChance
-from rig.errors import DescriptionError, DeviceNonsense, LinkClosed, LinkLost, RigBusy
+from rig.errors import DescriptionError, DeviceFault, DeviceNonsense, LinkClosed, LinkLost, RigBusy
 from rig.lines.lock import owner_of
 from rig.lines.recording import recording, replaying
-from rig.motion.jog import home, jog_to
+from rig.motion.jog import hold, home, jog_to
+from rig.twins.world import World
 
 
 def _measured(rig: Rig) -> list[object]:
@@ -179,3 +180,18 @@ def test_a_device_that_tells_its_serial_number_is_held_by_whatever_port_it_is_re
         with pytest.raises(RigBusy, match=r"(?s)device Zaber.*serial.*in use by"):
             second.identities()
         assert first.identities(), "asked again by its owner"
+
+
+def test_a_chamber_that_was_set_by_hand_while_its_line_was_lost_is_left_as_it_is(tmp_path: Path) -> None:
+    with open_rig(read_rig(rig_file(tmp_path))) as rig:
+        rig.environments["air"].hold(30.0)
+        rig.reconnect()
+        rig.environments["air"].hold(31.0)
+        assert isinstance(rig.chance, World)
+        rig.chance.hold("air", 20.0, rig.clock.monotonic_s())
+        rig.reconnect()
+        with pytest.raises(DeviceFault, match="calrig set it to 31 °C, and now the set point is 20 °C"):
+            rig.environments["air"].hold(30.0)
+        assert rig.chance.setpoint_degc("air") == 20.0
+        hold(rig, "air", 30.0)  # a person at the jog screen
+        assert rig.chance.setpoint_degc("air") == 30.0

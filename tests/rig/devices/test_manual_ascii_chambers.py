@@ -161,6 +161,29 @@ def test_a_chamber_that_stops_by_itself_while_we_hold_is_a_fault(model: str) -> 
         bench.air.temperature_degc()
 
 
+@pytest.mark.parametrize("model", MODELS)
+def test_a_set_point_that_somebody_wrote_while_we_hold_is_a_fault_and_stays(model: str) -> None:
+    # An Espec's TEMP? has the set point in force beside the temperature; of a Thermotron SETPn? is asked.
+    bench = Bench(model)
+    bench.air.hold(40.0)
+    assert bench.air.temperature_degc() == 40.0
+    bench.room.held_degc = 85.0
+    for work in (bench.air.temperature_degc, lambda: bench.air.hold(30.0)):
+        with pytest.raises(DeviceFault, match="calrig set it to 40 °C, and now the set point is 85 °C: somebody set"):
+            work()
+    assert bench.room.held_degc == 85.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_chamber_that_was_stopped_while_we_held_is_not_started_again(model: str) -> None:
+    bench = Bench(model)
+    bench.air.hold(40.0)
+    bench.twin.mode = "STANDBY"
+    with pytest.raises(DeviceFault, match="calrig set it to 40 °C, and now it stands: somebody set"):
+        bench.air.hold(30.0)
+    assert (bench.twin.mode, bench.room.held_degc) == ("STANDBY", 40.0)
+
+
 def test_fahrenheit_on_the_wire_is_told_by_an_8800() -> None:
     # T-ICD, CCHRn?: "Send process variable units character": 77 is 25 degC.
     bench = Bench("thermotron-8800", fahrenheit=True)

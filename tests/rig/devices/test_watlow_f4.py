@@ -95,3 +95,15 @@ def test_a_setpoint_beyond_the_limits_of_the_rig_file_is_never_sent() -> None:
         with pytest.raises(RequestRefused, match=f"air: setpoint {degc:g} °C, allowed 10 to 40 °C"):
             chamber.hold(degc)
     assert world.setpoint_degc("air") == 20.0
+
+
+def test_a_set_point_that_somebody_wrote_while_we_hold_is_a_fault_and_stays() -> None:
+    chamber, world, clock = _chamber()
+    chamber.hold(40.0)
+    chamber.temperature_degc()
+    world.hold("air", 85.0, clock.monotonic_s())
+    found = r"calrig set it to 40 °C, and now the set point is 85 °C \(register 300\): somebody set it since"
+    for work in (chamber.temperature_degc, lambda: chamber.hold(30.0)):
+        with pytest.raises(DeviceFault, match=found):
+            work()
+    assert world.setpoint_degc("air") == 85.0

@@ -109,6 +109,64 @@ def test_a_controller_that_is_busy_for_a_moment_is_asked_again() -> None:
         scene.chamber.hold(40.0)
 
 
+BY_HAND = [
+    ({"mode": OFF}, r"loop 1 is in mode off \(register 2814\)"),
+    ({"mode": MANUAL}, r"loop 1 is in mode manual \(register 2814\)"),
+    ({"setpoint_degc": 21.0}, r"the set point is 21 °C \(register 2782\)"),
+    ({"mode": OFF, "setpoint_degc": 21.0}, r"mode off \(register 2814\) and the set point is 21 °C \(register 2782\)"),
+]
+
+
+@pytest.mark.parametrize(("by_hand", "found"), BY_HAND)
+def test_what_somebody_sets_while_we_hold_is_a_fault_and_stays(
+    scene: Scene, by_hand: dict[str, float], found: str
+) -> None:
+    scene.chamber.hold(40.0)
+    scene.chamber.temperature_degc()
+    scene.registers.set_at_panel(scene.clock.monotonic_s(), **by_hand)  # type: ignore[arg-type]
+    mode, setpoint_degc = scene.registers.mode, scene.chamber.setpoint_degc()
+    for work in (scene.chamber.temperature_degc, lambda: scene.chamber.hold(30.0), lambda: scene.chamber.hold(40.0)):
+        with pytest.raises(DeviceFault, match=rf"calrig set it to 40 °C, and now .*{found}: somebody set it since"):
+            work()
+    assert (scene.registers.mode, scene.chamber.setpoint_degc()) == (mode, setpoint_degc)
+
+
+def test_a_set_point_that_a_person_asks_for_by_hand_is_written_over_what_somebody_set() -> None:
+    scene = Scene()
+    scene.chamber.hold(40.0)
+    scene.registers.set_at_panel(scene.clock.monotonic_s(), mode=OFF)
+    scene.chamber.own_setpoint.overrule()
+    scene.chamber.hold(30.0)
+    assert (scene.registers.mode, scene.world.setpoint_degc("air")) == (AUTO, 30.0)
+    scene.registers.set_at_panel(scene.clock.monotonic_s(), mode=OFF)
+    with pytest.raises(DeviceFault, match="mode off"):  # asked for once, not for ever
+        scene.chamber.hold(30.0)
+
+
+def test_a_set_point_whose_acknowledgement_was_lost_is_still_ours() -> None:
+    scene = Scene()
+    scene.chamber.hold(40.0)
+    written = scene.faults.taken
+    # Unit, profile, mode, set point, mode; then the write, asked three times.
+    scene.faults.reads = dict.fromkeys(range(written + 5, written + 8), drop)
+    with pytest.raises(DeviceSilent):
+        scene.chamber.hold(30.0)
+    assert scene.world.setpoint_degc("air") == 30.0
+    scene.chamber.temperature_degc()
+    scene.chamber.hold(35.0)
+    assert scene.world.setpoint_degc("air") == 35.0
+
+
+def test_a_loop_that_is_off_neither_heats_nor_cools() -> None:
+    scene = Scene()
+    scene.chamber.hold(80.0)
+    scene.clock.sleep(60.0)
+    scene.registers.set_at_panel(scene.clock.monotonic_s(), mode=OFF)
+    before_degc = scene.world.read_temperature_degc("air", scene.clock.monotonic_s())
+    scene.clock.sleep(1e4)
+    assert scene.world.read_temperature_degc("air", scene.clock.monotonic_s()) == pytest.approx(before_degc, abs=0.1)
+
+
 def test_a_firmware_without_the_register_of_profiles_is_set_all_the_same(scene: Scene) -> None:
     scene.slave.refusals = {16568: 2}
     scene.chamber.hold(40.0)

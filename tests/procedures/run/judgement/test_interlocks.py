@@ -87,7 +87,7 @@ def _air(unattended: UnattendedRun) -> World:
 
 
 def _warm(degc: float) -> Callable[[UnattendedRun], None]:
-    return lambda unattended: _air(unattended).hold("air", degc, unattended.rig.clock.monotonic_s())
+    return lambda unattended: _air(unattended).disturb("air", degc, unattended.rig.clock.monotonic_s())
 
 
 TEMPERATURE = "[interlocks.temperature.air]\nband_degc = [18.0, 22.0]\nhysteresis_degc = 0.3\n[twin]"
