@@ -141,11 +141,14 @@ def _zero(sent: bytes, line: bytes) -> str:  # noqa: ARG001 it does not repeat w
 
 
 def _echoed(sent: bytes, line: bytes) -> str:
-    """Parse an Espec's answer to a write: ``OK:`` and the command, or ``NA:`` and why not. Raises: DeviceNonsense."""
+    """Parse an Espec's answer to a write: ``OK:`` and the command, blanks aside, or ``NA:`` and why not.
+
+    Raises: DeviceNonsense.
+    """
     if _REFUSED.match(line) is not None:
         return parse_text(line)
     found = _DONE.fullmatch(line)
-    if found is None or found[1] != sent:
+    if found is None or found[1].replace(b" ", b"") != sent.replace(b" ", b""):
         raise DeviceNonsense("a write is answered by OK: and the command, or by NA: and the reason")
     return ""
 

@@ -265,6 +265,16 @@ def test_an_implausible_temperature_is_a_fault_and_silence_is_named() -> None:
         deaf.identify()
 
 
+def test_an_acknowledgement_may_leave_out_the_blanks_of_the_command() -> None:
+    # The page of the RS-485 protocol writes blanks freely ("OK : address, setting command"); the value is compared.
+    check = chamber_words("espec-p300").check_acknowledged
+    assert check is not None
+    assert check(b"TEMP, S25.0", b"OK:TEMP,S25.0") == check(b"TEMP, S25.0", b"OK: TEMP, S25.0") == ""
+    for other in (b"OK:TEMP,S26.0", b"OK:TEMP,H25.0", b"OK:"):
+        with pytest.raises(DeviceNonsense):
+            check(b"TEMP, S25.0", other)
+
+
 @pytest.mark.parametrize("shape", [b"OK:3,%s", b"OK : 3,%s", b"OK:%s"])
 def test_on_rs_485_an_acknowledgement_may_name_the_address(shape: bytes) -> None:
     # Communication Function RS-485, 4013304025610, p. 8: "When the setting command is correctly processed
