@@ -22,9 +22,11 @@ from rig.link.modbus import ModbusRtu
 from rig.wire.temperatures import degc_of, of_degc
 
 MODEL, PROCESS_VALUE, PROFILE, SETPOINT, LOW_LIMIT, HIGH_LIMIT = 0, 100, 200, 300, 602, 603
-DECIMALS, KIND, UNIT = 606, 608, 901
+SENSOR, DECIMALS, KIND, UNIT = 600, 606, 608, 901
 PROFILE_SETPOINT = 4122
 SERIES_F4, TEMPERATURE, FAHRENHEIT, CELSIUS = 5270, 0, 0, 1
+SENSORS = {0: "a thermocouple", 1: "an RTD", 2: "a process input", 3: "wet and dry bulb", 4: "off"}
+SENSOR_OFF = 4
 RUNNING = {2: "runs", 3: "is held"}
 PLAUSIBLE_DEGC = (-100.0, 200.0)
 """A process value outside is a wrong scale or a broken probe."""
@@ -93,7 +95,10 @@ class WatlowF4:
                 " follows the profile; end it at the front panel"
             )
         self.own_setpoint.require(self.name, self._set_otherwise)
-        degc = scale.degc(self._read(PROCESS_VALUE))
+        raw = self._read(PROCESS_VALUE)
+        if raw == 0:
+            self._require_sensor(DeviceFault)
+        degc = scale.degc(raw)
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
             raise DeviceFault(
@@ -150,10 +155,21 @@ class WatlowF4:
         (raw,) = self._modbus.read_holding(register)
         return raw
 
+    def _require_sensor(self, kind: type[DeviceFault | DeviceNonsense]) -> None:
+        """Raise unless input 1 has a sensor: it reads 0 otherwise, which would be a temperature."""
+        sensor = self._read(SENSOR)
+        if sensor not in SENSORS or sensor == SENSOR_OFF:
+            raise kind(
+                f"{self.name}: input 1 is {SENSORS.get(sensor, 'of no known sensor')} (register {SENSOR} reads"
+                f" {sensor}, allowed 0 to 3): its temperature reads 0 and is none; nothing was changed; set the sensor"
+                " of input 1 at the front panel"
+            )
+
     def _learned_scale(self) -> Scale:
         if self._scale is None:
             self._require(MODEL, "model", (SERIES_F4,), "a Series F4 says 5270")
             self._require(KIND, "kind of input 1", (TEMPERATURE,), "0 is a temperature")
+            self._require_sensor(DeviceNonsense)
             decimals = self._require(DECIMALS, "decimals", range(_MOST_DECIMALS + 1), f"allowed 0 to {_MOST_DECIMALS}")
             unit = self._require(UNIT, "unit", (FAHRENHEIT, CELSIUS), "0 is °F, 1 is °C")
             scale = Scale(decimals, unit == FAHRENHEIT)

@@ -6,8 +6,8 @@ from typing import Protocol
 from rig.twins.modbus_slave import ILLEGAL_ADDRESS, ILLEGAL_VALUE, ModbusSlave
 
 MODEL, PROCESS_VALUE, PROFILE, SETPOINT, LOW_LIMIT, HIGH_LIMIT = 0, 100, 200, 300, 602, 603
-DECIMALS, KIND, UNITS, TERMINATE, PROFILE_SETPOINT = 606, 608, 901, 1217, 4122
-SERIES_F4, NO_PROFILE = 5270, 0
+SENSOR, DECIMALS, KIND, UNITS, TERMINATE, PROFILE_SETPOINT = 600, 606, 608, 901, 1217, 4122
+SERIES_F4, NO_PROFILE, RTD, SENSOR_OFF = 5270, 0, 1, 4
 
 
 class Chamber(Protocol):
@@ -39,6 +39,8 @@ class WatlowF4Twin:
         """Make the chamber; ``gap_s`` as :class:`ModbusSlave` takes it. ``profile``: 2 runs, 3 is held."""
         self.is_fahrenheit = fahrenheit
         self.profile = profile
+        self.sensor = RTD
+        """Of input 1; an input that is off reads 0, without an exception."""
         self._model = model
         self._environment = environment
         self._world = world
@@ -62,10 +64,13 @@ class WatlowF4Twin:
         return known if len(known) == len(values) else None
 
     def _value(self, address: int, now_s: float) -> int | None:
+        if address == PROCESS_VALUE and self.sensor == SENSOR_OFF:
+            return 0
         if address == PROCESS_VALUE:
             return self._raw(self._world.read_temperature_degc(self._environment, now_s))
         constants = {
             MODEL: self._model,
+            SENSOR: self.sensor,
             KIND: 0,
             PROFILE: self.profile,
             PROFILE_SETPOINT: self._raw(self._world.setpoint_degc(self._environment)),

@@ -5,7 +5,7 @@ from table_bench import example_rig, virtual_clock
 
 from rig.clock import VirtualClock
 from rig.devices.watlow_f4 import WatlowF4, WatlowF4Settings, connect
-from rig.errors import DeviceFault, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
 from rig.link.faults import FaultScript, delay
 from rig.link.memory import MemoryStream
 from rig.twins.watlow_f4 import WatlowF4Twin
@@ -107,3 +107,31 @@ def test_a_set_point_that_somebody_wrote_while_we_hold_is_a_fault_and_stays() ->
         with pytest.raises(DeviceFault, match=found):
             work()
     assert world.setpoint_degc("air") == 85.0
+
+
+class Freezing:
+    """At 0 °C, wherever it is sent."""
+
+    def read_temperature_degc(self, environment: str, now_s: float) -> float:
+        return 0.0
+
+    def setpoint_degc(self, environment: str) -> float:
+        return 0.0
+
+    def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
+        return None
+
+
+@pytest.mark.parametrize(("sensor", "words"), [(4, "input 1 is off"), (7, "input 1 is of no known sensor")])
+def test_an_input_without_a_temperature_is_refused_and_its_zero_is_no_temperature(sensor: int, words: str) -> None:
+    # Communications guide p. 17: "A read command sent to an inactive parameter returns 0x0000." 600: 4 is off.
+    twin, settings = WatlowF4Twin("air", Freezing()), WatlowF4Settings(driver="watlow-f4", port="twin")
+    chamber = connect("air", settings, MemoryStream(twin, virtual_clock(), "chamber"))
+    assert chamber.temperature_degc() == 0.0  # a sensor that is on, at 0 °C
+    twin.sensor = sensor
+    with pytest.raises(DeviceFault, match=words):
+        chamber.temperature_degc()
+    anew = connect("air", settings, MemoryStream(twin, virtual_clock(), "chamber"))
+    for ask in (anew.identify, anew.temperature_degc, lambda: anew.hold(0.0)):
+        with pytest.raises(DeviceNonsense, match=words):
+            ask()

@@ -26,7 +26,7 @@ from rig.link.ports import open_stream
 from rig.twins.servers import serve_pty
 
 TIMEOUT_S = 0.3
-F4 = {0: 5270, 100: 253, 200: 0, 300: 200, 602: 64836, 603: 1800, 606: 1, 608: 0, 901: 1}
+F4 = {0: 5270, 100: 253, 200: 0, 300: 200, 600: 1, 602: 64836, 603: 1800, 606: 1, 608: 0, 901: 1}
 """An F4 at 25.3 °C, set points from -70 to 180 °C."""
 
 
