@@ -33,7 +33,7 @@ from rig.devices.abilities import (
 )
 from rig.devices.cable import CableGuard, TurningAxis
 from rig.devices.cable_memory import memory_of
-from rig.devices.own_setpoint import carry_over
+from rig.devices.setpoint_memory import carry_over
 from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
 from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost

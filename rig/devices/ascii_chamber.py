@@ -13,7 +13,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, model_validator
 
 from rig.description.device_settings import EnvironmentSettings, NotNegative
-from rig.devices.own_setpoint import OwnSetpoint
+from rig.devices.setpoint_memory import SetpointMemory
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -79,7 +79,7 @@ class AsciiChamber:
         self._pause_s = self._words.pause_s if settings.pause_s is None else settings.pause_s
         self._free_s = self._clock.monotonic_s()
         self._is_fahrenheit: bool | None = None
-        self.own_setpoint = OwnSetpoint()
+        self.setpoint_memory = SetpointMemory()
 
     def identify(self) -> str:
         answers = [self._ask(question, parse_text) for question in self._words.identity]
@@ -89,10 +89,10 @@ class AsciiChamber:
 
     def temperature_degc(self) -> float:
         is_fahrenheit = self._unit()
-        if self.own_setpoint.is_set:
+        if self.setpoint_memory.is_set:
             self._require_holding()
         look = self._look()
-        self.own_setpoint.require(self.name, lambda: self._set_otherwise(look, is_fahrenheit))
+        self.setpoint_memory.require(self.name, lambda: self._set_otherwise(look, is_fahrenheit))
         degc = _degc(look.temperature, is_fahrenheit)
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
@@ -119,12 +119,12 @@ class AsciiChamber:
                 " changed; end it at the panel"
             )
         look = self._look()
-        self.own_setpoint.require_before_writing(
+        self.setpoint_memory.require_before_writing(
             self.name, lambda: self._set_otherwise(look, is_fahrenheit, has_stopped=activity == "stopped")
         )
         self._refuse_beyond_controller_limits(look, setpoint_degc, is_fahrenheit)
         value = self._written(setpoint_degc, is_fahrenheit)
-        self.own_setpoint.begin(setpoint_degc)
+        self.setpoint_memory.begin(setpoint_degc)
         self._tell(self._words.write.replace(b"%s", format_temperature(value)))
         if activity == "stopped" or self._words.starts_always:
             self._tell(self._words.start)
@@ -135,17 +135,16 @@ class AsciiChamber:
                 f" {_degc(read_back, is_fahrenheit):g} °C; the chamber may heat or cool; look at its panel"
             )
         self._require_holding()
-        self.own_setpoint.confirm()
+        self.setpoint_memory.confirm()
 
     def _set_otherwise(self, look: Look, is_fahrenheit: bool, *, has_stopped: bool = False) -> Iterator[str]:
         """Yield what is not as calrig set it, a clause each; the set point is asked for where ``look`` has none."""
-        own = self.own_setpoint
-        if own.is_on and has_stopped:
+        if self.setpoint_memory.is_on and has_stopped:
             yield "it stands"
         found = look.setpoint
         if found is None or has_stopped:  # what it follows when it holds
             found = self._ask(self._words.setpoint, self._words.parse_setpoint)
-        if not own.is_own(lambda degc: abs(found - _on_the_wire(degc, is_fahrenheit)) <= 1e-9):
+        if not self.setpoint_memory.is_as_written(lambda degc: abs(found - _on_the_wire(degc, is_fahrenheit)) <= 1e-9):
             yield f"the set point is {_degc(found, is_fahrenheit):g} °C"
 
     def _written(self, setpoint_degc: float, is_fahrenheit: bool) -> float:

@@ -15,7 +15,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from rig.description.device_settings import EnvironmentSettings
-from rig.devices.own_setpoint import OwnSetpoint
+from rig.devices.setpoint_memory import SetpointMemory
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
@@ -81,7 +81,7 @@ class WatlowF4:
         self._modbus = modbus
         self._settings = settings
         self._scale: Scale | None = None
-        self.own_setpoint = OwnSetpoint()
+        self.setpoint_memory = SetpointMemory()
 
     def identify(self) -> str:
         scale = self._learned_scale()
@@ -89,12 +89,12 @@ class WatlowF4:
 
     def temperature_degc(self) -> float:
         scale = self._unchanged_scale()
-        if self.own_setpoint.is_set and (state := RUNNING.get(self._read(PROFILE))):
+        if self.setpoint_memory.is_set and (state := RUNNING.get(self._read(PROFILE))):
             raise DeviceFault(
                 f"{self.name}: a profile {state} (register {PROFILE}), since the set point was written: the chamber"
                 " follows the profile; end it at the front panel"
             )
-        self.own_setpoint.require(self.name, self._set_otherwise)
+        self.setpoint_memory.require(self.name, self._set_otherwise)
         raw = self._read(PROCESS_VALUE)
         if raw == 0:
             self._require_sensor(DeviceFault)
@@ -120,7 +120,7 @@ class WatlowF4:
                 f"{self.name}: a profile {state} (register {PROFILE}): the chamber would follow it and not a set"
                 " point; nothing was changed; end it at the front panel"
             )
-        self.own_setpoint.require_before_writing(self.name, self._set_otherwise)
+        self.setpoint_memory.require_before_writing(self.name, self._set_otherwise)
         # Some take a set point below their range for "off".
         low_degc, high_degc = (scale.degc(self._read(register)) for register in (LOW_LIMIT, HIGH_LIMIT))
         if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
@@ -135,7 +135,7 @@ class WatlowF4:
                 f" {scale.sign} in 16 bits; nothing was changed; ask for one of them, the nearest is"
                 f" {scale.degc(raw % 65536):.6g} °C"
             )
-        self.own_setpoint.begin(setpoint_degc)
+        self.setpoint_memory.begin(setpoint_degc)
         self._modbus.write_register(SETPOINT, raw % 65536)
         read_back = self._read(SETPOINT)
         if read_back != raw % 65536:
@@ -143,12 +143,12 @@ class WatlowF4:
                 f"{self.name}: setpoint {setpoint_degc:g} °C was acknowledged, but reads back"
                 f" {scale.degc(read_back):g} °C; the chamber may heat or cool; look at its front panel"
             )
-        self.own_setpoint.confirm()
+        self.setpoint_memory.confirm()
 
     def _set_otherwise(self) -> Iterator[str]:
         """Yield what is not as calrig set it, a clause each."""
         scale, raw = self._learned_scale(), self._read(SETPOINT)
-        if not self.own_setpoint.is_own(lambda degc: raw == round(scale.raw(degc)) % 65536):
+        if not self.setpoint_memory.is_as_written(lambda degc: raw == round(scale.raw(degc)) % 65536):
             yield f"the set point is {scale.degc(raw):g} °C (register {SETPOINT})"
 
     def _read(self, register: int) -> int:

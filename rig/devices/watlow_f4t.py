@@ -18,7 +18,7 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, field_validator
 
 from rig.description.device_settings import EnvironmentSettings
-from rig.devices.own_setpoint import OwnSetpoint
+from rig.devices.setpoint_memory import SetpointMemory
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, NoSuchRegister, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
@@ -85,7 +85,7 @@ class WatlowF4T:
         self._values: Unit = settings.values or "degc"
         self._unit_code: int | None = None
         """What the register of the channel's unit said when we connected; None where the controller has none."""
-        self.own_setpoint = OwnSetpoint()
+        self.setpoint_memory = SetpointMemory()
 
     def identify(self) -> str:
         low_degc, high_degc = self._verified_limits_degc()
@@ -98,12 +98,12 @@ class WatlowF4T:
 
     def temperature_degc(self) -> float:
         self._require_same_unit()
-        if self.own_setpoint.is_set and (state := self._profile()):
+        if self.setpoint_memory.is_set and (state := self._profile()):
             raise DeviceFault(
                 f"{self.name}: a profile {state} (register {PROFILE}), since the set point was written: the chamber"
                 " follows the profile; end it at the front panel"
             )
-        self.own_setpoint.require(self.name, self._set_otherwise)
+        self.setpoint_memory.require(self.name, self._set_otherwise)
         degc = self._read_degc(PROCESS_VALUE)
         if not self._is_plausible(degc):
             low_degc, high_degc = self._settings.plausible_degc
@@ -135,7 +135,7 @@ class WatlowF4T:
                 f"{self.name}: set point {setpoint_degc:g} °C: the chamber allows {low_degc:g} to {high_degc:g} °C"
                 " (its registers 2774 and 2776); nothing was changed; ask for one inside"
             )
-        self.own_setpoint.require_before_writing(self.name, self._set_otherwise)
+        self.setpoint_memory.require_before_writing(self.name, self._set_otherwise)
         mode = self._mode()
         if mode not in (AUTO, OFF):
             raise DeviceRefused(
@@ -143,7 +143,7 @@ class WatlowF4T:
                 " nothing was changed; somebody set it by hand: set it to automatic at the front panel"
             )
         words = _words(self._to_wire(setpoint_degc), self._settings.word_order)
-        self.own_setpoint.begin(setpoint_degc)
+        self.setpoint_memory.begin(setpoint_degc)
         self._registers.write_registers(SETPOINT + self._offset, words)
         read_back = self._registers.read_holding(SETPOINT + self._offset, 2)
         if read_back != words:
@@ -153,15 +153,15 @@ class WatlowF4T:
             )
         if mode == OFF:
             self._switch_on()
-        self.own_setpoint.confirm()
+        self.setpoint_memory.confirm()
 
     def _set_otherwise(self) -> Iterator[str]:
         """Yield what is not as calrig set it, a clause each."""
-        own, mode = self.own_setpoint, self._mode()
-        if own.is_on and mode != AUTO:
+        mode = self._mode()
+        if self.setpoint_memory.is_on and mode != AUTO:
             yield f"loop {self._settings.loop} is in mode {MODES.get(mode, mode)} (register {MODE_READ + self._offset})"
         found, order = self._registers.read_holding(SETPOINT + self._offset, 2), self._settings.word_order
-        if not own.is_own(lambda degc: found == _words(self._to_wire(degc), order)):
+        if not self.setpoint_memory.is_as_written(lambda degc: found == _words(self._to_wire(degc), order)):
             yield f"the set point is {self._from_wire(found):g} °C (register {SETPOINT + self._offset})"
 
     def _switch_on(self) -> None:

@@ -15,8 +15,8 @@ from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Axis, Environment, RateAxis, Readout, TurnLook, Wait
 from rig.devices.cable import CableGuard
 from rig.devices.maestro import MaestroSettings
-from rig.devices.own_setpoint import KeepsOwnSetpoint
 from rig.devices.rates import MeasuredRate, measured_rate
+from rig.devices.setpoint_memory import KeepsSetpointMemory
 from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
 from rig.wire.pulses import PulseCalibration
@@ -112,8 +112,8 @@ def hold(rig: OpenRig, chamber: str, setpoint_degc: float) -> None:
     if chamber not in rig.environments:
         raise RequestRefused(f"no chamber {chamber!r} (allowed: {', '.join(rig.environments)}); nothing was changed")
     device = rig.environments[chamber]
-    if isinstance(device, KeepsOwnSetpoint):
-        device.own_setpoint.overrule()
+    if isinstance(device, KeepsSetpointMemory):
+        device.setpoint_memory.overrule()
     device.hold(setpoint_degc)
 
 

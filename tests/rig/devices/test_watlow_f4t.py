@@ -135,7 +135,7 @@ def test_a_set_point_that_a_person_asks_for_by_hand_is_written_over_what_somebod
     scene = Scene()
     scene.chamber.hold(40.0)
     scene.registers.set_at_panel(scene.clock.monotonic_s(), mode=OFF)
-    scene.chamber.own_setpoint.overrule()
+    scene.chamber.setpoint_memory.overrule()
     scene.chamber.hold(30.0)
     assert (scene.registers.mode, scene.world.setpoint_degc("air")) == (AUTO, 30.0)
     scene.registers.set_at_panel(scene.clock.monotonic_s(), mode=OFF)

@@ -11,7 +11,7 @@ from typing import Protocol, runtime_checkable
 from rig.errors import DeviceFault
 
 
-class OwnSetpoint:
+class SetpointMemory:
     """The set point of one chamber, as calrig wrote it."""
 
     def __init__(self) -> None:
@@ -53,21 +53,21 @@ class OwnSetpoint:
                 " begin anew, which sets it again"
             )
 
-    def is_own(self, is_found: Callable[[float], bool]) -> bool:
+    def is_as_written(self, is_found: Callable[[float], bool]) -> bool:
         """Return whether a set point that was found, which ``is_found`` compares in the chamber's steps, is ours."""
         return any(map(is_found, self._written_degc))
 
 
 @runtime_checkable
-class KeepsOwnSetpoint(Protocol):
+class KeepsSetpointMemory(Protocol):
     """An environment that somebody may set beside calrig."""
 
-    own_setpoint: OwnSetpoint
+    setpoint_memory: SetpointMemory
 
 
 def carry_over(before: Mapping[str, object], after: Mapping[str, object]) -> None:
     """Let chambers whose lines were opened anew know what they were set to."""
     for name, chamber in after.items():
         known = before.get(name)
-        if isinstance(chamber, KeepsOwnSetpoint) and isinstance(known, KeepsOwnSetpoint):
-            chamber.own_setpoint = known.own_setpoint
+        if isinstance(chamber, KeepsSetpointMemory) and isinstance(known, KeepsSetpointMemory):
+            chamber.setpoint_memory = known.setpoint_memory
