@@ -19,6 +19,9 @@ from ams.solve.replicated import ReplicatedSums
 
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
 _NOTHING = 1e-9
+_HARDLY, _PLAIN = 0.05, 4.0
+"""Of columns: a combination that departures see so much less of than of another is taken out where it is plain beside
+their scatter."""
 _FEW = 0.75
 """Of what the offsets of the replications leave: where their other parameters leave less, a dwell hides in them."""
 
@@ -109,8 +112,17 @@ class Evidence:
     def part_of(self, output: int, columns: FloatArray, beside: FloatArray | None = None) -> FloatArray:
         """Return (N,) what (N, c) columns explain of an output, beside the effects of points and (N, d) others."""
         every = columns if beside is None else np.hstack([columns, beside])
-        sizes = np.linalg.lstsq(self.layout.about_points(every), self.departures[:, output], rcond=_NOTHING)[0]
-        return np.asarray(columns @ sizes[: columns.shape[1]])
+        lengths = np.linalg.norm(every, axis=0)
+        lengths = np.where(lengths > 0.0, lengths, 1.0)
+        seen = self.layout.about_points(every) / lengths
+        left, sizes, right = np.linalg.svd(seen, full_matrices=False)
+        along = left.T @ self.departures[:, output]
+        # What the replications hardly differ by, such as a cosine of pitch where all before it were of two pitches, is
+        # what is read off them a hundredfold: noise would be taken out as an effect of all rows.
+        plain = np.abs(along) > _PLAIN * float(np.sqrt(np.nan_to_num(self.precision_variance[output])))
+        kept = (sizes > _NOTHING * sizes.max(initial=0.0)) & (plain | (sizes > _HARDLY * sizes.max(initial=0.0)))
+        found = right[kept].T @ (along[kept] / sizes[kept]) / lengths
+        return np.asarray(columns @ found[: columns.shape[1]])
 
     def on_grid(self, columns: FloatArray) -> FloatArray:
         """Return (N, c) columns on the grid of all replications and points, zero where a dwell is missing."""
