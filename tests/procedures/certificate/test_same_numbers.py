@@ -180,7 +180,10 @@ def test_a_step_that_the_fit_finds_is_the_same_sentence_everywhere_and_keeps_the
     words = re.sub(r"\s", "", text)
     assert words in re.sub(r"\s", "", unescape(re.sub(r"<[^>]+>", "", page)))
     assert words in _paper(forms["paper"])
-    assert f"the set is in quarantine: {text}" in forms["gaps"], "no certificate is issued on it"
+    assert "the set is in quarantine: what its findings say" in forms["gaps"], "no certificate is issued on it"
+    (gap,) = (gap for gap in forms["gaps"] if finding["fact"] in gap)
+    assert gap.startswith("axes x, y, z: ")
+    assert gap.endswith(finding["what_to_do"])
 
 
 def test_the_paper_has_every_number_of_the_page(forms: dict[str, Any]) -> None:
