@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from shutil import get_terminal_size
 from textwrap import fill
@@ -32,11 +32,28 @@ def say_paragraph(text: str) -> None:
     say(_between_words(shown(text), sys.stdout))
 
 
-def _between_words(text: str, stream: TextIO) -> str:
+def say_lines(lines: Iterable[str]) -> None:
+    """Print lines for a person on standard output, those too long for a terminal broken as :func:`say_paragraph` does.
+
+    What is broken goes on four columns further in than its line begins.
+    """
+    for line in lines:
+        for part in shown(line).split("\n"):
+            say(_between_words(part, sys.stdout, " " * (len(part) - len(part.lstrip()) + 4)))
+
+
+def _between_words(text: str, stream: TextIO, further: str = "") -> str:
     if not stream.isatty():
         return text
     width = max(get_terminal_size().columns, _NARROWEST)
-    return fill(text, width, break_long_words=False, break_on_hyphens=False, replace_whitespace=False)
+    return fill(
+        text,
+        width,
+        subsequent_indent=further,
+        break_long_words=False,
+        break_on_hyphens=False,
+        replace_whitespace=False,
+    )
 
 
 def note(text: str) -> None:

@@ -35,7 +35,7 @@ from procedures.cli.archive.text import (
 )
 from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Json, Operator, SecretFile, require_folder_of
-from procedures.cli.output import print_json, say
+from procedures.cli.output import print_json, say, say_lines
 from procedures.cli.results.coefficients_text import set_text
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
@@ -167,13 +167,9 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
         print_json(found.document)
         return
     is_signed = found.approved_by_signature is not None
-    say(set_text(found.document, status_in_words(found.status, found.standing, is_signed=is_signed)))
-    adjustment = adjustment_of(url, found.sha256)
-    say()
-    for line in adjustment_lines(adjustment):
-        say(line)
-    for line in sign_off_lines(sign_off(url, found.sha256)):
-        say(line)
+    status = status_in_words(found.status, found.standing, is_signed=is_signed)
+    say_lines([set_text(found.document, status)])
+    say_lines(("", *adjustment_lines(adjustment_of(url, found.sha256)), *sign_off_lines(sign_off(url, found.sha256))))
 
 
 @app.command

@@ -25,7 +25,7 @@ from procedures.cli.fit.coefficient_set import WishedSet, refuse_per_g, wished_s
 from procedures.cli.fit.joint import check_joint, joint_lines, parse_priors
 from procedures.cli.fit.joint import joint as fit_jointly
 from procedures.cli.options import Flag, Json, require_folder_of
-from procedures.cli.output import note, print_json, say
+from procedures.cli.output import note, print_json, say_lines
 from procedures.cli.results.coefficients_text import axes_lines, verdict_lines
 from procedures.cli.results.findings_text import check_trials
 from procedures.errors import RequestError
@@ -207,11 +207,8 @@ def _show(document: dict[str, Any], wish: WishedSet | None, *, as_json: bool, is
     if as_json:
         print_json(document)
     else:
-        for line in (*axes_lines(document["axes"]), *(joint_lines(document) if is_joint else ())):
-            say(line)
-        say()
-        for line in verdict_lines(document):
-            say(line)
+        say_lines((*axes_lines(document["axes"]), *(joint_lines(document) if is_joint else ())))
+        say_lines(("", *verdict_lines(document)))
     if wish is not None:
         note(f"coefficient set: {wish.path}")
 
