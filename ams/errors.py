@@ -45,6 +45,10 @@ class ArchiveAbsent(ArchiveUnknown):
     """There is no file yet at the archive's URL; whoever writes first makes it."""
 
 
+class ArchiveDamaged(ArchiveError):
+    """The archive's file or a row of it is not as it was written; nothing more is written to it."""
+
+
 class ArchiveForbids(ArchiveError):
     """What was asked for is not allowed now: the order of signatures, the four eyes, a number that is taken."""
 

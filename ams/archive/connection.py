@@ -17,9 +17,10 @@ from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, m
 from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
-from ams.archive.refusals import NOTHING, refusal, without_password
+from ams.archive.ledger import verify_chain
+from ams.archive.refusals import NOTHING, RESTORE, cause_of, damaged, refusal, without_password
 from ams.archive.tables import REVISIONS
-from ams.errors import ArchiveAbsent, ArchiveError, ArchiveUnknown
+from ams.errors import AmsError, ArchiveAbsent, ArchiveDamaged, ArchiveError, ArchiveUnknown
 from ams.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -95,14 +96,38 @@ def _require_there(url: URL) -> None:
 @contextmanager
 def _transaction(url: URL, begin: str, busy_timeout_s: float) -> Iterator[Connection]:
     try:
-        engine = _engine(url, begin, busy_timeout_s)
-        try:
-            with engine.begin() as connection:
-                yield connection
-        finally:
-            engine.dispose()
+        with _plain_transaction(url, begin, busy_timeout_s) as connection:
+            yield connection
     except SQLAlchemyError as error:
         raise refusal(_shown(url), error, busy_timeout_s) from error
+    except (AmsError, OSError):
+        raise
+    except Exception as error:
+        # A cell that is none, or a driver that cannot read the file, raises what a defect of ours does: the record
+        # tells which of the two it was.
+        if (damage := _damage(url, busy_timeout_s)) is not None:
+            raise damage from error
+        raise
+
+
+@contextmanager
+def _plain_transaction(url: URL, begin: str, busy_timeout_s: float) -> Iterator[Connection]:
+    engine = _engine(url, begin, busy_timeout_s)
+    try:
+        with engine.begin() as connection:
+            yield connection
+    finally:
+        engine.dispose()
+
+
+def _damage(url: URL, busy_timeout_s: float) -> ArchiveDamaged | None:
+    """Return what to say of the first thing in an archive that is not as it was written; None where all of it is."""
+    try:
+        with _plain_transaction(url, "BEGIN", busy_timeout_s) as connection:
+            fault = next(iter(verify_chain(connection).faults), None)
+            return None if fault is None else damaged(_shown(url), fault)
+    except Exception as error:  # noqa: BLE001  not even the record can be read
+        return damaged(_shown(url), cause_of(error), RESTORE)
 
 
 def _engine(url: URL, begin: str, busy_timeout_s: float) -> Engine:

@@ -130,9 +130,9 @@ def population_of(
             kept = _needed(connection, sensor, kind, until_utc)
         else:
             kept = _known(_rows(connection, kind, None), until_utc)
-    kept.sort(key=lambda row: (row[1], row[3], row[0]))
-    labels = [PointLabel(*row[:-1]) for row in kept]
-    return Population(labels, unpack(kind.axes.split(","), [row[-1] for row in kept], kind.sensitivity_name))
+        kept.sort(key=lambda row: (row[1], row[3], row[0]))
+        labels = [PointLabel(*row[:-1]) for row in kept]
+        return Population(labels, unpack(kind.axes.split(","), [row[-1] for row in kept], kind.sensitivity_name))
 
 
 _Row = tuple[str, str, str | None, datetime, str, bool, float, bytes]

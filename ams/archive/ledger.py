@@ -8,18 +8,26 @@ record's hash) is printed by ``calrig archive verify`` to be written down elsewh
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, date, datetime
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
-from sqlalchemy import Connection, Table, insert, select
+from sqlalchemy import Connection, Table, and_, insert, select
+from sqlalchemy.exc import SQLAlchemyError
 
-from ams.archive.tables import METADATA, RECORDS
+from ams.archive.refusals import cause_of
+from ams.archive.tables import COMING_AND_GOING, METADATA, RECORDS
 from ams.sets.canonical import Json, canonical_bytes
 
 BEGINNING = "0" * 64
 ROWS_AT_ONCE = 500
+_UNREADABLE = (SQLAlchemyError, ValueError, TypeError)
+"""What a database, its driver or the conversion of a cell raises where a row cannot be read."""
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -80,43 +88,85 @@ def head(connection: Connection) -> Head:
 
 
 def verify_chain(connection: Connection) -> ChainReport:
-    """Recompute every record and every row."""
+    """Recompute every record and every row; read the others too: a row that cannot be read is a fault."""
     recorded: dict[tuple[str, str], str] = {}
     faults = list(_record_faults(connection, recorded))
     rows = 0
     for table in METADATA.sorted_tables:
         if table is RECORDS:
             continue
-        for name, key, digest in _rows_of(connection, table):
-            rows += 1
+        found, unreadable = _each_row(connection, table, partial(_row_record, table))
+        rows += len(found)
+        for name, key, digest in found:
             expected = recorded.pop((name, key), None)
             if expected is None:
                 faults.append(f"{name} {key}: no record tells of this row: it was added behind the record")
             elif expected != digest:
                 faults.append(f"{name} {key}: is not as it was written (SHA-256 differs)")
+        faults += _unreadable_faults(table.name, unreadable)
+        for key in unreadable:
+            recorded.pop((table.name, key), None)
+    for table in COMING_AND_GOING.sorted_tables:
+        faults += _unreadable_faults(table.name, _each_row(connection, table, dict)[1])
     faults += [f"{name} {key}: was written and is not there any more" for name, key in recorded]
     return ChainReport(head(connection), rows, tuple(faults))
 
 
 def _record_faults(connection: Connection, recorded: dict[tuple[str, str], str]) -> Iterator[str]:
     """Yield the faults of the records themselves; fill what they tell."""
-    previous, expected = BEGINNING, 1
-    for record in map(dict, connection.execute(select(RECORDS).order_by(RECORDS.c.sequence)).mappings()):
+    previous: str | None = BEGINNING
+    expected = 1
+    rows, unreadable = _each_row(connection, RECORDS, dict)
+    yield from _unreadable_faults("record", unreadable)
+    for record in rows:
+        while str(expected) in unreadable:
+            previous, expected = None, expected + 1
         if record["sequence"] != expected:
             yield f"record {expected}: is missing"
-        if record["previous"] != previous and record["sequence"] == expected:
+        if previous is not None and record["previous"] != previous and record["sequence"] == expected:
             yield f"record {record['sequence']}: does not follow the record before it"
         if _record_hash(record) != record["sha256"]:
             yield f"record {record['sequence']} ({record['kind']}): is not as it was written (SHA-256 differs)"
-        for name, key, digest in json.loads(record["detail"]).get("rows", []):
-            recorded[name, key] = digest
+        with suppress(ValueError, TypeError, AttributeError):  # a text that is none: told by the hash
+            recorded |= {(name, key): digest for name, key, digest in json.loads(record["detail"]).get("rows", [])}
         previous, expected = record["sha256"], record["sequence"] + 1
 
 
-def _rows_of(connection: Connection, table: Table) -> Iterator[tuple[str, str, str]]:
-    found = connection.execution_options(yield_per=ROWS_AT_ONCE).execute(select(table)).mappings()
-    for row in found:
-        yield _row_record(table, dict(row))
+def _each_row(
+    connection: Connection, table: Table, tell: Callable[[Mapping[str, Any]], Made]
+) -> tuple[list[Made], dict[str, str]]:
+    """Return what ``tell`` makes of every row, by key, and the keys of the rows that cannot be read, each with why.
+
+    Where not even the keys can be read, the key is empty.
+    """
+    keys = list(table.primary_key)
+    query = select(table).order_by(*keys)
+    try:
+        with connection.begin_nested():
+            rows = connection.execute(query, execution_options={"yield_per": ROWS_AT_ONCE}).mappings()
+            return [tell(dict(row)) for row in rows], {}
+    except _UNREADABLE:
+        pass
+    made: list[Made] = []
+    unreadable: dict[str, str] = {}
+    try:
+        with connection.begin_nested():
+            found = connection.execute(select(*keys).order_by(*keys)).all()
+    except _UNREADABLE as error:
+        return [], {"": cause_of(error)}
+    for values in found:
+        this = and_(*(column == value for column, value in zip(keys, values, strict=True)))
+        try:
+            with connection.begin_nested():
+                made.append(tell(dict(connection.execute(select(table).where(this)).mappings().one())))
+        except _UNREADABLE as error:
+            unreadable[" ".join(map(str, values))] = cause_of(error)
+    return made, unreadable
+
+
+def _unreadable_faults(name: str, unreadable: Mapping[str, str]) -> Iterator[str]:
+    for key, why in unreadable.items():
+        yield f"{f'{name} {key}'.rstrip()}: cannot be read ({why})"
 
 
 def _row_record(table: Table, row: Mapping[str, Any]) -> tuple[str, str, str]:

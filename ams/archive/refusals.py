@@ -1,14 +1,21 @@
-"""What a database refused, as a sentence: who holds it, what it lacks, what to do. Nothing was changed in any case."""
+"""What a database refused, as a sentence: who holds it, what it lacks, what to do. Nothing was changed in any case.
+
+What cannot be read out of it (a row, a table, the file) is damage, whoever finds it: the database, its driver or the
+conversion of a cell.
+"""
 
 import re
 
-from ams.errors import ArchiveError, ArchiveUnknown
+from ams.errors import ArchiveDamaged, ArchiveError, ArchiveUnknown
 
 NOTHING = "nothing was changed"
 HIDDEN = "***"
 """In place of a password."""
 PASSWORD_KEYS = ("password", "sslpassword")
 """Of the query of a URL."""
+
+RESTORE = "restore a copy"
+VERIFY = f"{RESTORE}; calrig archive verify names the rows"
 
 SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
     (
@@ -30,10 +37,16 @@ SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
         ArchiveError,
     ),
     (
-        ("not a database", "malformed"),
+        ("not a database",),
         "is no archive, or a damaged one: {cause}",
         "restore a copy, or give another URL",
-        ArchiveError,
+        ArchiveDamaged,
+    ),
+    (
+        ("malformed", "Could not decode", "no such table", "no such column", "UndefinedTable", "UndefinedColumn"),
+        "the archive is damaged ({cause})",
+        VERIFY,
+        ArchiveDamaged,
     ),
     (
         ("disk is full", "No space left", "DiskFull", "disk I/O error"),
@@ -77,7 +90,7 @@ def without_password(archive_url: str) -> str:
 def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError:
     """Return the error to raise for what a database or its driver said."""
     original = getattr(error, "orig", None) or error
-    cause = _last_line(str(original))
+    cause = cause_of(error)
     original_text = f"{type(original).__name__} {original}"
     for signs, what, to_do, kind in SENTENCES:
         if any(sign in original_text for sign in signs):
@@ -85,6 +98,16 @@ def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError
     return ArchiveError(
         f"{shown}: the archive refused: {cause}; {NOTHING}; check the URL, the rights and the free space"
     )
+
+
+def damaged(shown: str, what: str, to_do: str = VERIFY) -> ArchiveDamaged:
+    """Return the error to raise for an archive that is not as it was written; ``what`` names the place."""
+    return ArchiveDamaged(f"{shown}: the archive is damaged ({what}); {NOTHING}; {to_do}")
+
+
+def cause_of(error: Exception) -> str:
+    """Return what a database, its driver or the conversion of a cell said, in one line."""
+    return _last_line(str(getattr(error, "orig", None) or error))
 
 
 def _last_line(text: str) -> str:

@@ -134,8 +134,11 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     names = with_set(run) if run.is_finished else ()
     built = {name: parts.made("set", lambda: set_of(run, name)) for name in names}  # noqa: B023  called at once
     sets: Mapping[str, CoefficientSet] = {name: made for name, made in built.items() if made is not None}
+    kept: Mapping[str, CoefficientSet] | None = {}
     if archive_url is not None:
-        sets = {**sets, **kept_sets(archive_url, sets)}
+        url = archive_url
+        kept = parts.made("archive", lambda: kept_sets(url, sets))
+        sets = {**sets, **(kept or {})}
     if not names:
         parts.leave_out(("set", "archive", "exports"), _why_no_set(run))
     elif not sets:
@@ -144,10 +147,9 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     paths = parts.made("set", lambda: _written_sets(run, sets)) if sets else {}
     crash_point(CrashPoint.SETS_WRITTEN)
     archived = None
-    if sets and archive_url is not None:
-        url = archive_url
+    if sets and archive_url is not None and kept is not None:
         archived = parts.made("archive", lambda: publish_solved(url, run.folder, run.record, run.sensors, sets))
-    elif sets:
+    elif sets and archive_url is None:
         parts.leave_out(("archive",), "no archive is asked for")
     crash_point(CrashPoint.PUBLISHED)
     exports = parts.made("exports", lambda: _exported(run, sets)) if sets else ()

@@ -5,10 +5,9 @@ result would have another checksum, stand before the one that was signed, and be
 """
 
 from collections.abc import Mapping
-from contextlib import suppress
 
 from ams.archive.sets import Search, list_sets, show
-from ams.errors import ArchiveError, SetError
+from ams.errors import ArchiveDamaged, ArchiveError, SetError
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.findings_by_axis import findings_by_axis
 from procedures.delivery.number_changes import number_changes
@@ -17,11 +16,14 @@ from procedures.delivery.number_changes import number_changes
 def kept_sets(archive_url: str, sets: Mapping[str, CoefficientSet]) -> dict[str, CoefficientSet]:
     """Return sensor to the archived set of the same run that its set repeats; a sensor without one is missing.
 
-    An archive that cannot be read keeps nothing: that it cannot be written is told where the sets are published.
+    An archive that is not there, or cannot be read now, keeps nothing: that it cannot be written is told where the sets
+    are published.
+
+    Raises: ArchiveDamaged; what a damaged archive holds of the run is not known, and nothing is published to it.
     """
     found: dict[str, CoefficientSet] = {}
     runs = {made.provenance["run_id"] for made in sets.values()}
-    with suppress(ArchiveError, SetError):
+    try:
         for run_id in runs:
             entries = list_sets(archive_url, search=Search(run_id=run_id)) if isinstance(run_id, str) else ()
             for entry in entries:  # of several that are alike the newest
@@ -31,6 +33,10 @@ def kept_sets(archive_url: str, sets: Mapping[str, CoefficientSet]) -> dict[str,
                 archived = show(archive_url, entry.sha256)
                 if _is_repeated(archived, made):
                     found[entry.sensor] = archived
+    except ArchiveDamaged:
+        raise
+    except (ArchiveError, SetError):
+        pass
     return found
 
 

@@ -1,5 +1,7 @@
 """A run that is solved again elsewhere keeps the set that is there, and the signatures on it."""
 
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -62,3 +64,22 @@ def test_the_signed_set_stays_what_counts_and_its_file_the_same(finished_job: Fi
     assert path.read_bytes() == written
     deliver(_moved(solved, 1e-9), url)
     assert len(list_sets(url, sensor)) == 2, "another result is another set"
+
+
+@pytest.mark.parametrize("damage", ["UPDATE sets SET created_utc = 'x'", "DROP TABLE verdicts"])
+def test_a_damaged_archive_takes_no_set_no_export_no_page_and_no_paper(
+    damage: str, finished_job: FinishedJob, tmp_path: Path
+) -> None:
+    path = tmp_path / "other.sqlite"
+    solved, url = solve_run(finished_job.copied_to(tmp_path)), f"sqlite:///{path}"
+    deliver(solved, url)
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute(damage)
+    before = path.read_bytes()
+    again = deliver(solved, url)
+    assert again.parts["archive"].startswith(f"{path}: the archive is damaged (")
+    assert {part: word for part, word in again.parts.items() if part != "archive"} == dict.fromkeys(
+        ("set", "exports", "html", "pdf"), "done"
+    )
+    assert not again.defects
+    assert path.read_bytes() == before
