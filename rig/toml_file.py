@@ -25,10 +25,11 @@ MOST_BYTES = 16_000_000
 OF_LINES = (("address",), ("remarks",))
 """Keys whose texts may have several lines."""
 _NAMED_KEY = re.compile(r"([a-z][a-z0-9_]*): ")
-_HEADER = re.compile(r"^\s*\[\[?\s*(?P<path>[^\[\]]+?)\s*\]\]?\s*(#.*)?$")
-_ASSIGNMENT = re.compile(
-    r"""(?P<key>(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
-)
+_HEADER = re.compile(r"^\s*\[\[?(?P<path>[^\[\]]+)\]\]?\s*(#.*)?$")
+_DOTTED = r"""(?P<key>(?:[A-Za-z0-9_-]++|"[^"]*+"|'[^']*+')(?:\s*+\.\s*+(?:[A-Za-z0-9_-]++|"[^"]*+"|'[^']*+'))*+)\s*+"""
+"""What was read once is not tried again (``++``): a line takes time by its length, not by the square of it."""
+_ASSIGNMENT = re.compile(f"{_DOTTED}=")
+_KEY_OR_TEXT = re.compile(f"{_DOTTED}(?P<is_assigned>=)?")
 _KEY_PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 _COUNTED_IN = (("_deg", "_arcsec"), ("_rad", "_arcsec"), ("_rad", "_deg"), ("_mv", "_v"), ("_ms", "_s"), ("_min", "_s"))
 """Endings of keys in a unit that the key is not counted in, and in that which it is."""
@@ -221,7 +222,9 @@ def _lines_of_keys(text: str) -> dict[KeyPath, int]:
 def _index_assignments(lines: dict[KeyPath, int], table: KeyPath, line: str, number: int) -> None:
     """Index ``a = 1`` and, inside inline tables, every further ``key =`` under the first key of the line."""
     owner: KeyPath | None = None
-    for match in _ASSIGNMENT.finditer(line.split("#", 1)[0]):
+    for match in _KEY_OR_TEXT.finditer(line.split("#", 1)[0]):
+        if match["is_assigned"] is None:
+            continue
         parts = _parts(match["key"])
         path = (*table, *parts) if owner is None else (*owner, *parts)
         lines.setdefault(path, number)
