@@ -332,8 +332,10 @@ class IndexingTableAxis:
             if not isinstance(reply, Refused):
                 return reply
             refusal = reply.text
+        # A question says nothing of motion: the axis may be on its way.
+        known = "it may answer another command" if is_question else "the command was not taken"
         raise DeviceRefused(
-            f"{self.name}: the table refused {command}: {refusal!r}; nothing moved;"
+            f"{self.name}: the table refused {command}: {refusal!r}; {known};"
             " look at the table's display and its manual"
         )
 
