@@ -1,12 +1,12 @@
 """How a TOML file is refused: what stands there twice by file, line, key and the first line, values as written."""
 
-import time
 import tomllib
 from pathlib import Path
 
 import pytest
 
 from rig import toml_file
+from rig.clock import SystemClock
 from rig.errors import DescriptionError
 from rig.toml_file import TomlFile, as_in_file
 
@@ -41,10 +41,10 @@ def test_a_refusal_shows_a_value_as_a_file_has_it(written: str) -> None:
 def test_a_long_line_takes_time_by_its_length(piece: str) -> None:
     """A line of a megabyte took hours where its time grew by the square."""
     text = f"k = 1\n{piece * 300_000}\n"
-    start_s = time.process_time()
+    start_s = SystemClock().monotonic_s()
     lines_of_keys = toml_file._lines_of_keys(text)
     assert lines_of_keys[("k",)] == 1
-    assert time.process_time() - start_s < 5.0
+    assert SystemClock().monotonic_s() - start_s < 5.0
 
 
 def test_a_text_that_looks_like_a_key_is_none() -> None:
