@@ -115,6 +115,10 @@ class QueueStore:
             elif found != VERSION:
                 raise JournalError(f"{path}: version {found}, known is {VERSION}; nothing was changed")
             yield connection
+        except (apsw.CorruptError, apsw.NotADBError, UnicodeDecodeError) as error:
+            raise JournalError(
+                f"{path}: is damaged ({error}); nothing was changed; keep the file, and begin a new queue"
+            ) from error
         except apsw.Error as error:
             raise JournalError(f"{path}: cannot be used: {error}; nothing was changed") from error
         finally:
