@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from procedures.errors import RequestError
 from rig import file_lock
@@ -22,7 +23,7 @@ def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
     clock = clock or SystemClock()
     # Opened without emptying it: a refusal reads out of it who owns the run. Never removed: a lock on a removed file is
     # one that nobody else meets.
-    with open(run_dir / OWNER_FILE, "a+", encoding="utf-8") as file:
+    with open(run_dir / OWNER_FILE, "a+", encoding="utf-8", opener=_opened_itself) as file:
         if not file_lock.take(file, clock, _ATTEMPTS):
             raise RequestError(
                 f"{run_dir}: the run belongs to process {_owner_in_words(run_dir)}; nothing was changed; steer it with "
@@ -35,7 +36,7 @@ def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
 def is_owned(run_dir: Path) -> bool:
     """Return True while a living process runs the run."""
     try:
-        with open(run_dir / OWNER_FILE, encoding="utf-8") as file:
+        with open(run_dir / OWNER_FILE, encoding="utf-8", opener=_opened_itself) as file:
             return file_lock.is_held(file)
     except FileNotFoundError:
         return False
@@ -44,14 +45,32 @@ def is_owned(run_dir: Path) -> bool:
 def owned_since(run_dir: Path) -> datetime | None:
     """Return when the present or last owner took the run; None where nobody ever did."""
     try:
-        return datetime.fromisoformat(json.loads((run_dir / OWNER_FILE).read_text(encoding="utf-8"))["since_utc"])
-    except (OSError, ValueError, KeyError, TypeError):
+        return datetime.fromisoformat(_said(run_dir)["since_utc"])
+    except (RequestError, OSError, ValueError, KeyError, TypeError):
         return None
+
+
+def _said(run_dir: Path) -> Any:
+    with open(run_dir / OWNER_FILE, encoding="utf-8", opener=_opened_itself) as file:
+        return json.load(file)
+
+
+def _opened_itself(path: str, flags: int) -> int:
+    """Open the lock, and no file that a link leads to: that would be emptied. A pipe has no end to wait for.
+
+    Raises: RequestError where it is no plain file; OSError.
+    """
+    if os.path.lexists(path) and (os.path.islink(path) or not os.path.isfile(path)):
+        raise RequestError(
+            f"{path}: is no plain file, which the lock of a run is; nothing was changed; find out who put it there, "
+            "then remove it"
+        )
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
 
 
 def _owner_in_words(run_dir: Path) -> str:
     try:
-        document = json.loads((run_dir / OWNER_FILE).read_text(encoding="utf-8"))
+        document = _said(run_dir)
         return f"{document['pid']} since {text_at_both(str(document['since_utc']))}"
     except (OSError, ValueError, KeyError, TypeError):
         return "unknown"

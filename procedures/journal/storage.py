@@ -103,6 +103,8 @@ def _reading_uri(path: Path) -> str:
 
 def require_journal_file(path: Path) -> None:
     """Check what can be told from the first bytes of a journal. Raises: JournalError."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise JournalError(f"{path}: is no plain file, as a journal is; it was left as it is; give the folder of a run")
     try:
         with open(path, "rb") as file:
             start = file.read(len(_MAGIC))
