@@ -55,7 +55,7 @@ from procedures.run.services import RunServices
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import ENDED_BY, UNASKED, explain
 from procedures.run.watch.clock_watch import GapWatch
-from procedures.run.watch.safe_state import NOT_SEEN, make_safe, resting_deg
+from procedures.run.watch.safe_state import make_safe, resting_deg
 from procedures.run.watch.silent_devices import silence_words
 from procedures.run.watch.watch import Watch, lost_link
 from procedures.run.watch.watchdogs import Watchdogs
@@ -243,9 +243,10 @@ class _Engine:
         safe = make_safe(self._rig, self._context.plan, is_open=self._is_open)
         crash_point(CrashPoint.MADE_SAFE)
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
-        if safe.failures:
-            state, cause = _without_safety(state), cause or NOT_SEEN
-            reasons = [*ending.requested(self._rig.clock.now_utc()), *safe.failures, *safe.known]
+        if safe.cause:
+            state, cause = _without_safety(state), cause or safe.cause
+            requested = ending.requested(self._rig.clock.now_utc())
+            reasons = [*requested, *safe.failures, *safe.of_chamber, *safe.known]
         is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause in TAKES_NOTHING:
             self._announce(state, "; ".join(reasons), ending.by, cause, safe.in_words)
@@ -388,5 +389,5 @@ def _with(reasons: list[str], sentence: str) -> list[str]:
 
 
 def _without_safety(state: State) -> State:
-    """Return the state of a run whose axes are not known to rest: a person looks first, then takes it up."""
+    """Return the state of a run whose axes are not known to rest, or whose chamber refused: a person looks first."""
     return State.FAILED if state is State.FAILED else State.TRIPPED

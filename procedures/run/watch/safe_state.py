@@ -17,8 +17,8 @@ from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
 
-NOT_SEEN = "standstill"
-"""The cause of an ending after which not every axis is known to stand still."""
+NOT_SEEN, DEVICE = "standstill", "device"
+"""The causes of an ending after which not every axis is known to stand still, and of one whose chamber refused."""
 LIMIT_S = 30.0
 """For everything but the axes, which have their own deadline."""
 MOST_STOPS = 3
@@ -30,10 +30,18 @@ class Safe:
     """What is known when everything was told to stop."""
 
     failures: tuple[str, ...]
+    """After which not every axis is known to stand."""
     positions_deg: dict[str, float] = field(default_factory=dict)
     """Read back at rest; an axis that does not answer is missing."""
     known: tuple[str, ...] = ()
     """Where something failed: what is known all the same, a sentence each for axes that do not answer and outputs."""
+    of_chamber: tuple[str, ...] = ()
+    """Why the chamber was not sent to its end: axes rest without it, and a person looks all the same."""
+
+    @property
+    def cause(self) -> str:
+        """The cause of an ending by what failed; empty where nothing did."""
+        return NOT_SEEN if self.failures else DEVICE if self.of_chamber else ""
 
     @property
     def in_words(self) -> str:
@@ -43,7 +51,8 @@ class Safe:
     def detail(self) -> dict[str, object]:
         """Return the event of the journal."""
         known = {"known": list(self.known)} if self.known else {}
-        return {"positions_deg": self.positions_deg, "failures": list(self.failures), **known}
+        chamber = {"of_chamber": list(self.of_chamber)} if self.of_chamber else {}
+        return {"positions_deg": self.positions_deg, "failures": list(self.failures), **known, **chamber}
 
 
 def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool = True) -> Safe:
@@ -52,11 +61,12 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool =
     ``is_open``: False where the lines were lost and not opened since; that is tried once more.
     """
     failures: list[str] = []
+    of_chamber: list[str] = []
     unopened = "" if is_open else _opened_again(rig)
-    work = [lambda: stop_all(rig.axes, rig.clock)]
+    work: list[tuple[Callable[[], None], list[str]]] = [(lambda: stop_all(rig.axes, rig.clock), failures)]
     if is_over:
-        work += _chamber(rig, plan)
-    threads = [Thread(target=_attempt, args=(part, failures), daemon=True) for part in work]
+        work += [(part, of_chamber) for part in _chamber(rig, plan)]
+    threads = [Thread(target=_attempt, args=part, daemon=True) for part in work]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -65,12 +75,13 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool =
             failures.append(f"stop: a device did not answer within {LIMIT_S:g} s; use the stop button at the machine")
     is_hung = any(thread.is_alive() for thread in threads)
     positions_deg = {} if is_hung else _seen_at_rest(rig, failures)
-    if not failures:
+    if not failures and not of_chamber:
         return Safe((), positions_deg)
     if unopened:  # one cause of whatever else failed
-        failures = [unopened]
+        failures, of_chamber = [unopened], []
     unseen = [name for name in rig.axes if name not in positions_deg]
-    return Safe(tuple(failures), positions_deg, (*rig.motion.in_words(unseen), *_outputs_left(rig, plan)))
+    known = (*rig.motion.in_words(unseen), *_outputs_left(rig, plan))
+    return Safe(tuple(failures), positions_deg, known, tuple(of_chamber))
 
 
 def _opened_again(rig: OpenRig) -> str:

@@ -12,6 +12,8 @@ from faulty_rig import FaultyRig
 from small_run import bench
 from unattended_run import UnattendedRun, asks, events, run_unattended
 
+from procedures.journal.audit_trail import interruptions_in
+from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
 from rig.devices.abilities import AxisState, Environment
 from rig.errors import DeviceFault
@@ -69,6 +71,10 @@ def test_fault_20_gone_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is
     assert "air: setpoint 15 °C was acknowledged" in outcome.reason
     (safe,) = events(unattended.run_dir, "safe")
     assert set(safe.detail["positions_deg"]) == {"pitch", "roll"}  # type: ignore[call-overload]
+    assert (outcome.cause, safe.detail["failures"]) == ("device", [])
+    with JournalReader.open(unattended.run_dir) as reader:
+        (stretch,) = interruptions_in(reader.events())
+    assert "seen to stand: pitch at " in stretch.axes, "it was said that not every axis was seen to stand"
 
 
 @pytest.mark.usefixtures("terminal_signals")
