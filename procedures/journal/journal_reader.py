@@ -88,12 +88,20 @@ class JournalReader:
     def events(self, kind: str | None = None, after: int = 0) -> Iterator[Event]:
         """Yield the events in their order, all or those of one kind, ``after`` a sequence number."""
         for row in self._rows(_EVENTS if kind is None else _EVENTS_OF, () if kind is None else (kind,), after):
-            yield decode_event(*row)
+            yield self._event(row)
 
     def last_event(self, kind: str | None = None) -> Event | None:
         """Return the newest event, of one kind if given; None where there is none."""
         row = self._single_row(_LAST_EVENT, (kind, kind))
-        return None if row is None else decode_event(*row)
+        return None if row is None else self._event(row)
+
+    def _event(self, row: Sequence[Any]) -> Event:
+        """Return a stored event. Raises: JournalError where its moment or its text is none."""
+        try:
+            return decode_event(*row)
+        except (ValueError, TypeError):
+            sequence, _, _, kind, *_ = row
+            raise JournalError(f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}") from None
 
     @cached_property
     def rig(self) -> RigDescription:
