@@ -145,7 +145,15 @@ def read_points(path: Path) -> Design:
     except (OSError, UnicodeDecodeError) as error:
         why = (error.strerror if isinstance(error, OSError) else None) or error
         raise PlanError(f"{path}: the points cannot be read: {why}; no design was made") from None
-    reader = csv.DictReader(text.splitlines())
+    try:
+        return _of_rows(path, csv.DictReader(text.splitlines()))
+    except csv.Error as error:
+        raise PlanError(
+            f"{path}: not a CSV file ({error}); no design was made; correct it, or export it anew"
+        ) from None
+
+
+def _of_rows(path: Path, reader: "csv.DictReader[str]") -> Design:
     if not {"pitch_deg"} <= set(reader.fieldnames or ()) <= {"pitch_deg", "roll_deg", "yaw_deg"}:
         found = ", ".join(reader.fieldnames or ()) or "nothing"
         raise PlanError(

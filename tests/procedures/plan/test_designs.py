@@ -122,3 +122,10 @@ def test_a_factorial_has_24_points_and_determines_every_term_up_to_the_cubic():
     assert np.linalg.matrix_rank(columns) == columns.shape[1]
     with pytest.raises(PlanError, match="pitch got 3 values, allowed are 4"):
         designs.factorial((-90.0, 0.0, 90.0), designs.uniform_circle_deg(6))
+
+
+def test_a_field_of_points_that_is_too_long_is_a_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text(f"pitch_deg,roll_deg\n0,{'1' * 140_000}\n")
+    with pytest.raises(PlanError, match=r"points\.csv: not a CSV file \(field larger than field limit"):
+        designs.read_points(path)
