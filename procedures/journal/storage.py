@@ -25,6 +25,8 @@ _MAGIC = b"SQLite format 3\0"
 _COUNT_LENGTH = 128
 _AS_IT_IS: int = getattr(os, "O_BINARY", 0)
 """Windows turns the ends of lines into two bytes otherwise."""
+_AT_ONCE: int = getattr(os, "O_NONBLOCK", 0)
+"""A pipe in the place of a file is not waited for."""
 
 SCHEMA = f"""
 PRAGMA application_id = {APPLICATION_ID};
@@ -163,7 +165,7 @@ class CommittedCount:
         """
         line = json.dumps({"run": run_id, "events": events, "dwells": dwells})
         try:
-            handle = os.open(self.path, os.O_WRONLY | os.O_CREAT | _AS_IT_IS, 0o644)
+            handle = os.open(self.path, os.O_WRONLY | os.O_CREAT | _AS_IT_IS | _AT_ONCE, 0o644)
             try:
                 # In one go where the system can. Without a second fsync a dwell: the rows are on the disk by their own,
                 # and a count that lags behind them accuses no journal.
@@ -183,6 +185,8 @@ class CommittedCount:
         """(events, dwells) committed at least; None where there is no such file, or a power cut left it without its
         content. Raises: JournalError.
         """
+        if self.path.exists() and not self.path.is_file():
+            raise JournalError(f"{self.path}: is no plain file; remove it to read the journal without it")
         try:
             text = self.path.read_text(encoding="utf-8").strip("\0")
             document = json.loads(text) if text else None

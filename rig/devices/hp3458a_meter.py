@@ -4,7 +4,7 @@ A burst is armed once (``TARM SGL``) and the meter paces it; each reading is wai
 serial poll where it is long, then fetched. What the meter was told is read back before it is trusted.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -45,6 +45,11 @@ CONFIRMED: tuple[tuple[bytes, float], ...] = (
     (b"TRIG?", 1),
     (b"TARM?", 4),
 )
+WAYS_OUT: Mapping[bytes, str] = {
+    b"NPLC?": "choose a value that the meter offers (nplc: whole cycles from 1, tens above 10)",
+    b"FUNC?": "choose a range that the meter offers (range_v of the channel), or see who else sets the meter",
+}
+ANOTHER_SETTING = "see who else sets the meter, or whether the line damages what is sent"
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +246,7 @@ class Hp3458aMeter:
         if abs(got - need) > READ_BACK_TOLERANCE * abs(need):
             raise DeviceRefused(
                 f"{self.name}: meter: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; no reading"
-                " is taken; choose a value that the meter offers (nplc: whole cycles from 1, tens above 10)"
+                f" is taken; {WAYS_OUT.get(query, ANOTHER_SETTING)}"
             )
 
     def _earlier_errors(self) -> tuple[str, ...]:

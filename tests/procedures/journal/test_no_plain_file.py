@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from procedures.errors import JournalError, RequestError
+from procedures.errors import JournalError, RequestError, StorageFailed
 from procedures.journal.owner import OWNER_FILE, is_owned, owned_since, owning
-from procedures.journal.storage import JOURNAL_FILE, require_journal_file
+from procedures.journal.storage import JOURNAL_FILE, CommittedCount, require_journal_file
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
 
@@ -32,3 +32,9 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     assert owned_since(tmp_path) is None
     with pytest.raises(JournalError, match=r"journal\.sqlite: is no plain file"):
         require_journal_file(tmp_path / JOURNAL_FILE)
+    count = CommittedCount(tmp_path / JOURNAL_FILE)
+    os.mkfifo(count.path)
+    with pytest.raises(JournalError, match=r"journal\.count: is no plain file"):
+        count.read()
+    with pytest.raises(StorageFailed, match=r"journal\.count: cannot be written"):
+        count.write("run", 1, 1)

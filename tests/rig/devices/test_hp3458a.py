@@ -205,6 +205,14 @@ def test_what_the_meter_does_not_take_is_refused_with_both_values() -> None:
         readout.read("dmm.x", 1, rig.wait, nplc=12.0)
 
 
+def test_a_range_that_the_line_altered_is_told_as_the_range() -> None:
+    rig = gpib_rig()
+    readout, listen = rig.prepared(), rig.meter.listen
+    rig.meter.listen = lambda data, now_s: listen(data.replace(b"DCV 10", b"DCV 1"), now_s)  # type: ignore[method-assign]
+    with pytest.raises(DeviceRefused, match=r"FUNC\? reads back 1, it was set to 10; .*\(range_v of the channel\)"):
+        readout.read("dmm.x", 1, rig.wait)
+
+
 def test_errors_left_over_from_earlier_use_are_kept_and_told() -> None:
     rig = gpib_rig()
     rig.meter.listen(b"NONSENSE", 0.0)
