@@ -50,7 +50,12 @@ TABLES: Mapping[str, tuple[Column, ...]] = {
         Column("pitch_deg", NUMBER, "as the solver takes it: read back; of an axis that turned, its start"),
         Column("roll_deg", NUMBER, "the same"),
         Column("yaw_deg", NUMBER, "the same"),
-        Column("temperature_degc", NUMBER, "of the rig's only environment; empty where there is none or several"),
+        Column(
+            "temperature_degc",
+            NUMBER,
+            "of the rig's only environment: the mean of a dwell's two readings, or the one of them that no sensor "
+            "stands; empty where there is none or several",
+        ),
     ),
     "readings": (
         *_KEY,

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from procedures.errors import RequestError
+from procedures.errors import ProcedureError, RequestError, StorageFailed
 from rig import file_lock
 from rig.clock import Clock, SystemClock
 from rig.local_time import text_at_both
@@ -19,7 +19,7 @@ _ATTEMPTS = 10
 
 @contextmanager
 def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
-    """Own the run while inside. Raises: RequestError naming the process that owns it."""
+    """Own the run while inside. Raises: RequestError naming the process that owns it; StorageFailed."""
     clock = clock or SystemClock()
     # Opened without emptying it: a refusal reads out of it who owns the run. Never removed: a lock on a removed file is
     # one that nobody else meets.
@@ -34,7 +34,7 @@ def owning(run_dir: Path, clock: Clock | None = None) -> Iterator[None]:
 
 
 def is_owned(run_dir: Path) -> bool:
-    """Return True while a living process runs the run."""
+    """Return True while a living process runs the run. Raises: RequestError, StorageFailed where nothing can tell."""
     try:
         with open(run_dir / OWNER_FILE, encoding="utf-8", opener=_opened_itself) as file:
             return file_lock.is_held(file)
@@ -46,7 +46,7 @@ def owned_since(run_dir: Path) -> datetime | None:
     """Return when the present or last owner took the run; None where nobody ever did."""
     try:
         return datetime.fromisoformat(_said(run_dir)["since_utc"])
-    except (RequestError, OSError, ValueError, KeyError, TypeError):
+    except (ProcedureError, OSError, ValueError, KeyError, TypeError):
         return None
 
 
@@ -58,19 +58,27 @@ def _said(run_dir: Path) -> Any:
 def _opened_itself(path: str, flags: int) -> int:
     """Open the lock, and no file that a link leads to: that would be emptied. A pipe has no end to wait for.
 
-    Raises: RequestError where it is no plain file; OSError.
+    Raises: RequestError where it is no plain file; FileNotFoundError; StorageFailed where the disk refuses it.
     """
     if os.path.lexists(path) and (os.path.islink(path) or not os.path.isfile(path)):
         raise RequestError(
             f"{path}: is no plain file, which the lock of a run is; nothing was changed; find out who put it there, "
             "then remove it"
         )
-    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
+    try:
+        return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise StorageFailed(
+            f"{path}: cannot be opened: {error.strerror}; nothing was changed; free space or repair the disk, then try "
+            "again"
+        ) from error
 
 
 def _owner_in_words(run_dir: Path) -> str:
     try:
         document = _said(run_dir)
         return f"{document['pid']} since {text_at_both(str(document['since_utc']))}"
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ProcedureError, OSError, ValueError, KeyError, TypeError):
         return "unknown"

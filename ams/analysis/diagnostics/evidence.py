@@ -19,7 +19,7 @@ from ams.solve.replicated import ReplicatedSums
 
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
 _NOTHING = 1e-9
-_HARDLY, _PLAIN = 0.05, 4.0
+_HARDLY, _PLAIN = 0.02, 3.0
 """Of columns: a combination that departures see so much less of than of another is taken out where it is plain beside
 their scatter."""
 _FEW = 0.75

@@ -258,10 +258,20 @@ def test_a_machine_without_a_stop_is_named_with_and_without_a_procedure(
         'driver = "indexing-table"\ndialect = "inficon-srt-422"',
         tmp_path / "r.toml",
     )
-    for files in ((), (EXAMPLE_PROCEDURE,)):
+    procedure = EXAMPLE_PROCEDURE
+    for old, new in {  # angles that its counts of 0.18° tell
+        "pitch_deg = { from = -90.0, to = 90.0, step = 10.0 }": "pitch_deg = { from = 0.0, to = 90.0, step = 18.0 }",
+        "roll_deg = { from = -180.0, to = 180.0, step = 30.0 }": "roll_deg = { from = 0.0, to = 180.0, step = 36.0 }",
+        'kind = "D1"': 'kind = "D"',
+        "usage_pitch_deg = [-60.0, 60.0]": "usage_pitch_deg = [0.0, 60.0]",
+        "pitch_deg = [0.0, 30.0]": "pitch_deg = [0.0, 36.0]",
+        "roll_deg = [0.0, 60.0]": "roll_deg = [0.0, 54.0]",
+    }.items():
+        procedure = changed(procedure, old, new, tmp_path / "p.toml")
+    for files in ((), (procedure,)):
         outcome = call(capsys, "check", *files, "--rig", rig).out
         assert "axis pitch: dialect inficon-srt-422: it cannot be stopped" in " ".join(outcome.split())
-    document = call(capsys, "check", EXAMPLE_PROCEDURE, "--rig", rig, "--json").document
+    document = call(capsys, "check", procedure, "--rig", rig, "--json").document
     assert "it cannot be stopped" in document["machines"]["pitch"][0]
 
 
