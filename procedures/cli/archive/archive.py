@@ -52,6 +52,11 @@ app.command(
     help="Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.",
 )
 app.command(
+    "procedures.cli.results.export:export_archived",
+    name="export",
+    help="Write a set of the archive for another system: as calrig export does, and with who approved it by signature.",
+)
+app.command(
     "procedures.cli.archive.publish:demo",
     name="demo",
     help="Make a synthetic archive: sensors that drift, one that dropped, two that were mixed up, a check sensor.",

@@ -1,6 +1,7 @@
 """`calrig export` and `calrig verify`: every format there and back, what it loses, and what is refused how."""
 
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from command import call
 from foreign_sets import hostile, warm
 from solved import provenance, solved_package
 
+from ams.archive.sets import publish
+from ams.archive.signatures import sign
 from ams.exports.formats import FORMATS, load_set
 from ams.sets.canonical import render
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -108,3 +111,37 @@ def test_a_certificate_says_whether_the_official_schemas_were_asked(
     if SCHEMAS:
         monkeypatch.setenv("CALRIG_DCC_SCHEMAS", SCHEMAS)
         assert "valid by the official schema dcc_3_2_1.xsd" in call(capsys, "verify", path).out
+
+
+def test_an_export_from_the_archive_names_who_approved_it_and_one_of_the_file_does_not(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    original = build_set(solved_package(), provenance())
+    moment = datetime(2026, 3, 1, 12, tzinfo=UTC)
+    publish(url, [original], moment)
+    for role, name in (("prepared", "A. Operator"), ("reviewed", "C. Reader"), ("approved", "D. Head")):
+        sign(url, "SN1047", role, name, moment)  # type: ignore[arg-type]
+    target, file = tmp_path / "SN1047.xml", written(tmp_path, original)
+    assert call(capsys, "archive", "export", "SN1047", "--archive", url, "--to", "dcc", "--out", target).status == 0
+    assert b"D. Head" in target.read_bytes()
+    assert call(capsys, "export", file, "--to", "dcc", "--out", tmp_path / "file.xml").status == 0
+    assert b"D. Head" not in (tmp_path / "file.xml").read_bytes()
+    assert call(capsys, "verify", target).status == 0
+    back = tmp_path / "back.json"
+    assert (
+        call(capsys, "archive", "export", original.sha256[:8], "--archive", url, "--to", "json", "--out", back).status
+        == 0
+    )
+    assert back.read_bytes() == file.read_bytes()  # what was sealed
+
+
+def test_an_export_of_what_the_archive_has_not_is_refused_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    url, target = f"sqlite:///{tmp_path / 'archive.sqlite'}", tmp_path / "SN2.json"
+    publish(url, [build_set(solved_package(), provenance())], datetime(2026, 3, 1, tzinfo=UTC))
+    outcome = call(capsys, "archive", "export", "SN2", "--archive", url, "--to", "json", "--out", target)
+    assert outcome.status == 2
+    assert "SN2" in outcome.err
+    assert not target.exists()
