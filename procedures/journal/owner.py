@@ -58,7 +58,7 @@ def _said(run_dir: Path) -> Any:
 def _opened_itself(path: str, flags: int) -> int:
     """Open the lock, and no file that a link leads to: that would be emptied. A pipe has no end to wait for.
 
-    Raises: RequestError where it is no plain file; FileNotFoundError; StorageFailed where the disk refuses it.
+    Raises: RequestError where it is no plain file; FileNotFoundError, PermissionError; StorageFailed of a bad disk.
     """
     if os.path.lexists(path) and (os.path.islink(path) or not os.path.isfile(path)):
         raise RequestError(
@@ -67,7 +67,7 @@ def _opened_itself(path: str, flags: int) -> int:
         )
     try:
         return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
-    except FileNotFoundError:
+    except (FileNotFoundError, PermissionError):  # of a run that is not there, or is another account's
         raise
     except OSError as error:
         raise StorageFailed(

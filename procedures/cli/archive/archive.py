@@ -52,7 +52,7 @@ app.command(
     help="Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.",
 )
 app.command(
-    "procedures.cli.results.export:export_archived",
+    "procedures.cli.archive.export:export",
     name="export",
     help="Write a set of the archive for another system: as calrig export does, and with who approved it by signature.",
 )

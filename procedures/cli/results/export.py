@@ -1,4 +1,4 @@
-"""``calrig export``, ``calrig archive export``, ``calrig verify``: a coefficient set for another system, and back."""
+"""``calrig export`` and ``calrig verify``: a coefficient set for another system, and back."""
 
 import os
 from dataclasses import asdict
@@ -11,8 +11,7 @@ from ams.exports.dcc_schema import SCHEMA, check_against_schemas
 from ams.exports.formats import FORMATS, export_set, format_named, format_of, load_set
 from ams.exports.verify import verify as verify_file
 from ams.sets.coefficients import CoefficientSet
-from procedures.cli.locations import archive_url
-from procedures.cli.options import Archive, Json, require_folder_of
+from procedures.cli.options import Json, require_folder_of
 from procedures.cli.output import print_json, say
 from procedures.errors import RequestError
 
@@ -46,27 +45,6 @@ def export(
     if target.resolve() == coefficient_set.resolve():
         raise RequestError(f"{target}: is the set itself; give --out with another name; nothing was written")
     tell_export(loaded, to, target, json=json)
-
-
-def export_archived(
-    key: str, /, *, to: ToFormat, out: Path | None = None, archive: Archive = None, json: Json = False
-) -> None:
-    """Write a set of the archive for another system: as `calrig export` does, and with who approved it by signature.
-
-    Parameters
-    ----------
-    key
-        A sensor (its latest set), or six or more characters of a checksum.
-    out
-        The file to write; by default the sensor's name with the format's ending, in this folder.
-    """
-    from ams.archive.sets import show  # loads SQLAlchemy, which `calrig export` of a file needs not
-
-    require_folder_of(out, "--out")
-    wanted = format_named(to, key)
-    found = show(archive_url(archive), key)
-    found.check_vectors(f"archive: set {found.sha256[:12]}")
-    tell_export(found, to, out or Path(wanted.file_name(found.sensor)), json=json)
 
 
 def tell_export(coefficients: CoefficientSet, to: str, target: Path, *, json: bool) -> None:

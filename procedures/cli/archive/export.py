@@ -1,0 +1,26 @@
+"""``calrig archive export``: a set of the archive for another system."""
+
+from pathlib import Path
+
+from ams.archive.sets import show
+from ams.exports.formats import format_named
+from procedures.cli.locations import archive_url
+from procedures.cli.options import Archive, Json, require_folder_of
+from procedures.cli.results.export import ToFormat, tell_export
+
+
+def export(key: str, /, *, to: ToFormat, out: Path | None = None, archive: Archive = None, json: Json = False) -> None:
+    """Write a set of the archive for another system: as `calrig export` does, and with who approved it by signature.
+
+    Parameters
+    ----------
+    key
+        A sensor (its latest set), or six or more characters of a checksum.
+    out
+        The file to write; by default the sensor's name with the format's ending, in this folder.
+    """
+    require_folder_of(out, "--out")
+    wanted = format_named(to, key)
+    found = show(archive_url(archive), key)
+    found.check_vectors(f"archive: set {found.sha256[:12]}")
+    tell_export(found, to, out or Path(wanted.file_name(found.sensor)), json=json)
