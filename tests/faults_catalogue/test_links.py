@@ -20,7 +20,9 @@ EVERY = {TABLE: 71, METER: 97, CHAMBER: 23}
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    return bench(tmp_path_factory.mktemp("bench"))
+    """An air without noise: a question that is repeated would take another reading of it than the undisturbed run."""
+    still = "[twin.environment.air]\nnoise_degc = 0.0\n\n[twin.truth.SN1]"
+    return bench(tmp_path_factory.mktemp("bench"), rig=(("[twin.truth.SN1]", still),))
 
 
 @pytest.fixture(scope="module")
