@@ -83,6 +83,7 @@ def differing_replications(evidence: Evidence, output: int, limits: ShiftLimits,
 
 
 def _quantities(evidence: Evidence, output: int, limits: ShiftLimits) -> Iterator[_Quantity]:
+    """Yield what the replications differ in by more than its limit at all, certain or not."""
     sums, model, replications = evidence.sums, evidence.models[output], evidence.layout.replications
     if sums is None or sums.dof_precision <= 0:
         return
@@ -101,10 +102,12 @@ def _quantities(evidence: Evidence, output: int, limits: ShiftLimits) -> Iterato
         zero = np.zeros(len(names))
         zero[names.index(_OFFSET)] = 1.0 / length
         directions.append(("offset", "g", 1.0, "largest_offset_shift_v", limits.offset_g, zero))
-    variances, dof = _dwell_variances(evidence, output)
-    blocks = np.einsum("ripj->rpij", sums.contrast_covariance)[np.arange(replications), np.arange(replications)]
     for name, unit, factor, key, limit, direction in directions:
         sizes = sums.contrasts[:, :, output] @ direction
+        if not float(sizes.max() - sizes.min()) > limit:
+            continue
+        variances, dof = _dwell_variances(evidence, output)
+        blocks = np.einsum("ripj->rpij", sums.contrast_covariance)[np.arange(replications), np.arange(replications)]
         unit_variances = np.einsum("i,rij,j->r", direction, blocks, direction)
         if replications == 2:
             sizes, times = sizes - sizes[::-1], 4.0
