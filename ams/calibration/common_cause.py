@@ -57,6 +57,8 @@ def judge_common_cause(package: Sequence[AxisShown]) -> Sequence[BeliefTest | No
     the means of the points scatter by more there than they seem to.
     """
     nothing = [None] * len(package)
+    if len(package) < _FEWEST:
+        return nothing
     best = min(_joined(tuple(_COMMON), package), key=lambda found: found.p_value, default=None)
     if best is None or not best.p_value <= best.axes * package[0].tests.level / MOST_TESTS:
         return nothing

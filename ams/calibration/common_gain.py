@@ -68,6 +68,8 @@ class _Change:
 
 def gain_finding(package: Sequence[OutputOfPackage], level: float) -> Finding | None:
     """Return what is said of a change of the gain that all outputs show; None where none is significant at a level."""
+    if len(package) < _FEWEST:
+        return None
     gains = [found for output in package if (found := _gains(output)) is not None]
     if len(gains) < _FEWEST:
         return None
