@@ -11,17 +11,17 @@ from datetime import datetime
 from pathlib import Path
 from typing import get_args
 
-from procedures.console.rights import Act
+from procedures.console.rights import STOPS, Act
 from procedures.console.withheld import withheld_sentence
 from procedures.errors import ProcedureError, RequestError, StorageFailed
 from procedures.journal.corrections import Authorisation, acknowledge, add_note, redo, void_from
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
-from procedures.journal.spool import Kind, Request, Spool, ask
+from procedures.journal.spool import Kind, Request, Spool, ask, words_complaint
 from rig.clock import Clock
 from rig.guard.ask import of_run
 from rig.guard.ask import stop as stop_by_guard
-from rig.plain_text import one_line
+from rig.plain_text import PARAGRAPHS, one_line
 
 VIA = "console"
 LONGEST_TEXT = 2000
@@ -63,7 +63,11 @@ def read_act(act: Act, fields: Mapping[str, str], by: str, address: str) -> Acti
             f"{act}: its key, by which an act that comes twice is done once: needed are 1 to 80 plain characters; "
             "nothing was done"
         )
-    text = one_line(fields.get("text", "").strip())
+    text = fields.get("text", "").strip().replace("\r\n", "\n")  # so a form sends a line break
+    if act in STOPS:  # whatever it holds, it stops
+        text = one_line(text)
+    elif complaint := words_complaint(by, text, address, PARAGRAPHS if act in ("note", "ack") else ""):
+        raise RequestError(f"{act}: {complaint}; nothing was done")
     if len(text) > LONGEST_TEXT:
         raise RequestError(f"{act}: the text has {len(text)} characters, allowed are {LONGEST_TEXT}; nothing was done")
     if act == "note" and not text:

@@ -14,6 +14,7 @@ from procedures.journal.alert_record import keep_acknowledgement
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned, owning
+from procedures.journal.spool import words_complaint
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.journal.voids import KIND, void_detail
 from procedures.records.dwells import DwellRecord
@@ -91,6 +92,8 @@ def acknowledge(
 
 
 def _say(run_dir: Path, kind: str, by: str, text: str, clock: Clock, whence: Mapping[str, str]) -> None:
+    if complaint := words_complaint(by, text, whence.get("place", "")):
+        raise RequestError(f"{run_dir}: {kind}: {complaint}; nothing was noted")
     with _owned_journal(run_dir, clock) as journal:
         journal.append_event(kind, {"by": by, "text": text, "at_utc": clock.now_utc().isoformat(), **whence}, clock)
 

@@ -150,6 +150,17 @@ class Spool:
             return Taken(name, None, f"not a request: {error}"[:300])
 
 
+def words_complaint(by: str, text: str, address: str = "", kept: str = PARAGRAPHS) -> str:
+    """Return what is wrong with who says something, with its text or with from where; empty where nothing is.
+
+    ``kept``: hidden letters that the text may hold all the same; those of several lines where nothing else is said.
+    """
+    for name, said, allowed in (("by", by, ""), ("text", text, kept), ("place", address, "")):
+        if complaint := hidden_complaint(said, allowed):
+            return f"{name}: {complaint}"
+    return ""
+
+
 def ask(
     run_dir: Path,
     kind: Kind,
@@ -168,9 +179,8 @@ def ask(
     Raises: RequestError where nobody would take the request, the run is in another state than the asker saw, or a text
     holds what nobody sees.
     """
-    for name, said, kept in (("by", by, ""), ("text", text, PARAGRAPHS), ("place", address, "")):
-        if complaint := hidden_complaint(said, kept):
-            raise RequestError(f"{run_dir}: {kind}: {name}: {complaint}; nothing was asked")
+    if complaint := words_complaint(by, text, address):
+        raise RequestError(f"{run_dir}: {kind}: {complaint}; nothing was asked")
     with JournalReader.open(run_dir) as reader:
         state, entered = reader.state(), reader.last_event("state")
     if state not in ACTIVE or not is_owned(run_dir):

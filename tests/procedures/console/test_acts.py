@@ -3,6 +3,7 @@
 import asyncio
 import json
 from collections.abc import Callable, Iterator
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -14,13 +15,16 @@ from starlette.websockets import WebSocketDisconnect
 from visited_console import BASE, CHEAP, Visited
 
 from procedures.accounts.people import People
+from procedures.cli.main import run_command
 from procedures.console import acts, gate
 from procedures.console.gate import LONGEST_BODY
 from procedures.console.sessions import ACTS, LIFE_S, MOST_WRONG_SECRETS
 from procedures.errors import RequestError
+from procedures.journal.corrections import add_note
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import owning
 from procedures.records.states import State
+from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
 
 RUN = "/api/v1/runs/night-1"
 OWN = {"origin": BASE}
@@ -99,12 +103,53 @@ def test_who_says_what_stands_in_the_journal(ended: Visited) -> None:
     assert note.status_code == 202
     said = _last(ended, "note")
     assert (said["by"], said["via"], said["place"]) == ("Anna Ray", "console", "127.0.0.1")
-    assert "\n" not in str(said["text"])
+    assert said["text"] == "the door\nwas open"
     taken = browser.post(
         f"{RUN}/void", data=ended.fields(browser, key="k2", number="7", text="door"), headers=OWN
     ).json()
     assert taken["told"].startswith("2 dwells taken back")
     assert (_last(ended, "voided")["by"], _last(ended, "voided")["place"]) == ("Anna Ray", "127.0.0.1")
+
+
+HIDDEN = ("bell \a", "\x1b[2Jgone", "left \u202e right", "over\rwritten", "a\u200bb")
+
+
+@pytest.mark.parametrize("text", HIDDEN)
+@pytest.mark.parametrize("act", ["note", "ack", "void", "redo", "pause"])
+def test_words_that_the_command_refuses_are_refused_from_a_page(ended: Visited, act: str, text: str) -> None:
+    browser = ended.enter()
+    with JournalReader.open(ended.run) as reader:
+        before = [event.kind for event in reader.events()]
+    page = OWN | {"accept": "text/html"}
+    fields = ended.fields(browser, text=text, **({"number": "1"} if act in ("void", "redo") else {}))
+    answer = browser.post(f"{RUN}/{act}", data=fields, headers=page)
+    assert answer.status_code == 400
+    assert f"{act}: text: {hidden_complaint(text, PARAGRAPHS)}; nothing was done" in unescape(answer.text)
+    with JournalReader.open(ended.run) as reader:
+        assert [event.kind for event in reader.events()] == before
+
+
+@pytest.mark.parametrize("text", HIDDEN)
+def test_the_command_refuses_the_same_words(ended: Visited, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["note", str(ended.run), text, "--operator", "Anna"]) == 2
+    assert hidden_complaint(text, PARAGRAPHS) in capsys.readouterr().err
+    with pytest.raises(RequestError, match=r"note: text: holds <U\+.*nothing was noted"):
+        add_note(ended.run, "Anna", text)
+
+
+def test_a_reason_has_one_line_from_a_page_too(ended: Visited) -> None:
+    browser = ended.enter()
+    fields = ended.fields(browser, number="1", text="door\nopen")
+    answer = browser.post(f"{RUN}/redo", data=fields, headers=OWN)
+    assert (answer.status_code, "write it in one line" in answer.json()["told"]) == (400, True)
+
+
+@pytest.mark.parametrize("text", HIDDEN)
+def test_a_stop_is_taken_whatever_its_words_hold(alive: Visited, text: str) -> None:
+    browser = alive.enter()
+    assert browser.post(f"{RUN}/stop", data=alive.fields(browser, text=text), headers=OWN).status_code == 202
+    (request,) = map(json.loads, alive.requests())
+    assert request["text"] == one_line(text.strip())
 
 
 def test_a_page_without_script_is_answered_with_a_page(ended: Visited) -> None:
