@@ -9,7 +9,7 @@ import numpy as np
 from procedures.journal.header import RunHeader, sha256
 from procedures.journal.journal import Journal
 from procedures.records.dwells import ChannelReading, DwellRecord
-from rig.clock import VirtualClock
+from rig.clock import SystemClock, VirtualClock
 
 START_UTC = datetime(2026, 3, 29, 0, 59, 30, tzinfo=UTC)
 HEADER = RunHeader(
@@ -72,6 +72,13 @@ def with_overload(record: DwellRecord) -> DwellRecord:
     samples = first.samples.copy()
     samples[3] = np.nan
     return replace(record, readings={**record.readings, "dmm.x": replace(first, samples=samples)})
+
+
+def note_of_an_older_version(run: Path, text: str, by: str = "anna") -> None:
+    """Write a note as versions did that refused no letter of it."""
+    journal = Journal.open_for_append(run / "journal.sqlite")
+    journal.append_event("note", {"by": by, "text": text, "at_utc": START_UTC.isoformat()}, SystemClock())
+    journal.close()
 
 
 def journal_with(path: Path, dwells: int) -> Path:

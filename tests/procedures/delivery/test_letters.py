@@ -19,6 +19,7 @@ from chromium import chromium
 from command import call
 from finished_job import FinishedJob
 from job_files import job
+from journals import note_of_an_older_version
 from letters import acts, all_letters, of_every_block, that_act
 from lxml import etree
 from programs import require_program
@@ -26,7 +27,7 @@ from reports_left_out import reports_left_out
 
 from procedures.cli.main import run_command
 from procedures.errors import RequestError
-from procedures.journal.corrections import Authorisation, add_note
+from procedures.journal.corrections import Authorisation
 from procedures.journal.spool import ask
 from procedures.report.figures import Figures
 from rig import plain_text
@@ -77,7 +78,7 @@ def lettered(tmp_path_factory: pytest.TempPathFactory) -> Lettered:
     (journal,) = (folder / "runs").glob("*/journal.sqlite")
     run = journal.parent
     assert run_command(["note", str(run), text, "--operator", text]) == 0
-    add_note(run, OLD_NOTE, OLD_NOTE)
+    note_of_an_older_version(run, OLD_NOTE, OLD_NOTE)
     assert run_command(["void", str(run), "--from", "25", "--reason", text, "--operator", text]) == 0
     with nothing_delivered():
         assert run_command(["resume", str(run), "--operator", text, "--reason", text]) == 0
@@ -217,7 +218,7 @@ def test_every_letter_that_there_is_comes_through_every_product(finished_job: Fi
     """All of them as notes of a finished run: page, paper, handover."""
     run, letters, share = finished_job.copied_to(tmp_path), all_letters(), 4000
     for start in range(0, len(letters), share):
-        add_note(run, "anna", " ".join(letters[start : start + share]))  # alone: none is drawn into another
+        note_of_an_older_version(run, " ".join(letters[start : start + share]))  # alone: none is drawn into another
     assert run_command(["solve", str(run)]) == 0
     for shown in _opened(run / "report.html"):
         assert _missing(letters, shown) == []

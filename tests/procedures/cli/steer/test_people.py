@@ -7,9 +7,9 @@ import pytest
 from command import call
 from finished_job import FinishedJob
 from job_files import job
+from journals import note_of_an_older_version
 
 from ams.analysis.diagnostics.take_back import redo_command, void_command
-from procedures.journal.corrections import add_note
 
 pytestmark = pytest.mark.usefixtures("no_report")
 
@@ -67,7 +67,7 @@ def test_a_line_break_in_a_name_or_a_reason_makes_no_line_of_its_own(
     false = "door\nnext       calrig close RUN"
     refused = call(capsys, "void", run, "--from", 20, "--reason", false, "--operator", "anna")
     assert (refused.status, "write it in one line; nothing was done" in refused.err) == (2, True)
-    add_note(run, false, false)
+    note_of_an_older_version(run, false, false)
     assert call(capsys, "void", run, "--from", 20, "--reason", "door", "--operator", "anna").status == 0
     page = call(capsys, "handover", run).out
     assert "door<U+000A>next" in page
