@@ -71,16 +71,16 @@ def encode_dwell(record: DwellRecord) -> tuple[str, bytes]:
     return compact_json(document), samples
 
 
-def hash_dwell(text: str, samples: bytes) -> str:
-    """Return SHA-256 of a stored dwell."""
-    digest = hashlib.sha256(text.encode("utf-8"))
+def hash_dwell(text: str | bytes, samples: bytes) -> str:
+    """Return SHA-256 of a stored dwell; a text that was damaged is given as its bytes."""
+    digest = hashlib.sha256(text if isinstance(text, bytes) else text.encode("utf-8"))
     digest.update(b"\0")
     digest.update(samples)
     return digest.hexdigest()
 
 
 def decode_dwell(
-    text: str, samples: bytes | None, sha256: str, units: Callable[[], Mapping[str, str]] = dict
+    text: str | bytes, samples: bytes | None, sha256: str, units: Callable[[], Mapping[str, str]] = dict
 ) -> DwellRecord:
     """Return a stored dwell as a record; without ``samples`` its readings are empty.
 
@@ -90,6 +90,8 @@ def decode_dwell(
     """
     try:
         document: dict[str, Any] = json.loads(text)
+        if not isinstance(document, dict):
+            raise ValueError("it is no object")
         stated = document.pop("units", None)
         readings = _readings(document.pop("readings"), samples, units() if stated is None else stated)
         for key in ("started_utc", "ended_utc"):
@@ -99,10 +101,10 @@ def decode_dwell(
             document["motion"] = _motion(document["motion"])
         return DwellRecord(**document, readings=readings, sha256=sha256)
     except (ValueError, TypeError, KeyError) as error:
-        raise JournalError(f"journal: a dwell cannot be read: {error}; the journal was left as it is") from None
+        raise JournalError(f"a dwell of the journal cannot be read: {error}") from None
 
 
-def channels_of(text: str) -> list[tuple[str, int]]:
+def channels_of(text: str | bytes) -> list[tuple[str, int]]:
     """Return every channel of a stored dwell with the number of its samples, in the order in which they lie."""
     return [(channel, count) for channel, count, _, _ in json.loads(text)["readings"]]
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from procedures.errors import JournalError
 from procedures.journal.audit_trail import step_s
 from procedures.journal.encoding import FLOAT, channels_of, decode_dwell
 from procedures.journal.journal_reader import JournalReader
@@ -154,7 +155,12 @@ class Follower:
     def _followed(self, reader: JournalReader) -> list[FollowedDwell]:
         found = []
         for number, text, samples, digest in reader.stored_dwells(after=self._number):
-            record = decode_dwell(text, None, digest)
+            try:
+                record = decode_dwell(text, None, digest)
+            except JournalError as error:
+                raise JournalError(
+                    f"{reader.path}: {error}; it was left as it is; calrig status names what is damaged"
+                ) from None
             mean, deviation = _figures(channels_of(text), samples)
             found.append(FollowedDwell(record, mean, deviation))
             self._number = number

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -30,10 +30,11 @@ _EVENTS = "SELECT * FROM events WHERE sequence > ? ORDER BY sequence LIMIT ?"
 _EVENTS_OF = "SELECT * FROM events WHERE sequence > ? AND kind = ? ORDER BY sequence LIMIT ?"
 _LAST_EVENT = "SELECT * FROM events WHERE ? IS NULL OR kind = ? ORDER BY sequence DESC LIMIT 1"
 _DWELLS_WITHOUT_SAMPLES = (
-    "SELECT number, step, attempt, epoch, accepted, record, NULL, sha256 FROM dwells "
-    "WHERE number > ? ORDER BY number LIMIT ?"
+    "SELECT number, CAST(step AS INTEGER), CAST(attempt AS INTEGER), CAST(epoch AS INTEGER), accepted, "
+    "CAST(record AS BLOB), NULL, CAST(sha256 AS BLOB) FROM dwells WHERE number > ? ORDER BY number LIMIT ?"
 )
-_DWELLS = _DWELLS_WITHOUT_SAMPLES.replace("NULL", "samples")
+"""As bytes: a text that is no text any more hides no other dwell, and is told by the name of its own."""
+_DWELLS = _DWELLS_WITHOUT_SAMPLES.replace("NULL", "CAST(samples AS BLOB)")
 _EVENT_DIGESTS = (
     "SELECT sequence, kind, CASE kind WHEN 'state' THEN detail END, sha256 FROM events "
     "WHERE sequence > ? ORDER BY sequence LIMIT ?"
@@ -41,7 +42,6 @@ _EVENT_DIGESTS = (
 _DWELL_DIGESTS = "SELECT number, sha256 FROM dwells WHERE number > ? ORDER BY number LIMIT ?"
 _LEFT = "it was left as it is"
 _SALVAGE = "calrig salvage takes the rest into a new folder, where a resume measures it again"
-
 
 AFTERTHOUGHTS = ("note", "ack")
 """What people write when the run has ended."""
@@ -132,21 +132,28 @@ class JournalReader:
     def numbered_dwells(self, *, with_samples: bool = True) -> Iterator[tuple[int, DwellRecord]]:
         """Yield every dwell as :meth:`dwells` gives it, behind its number: what no other dwell of the journal has."""
         voided = voided_in(self.events(VOIDED))
-        for row in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES):
-            dwell = _as_it_stands(row, voided, self._units, with_samples)
+        for row in self._dwell_rows(with_samples=with_samples):
+            dwell = self._as_it_stands(row, voided, with_samples)
             if dwell is not None:
                 yield int(row[0]), dwell
 
-    def stored_dwells(self, after: int = 0) -> Iterator[tuple[int, str, bytes, str]]:
+    def stored_dwells(self, after: int = 0) -> Iterator[tuple[int, bytes, bytes, str]]:
         """Yield the dwells ``after`` a number, as they are stored: number, text, samples, SHA-256."""
-        for number, *_, text, samples, digest in self._rows(_DWELLS, (), after):
+        for number, *_, text, samples, digest in self._dwell_rows(after):
             yield number, text, samples, digest
+
+    def damaged(self) -> tuple[str, ...]:
+        """Return the names of dwells that are not as they were written, or are not there any more."""
+        last = self.last_event("dwell")  # asked first: a run that goes on commits others meanwhile
+        rows = {_key(*row[1:4]): row[-1] if _is_whole(row) else None for row in self._dwell_rows()}
+        digests = _promised(event for event in self.events() if last is None or not _is_behind(event, last))
+        changed = [key for key, digest in rows.items() if digest is None or digest != digests.get(key, digest)]
+        return tuple(_name(*key) for key in (*changed, *sorted(digests.keys() - rows.keys())))
 
     def quarantined(self) -> tuple[str, ...]:
         """Dwells that are not as they were written, or were left out when the journal was salvaged, by name."""
-        damaged = [_name(*row[1:4]) for row in self._rows(_DWELLS) if not _is_whole(row)]
         left_out = [_name(*key) for event in self.events(QUARANTINED) for key in keys_in(event)]
-        return (*damaged, *left_out)
+        return (*self.damaged(), *left_out)
 
     def state(self) -> State:
         """Return the state as last written.
@@ -184,15 +191,8 @@ class JournalReader:
         if problems != ["ok"]:
             raise JournalError(f"{self.path}: is damaged ({problems[0]}); {_LEFT}; restore it from a copy")
         events = self._verify_chain()
-        digests: dict[Key, str] = {}
-        for event in events:
-            if event.kind == "dwell":
-                dwell = event.detail
-                digests[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
-            if event.kind == QUARANTINED:
-                for key in keys_in(event):
-                    digests.pop(key, None)
-        return events, self._verify_dwells(digests, voided_in(event for event in events if event.kind == VOIDED))
+        voided = voided_in(event for event in events if event.kind == VOIDED)
+        return events, self._verify_dwells(_promised(events), voided)
 
     def sha256_of_content(self) -> str:
         """Return the SHA-256 of header, events and dwells as they were written.
@@ -246,10 +246,10 @@ class JournalReader:
             previous, expected = digest, expected + 1
         return events
 
-    def _verify_dwells(self, digests: dict[Key, str], voided: Mapping[Key, str]) -> Iterator[DwellRecord]:
+    def _verify_dwells(self, digests: Mapping[Key, str], voided: Mapping[Key, str]) -> Iterator[DwellRecord]:
         found = 0
-        for _, step, attempt, epoch, accepted, text, samples, digest in self._rows(_DWELLS):
-            name = f"{self.path}: the dwell of step {step}, attempt {attempt}, epoch {epoch}"
+        for _, step, attempt, epoch, accepted, text, samples, digest in self._dwell_rows():
+            name = f"{self.path}: the dwell of {_name(step, attempt, epoch)}"
             if hash_dwell(text, samples) != digest or digests.get((step, attempt, epoch)) != digest:
                 raise JournalError(f"{name} is not as it was written (SHA-256 differs); {_LEFT}; {_SALVAGE}")
             record = decode_dwell(text, samples, digest, self._units)
@@ -259,6 +259,29 @@ class JournalReader:
             yield _as_corrected(record, voided.get((step, attempt, epoch)))
         if found != len(digests):
             raise JournalError(f"{self.path}: {len(digests)} dwells were committed, {found} are there; {_LEFT}")
+
+    def _as_it_stands(self, row: tuple[Any, ...], voided: Mapping[Key, str], with_samples: bool) -> DwellRecord | None:
+        """Return the dwell of a row; None where it is too damaged to be shown.
+
+        Raises: JournalError where it cannot be read, and its samples are not asked for.
+        """
+        *_, text, samples, digest = row
+        taken_back = voided.get(_key(*row[1:4]))
+        if with_samples and not _is_whole(row):
+            taken_back = "quarantined: it is not as it was written (SHA-256 differs)"
+        try:
+            dwell = decode_dwell(text, samples, digest, self._units)
+        except JournalError as error:
+            if with_samples:
+                return None
+            name = f"{self.path}: the dwell of {_name(*row[1:4])}"
+            raise JournalError(f"{name} is not as it was written: {error}; {_LEFT}; {_SALVAGE}") from None
+        return _as_corrected(dwell, taken_back)
+
+    def _dwell_rows(self, after: int = 0, *, with_samples: bool = True) -> Iterator[tuple[Any, ...]]:
+        """Yield number, step, attempt, epoch, accepted, text, samples or None, and SHA-256 of every dwell."""
+        for *row, digest in self._rows(_DWELLS if with_samples else _DWELLS_WITHOUT_SAMPLES, (), after):
+            yield (*row, digest.decode("ascii", "replace"))
 
     def _rows(self, query: str, bindings: tuple[object, ...] = (), last: int = 0) -> Iterator[tuple[Any, ...]]:
         """All rows of a query that ends in ``> ? … LIMIT ?`` over its first column, a short transaction a chunk."""
@@ -285,6 +308,23 @@ def _name(step: int, attempt: int, epoch: int) -> str:
     return f"step {step}, attempt {attempt}, epoch {epoch}"
 
 
+def _promised(events: Iterable[Event]) -> dict[Key, str]:
+    """Return the SHA-256 of every dwell that was committed, but for those that a salvage left out."""
+    digests: dict[Key, str] = {}
+    for event in events:
+        if event.kind == "dwell":
+            dwell = event.detail
+            digests[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
+        for key in keys_in(event) if event.kind == QUARANTINED else ():
+            digests.pop(key, None)
+    return digests
+
+
+def _is_behind(event: Event, last: Event) -> bool:
+    """Return whether an event tells of a dwell that was committed after the last one that is looked at."""
+    return event.kind == "dwell" and event.sequence > last.sequence
+
+
 def _is_finish(detail: str) -> bool:
     return bool(json.loads(detail).get("to") == State.FINISHED)
 
@@ -292,23 +332,6 @@ def _is_finish(detail: str) -> bool:
 def _is_whole(row: tuple[Any, ...]) -> bool:
     *_, text, samples, digest = row
     return bool(hash_dwell(text, samples) == digest)
-
-
-def _as_it_stands(
-    row: tuple[Any, ...], voided: Mapping[Key, str], units: Callable[[], Mapping[str, str]], with_samples: bool
-) -> DwellRecord | None:
-    """Return the dwell of a row; None where it is too damaged to be shown."""
-    *_, text, samples, digest = row
-    taken_back = voided.get(_key(*row[1:4]))
-    if with_samples and not _is_whole(row):
-        taken_back = "quarantined: it is not as it was written (SHA-256 differs)"
-        try:
-            dwell = decode_dwell(text, samples, digest, units)
-        except JournalError:
-            return None
-    else:
-        dwell = decode_dwell(text, samples, digest, units)
-    return _as_corrected(dwell, taken_back)
 
 
 def _as_corrected(dwell: DwellRecord, taken_back: str | None) -> DwellRecord:

@@ -36,6 +36,9 @@ from rig.clock import Clock, SystemClock
 if TYPE_CHECKING:
     import apsw
 
+_DWELL = (
+    "SELECT number, step, attempt, epoch, accepted, record, CAST(samples AS BLOB), sha256 FROM dwells WHERE number = ?"
+)
 _FURTHEST_MISS = 1000
 """Rows that are missing one after the other before a table counts as ended."""
 
@@ -123,7 +126,7 @@ class _Rows:
         """Yield every row that can be read, whatever lies between."""
         number, missed = 1, 0
         while missed < _FURTHEST_MISS:
-            row = self._row("SELECT * FROM dwells WHERE number = ?", number)
+            row = self._row(_DWELL, number)
             missed = 0 if row is not None else missed + 1
             if row is not None:
                 yield row

@@ -1,5 +1,6 @@
 """``calrig status``, ``pause``, ``continue``, ``stop``, ``abort``: look at or steer a run in another process."""
 
+import shlex
 from collections.abc import Iterable
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -18,6 +19,7 @@ from procedures.journal.alert_record import outcome_sentence, read_outcomes
 from procedures.journal.audit_trail import clock_sentence
 from procedures.journal.corrections import Authorisation, close_run
 from procedures.journal.guard_record import guard_sentence, read_guard_record
+from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import read_last_words
 from procedures.journal.live import live_document, read_live
 from procedures.journal.metrics import RunFigures, metrics_text
@@ -59,16 +61,21 @@ def status(
     folder = alive_or_latest(run, out)
     found, live = _with_last_words(look(folder), folder), read_live(folder)
     outcomes, verdict = read_outcomes(folder, second_folder()), _verdict(folder, found.state)
+    with JournalReader.open(folder) as reader:
+        damaged, journal = reader.damaged(), reader.path
     if json:
         doing = {} if live is None else {"live": live_document(live)}
         came_to = {"verdict": verdict} if verdict else {}
-        print_json({**found.to_document(), **came_to, **doing, **({"alerts": outcomes} if outcomes else {})})
+        unread = {"damaged": damaged} if damaged else {}
+        print_json({**found.to_document(), **unread, **came_to, **doing, **({"alerts": outcomes} if outcomes else {})})
         return ExitStatus.DONE
     say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
     if found.held_by is not None:
         say(f"held by: {one_line(found.held_by)}")
     elif found.why:
         say(f"because: {one_line(found.why)}")
+    for name in damaged:
+        say(f"damaged: {journal}: the dwell of {name} is not as it was written; {_of_damage(folder)}")
     if verdict:
         say(f"verdict: {one_line(verdict)}")
     for name, how in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
@@ -85,6 +92,14 @@ def status(
         return ExitStatus.DONE
     observer = PlainLines(say, parts=None)
     return shown_until_left(folder, observer, lambda: False, SystemClock())
+
+
+def _of_damage(folder: Path) -> str:
+    """Say what becomes of a run with a dwell that is damaged."""
+    return (
+        f"calrig solve and calrig resume refuse the run; calrig salvage {shlex.quote(str(folder))} takes the rest into "
+        "a new folder, where a resume measures it again"
+    )
 
 
 def _verdict(folder: Path, state: State) -> str:

@@ -1,0 +1,63 @@
+"""``calrig status`` of a run with dwells that are damaged: each by name, and what becomes of the run."""
+
+import sqlite3
+from pathlib import Path
+
+import pytest
+from command import call
+from finished_job import FinishedJob
+
+DAMAGES = {
+    "samples": "UPDATE dwells SET samples = zeroblob(length(samples)) WHERE step = 7",
+    "a number": "UPDATE dwells SET record = replace(record, '\"attempt\":1', '\"attempt\":3') WHERE step = 7",
+    "half a text": "UPDATE dwells SET record = substr(record, 1, 50) WHERE step = 7",
+    "no text": "UPDATE dwells SET record = CAST(x'7bff' AS TEXT) WHERE step = 7",
+    "no object": "UPDATE dwells SET record = 12, samples = 'abc' WHERE step = 7",
+    "its sum": "UPDATE dwells SET sha256 = CAST(x'ff' AS TEXT) WHERE step = 7",
+    "gone": "DELETE FROM dwells WHERE step = 7",
+}
+NAME = "step 7, attempt 1, epoch 1"
+
+
+def _damaged(run: Path, statement: str) -> Path:
+    with sqlite3.connect(run / "journal.sqlite") as journal:
+        assert journal.execute(statement).rowcount == 1
+    journal.close()
+    (run / "journal.count").unlink(missing_ok=True)  # what is copied without it says no less
+    return run
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_status_names_a_damaged_dwell_and_what_becomes_of_the_run(
+    damage: str, finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = finished_job.copied_to(tmp_path)
+    assert "\ndamaged: " not in call(capsys, "status", run).out
+    assert "damaged" not in call(capsys, "status", run, "--json").document
+    _damaged(run, DAMAGES[damage])
+    looked = call(capsys, "status", run)
+    (line,) = [line for line in looked.out.splitlines() if line.startswith("damaged: ")]
+    assert (looked.status, f"{run}/journal.sqlite: the dwell of {NAME} is not as it was written" in line) == (0, True)
+    assert f"calrig salvage {run} takes the rest" in line
+    assert call(capsys, "status", run, "--json").document["damaged"] == [NAME]
+    refused = call(capsys, "solve", run)
+    assert (refused.status, refused.out) == (2, "")
+    assert NAME in refused.err or "dwells were committed" in refused.err
+
+
+@pytest.mark.parametrize("damage", ["half a text", "no text", "no object", "its sum"])
+def test_handover_and_salvage_say_which_dwell(
+    damage: str, finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = _damaged(finished_job.copied_to(tmp_path), DAMAGES[damage])
+    page = call(capsys, "handover", run)
+    assert NAME in page.out + page.err
+    assert f"damaged, to be measured again: {NAME}" in call(capsys, "salvage", run).out
+
+
+def test_a_salvaged_run_names_nothing_as_damaged(
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = _damaged(finished_job.copied_to(tmp_path), DAMAGES["samples"])
+    assert call(capsys, "salvage", run, "--to", tmp_path / "new").status == 0
+    assert "damaged" not in call(capsys, "status", tmp_path / "new", "--json").document
