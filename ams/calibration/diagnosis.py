@@ -28,7 +28,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
 from ams.analysis.diagnostics.held_words import drift_words, lack_words, untested_scatter
-from ams.analysis.diagnostics.memories import beside_the_dwell_before, but_for_memories
+from ams.analysis.diagnostics.memories import but_for_memories, without_lesser_memories
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
 from ams.analysis.diagnostics.stated_limits import LARGEST_LACK, StatedLimits
 from ams.analysis.diagnostics.table_curves import TableLimit
@@ -159,7 +159,7 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
     left = without_memory(without_transient(left), together)
-    tests = beside_the_dwell_before(with_steps(left.tests, steps))
+    tests = without_lesser_memories(with_steps(left.tests, steps))
     diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit)
     changes = map(step_words.as_stated, steps.findings)
     return replace(diagnosis, findings=(*clipped, *changes, *diagnosis.findings))

@@ -7,6 +7,7 @@ from typing import Final
 
 from ams.analysis.diagnostics.beliefs import (
     AUTOCORRELATION,
+    BY_ANOTHER_MEMORY,
     BY_THE_DWELL_BEFORE,
     LIKE_A_MEMORY,
     MEMORIES,
@@ -49,13 +50,22 @@ def with_those_that_fit_as_well(best: BeliefTest, tests: Sequence[BeliefTest]) -
     return replace(best, fit_as_well=tuple(name for name, gain in gains.items() if name != best.name and gain >= least))
 
 
-def beside_the_dwell_before(tests: AxisTests) -> AxisTests:
-    """Return the tests, a memory that the dwell before explains better told as that."""
-    if not any(tests.is_significant.get(name) for name in MEMORIES):
+def without_lesser_memories(tests: AxisTests) -> AxisTests:
+    """Return the tests with one memory at most told: the plainest, and none that the dwell before explains better."""
+    rung = sorted(
+        (name for name in MEMORIES if tests.is_significant.get(name)), key=lambda name: tests.tests[name].p_value
+    )
+    if not rung:
         return tests
     made, flags = dict(tests.tests), dict(tests.is_significant)
     nearest = min((made[name].p_value for name in _OF_THE_DWELL_BEFORE if flags.get(name)), default=1.0)
-    for name in MEMORIES:
-        if flags.get(name) and nearest < made[name].p_value:
-            made[name], flags[name] = replace(made[name], explained_by=BY_THE_DWELL_BEFORE), False
+    best, *others = rung
+    if nearest < made[best].p_value:
+        explained = dict.fromkeys(rung, BY_THE_DWELL_BEFORE)
+    else:
+        explained = dict.fromkeys(others, BY_ANOTHER_MEMORY)
+        if others and not made[best].fit_as_well:
+            made[best] = with_those_that_fit_as_well(made[best], tests.memories)
+    for name, by in explained.items():
+        made[name], flags[name] = replace(made[name], explained_by=by), False
     return replace(tests, tests=made, is_significant=flags)
