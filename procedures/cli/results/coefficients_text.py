@@ -48,8 +48,7 @@ def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> It
         yield ""
         dof = axis["degrees_of_freedom"]
         yield f"axis {name}   ({_standard_error(axis)}{'' if dof is None else f', {dof_words(dof)}'})"
-        for parameter, estimate in axis["parameters"].items():
-            yield f"  {parameter_line(parameter, estimate)}"
+        yield from (f"  {line}" for line in _parameter_lines(axis["parameters"]))
         if axis["replication"] is not None:
             yield f"  {replication_line(axis['replication'], axis.get('findings', ()))}"
         yield from (f"  {line}" for line in findings_lines(axis))
@@ -57,6 +56,7 @@ def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> It
         yield from (f"  remark: {text}" for text in axis.get("remarks", ()) if text not in of_every)
     if of_every:
         yield from ("", f"axes {', '.join(axes)}", *(f"  remark: {text}" for text in of_every))
+    yield from _key(axes)
 
 
 _FIVE_PERCENT: Final = 0.05
@@ -76,18 +76,37 @@ def _standard_error(axis: Mapping[str, Any]) -> str:
     return f"standard error {axis[key]:.3g} {printed(unit)}" if axis[key] is not None else "no error"
 
 
-def parameter_line(name: str, estimate: Mapping[str, Any]) -> str:
-    """``offset   +0.0050012 V   u 1.1e-06 V   (TP 0.9e-06)``."""
-    label, _, unit = words_of(name)
-    if estimate["value"] is None:
-        return f"{label:<28} not determined"
-    uncertainty = estimate["standard_uncertainty"]
-    text = f"{label:<28} {with_uncertainty(estimate['value'], uncertainty):>16} {unit:<8}"
-    if uncertainty:
-        text += f" u {uncertainty:.2g} {unit}"
-    if estimate.get("tp_standard_uncertainty"):
-        text += f"   (TP's pooled form {estimate['tp_standard_uncertainty']:.2g})"
-    return text
+def _parameter_lines(parameters: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+    """Yield ``offset  +0.0050012 V  u 1.1e-06  TP 9.0e-07`` of each, in columns; one that is not determined says so."""
+    words = {name: words_of(name) for name in parameters}
+    values = {
+        name: with_uncertainty(estimate["value"], estimate["standard_uncertainty"])
+        for name, estimate in parameters.items()
+        if estimate["value"] is not None
+    }
+    label_width = max((len(each.label) for each in words.values()), default=0)
+    unit_width = max((len(words[name].unit) for name in values), default=0)
+    value_width = max(map(len, values.values()), default=0)
+    for name, estimate in parameters.items():
+        label = f"{words[name].label:<{label_width}}"
+        if name not in values:
+            yield f"{label}  not determined"
+            continue
+        stated = [f"{label}  {values[name]:>{value_width}} {words[name].unit:<{unit_width}}"]
+        if estimate["standard_uncertainty"]:
+            stated.append(f"u {estimate['standard_uncertainty']:<7.2g}")
+        if estimate.get("tp_standard_uncertainty"):
+            stated.append(f"TP {estimate['tp_standard_uncertainty']:.2g}")
+        yield "  ".join(stated).rstrip()
+
+
+def _key(axes: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what the short words of the parameters mean, where they stand."""
+    estimates = [estimate for axis in axes.values() for estimate in axis["parameters"].values()]
+    if any(estimate["standard_uncertainty"] for estimate in estimates):
+        pooled = "; TP: the same from the scatter of dwells alone, pooled"
+        has_pooled = any(estimate.get("tp_standard_uncertainty") for estimate in estimates)
+        yield from ("", f"u: standard uncertainty{pooled if has_pooled else ''}")
 
 
 def replication_line(replication: Mapping[str, Any], findings: Sequence[Mapping[str, Any]] = ()) -> str:

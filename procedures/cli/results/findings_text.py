@@ -1,13 +1,16 @@
 """What a fit says beyond its numbers, for a person: advice, F-test, H_E and budget, as lines under each axis."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
 
 from ams.parameter_words import words_of
 from ams.statistics.budget import NEGLIGIBLE
 from ams.units import dof_words
 from procedures.errors import RequestError
 
+_BY: Final = "standard uncertainty by"
+_TABLE_WIDTH, _CELL_WIDTH = 74, 9
+"""Of the table of a budget, which stands six letters from the left of a terminal of 80."""
 MOST_TRIALS = 10_000_000
 LEAST_TRIALS = 1_000
 
@@ -62,13 +65,7 @@ def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
     if len(lines) > 1:
         yield "uncertainty budget:"
         yield from (f"  {number} {_source(line)}" for number, line in enumerate(lines, start=1))
-        yield f"  {'standard uncertainty by':<32}" + "".join(
-            f"{heading:>10}" for heading in (*map(str, range(1, len(lines) + 1)), "combined", "95 %")
-        )
-        for name, whole in combined.items():
-            cells = [_cell(line["standard_uncertainty"][name], whole) for line in lines]
-            ends = [f"{whole:>10.2g}", f"{budget['expanded_uncertainty_95'][name]:>10.2g}"]
-            yield f"  {words_of(name).label + ' ' + words_of(name).unit:<32}{''.join((*cells, *ends))}"
+        yield from (f"  {line}" for line in _table(lines, combined, budget["expanded_uncertainty_95"]))
     if "monte_carlo" in budget:
         check = budget["monte_carlo"]
         missed = {name: found for name, found in check["parameters"].items() if not found["is_confirmed"]}
@@ -80,6 +77,28 @@ def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
             yield f"  {f'{label} {unit}':<32}{low:.9g} to {high:.9g}"
 
 
+def _table(
+    lines: Sequence[Mapping[str, Any]], combined: Mapping[str, float], expanded: Mapping[str, float]
+) -> Iterator[str]:
+    """Yield a row for each parameter, a column for each source and for what all make; below each other what is wide."""
+    labels = {name: f"{words_of(name).label} {words_of(name).unit}" for name in combined}
+    width = max(map(len, (_BY, *labels.values())))
+    columns = [
+        (str(number), {name: _cell(line["standard_uncertainty"][name], combined[name]) for name in combined})
+        for number, line in enumerate(lines, start=1)
+    ]
+    columns += [
+        (heading, {name: f"{found[name]:.2g}" for name in combined})
+        for heading, found in (("combined", combined), ("95 %", expanded))
+    ]
+    side_by_side = max(1, (_TABLE_WIDTH - width) // _CELL_WIDTH)
+    for first in range(0, len(columns), side_by_side):
+        part = columns[first : first + side_by_side]
+        yield f"{_BY:<{width}}" + "".join(f"{heading:>{_CELL_WIDTH}}" for heading, _ in part)
+        for name, label in labels.items():
+            yield f"{label:<{width}}" + "".join(f"{cells[name]:>{_CELL_WIDTH}}" for _, cells in part)
+
+
 def _source(line: Mapping[str, Any]) -> str:
     dof = "" if line["degrees_of_freedom"] is None else f", {dof_words(line['degrees_of_freedom'])}"
     stated = f" ({line['stated']})" if line["stated"] else ""
@@ -88,4 +107,4 @@ def _source(line: Mapping[str, Any]) -> str:
 
 def _cell(value: float | None, combined: float) -> str:
     is_small = value is None or value < NEGLIGIBLE * combined
-    return f"{'·' if is_small else f'{value:.2g}':>10}"
+    return "·" if is_small else f"{value:.2g}"
