@@ -20,6 +20,8 @@ _UNSEEN = frozenset([*_FILLERS, *map(chr, range(0xFFF0, 0xFFF9)), *map(chr, rang
 """Default ignorable by Unicode's DerivedCoreProperties, beside formats; variation selectors choose a form, and stay."""
 _SEEN = frozenset([*_JOINERS, *map(chr, _SEEN_FORMATS)])
 _BREAKS = "\n\r\t\u2028\u2029"
+BYTE_ORDER_MARK = "\ufeff"
+"""What Windows' editor and spreadsheets put in front of a text in UTF-8: no part of it."""
 PARAGRAPHS = _LAYOUT = "\n\t"
 """Of a text of several lines."""
 

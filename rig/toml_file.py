@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rig.allowed_values import allowed_in_words
 from rig.errors import DescriptionError
-from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
+from rig.plain_text import BYTE_ORDER_MARK, PARAGRAPHS, hidden_complaint, one_line
 
 KeyPath = tuple[str, ...]
 
@@ -56,6 +56,7 @@ class TomlFile:
     """A parsed file that knows where its keys stand."""
 
     def __init__(self, path: Path, text: str) -> None:
+        text = text.removeprefix(BYTE_ORDER_MARK)
         self.path = path
         self.values = _parse(path, text)
         self._lines = _lines_of_keys(text)
@@ -150,9 +151,14 @@ def read_toml(path: Path) -> TomlFile:
         raise DescriptionError(f"{path}: cannot be read: {error.strerror}") from None
 
 
+def values_in(text: str) -> dict[str, Any]:
+    """Return what a text of TOML says. Raises: tomllib.TOMLDecodeError."""
+    return tomllib.loads(text.removeprefix(BYTE_ORDER_MARK))
+
+
 def _parse(path: Path, text: str) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
+        return values_in(text)
     except tomllib.TOMLDecodeError as error:
         at = re.search(r"line (\d+)", str(error))
         line = int(at[1]) if at else max(len(text.splitlines()), 1)

@@ -3,10 +3,12 @@
 A format is one file with a :class:`ams.exports.format.Format` and one entry point ``calrig.exports``.
 """
 
+from codecs import BOM_UTF8
 from pathlib import Path
 
 from ams.errors import SetError
 from ams.exports.format import Format
+from ams.exports.json_text import INTACT
 from ams.registry import Registry
 from ams.sets.coefficients import CoefficientSet
 from ams.whole_file import read_whole, write_whole
@@ -72,4 +74,10 @@ def load_set(path: str | Path) -> CoefficientSet:
     Raises: SetError naming the file, what is wrong with it and what to do.
     """
     file = Path(path)
-    return format_of(file).from_bytes(read_whole(file), str(path))
+    form, content = format_of(file), read_whole(file)
+    if content.startswith(BOM_UTF8):
+        raise SetError(
+            f"{path}: begins with a byte order mark (bytes ef bb bf), with which no set is written: saved again by "
+            f"another program, such as an editor or a spreadsheet; {INTACT}"
+        )
+    return form.from_bytes(content, str(path))

@@ -4,7 +4,6 @@ A browser names no path: it may choose among the procedure and rig files of the 
 check of an item takes seconds of a hand that a stop could need, so a second addition is refused while one is made.
 """
 
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Lock
@@ -20,6 +19,7 @@ from procedures.kinds.read import read_procedure
 from procedures.queue.adding import add_run
 from procedures.queue.state import ItemState
 from rig.errors import RigError
+from rig.toml_file import values_in
 
 LONGEST_FILE = 1_000_000
 """Bytes; what is longer is no file that a person wrote."""
@@ -46,7 +46,7 @@ def _tables(path: Path) -> frozenset[str]:
     try:
         if path.is_symlink() or not path.is_file() or path.stat().st_size > LONGEST_FILE:
             return frozenset()
-        return frozenset(tomllib.loads(path.read_text(encoding="utf-8")))
+        return frozenset(values_in(path.read_bytes().decode("utf-8")))
     except (OSError, ValueError, RecursionError):
         return frozenset()
 

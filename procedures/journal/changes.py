@@ -18,6 +18,7 @@ from typing import Any
 from procedures.errors import RequestError
 from procedures.journal.header import RunHeader, calrig_version
 from rig.description.read import read_rig
+from rig.toml_file import values_in
 
 KIND = "override"
 """Of the event."""
@@ -134,9 +135,9 @@ def _in_file(name: str, text: str, path: Path) -> Iterator[Change]:
     now = _text_of(path)
     if now is None or now == text:
         return
-    was = dict(_flattened("", tomllib.loads(text)))
+    was = dict(_flattened("", values_in(text)))
     try:
-        found = dict(_flattened("", tomllib.loads(now)))
+        found = dict(_flattened("", values_in(now)))
     except tomllib.TOMLDecodeError as error:
         yield Change(f"{name}: {path}", "readable", f"no TOML ({error})")
         return
@@ -160,7 +161,7 @@ def _shown(value: object) -> str:
 
 def _text_of(path: Path) -> str | None:
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_bytes().decode("utf-8")
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:

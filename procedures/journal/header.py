@@ -85,7 +85,9 @@ def make_header(
     ``rig`` is the description that is opened, twins in place where it is a rehearsal.
     """
     plan_json = plan.to_json()
-    rig_text, procedure_text = (path.read_text(encoding="utf-8") for path in (rig_path, procedure_path))
+    rig_text, procedure_text = (
+        path.read_bytes().decode("utf-8") for path in (rig_path, procedure_path)
+    )  # as they lie there
     return RunHeader(
         run_id=run_id,
         title=plan.title,

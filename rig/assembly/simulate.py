@@ -107,7 +107,7 @@ def write_rig(
     Raises: DescriptionError where the file is wrong or writes its ports in a way that cannot be edited line by line.
     """
     description = read_rig(original)
-    text = original.read_text(encoding="utf-8")
+    text = original.read_text(encoding="utf-8-sig")
     for key, address in addresses.items():
         if key != CONTROL:
             text = _with_address(text, key, address, original)

@@ -44,7 +44,7 @@ def read_index_table(path: Path, limits_deg: tuple[float, float]) -> IndexTable:
     Raises: DescriptionError naming file, line and column of the first thing that is wrong.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise DescriptionError(f"{path}: cannot be read: {error}; give the path relative to the rig file") from None
     rows = list(csv.reader(lines))

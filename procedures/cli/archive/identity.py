@@ -27,7 +27,7 @@ def signer(operator: str | None, secret_file: Path | None) -> str:
 def _secret_of(name: str, secret_file: Path | None) -> str:
     if secret_file is not None:
         try:
-            text = sys.stdin.readline() if str(secret_file) == "-" else secret_file.read_text(encoding="utf-8")
+            text = sys.stdin.readline() if str(secret_file) == "-" else secret_file.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise RequestError(f"--secret-file {secret_file}: cannot be read: {error}; nothing was signed") from error
         return text.partition("\n")[0]
