@@ -46,10 +46,10 @@ def requested_design(request: DesignRequest) -> Design:
     Raises: RequestError naming the option, PlanError for sets that the kind forbids.
     """
     kind = _kind(request)
+    _refuse_of_other_kinds(request, kind)
     if "pitch_deg" not in kind.takes:
         owner = "--file" if "file" in kind.takes else f"--kind {kind.name}"
-        others = ("pitch", "pitch_list", "fractional", *(("roll",) if "file" in kind.takes else ("file",)))
-        _refuse_beside(request, owner, *others)
+        _refuse_beside(request, owner, "pitch", "pitch_list", *(("roll",) if "file" in kind.takes else ()))
         path = _needed(request.file, "--file", "the path of a CSV file") if "file" in kind.takes else None
         table: dict[str, object] = {} if path is None else {"file": str(path)}
     else:
@@ -82,10 +82,10 @@ def kinds() -> list[str]:
 def _kind(request: DesignRequest) -> DesignKind:
     if request.kind is not None and request.kind not in kinds():
         raise _wrong("--kind", request.kind, ", ".join(kinds()))
-    if request.fractional is not None and request.kind in (None, "D", "D0", "D1"):
-        return DESIGNS["fractional"]
     if request.kind is not None:
         return DESIGNS[request.kind]
+    if request.fractional is not None:
+        return DESIGNS["fractional"]
     if request.file is not None:
         return DESIGNS["file"]
     return DESIGNS["D1" if request.pitch_list is None else "D0"]
@@ -156,9 +156,21 @@ def _needed(given: Given | None, option: str, what: str) -> Given:
     return given
 
 
+def _refuse_of_other_kinds(request: DesignRequest, kind: DesignKind) -> None:
+    """Refuse the options that a kind would not read."""
+    for key in ("fractional", "file", "repeat_roll"):
+        if getattr(request, key) in (None, False) or key in kind.takes:
+            continue
+        *others, last = (name for name in kinds() if key in DESIGNS[name].takes)
+        owners = f"{', '.join(others)} or {last}" if others else last
+        raise RequestError(f"design: --{key.replace('_', '-')}: belongs to --kind {owners}, not to --kind {kind.name}")
+    if request.repeat_roll and len(_roll(request)) == 1:
+        raise RequestError("design: --repeat-roll: belongs to --roll of more than one value, which is missing")
+
+
 def _refuse_beside(request: DesignRequest, owner: str, *others: str) -> None:
     for other in others:
-        if getattr(request, other) is not None and not (owner == "--file" and other == "file"):
+        if getattr(request, other) is not None:
             raise RequestError(f"design: --{other.replace('_', '-')}: has no meaning beside {owner}; leave one out")
 
 

@@ -13,6 +13,9 @@ from procedures.errors import PlanError, RequestError
 from procedures.plan.designs import read_points
 
 KEYS = {"points", "pitch_points", "roll_points", "figure_of_merit_sqrt", "usage_figure_of_merit_sqrt", "max_variance"}
+FRACTIONAL = "--fractional: belongs to --kind fractional, not to --kind "
+FILE = "--file: belongs to --kind file, not to --kind "
+REPEATED = "--repeat-roll: belongs to --roll of more than one value, which is missing"
 ENDS_AND_LEVEL = ",".join(["-30"] * 16 + ["0"] + ["30"] * 16)
 
 
@@ -86,6 +89,20 @@ def test_any_design_can_be_asked_for_with_any_sets():
         (DesignRequest(pitch="-30:30:3", roll="4", usage="30:-30"), r"--usage: got '30:-30'"),
         (DesignRequest("T", pitch="-30:30:3"), r"--pitch: has no meaning beside --kind T"),
         (DesignRequest("file"), r"--file: is missing"),
+        (DesignRequest("D1", pitch="-30:30:5", roll="8", fractional="1,1"), FRACTIONAL + "D1"),
+        (DesignRequest("D0", pitch_list="-30,0,30", roll="8", fractional="2,2"), FRACTIONAL + "D0"),
+        (DesignRequest("T", fractional="2,2"), FRACTIONAL + "T"),
+        (DesignRequest("D1", pitch="-30:30:5", roll="8", file=Path("p.csv")), FILE + "D1"),
+        (DesignRequest("D0", pitch_list="-30,0,30", roll="8", file=Path("p.csv")), FILE + "D0"),
+        (DesignRequest("T", file=Path("p.csv")), FILE + "T"),
+        (DesignRequest(pitch="-30:30:5", roll="8", fractional="2,2", file=Path("p.csv")), FILE + "fractional"),
+        (DesignRequest(file=Path("p.csv"), pitch="-30:30:5"), r"--pitch: has no meaning beside --file"),
+        (
+            DesignRequest("T", repeat_roll=True),
+            r"--repeat-roll: belongs to --kind D, D0, D1, factorial or fractional, not to",
+        ),
+        (DesignRequest(pitch="-30:30:5", repeat_roll=True), REPEATED),
+        (DesignRequest(pitch="-30:30:5", roll="1", repeat_roll=True), REPEATED),
     ],
 )
 def test_wrong_options_are_refused_by_name(request_, sentence):
