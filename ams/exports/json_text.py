@@ -6,6 +6,7 @@ where its values happen to read the same.
 
 import json
 import math
+from collections.abc import Iterator
 
 from ams.errors import SetError
 from ams.exports.format import Format
@@ -13,6 +14,8 @@ from ams.sets.canonical import Json, canonical_bytes
 from ams.sets.coefficients import CoefficientSet, from_document
 
 LINE_FEED = b"\n"
+LONGEST_SHOWN = 40
+"""Letters of a number that is refused."""
 INTACT = "the set is not used; take an intact copy, or export the set again from the archive"
 
 
@@ -34,13 +37,19 @@ def from_json(content: bytes, where: str) -> CoefficientSet:
 
 
 def parsed(content: bytes, where: str) -> Json:
-    """Return the value in the bytes. Raises: SetError where it is empty, no text, truncated, not JSON or not finite."""
+    """Return the value in the bytes.
+
+    Raises: SetError where it is empty, no text, truncated or not JSON, and naming the key of a number that no double
+    holds.
+    """
     if not content.strip():
         raise SetError(f"{where}: is empty: got {len(content)} bytes; {INTACT}")
     try:
         text = content.decode("utf-8")
-        value: Json = json.loads(text, parse_constant=_refuse_constant, parse_float=_finite)
-        canonical_bytes(value)
+        value: Json = json.loads(text, parse_constant=_NoDouble, parse_float=_number, parse_int=_whole_number)
+        refused = next(_no_doubles(value, ()), None)
+        if refused is None:
+            canonical_bytes(value)
     except UnicodeDecodeError as error:
         raise SetError(
             f"{where}: is no text in UTF-8: byte {error.start} is 0x{content[error.start]:02x}; it is damaged or "
@@ -50,6 +59,11 @@ def parsed(content: bytes, where: str) -> Json:
         if content.lstrip().startswith(b"{") and not content.endswith(b"}\n"):
             raise SetError(f"{where}: is truncated: it breaks off after {len(content)} bytes; {INTACT}") from error
         raise SetError(f"{where}: is not JSON: {error}; it is damaged or another kind of file; {INTACT}") from error
+    if refused is not None:
+        raise SetError(
+            f"{where}: {refused[0]}: got {refused[1]}, allowed is a number of at most ±1.797e308, or null where there "
+            f"is none; changed, or written by another program than calrig; {INTACT}"
+        )
     return value
 
 
@@ -65,15 +79,31 @@ def _difference(written: bytes, content: bytes, where: str) -> str:
     )
 
 
-def _finite(text: str) -> float:
+class _NoDouble(str):
+    """What stands where a number should: NaN, an infinity, or digits for more than the largest double."""
+
+    __slots__ = ()
+
+
+def _number(text: str) -> Json:
     number = float(text)
-    if not math.isfinite(number):
-        raise ValueError(f"the number {text} is too large")
-    return number
+    return number if math.isfinite(number) else _NoDouble(text)
 
 
-def _refuse_constant(name: str) -> Json:
-    raise ValueError(f"the constant {name} is not allowed")
+def _whole_number(text: str) -> Json:
+    return int(text) if math.isfinite(float(text)) else _NoDouble(text)
+
+
+def _no_doubles(value: Json, path: tuple[str, ...]) -> Iterator[tuple[str, str]]:
+    """Yield the key of each and what stands there."""
+    if isinstance(value, _NoDouble):
+        yield "/".join(path) or "document", value if len(value) <= LONGEST_SHOWN else f"{value[:LONGEST_SHOWN]}…"
+    elif isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _no_doubles(inner, (*path, key))
+    elif isinstance(value, list):
+        for number, inner in enumerate(value):
+            yield from _no_doubles(inner, (*path, str(number)))
 
 
 FORMAT = Format("json", ".json", to_json, from_json)

@@ -124,8 +124,9 @@ def test_every_prefix_of_a_json_set_is_called_truncated(single: CoefficientSet) 
         (b"hello", "is not JSON: Expecting value"),
         (b"{]}\n", "is not JSON: "),
         (b"[" * 100_000, "is not JSON: "),
-        (b'{"a": NaN}\n', "the constant NaN is not allowed"),
-        (b'{"a": 1e999}\n', "the number 1e999 is too large"),
+        (b'{"a": NaN}\n', "a: got NaN, allowed is a number of at most"),
+        (b'{"a": [1, {"b": 1e999}]}\n', "a/1/b: got 1e999, allowed is a number of at most"),
+        (b'{"a": NaN, "b": ', "is truncated: it breaks off after 16 bytes"),
         (b'{"a": "\\ud800"}\n', "is not JSON: "),
         (b"[1, 2]\n", "is not a coefficient set: got a list"),
         (b'{"a": 1}\n', 'is not a coefficient set: got a document without "format"'),
@@ -145,6 +146,23 @@ def test_what_is_wrong_with_a_file_is_told_in_its_own_sentence(content: bytes, s
         verify(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert sentence in str(caught.value)
+
+
+NO_DOUBLES = ("1e400", "-1e400", "NaN", "Infinity", "-Infinity", "1" + 400 * "0", "1" + 5000 * "0")
+
+
+@pytest.mark.parametrize("number", NO_DOUBLES)
+@pytest.mark.parametrize("end", [b"\n", b"", b"\r\n"])
+def test_a_number_that_no_double_holds_is_told_by_its_key(number: str, end: bytes, single: CoefficientSet) -> None:
+    """However the file ends: it is whole, whatever else is wrong with it."""
+    document = json.loads(FORMATS["json"].to_bytes(single))
+    document["axes"]["y"]["primary"]["values"]["offset_v"] = "here"
+    content = json.dumps(document).replace('"here"', number).encode() + end
+    with pytest.raises(SetError) as caught:
+        FORMATS["json"].from_bytes(content, "file")
+    shown = number if len(number) <= 40 else f"{number[:40]}…"
+    assert f"file: axes/y/primary/values/offset_v: got {shown}, allowed is a number of at most" in str(caught.value)
+    assert "the set is not used" in str(caught.value)
 
 
 def test_a_changed_number_is_told_by_the_checksum(single: CoefficientSet) -> None:
