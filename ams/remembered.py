@@ -5,13 +5,12 @@ is remembered is handed out read-only, and is known by a number where it is an a
 functions looks at the content of the first arguments only.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from dataclasses import fields, is_dataclass
 from functools import partial, wraps
 from itertools import count
 from threading import Lock
-from typing import Any, Final, ParamSpec, TypeVar
+from typing import Any, Final, Generic, ParamSpec, TypeVar
 from weakref import ref
 
 import numpy as np
@@ -35,7 +34,7 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
-        known: OrderedDict[Hashable, tuple[R]] = OrderedDict()
+        known: dict[Hashable, _Result[R]] = {}
         lock = Lock()
 
         @wraps(function)
@@ -43,22 +42,30 @@ def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
             key = _key((*args, *kwargs.values(), *kwargs) if kwargs else args)
             if key is None:
                 return function(*args, **kwargs)
-            with lock:
-                entry = known.get(key)
-                if entry is not None:
-                    known.move_to_end(key)
-                    return entry[0]
+            entry = known.get(key)
+            if entry is not None:
+                entry.last_use = next(_NUMBERS)
+                return entry.found
             found = function(*args, **kwargs)
             _hand_out(found)
             with lock:
-                known[key] = (found,)
+                known[key] = _Result(found)
                 while len(known) > most:
-                    known.popitem(last=False)
+                    del known[min(known, key=lambda other: known[other].last_use)]
             return found
 
         return called
 
     return wrap
+
+
+class _Result(Generic[R]):
+    """What was found, and when it was used last, as a number that grows: the lowest is forgotten first."""
+
+    __slots__ = ("found", "last_use")
+
+    def __init__(self, found: R) -> None:
+        self.found, self.last_use = found, next(_NUMBERS)
 
 
 @remembered(32)
@@ -92,15 +99,13 @@ def _key(values: tuple[Any, ...]) -> tuple[Hashable, ...] | None:
     for value in values:
         if not isinstance(value, np.ndarray):
             parts.append(value)
-            continue
-        known = _HANDED_OUT.get(id(value))
-        if known is not None and known[0]() is value and not value.flags.writeable:
+        elif (known := _HANDED_OUT.get(id(value))) and known[0]() is value and not value.flags.writeable:
             parts.append(known[1])
-            continue
-        unknown += value.nbytes
-        if unknown > _MOST_BYTES:
-            return None
-        parts.append(_Content(value))
+        else:
+            unknown += value.nbytes
+            if unknown > _MOST_BYTES:
+                return None
+            parts.append(_Content(value))
     return tuple(parts)
 
 

@@ -11,7 +11,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchOnly, PitchRoll
 from ams.models.added_parameters import WithAddedParameters
 from ams.models.drifting import with_time
-from ams.models.extended import ExtendedPitchRoll, centring_of
+from ams.models.extended import ExtendedPitchRoll, centring_of, extended_model
 from ams.models.gyro import Gyro, GyroWithTerms, with_rate_terms
 from ams.models.model import Model
 from ams.models.registry import model_named
@@ -139,7 +139,7 @@ def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchR
         return None
     design = Attitude(*(blocks_of_angles(rows, layout) or (rows.pitch_rad, rows.roll_rad)))
     centring = centring_of(design, layout.points, base.nominal_axis)
-    return None if centring is None else ExtendedPitchRoll(base.nominal_axis, centring)
+    return None if centring is None else extended_model(base.nominal_axis, centring)
 
 
 def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> tuple[str, ...]:

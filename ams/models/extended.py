@@ -17,7 +17,7 @@ them apart, and it is said wherever the model is reported.
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import ClassVar, Final
 
 import numpy as np
@@ -192,6 +192,12 @@ class ExtendedPitchRoll(LinearModel):
 
     def undetermined(self, primary: FloatArray, covariance: FloatArray) -> Mapping[str, str]:
         return self._linear.undetermined(primary[:4], covariance[:4, :4])
+
+
+@lru_cache(32)
+def extended_model(nominal_axis: str, centring: Centring) -> ExtendedPitchRoll:
+    """Return the model of an axis, one and the same for all packages that were measured at the same points."""
+    return ExtendedPitchRoll(nominal_axis, centring)
 
 
 _QUADRATIC_TEXT = (

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ams.arrays import FloatArray, IntArray
 from ams.errors import ObservationsError
 from ams.observations import Observations
-from ams.remembered import remembered
+from ams.remembered import known, remembered
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +49,24 @@ class Layout:
         return np.bincount(self.point, minlength=self.points).astype(float)
 
     @cached_property
+    def typical_readings(self) -> float:
+        """Of a point: the mean of all."""
+        return float(self.readings.mean())
+
+    @cached_property
+    def relative_readings(self) -> FloatArray:
+        """(K,) rows of every point over their mean."""
+        return self.readings / self.typical_readings
+
+    @cached_property
+    def dwell(self) -> IntArray:
+        """(N,) number of every row in the grid of all replications and points."""
+        return known(self.replication * self.points + self.point)
+
+    @cached_property
     def order(self) -> IntArray | None:
         """(N,) rows sorted by replication, then point; reshapes to (n, K) where complete. None: they stand so."""
-        key = self.replication * self.points + self.point
+        key = self.dwell
         return None if np.all(key[1:] > key[:-1]) else np.argsort(key)
 
     def missing(self) -> dict[int, tuple[int, ...]]:

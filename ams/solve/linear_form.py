@@ -98,14 +98,15 @@ def repeated(form: LinearForm, times: int) -> LinearForm:
     if times == 1:
         return form
     assert form.weights is None
-    basis, estimator = _tiled(form.basis, form.estimator, times)
-    covariance = form.unscaled_covariance / times
+    basis, estimator, covariance = _tiled(form.basis, form.estimator, form.unscaled_covariance, times)
     return LinearForm(basis, None, estimator, covariance, form.condition_number, times * form.repeats, form.block)
 
 
 @remembered(16)
-def _tiled(basis: FloatArray, estimator: FloatArray, times: int) -> tuple[FloatArray, FloatArray]:
-    return np.tile(basis, (times, 1)), np.tile(estimator / times, times)
+def _tiled(
+    basis: FloatArray, estimator: FloatArray, covariance: FloatArray, times: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    return np.tile(basis, (times, 1)), np.tile(estimator / times, times), covariance / times
 
 
 def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> float:

@@ -55,8 +55,8 @@ def _may_repeat(columns: FloatArray) -> BoolArray:
     scaled *= np.divide(_PARTS_OF_SPAN, span, out=np.zeros_like(span), where=span > 0.0)
     parts = scaled.astype(np.int32)
     parts.sort(axis=1)
-    alike = parts[:, 1:] - parts[:, :-1] <= _SAME * _PARTS_OF_SPAN + 1.0
-    return np.asarray(np.count_nonzero(alike, axis=1) >= _LEAST_REPEATED * columns.shape[1])
+    alike = parts[:, 1:] - parts[:, :-1] <= int(_SAME * _PARTS_OF_SPAN + 1.0)
+    return np.array([np.count_nonzero(row) >= _LEAST_REPEATED * columns.shape[1] for row in alike])
 
 
 def step_of(readings: FloatArray) -> float | None:

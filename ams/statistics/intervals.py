@@ -6,6 +6,7 @@ Source: TP (72) to (74) for the intervals, GUM G.4.1 (Welch-Satterthwaite) for e
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from math import isnan, nan
 from typing import Final, Protocol
 
 import numpy as np
@@ -63,6 +64,14 @@ def t_quantile(level: float, dof: float | FloatArray) -> FloatArray:
     finite = np.where(dof < INFINITE_DOF, dof, 1.0)
     factors = np.where(dof < INFINITE_DOF, student_t_quantile(share, finite), normal_quantile(share))
     return np.where(np.isnan(dof), np.nan, factors)
+
+
+def t_factor(level: float, dof: float) -> float:
+    """Return :func:`t_quantile` of one number of degrees of freedom."""
+    share = 0.5 * (1.0 + level)
+    if isnan(dof):
+        return nan
+    return float(student_t_quantile(share, dof) if dof < INFINITE_DOF else normal_quantile(share))
 
 
 def tabled_t_quantile(level: float, dof: FloatArray) -> FloatArray:

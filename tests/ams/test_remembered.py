@@ -1,5 +1,7 @@
 """What is remembered is what the function gives, for equal contents only, and nobody can write into it."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -95,3 +97,17 @@ def test_content_that_is_looked_up_alike_is_still_told_apart() -> None:
         values[index] = 2.0**-30
         assert total(values) == 2.0**-30
     assert len(calls) == len(range(0, 5000, 7))
+
+
+def test_threads_that_find_and_forget_at_once_all_get_what_the_function_gives() -> None:
+    @remembered(3)
+    def doubled(value: int, values: np.ndarray) -> np.ndarray:
+        return 2.0 * value * values
+
+    def wrong(first: int) -> int:
+        values = np.ones(4)
+        asked = [(first * turn) % 7 for turn in range(2000)]
+        return sum(doubled(value, values)[0] != 2.0 * value for value in asked)
+
+    with ThreadPoolExecutor(4) as threads:
+        assert sum(threads.map(wrong, (1, 2, 3, 5))) == 0

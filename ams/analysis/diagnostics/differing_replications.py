@@ -19,7 +19,7 @@ from ams.analysis.diagnostics.take_back import redo_command
 from ams.arrays import FloatArray, IntArray
 from ams.findings import Finding
 from ams.rounding import two_digits
-from ams.statistics.distributions import f_tail
+from ams.statistics.distributions import f_tail, median
 
 DIFFERING: Final = "replication against the others"
 LARGEST: Final = 0.01
@@ -91,8 +91,8 @@ def _quantities(evidence: Evidence, output: int, limits: ShiftLimits) -> Iterato
     names = free[: evidence.alone.shape[0]]
     at = list(component_indices(names).values())
     k = evidence.alone[at, output]
-    k /= max(float(np.linalg.norm(k)), np.finfo(float).tiny)
-    length = float(np.median(sums.separate[:, at, output] @ k))
+    k /= max(float(np.sqrt(k @ k)), np.finfo(float).tiny)
+    length = median(sums.separate[:, at, output] @ k)
     if not length > 0.0:
         return
     along = np.zeros(len(names))

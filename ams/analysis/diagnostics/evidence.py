@@ -55,10 +55,10 @@ class Evidence:
         """(N,) the rows in the order of time; without times the order of the rows stands for it."""
         return rows_in_time(self.rows.time_s, self.layout.rows)
 
-    @cached_property
+    @property
     def dwell(self) -> IntArray:
-        """(N,) place of every row in the grid of all replications and points."""
-        return np.asarray(self.layout.replication * self.layout.points + self.layout.point)
+        """(N,) number of every row in the grid of all replications and points."""
+        return self.layout.dwell
 
     @cached_property
     def grid(self) -> GridResiduals:
@@ -77,12 +77,6 @@ class Evidence:
         if self.sums is None or points - parameters >= _FEW * (points - 1):
             return None
         return self._steady_grid.of(output)
-
-    @cached_property
-    def readings(self) -> tuple[FloatArray, float]:
-        """(K,) readings of every point over their average, and that average."""
-        typical = float(self.layout.readings.mean())
-        return self.layout.readings / typical, typical
 
     @cached_property
     def precision_variance(self) -> FloatArray:
@@ -133,7 +127,7 @@ class Evidence:
     def means(self, output: int, given: FloatArray, added: FloatArray | None = None) -> PointMeans:
         """Return the point means of one output; ``added`` (K,) is put back to what the fit left."""
         mean = self.point_effects[:, output] if added is None else self.point_effects[:, output] + added
-        readings, typical = self.readings
+        readings, typical = self.layout.relative_readings, self.layout.typical_readings
         variance = float(self.precision_variance[output])
         of_a_dwell = 0.0 if self.sums is None or isnan(variance) else variance
         common = self.common[output] if self.common else np.zeros((self.layout.points, 0))

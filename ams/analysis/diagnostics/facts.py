@@ -13,7 +13,7 @@ from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.rounding import significant, two_digits
-from ams.statistics.intervals import t_quantile
+from ams.statistics.intervals import t_factor
 from ams.units import label_and_unit, signed_in_words
 
 _DISTINGUISHED, _LEVEL = 3.0, 0.9
@@ -57,7 +57,7 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
         return
     index = model.primary_names.index(name)
     k, u = float(primary[index]), float(np.sqrt(max(covariance[index, index], 0.0)))
-    if not abs(k) <= max(_DISTINGUISHED, float(t_quantile(_LEVEL, dof[index]))) * u:
+    if not abs(k) <= max(_DISTINGUISHED, t_factor(_LEVEL, float(dof[index]))) * u:
         return
     unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
     size = f"{significant(k, 3)} {unit}"

@@ -75,7 +75,7 @@ class ReplicationScatter:
             return False
         given, tested = np.split(self.terms.design, [self.terms.given], axis=1)
         left = tested - given @ np.linalg.lstsq(given, tested, rcond=_NOTHING)[0]
-        square, whole = np.einsum("kc,kc->c", left, left), self._whole()
+        square, whole = np.einsum("kc,kc->c", left, left), self._whole
         is_left = square > _NOTHING * np.einsum("kc,kc->c", tested, tested)
         dof = float((len(whole) - 1) * int(is_left.sum()))
         if len(whole) < _LEAST_REPLICATIONS or not dof > 0.0:
@@ -90,16 +90,16 @@ class ReplicationScatter:
         given = design[:, [*range(self.terms.given), *(self.terms.given + other for other in beside)]]
         tested = design[:, self.terms.given + column]
         left = tested - given @ np.linalg.lstsq(given, tested, rcond=_NOTHING)[0]
-        square, whole = float(left @ left), self._whole()
+        square, whole = float(left @ left), self._whole
         if len(whole) < _LEAST_REPLICATIONS or not square > _NOTHING * float(tested @ tested):
             return None
         each, dof = whole @ left / square, len(whole) - 1
         between = float(np.var(each, ddof=1)) / layout.replications
         return between, float(self.evidence.precision_variance[self.output]) / square / layout.replications, dof
 
+    @cached_property
     def _whole(self) -> FloatArray:
-        """Return (n, K) what every replication that has all points departs by from the others."""
+        """(n, K) what every replication that has all points departs by from the others."""
         layout = self.evidence.layout
-        of_output = self.evidence.on_grid(self.evidence.departures[:, [self.output]])
-        has = self.evidence.on_grid(np.ones((layout.rows, 1))).reshape(layout.replications, -1)
-        return np.asarray(of_output.reshape(layout.replications, -1)[np.all(has > 0.0, axis=1)])
+        of_output = self.evidence.on_grid(self.evidence.departures[:, [self.output]]).reshape(layout.replications, -1)
+        return np.asarray(of_output[layout.sum_by_replication(np.ones(layout.rows)) == layout.points])

@@ -12,9 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ams.arrays import FloatArray, IntArray
+from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.remembered import remembered
 from ams.solve.linear_form import orthogonal
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, median
 
 _GONE = 1e-9
 """Of a residual's variance: a dwell that nothing else says anything about."""
@@ -53,6 +54,35 @@ class GridResiduals:
             return left * self.present
         left = left - np.einsum("id,id->i", self.taken, self.taken)
         return np.where(left > _GONE, left, 0.0) * self.present
+
+    @cached_property
+    def judged(self) -> BoolArray:
+        """(n K,) whether others say anything about a dwell."""
+        return self.leverages > 0.0
+
+    @cached_property
+    def spread(self) -> FloatArray:
+        """(n K,) standard deviation of each residual for dwells of unit variance; one where a dwell is not judged."""
+        return np.sqrt(np.where(self.judged, self.leverages, 1.0))
+
+    @cached_property
+    def away(self) -> FloatArray:
+        """(n K,) how far each dwell of the first output is from what the others say, over ``spread``; 0: not judged."""
+        away = np.abs(self.residuals[:, 0] / self.spread)
+        return away if self._are_all_judged else away * self.judged
+
+    @cached_property
+    def typical_sd(self) -> float:
+        """Standard deviation of a dwell of the first output, by the median of those that are judged."""
+        return SD_PER_MEDIAN_DEVIATION * median(self.away if self._are_all_judged else self.away[self.judged])
+
+    @cached_property
+    def _are_all_judged(self) -> bool:
+        return bool(self.judged.all())
+
+    @cached_property
+    def _are_all_present(self) -> bool:
+        return bool(self.present.all())
 
     def column(self, dwell: int) -> FloatArray:
         """Return the (n K,) column of the residual maker for one dwell."""
@@ -106,7 +136,7 @@ class GridResiduals:
             flat = (grid - self.q @ (self.q.T @ grid)).reshape(self.residuals.shape[0], -1)
         if self.taken.shape[1] > 0:
             flat = flat - self.taken @ (self.taken.T @ flat)
-        return np.asarray(flat * self.present[:, None])
+        return np.asarray(flat if self._are_all_present else flat * self.present[:, None])
 
     def _between(self, apart: int) -> float:
         """Return an element of the replications' part of the residual maker, on its diagonal or off it."""

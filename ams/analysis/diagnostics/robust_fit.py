@@ -21,7 +21,8 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
-from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
+from ams.remembered import remembered
+from ams.statistics.distributions import f_tail
 
 _K: Final = 1.345
 _ROUNDS: Final = 5
@@ -51,8 +52,7 @@ def robust_fit(evidence: Evidence, grid: GridResiduals) -> RobustFit | None:
     if evidence.sums is None or grid.replications < _LEAST_REPLICATIONS or grid.dof < LEAST_DOF:
         return None
     taken, sigma = _taken(grid)
-    readings = np.maximum(grid.present.reshape(grid.replications, -1).sum(axis=0), 1.0)
-    share = np.tile(1.0 / (readings * grid.points), grid.replications) * grid.present
+    share = _share_of_mean(grid.present, grid.replications)
     of_mean = share * taken
     size = float(of_mean.sum())
     other_side = np.minimum(of_mean, 0.0) if size > 0.0 else np.maximum(of_mean, 0.0)
@@ -64,12 +64,17 @@ def robust_fit(evidence: Evidence, grid: GridResiduals) -> RobustFit | None:
     return RobustFit(float(p_value), -size, float(np.sqrt(variance)))
 
 
+@remembered(16)
+def _share_of_mean(present: FloatArray, replications: int) -> FloatArray:
+    """Return (n K,) what every dwell has of the mean over the points, each the mean of its readings."""
+    readings = np.maximum(present.reshape(replications, -1).sum(axis=0), 1.0)
+    return np.tile(1.0 / (readings * readings.size), replications) * present
+
+
 def _taken(grid: GridResiduals) -> tuple[FloatArray, float]:
     """Return (n K,) what is taken from every dwell, and the standard deviation of a dwell."""
-    plain, judged = grid.residuals[:, 0], grid.leverages > 0.0
-    spread = np.sqrt(np.where(judged, grid.leverages, 1.0))
-    sigma = SD_PER_MEDIAN_DEVIATION * median(np.abs(plain / spread)[judged])
-    high = np.where(judged, _K * sigma * spread, np.inf)
+    plain, sigma = grid.residuals[:, 0], grid.typical_sd
+    high = np.where(grid.judged, _K * sigma * grid.spread, np.inf)
     low, left = -high, plain
     for round_ in range(_ROUNDS):
         taken = left - np.minimum(np.maximum(left, low), high)

@@ -85,19 +85,11 @@ def uneven_noise(grid: GridResiduals) -> UnevenNoise | None:
     replications, points = grid.replications, grid.points
     if replications < _LEAST_REPLICATIONS or points - int(grid.q.shape[1]) < _LEAST_DWELLS:
         return None
-    leverages = grid.leverages
-    judged = leverages > 0.0
-    count = np.count_nonzero(judged.reshape(replications, points), axis=1)
-    total = int(count.sum())
+    count = np.count_nonzero(grid.judged.reshape(replications, points), axis=1)
     if int(count.min()) < _LEAST_DWELLS:
         return None
-    away = np.abs(grid.residuals[:, 0])
-    if total == judged.size:
-        away /= np.sqrt(leverages)
-    else:
-        away = np.divide(away, np.sqrt(leverages), out=np.zeros_like(away), where=judged)
-    typical = SD_PER_MEDIAN_DEVIATION * median(away if total == judged.size else away[judged])
-    np.minimum(away, _DRAWN_IN * typical, out=away)
+    total, typical = int(count.sum()), grid.typical_sd
+    away = np.minimum(grid.away, _DRAWN_IN * typical)
     means = away.reshape(replications, points).sum(axis=1) / count
     within = float(away @ away) - float(count @ means**2)
     variance = within / (total - replications)

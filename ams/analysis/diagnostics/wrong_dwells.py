@@ -15,7 +15,7 @@ import numpy as np
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.statistics.distributions import f_tail
-from ams.statistics.intervals import t_quantile
+from ams.statistics.intervals import t_factor
 
 LEAST_DOF = 4
 LARGEST_SHARE = 0.1
@@ -46,7 +46,7 @@ def largest_p_values(residuals: GridResiduals) -> tuple[FloatArray, IntArray]:
     size = squares.size
     if dof < LEAST_DOF:
         return np.full(size, np.nan), np.zeros(size, dtype=np.int64)
-    judged = leverages > 0.0
+    judged = residuals.judged
     share = np.square(residuals.residuals)
     share *= np.divide(1.0, leverages, out=np.zeros_like(leverages), where=judged)[:, None]
     index = np.argmax(share, axis=0)
@@ -87,12 +87,12 @@ def smallest_detected(judged: GridResiduals, level: float) -> float:
 
     NaN where no dwell is judged.
     """
-    leverages = judged.leverages[judged.leverages > 0.0]
+    leverages = judged.leverages[judged.judged]
     if judged.dof < LEAST_DOF or leverages.size == 0:
         return float("nan")
     pairs = 2 if judged.replications == 2 else 1
-    bound = t_quantile(1.0 - level * pairs / leverages.size, float(judged.dof - 1))
-    return float(bound / np.sqrt(leverages.min()))
+    bound = t_factor(1.0 - level * pairs / leverages.size, float(judged.dof - 1))
+    return bound / float(np.sqrt(leverages.min()))
 
 
 def convict(residuals: GridResiduals, level: float, other_view: FloatArray) -> WrongDwells:
