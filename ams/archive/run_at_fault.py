@@ -3,8 +3,9 @@
 As found is judged by the attitudes and readings of the run, and not by the new coefficients. What a finding says of the
 sensor (a term of its own, its step, its drift) is an error that its users had, and leaves as found standing. What it
 says of the table, its base, the meter, the chamber or a dwell that was not at rest is an error of the reference: where
-the new calibration falls by that, as found falls with it. A smaller one, which the stated uncertainties hold or which
-is a reservation of a usable calibration, takes neither.
+the new calibration falls by that, as found falls with it. So it does where readings and declaration contradict each
+other: nothing says which is wrong, and errors told in another unit or by other angles are no sensor's. A smaller one,
+which the stated uncertainties hold or which is a reservation of a usable calibration, takes neither.
 """
 
 from collections.abc import Iterable
@@ -16,7 +17,7 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import findings_of_set
 
 KINDS_OF_THE_RUN: Final[frozenset[FindingKind]] = frozenset(
-    {"table-rotation", "meter-gain", "meter-offset", "wrong-dwell", "temperature-lag"}
+    {"table-rotation", "meter-gain", "meter-offset", "wrong-dwell", "temperature-lag", "axis-contradicted"}
 )
 TESTS_OF_THE_RUN: Final = frozenset({TABLE_LIMIT, SQUARENESS, SETTLING, *OF_THE_ORDER})
 """Findings of other kinds that are the table's or the chamber's by the test that made them."""

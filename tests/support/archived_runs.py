@@ -10,6 +10,7 @@ from package_outputs import TRUTH, output_v
 from ams.archive.runs import MeasuredSensor, RunEntry
 from ams.calibration.calibrate import calibrate
 from ams.findings import Finding
+from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
@@ -20,6 +21,7 @@ _PITCH, _ROLL = np.deg2rad(np.array(GRID_DEG, dtype=float)).T
 _CLEAN = {axis: np.array([output_v(axis, TRUTH[axis], p, r) for p, r in GRID_DEG]) for axis in TRUTH}
 IN_TIME, EXPIRED = date(2027, 6, 30), date(2025, 12, 31)
 TABLE = Standard("table", "AA-2216", "26-0117", IN_TIME, {"uncertainty_arcsec": 1.0, "kind": "limit", "k": 2})
+DECLARED = {axis: DeclaredDirection(axis, 1, polarity, 2.5) for axis, polarity in (("x", 1), ("y", 1), ("z", -1))}
 STARTED = datetime(2026, 1, 10, 18, 0, tzinfo=UTC)
 
 
@@ -44,11 +46,17 @@ def a_sensor(
     is_check: bool = False,
     standard: str = TABLE.serial,
     customer: str = "",
+    read_times: float | None = None,
 ) -> MeasuredSensor:
-    """A sensor as the run of that day measured it; ``gain`` is its x axis' against nominal."""
+    """A sensor as the run of that day measured it; ``gain`` is its x axis' against nominal.
+
+    ``read_times``: its sensitivities are declared, and every output was read times this.
+    """
     chance, count = np.random.default_rng(day), len(GRID_DEG)
     grown = {**_CLEAN, "x": gain * _CLEAN["x"]}
     outputs = {axis: np.tile(entry, 3) + 1e-6 * chance.normal(size=3 * count) for axis, entry in grown.items()}
+    outputs = {axis: (read_times or 1.0) * output for axis, output in outputs.items()}
+    request = CalibrationRequest(extended="no", declared=DECLARED if read_times is not None else {})
     rows = Observations(
         np.repeat([1, 2, 3], count), np.tile(np.arange(count), 3), np.tile(_PITCH, 3), np.tile(_ROLL, 3), outputs
     )
@@ -61,7 +69,7 @@ def a_sensor(
         acceptance={"pitch_limit_deg": 0.02, "decision_rule": "guard-band"},
         job={"customer": customer} if customer else None,
     )  # fmt: skip
-    return MeasuredSensor(build_set(calibrate(rows, CalibrationRequest(extended="no")), provenance), rows, is_check)
+    return MeasuredSensor(build_set(calibrate(rows, request), provenance), rows, is_check)
 
 
 TURNED = Finding(

@@ -23,6 +23,7 @@ OF_THE_RUN = [
     ("temperature-lag", "temperature lag"),
     ("drift", "settling at the start of every replication"),
     ("wrong-dwell", "wrong dwell"),
+    ("axis-contradicted", "sensitivity far from the declared one"),
 ]
 OF_THE_SENSOR = [
     ("sensor-change", "step of the output in mid-run"),
@@ -84,3 +85,22 @@ def test_a_finding_that_set_and_run_both_have_is_said_once() -> None:
     assert (
         run_at_fault(measured.coefficients, [TURNED, TURNED]) == f"{TURNED.text}; slip of the table in mid-run: found"
     )
+
+
+@pytest.mark.parametrize("factor", [10.0, 0.1, 3.0])
+def test_of_outputs_read_in_another_unit_than_declared_as_found_is_not_judged(tmp_path: Path, factor: float) -> None:
+    url, sha256 = published(tmp_path, a_sensor(10, read_times=factor))
+    adjustment = adjustment_of(url, sha256)
+    assert adjustment is not None
+    assert adjustment.as_found is None
+    assert adjustment.no_as_found is not None
+    assert adjustment.no_as_found.startswith("not judged, this run does not tell: the sensitivity is ")
+    (listed,) = [entry for entry in list_sets(url) if entry.sha256 == sha256]
+    assert listed.as_found is None
+
+
+def test_of_outputs_read_as_declared_as_found_is_judged(tmp_path: Path) -> None:
+    adjustment = adjustment_of(*published(tmp_path, a_sensor(10, read_times=1.0)))
+    assert adjustment is not None
+    assert adjustment.as_found is not None
+    assert adjustment.as_found.verdict == "pass"
