@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ams.analysis.diagnostics.step_scan import Change, likeliest
+from ams.analysis.diagnostics.likeliest_step import likeliest
+from ams.analysis.diagnostics.step_scan import Change
 from ams.arrays import BoolArray, IntArray
 from ams.calibration.step_findings import findings_of_change
 from ams.calibration.step_or_drift import is_step
@@ -91,10 +92,9 @@ def _likeliest(search: StepSearch, change: ProvedChange, level: float) -> Change
     moments = _moments(search, change)
     if moments is None:
         return None
-    slips = [likeliest(scan, *moments) for scan in search.scans]
     plain = [
         slip
-        for slip in slips
+        for slip in likeliest(search.scans, *moments)
         if slip is not None and slip.is_of_table and search.chance(slip) <= level * search.share(slip)
     ]
     if not plain or (

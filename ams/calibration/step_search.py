@@ -8,17 +8,10 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.likeliest_step import changes_of, located
+from ams.analysis.diagnostics.step_outputs import scans_of_meter, scans_of_output, scans_of_table, together
 from ams.analysis.diagnostics.step_patterns import ON_MOUNT, Watched, force_along, taken_of
-from ams.analysis.diagnostics.step_scan import (
-    Change,
-    Course,
-    Scan,
-    changes_of,
-    located,
-    scans_of_meter,
-    scans_of_output,
-    scans_of_table,
-)
+from ams.analysis.diagnostics.step_scan import Change, Course, Scan
 from ams.analysis.diagnostics.temperature import explained
 from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.analysis.diagnostics.time_order import even_course
@@ -109,10 +102,12 @@ class StepSearch:
 
     @cached_property
     def scans(self) -> list[Scan]:
-        by_output = [scans_of_output(self.course, watched, index) for index, watched in enumerate(self.watched)]
-        turns = (scan for scan in scans_of_table(self.course, self.watched) if not self._rules_out(scan))
-        of_all = (*turns, *scans_of_meter(self.course, self.watched))
-        return [*of_all, *(scan for each in by_output for scan in each)]
+        of_all, by_output = together(self.course, self.watched), enumerate(self.watched)
+        return [
+            *(scan for scan in scans_of_table(of_all) if not self._rules_out(scan)),
+            *scans_of_meter(of_all),
+            *(scan for index, watched in by_output for scan in scans_of_output(self.course, watched, index)),
+        ]
 
     def _rules_out(self, scan: Scan) -> bool:
         return self.holds_mount and scan.what in ON_MOUNT

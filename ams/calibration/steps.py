@@ -141,8 +141,9 @@ def _tests(search: StepSearch, index: int, changes: Sequence[Change]) -> Iterato
         (SLIP, "table-rotation", len(search.on_table)),
         (STEP, "sensor-change", 1),
     )
+    belongs = [_test_of(search, index, change) for change in changes]
     for name, kind, axes in tests:
-        mine = [change for change in changes if _test_of(search, index, change) == name]
+        mine = [change for change, of_test in zip(changes, belongs, strict=True) if of_test == name]
         chances = [search.chance(change) * axes / search.share(change) for change in mine]
         if chances:
             yield BeliefTest(name, kind, min(1.0, *chances), axes=axes)

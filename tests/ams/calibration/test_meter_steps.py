@@ -10,7 +10,10 @@ import pytest
 from dwells_of_points import layout_of_points
 from numpy.typing import NDArray
 
-from ams.analysis.diagnostics.step_scan import Course, Watched, changes_of, scans_of_meter
+from ams.analysis.diagnostics.likeliest_step import changes_of
+from ams.analysis.diagnostics.step_outputs import scans_of_meter, together
+from ams.analysis.diagnostics.step_patterns import Watched
+from ams.analysis.diagnostics.step_scan import Course
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding
@@ -139,7 +142,7 @@ def test_a_step_of_the_meter_explains_what_least_squares_over_all_outputs_do() -
     y = np.concatenate([noise[0] / np.sqrt(0.7), noise[1] / np.sqrt(2.0)])
     beside = np.concatenate([np.zeros(point.size), drift])[:, None]
     for scan, taken in zip(
-        scans_of_meter(course, outputs),
+        scans_of_meter(together(course, outputs)),
         (force_g(pitch, roll) @ K[:2].T, np.ones((point.size, 2))),
         strict=True,
     ):
@@ -162,7 +165,7 @@ def test_of_one_output_the_meter_is_no_other_pattern_than_its_own() -> None:
     alone = Watched(about_points(rows.outputs["x"], point), 1.0, K[0], np.sin(rows.pitch_rad))
     order, dof = np.arange(point.size), point.size - len(GRID)
     course = Course(layout_of(rows), order, rows.pitch_rad, rows.roll_rad, dof)
-    assert not list(scans_of_meter(course, [alone]))
+    assert not list(scans_of_meter(together(course, [alone])))
     assert told(solved(replace(rows, outputs={"x": rows.outputs["x"]}))) == set()
 
 

@@ -16,7 +16,10 @@ from physics_scenes import Campaign, campaigns, mixed
 from scipy.stats import binom  # type: ignore[import-untyped]
 
 from ams.analysis.diagnostics.beliefs import SETTLING
-from ams.analysis.diagnostics.step_scan import Course, Watched, changes_of, scans_of_output, scans_of_table
+from ams.analysis.diagnostics.likeliest_step import changes_of
+from ams.analysis.diagnostics.step_outputs import scans_of_output, scans_of_table, together
+from ams.analysis.diagnostics.step_patterns import Watched
+from ams.analysis.diagnostics.step_scan import Course
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding, turned_the_table
@@ -319,7 +322,7 @@ def chances(count: int, seed: int, drift_per_dwell: float | None = None) -> NDAr
         course = Course(layout_of_points(point), order, pitch, roll, dof)
         if not course.is_judged:
             continue
-        scans = (8.0, scans_of_table(course, outputs)), (4.0, scans_of_output(course, outputs[2], 2))
+        scans = (8.0, scans_of_table(together(course, outputs))), (4.0, scans_of_output(course, outputs[2], 2))
         found.append([min(1.0, tried * min(one.p_value for one in changes_of(group))) for tried, group in scans])
     return np.array(found)
 
@@ -363,7 +366,7 @@ def test_beside_a_drift_a_change_explains_what_least_squares_with_both_do() -> N
         column = [about_points(s * since, point) / np.sqrt(o.variance) for s, o in zip(slip, outputs, strict=True)]
         both = np.column_stack([np.concatenate(column), drifts])
         explained.append(squares(drifts, y) - squares(both, y))
-    (roll_scan, *_) = scans_of_table(course, outputs)
+    (roll_scan, *_) = scans_of_table(together(course, outputs))
     (best, *_) = changes_of([roll_scan])
     assert best.index == 8 + int(np.argmax(explained))
     assert best.square == pytest.approx(max(explained), rel=1e-6)
