@@ -77,7 +77,7 @@ def _drift(
     within = (sums.ss_precision + sums.ss_lack_of_fit) / max(dof, 1)
     spread = sums.separate - sums.separate.mean(axis=0)
     along = np.einsum("nim,mqi->mqn", spread, directions)
-    per_replication = np.einsum("mqi,ij,mqj->mq", directions, n * form.unscaled_covariance, directions)
+    per_replication = np.sum((directions @ (n * form.unscaled_covariance)) * directions, axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.sum(along**2, axis=-1) / (n - 1) / per_replication / within[:, None]
     return after_holm(f_tests(dict(zip(names, ratios.T, strict=True)), n - 1, dof))

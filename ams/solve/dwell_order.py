@@ -32,6 +32,15 @@ def turns_in_replication(order: IntArray, replication: IntArray, replications: i
 
 
 @remembered(16)
+def order_repeats(order: IntArray, layout: Layout) -> bool:
+    """Return whether every replication visits all points in the same order."""
+    turn, _ = turns_in_replication(order, layout.replication, layout.replications)
+    by_point = np.empty((layout.replications, layout.points), dtype=np.int64)
+    by_point[layout.replication, layout.point] = turn
+    return bool(np.all(by_point == by_point[0]))
+
+
+@remembered(16)
 def settling_of_rows(order: IntArray, layout: Layout) -> FloatArray:
     """Return the (N,) column of a transient at the start of every replication: one at its first dwell, fading."""
     turn, sizes = turns_in_replication(order, layout.replication, layout.replications)

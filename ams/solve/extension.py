@@ -81,8 +81,8 @@ def judge_extension(
     Raises: DesignError where the points cannot tell nine parameters apart and leave an error.
     """
     means = _point_means(observations, label, table, layout or layout_of(observations))
-    joined = _joined(means.basis, means.quadratic)
-    if joined.shape[0] <= _TERMS or not _are_determined(joined):
+    joined, is_determined = _joined(means.basis, means.quadratic)
+    if not is_determined:
         raise DesignError(
             f"extended model of {label}: {joined.shape[0]} points do not determine its {_TERMS} parameters and an "
             "error; nothing was decided; add pitch and roll angles (five or more of each, past ±45°)"
@@ -171,18 +171,18 @@ def _tested(joined: FloatArray, means: _PointMeans, level: float) -> tuple[FTest
 
 
 @remembered(16)
-def _joined(basis: FloatArray, quadratic: FloatArray) -> FloatArray:
-    return np.hstack([basis, quadratic])
+def _joined(basis: FloatArray, quadratic: FloatArray) -> tuple[FloatArray, bool]:
+    """Return the columns of both, and whether they are determined and leave an error."""
+    joined = np.hstack([basis, quadratic])
+    rank = np.linalg.matrix_rank(joined, tol=1e-9 * np.linalg.norm(joined))
+    return joined, joined.shape[0] > _TERMS and bool(rank == _TERMS)
 
 
 @remembered(16)
-def _bases_of_alike(pitch: FloatArray, roll: FloatArray) -> tuple[FloatArray, FloatArray]:
-    return PitchRoll("x").basis(Attitude(pitch, roll)), quadratic_basis(specific_force(pitch, roll))
-
-
-@remembered(16)
-def _are_determined(joined: FloatArray) -> bool:
-    return bool(np.linalg.matrix_rank(joined, tol=1e-9 * np.linalg.norm(joined)) == _TERMS)
+def _bases_of_alike(pitch: FloatArray, roll: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the linear basis, its orthonormal columns, and the terms of second order."""
+    basis = PitchRoll("x").basis(Attitude(pitch, roll))
+    return basis, orthogonal(basis)[0], quadratic_basis(specific_force(pitch, roll))
 
 
 def _point_means(observations: Observations, label: str, table: TableUncertainty | None, layout: Layout) -> _PointMeans:
@@ -227,10 +227,9 @@ def _means_of_alike(
     """Return the same as for any rows, in closed form: the replications' departures have no mean."""
     n, points = layout.replications, layout.points
     pitch, roll = blocks
-    basis, quadratic = _bases_of_alike(pitch, roll)
+    basis, q, quadratic = _bases_of_alike(pitch, roll)
     by_replication = output.reshape(n, points)
     mean = by_replication.sum(axis=0) / n
-    q, _ = orthogonal(basis)
     about_mean = by_replication - mean
     left = about_mean - (about_mean @ q) @ q.T
     dof = (n - 1) * (points - q.shape[1])
@@ -360,7 +359,7 @@ def _standard_errors(observations: Observations, label: str, means: _PointMeans)
     rows = observations.rows
     if means.within_v2 is not None:
         root = np.sqrt(means.readings[0])  # every point was read as often
-        q, _ = orthogonal(_joined(means.basis, means.quadratic))
+        q, _ = orthogonal(_joined(means.basis, means.quadratic)[0])
         output = root * means.output_v
         along = q.T @ output
         left = output - q @ along

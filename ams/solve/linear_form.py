@@ -69,11 +69,11 @@ def factor(
             f"allowed {size} distinct points or more; nothing was solved; add points"
         )
     if weights is None:
-        condition_number = _refuse_rank_deficiency(orthogonal(basis)[1], names, stimulus)
+        condition_number = _refuse_rank_deficiency(_principal_of(basis), names, stimulus)
         return LinearForm(basis, None, *_inverted(basis), condition_number)
     root = np.sqrt(weights)[:, None]
     q, r = np.linalg.qr(root * basis)
-    condition_number = _refuse_rank_deficiency(r, names, stimulus)
+    condition_number = _refuse_rank_deficiency(_principal(r), names, stimulus)
     inverse = np.linalg.inv(r)
     return LinearForm(basis, weights, inverse @ q.T * root.T, inverse @ inverse.T, condition_number)
 
@@ -109,12 +109,14 @@ def _tiled(
     return np.tile(basis, (times, 1)), np.tile(estimator / times, times), covariance / times
 
 
-def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimulus) -> float:
-    """Return the condition number of the columns at unit length.
+def _refuse_rank_deficiency(
+    principal: tuple[FloatArray, FloatArray], names: Sequence[str], stimulus: Stimulus
+) -> float:
+    """Return the condition number of the columns at unit length, by their singular values and directions.
 
     Raises: DesignError where a parameter is not determined.
     """
-    singular, directions = _principal(r)
+    singular, directions = principal
     missing = directions[singular <= RANK_TOLERANCE * singular[0]]
     if missing.size == 0:
         return float(singular[0] / singular[-1])
@@ -127,6 +129,10 @@ def _refuse_rank_deficiency(r: FloatArray, names: Sequence[str], stimulus: Stimu
 
 
 @remembered(16)
+def _principal_of(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return _principal(orthogonal(basis)[1])
+
+
 def _principal(r: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return singular values and directions of the columns at unit length."""
     length = np.linalg.norm(r, axis=0)

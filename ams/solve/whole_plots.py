@@ -18,6 +18,7 @@ from ams.arrays import FloatArray, IntArray
 from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.layout import Layout
+from ams.solve.recorded_temperature import swing_degc
 
 SMALLEST_GAP_DEGC = 2.0
 """Between two plateaus; also the largest spread inside one is held against it."""
@@ -68,7 +69,7 @@ class Visits:
 def visits_of(observations: Observations) -> Visits | None:
     """Return the visits of plateaus; None where the temperature was not held at two or more well apart."""
     temperature = observations.temperature_degc
-    if temperature is None or observations.rows == 0 or np.ptp(temperature) < SMALLEST_GAP_DEGC:
+    if temperature is None or observations.rows == 0 or swing_degc(temperature) < SMALLEST_GAP_DEGC:
         return None
     return _visits(temperature, observations.time_s)
 

@@ -13,7 +13,8 @@ from ams.analysis.replication import ReplicationColumns
 from ams.arrays import FloatArray, IntArray
 from ams.models.model import Model
 from ams.observations import Observations
-from ams.solve.dwell_order import rows_in_time
+from ams.solve.dwell_order import order_repeats, rows_in_time
+from ams.solve.extension import stands_alike
 from ams.solve.layout import Layout
 from ams.solve.replicated import ReplicatedSums
 
@@ -54,6 +55,11 @@ class Evidence:
     def time_order(self) -> IntArray:
         """(N,) the rows in the order of time; without times the order of the rows stands for it."""
         return rows_in_time(self.rows.time_s, self.layout.rows)
+
+    @cached_property
+    def order_repeats(self) -> bool:
+        """Whether every replication visits all points at the same attitudes in the same order."""
+        return stands_alike(self.rows, self.layout) and order_repeats(self.time_order, self.layout)
 
     @property
     def dwell(self) -> IntArray:

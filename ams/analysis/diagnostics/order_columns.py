@@ -13,10 +13,11 @@ import numpy as np
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.beliefs import MEMORIES, OF_THE_ORDER
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.time_order import means_of_points, settling_of_points
+from ams.analysis.diagnostics.time_order import means_of_points
 from ams.arrays import FloatArray, IntArray
 from ams.frames import AXES, specific_force
 from ams.remembered import remembered
+from ams.solve.dwell_order import settling_of_rows
 from ams.solve.layout import Layout
 
 _FADES_IN: Final = 2.0
@@ -33,52 +34,49 @@ def left_by_order(evidence: Evidence, nominal_axis: str | None, spared: int) -> 
     ``nominal_axis``: None of what follows no force. ``spared``: points more than all columns need; nothing is asked of
     fewer, of the memories and the settling where those that came last are not to be spared either.
     """
-    points = evidence.layout.points
-    memories, across = np.zeros((points, len(MEMORIES))), np.zeros((points, len(AXES)))
-    if nominal_axis is not None:
-        memories = previous_attitude.memories_of_points(evidence, nominal_axis)
-        across = held_across(evidence, nominal_axis)
-    settles, moved = settling_of_points(evidence), after_moves_of_points(evidence)
-    return _joined(memories, settles, across, moved, spared + len(OF_THE_ORDER) >= 0, spared >= 0)
+    return _left_by_order(
+        evidence.rows.time_s,
+        evidence.rows.pitch_rad,
+        evidence.rows.roll_rad,
+        evidence.time_order,
+        evidence.layout,
+        nominal_axis,
+        spared + len(OF_THE_ORDER) >= 0,
+        spared >= 0,
+    )
 
 
 @remembered(16)
-def _joined(
-    memories: FloatArray,
-    settles: FloatArray,
-    across: FloatArray,
-    moved: FloatArray,
+def _left_by_order(
+    time_s: FloatArray | None,
+    pitch_rad: FloatArray,
+    roll_rad: FloatArray,
+    order: IntArray,
+    layout: Layout,
+    nominal_axis: str | None,
     has_first: bool,
     has_last: bool,
 ) -> FloatArray:
+    memories, across = np.zeros((layout.points, len(MEMORIES))), np.zeros((layout.points, len(AXES)))
+    if nominal_axis is not None:
+        shown = previous_attitude.memories_in_order(time_s, order, pitch_rad, roll_rad, nominal_axis)
+        memories = means_of_points(layout, shown)
+        across = _held_across(pitch_rad, roll_rad, order, layout, nominal_axis)
+    settles = means_of_points(layout, settling_of_rows(order, layout))
+    moved = means_of_points(layout, _after_moves(pitch_rad, roll_rad, order, layout))
     first, last = np.column_stack([memories, settles]), np.column_stack([across, moved])
     return np.hstack([first * has_first, last * has_last])
-
-
-def held_across(evidence: Evidence, nominal_axis: str) -> FloatArray:
-    """Return the (K, 3) means at every point of the force at the dwell before less that of now, g, one column an axis.
-
-    Nothing along the nominal axis itself: that is the previous attitude's. At the first dwell of a replication nothing
-    went before.
-    """
-    rows = evidence.rows
-    return _held_across(rows.pitch_rad, rows.roll_rad, evidence.time_order, evidence.layout, nominal_axis)
-
-
-def after_moves(evidence: Evidence) -> FloatArray:
-    """Return (N,) what fades from the first dwell after every move of the slower axis; nothing where none is slow."""
-    return _after_moves(evidence.rows.pitch_rad, evidence.rows.roll_rad, evidence.time_order, evidence.layout)
-
-
-def after_moves_of_points(evidence: Evidence) -> FloatArray:
-    """Return the (K,) means of that at every point."""
-    return means_of_points(evidence.layout, after_moves(evidence))
 
 
 @remembered(16)
 def _held_across(
     pitch_rad: FloatArray, roll_rad: FloatArray, order: IntArray, layout: Layout, nominal_axis: str
 ) -> FloatArray:
+    """Return the (K, 3) means at every point of the force at the dwell before less that of now, g, one column an axis.
+
+    Nothing along the nominal axis itself: that is the previous attitude's. At the first dwell of a replication nothing
+    went before.
+    """
     force = specific_force(pitch_rad, roll_rad)
     columns = force[previous_attitude.dwell_before(order, layout)] - force
     columns[:, AXES.index(nominal_axis)] = 0.0
@@ -87,6 +85,7 @@ def _held_across(
 
 @remembered(16)
 def _after_moves(pitch_rad: FloatArray, roll_rad: FloatArray, order: IntArray, layout: Layout) -> FloatArray:
+    """Return (N,) what fades from the first dwell after every move of the slower axis; nothing where none is slow."""
     begins = np.append(True, np.diff(layout.replication[order]) != 0)
     moves = [np.append(False, np.abs(np.diff(angle[order])) > _MOVED_RAD) & ~begins for angle in (pitch_rad, roll_rad)]
     seldom = min(moves, key=np.count_nonzero)

@@ -9,6 +9,7 @@ beside them, never less than precision.
 
 from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,8 +40,7 @@ class PointMeans:
     """Of a mean of average readings; 0 where it is not known."""
 
 
-@dataclass(frozen=True)
-class Tested:
+class Tested(NamedTuple):
     """One column beside what is given."""
 
     coefficient: float

@@ -18,7 +18,7 @@ from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.settling import UNKNOWN, Estimate, joined
 from ams.analysis.diagnostics.step_patterns import force_along
-from ams.analysis.diagnostics.time_order import LEAST_DOF, means_of_points, order_repeats
+from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray, IntArray
 from ams.remembered import remembered
 from ams.solve.layout import Layout
@@ -40,12 +40,7 @@ def turned_from(evidence: Evidence, output: int) -> FloatArray:
 def memories(evidence: Evidence, nominal_axis: str) -> FloatArray:
     """Return (N, 3) what an element with a memory of so many dwells shows still less what there is now, g."""
     rows = evidence.rows
-    return _memories(rows.time_s, evidence.time_order, rows.pitch_rad, rows.roll_rad, nominal_axis)
-
-
-def memories_of_points(evidence: Evidence, nominal_axis: str) -> FloatArray:
-    """Return the (K, 3) means of that at every point."""
-    return means_of_points(evidence.layout, memories(evidence, nominal_axis))
+    return memories_in_order(rows.time_s, evidence.time_order, rows.pitch_rad, rows.roll_rad, nominal_axis)
 
 
 def memories_between(evidence: Evidence, grid: GridResiduals, output: int, nominal_axis: str) -> list[Estimate]:
@@ -54,7 +49,7 @@ def memories_between(evidence: Evidence, grid: GridResiduals, output: int, nomin
     Beside the effects of points and the parameters of every replication the dwells tell it. What the parameters
     themselves follow of it, in an order that goes forward and then back, counts against the rest of their own changes.
     """
-    if order_repeats(evidence) or evidence.sums is None or grid.dof - 1 < LEAST_DOF:
+    if evidence.order_repeats or evidence.sums is None or grid.dof - 1 < LEAST_DOF:
         return []
     columns = memories(evidence, nominal_axis)
     is_whole = grid.taken.shape[1] == 0 and evidence.layout.is_complete
@@ -114,7 +109,7 @@ def _estimate(along: float, square: float, rest: float, dof: int) -> Estimate:
 
 
 @remembered(16)
-def _memories(
+def memories_in_order(
     time_s: FloatArray | None, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str
 ) -> FloatArray:
     force, kept = force_along(pitch_rad, roll_rad, nominal_axis)[order], _kept(time_s, order)
@@ -182,7 +177,7 @@ def dwell_before(order: IntArray, layout: Layout) -> IntArray:
 
 def between_replications(evidence: Evidence, grid: GridResiduals, column: FloatArray) -> Tested | None:
     """Test one output beside the effects of points and replications; None where the order never differs."""
-    if order_repeats(evidence):
+    if evidence.order_repeats:
         return None
     left = grid.projected(evidence.on_grid(column[:, None]))[:, 0]
     square, dof = float(left @ left), grid.dof - 1

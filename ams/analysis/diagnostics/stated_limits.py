@@ -32,10 +32,11 @@ class StatedLimits:
         return replace(tests, tests={name: self._judged(test) for name, test in tests.tests.items()})
 
     def _judged(self, test: BeliefTest) -> BeliefTest:
+        is_held = test.is_held
         if test.name == LACK_OF_FIT:
-            return replace(test, is_held=not (self.is_of_other_angles or test.size > self.lack_of_fit))
-        if test.name == ROBUST:
-            return replace(test, is_held=MOST_MOVED * abs(test.size) <= self.offset_expanded)
-        if self.is_differing and test.name.startswith(DRIFT_OF):
-            return replace(test, is_held=False)
-        return test
+            is_held = not (self.is_of_other_angles or test.size > self.lack_of_fit)
+        elif test.name == ROBUST:
+            is_held = MOST_MOVED * abs(test.size) <= self.offset_expanded
+        elif self.is_differing and test.name.startswith(DRIFT_OF):
+            is_held = False
+        return test if is_held == test.is_held else replace(test, is_held=is_held)

@@ -48,12 +48,14 @@ def varies(evidence: Evidence) -> bool:
 def departure_degc(evidence: Evidence) -> FloatArray | None:
     """Return (N,) the recorded temperature about its mean; None where it is one number or none is recorded."""
     temperature = evidence.rows.temperature_degc
-    return _about_mean(temperature) if temperature is not None and varies(evidence) else None
+    return None if temperature is None else _about_mean(temperature)
 
 
 @remembered(16)
-def _about_mean(temperature_degc: FloatArray) -> FloatArray:
-    return np.asarray(temperature_degc - temperature_degc.mean())
+def _about_mean(temperature_degc: FloatArray) -> FloatArray | None:
+    """Return None where it is one number."""
+    changes = swing_degc(temperature_degc) > SMALLEST_CHANGE_DEGC
+    return np.asarray(temperature_degc - temperature_degc.mean()) if changes else None
 
 
 def departure_of_points(evidence: Evidence) -> FloatArray | None:

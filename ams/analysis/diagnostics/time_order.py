@@ -18,7 +18,6 @@ from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
 from ams.solve.dwell_order import settling_of_rows, turns_in_replication
-from ams.solve.extension import stands_alike
 from ams.solve.layout import Layout
 from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import f_tail
@@ -71,19 +70,6 @@ def row_time(evidence: Evidence) -> FloatArray | None:
     return np.arange(float(replication.size)) if changes == evidence.layout.replications - 1 else None
 
 
-def order_repeats(evidence: Evidence) -> bool:
-    """Return whether every replication visits all points at the same attitudes in the same order."""
-    return stands_alike(evidence.rows, evidence.layout) and _order_repeats(evidence.time_order, evidence.layout)
-
-
-@remembered(16)
-def _order_repeats(order: IntArray, layout: Layout) -> bool:
-    turn, _ = turns_in_replication(order, layout.replication, layout.replications)
-    by_point = np.empty((layout.replications, layout.points), dtype=np.int64)
-    by_point[layout.replication, layout.point] = turn
-    return bool(np.all(by_point == by_point[0]))
-
-
 def even_course(order: IntArray) -> FloatArray:
     """Return the (N,) course of a drift that goes evenly from 0 to 1 with the order of time."""
     passed = np.empty(order.size)
@@ -115,11 +101,6 @@ def settling(evidence: Evidence) -> FloatArray:
     """Return the (N,) column of a transient at the start of every replication: one at its first dwell, fading."""
     # Tested and never a term of the estimate: that would widen every clean offset by a tenth.
     return settling_of_rows(evidence.time_order, evidence.layout)
-
-
-def settling_of_points(evidence: Evidence) -> FloatArray:
-    """Return the (K,) mean of that column at every point."""
-    return means_of_points(evidence.layout, settling(evidence))
 
 
 @remembered(16)
@@ -186,13 +167,13 @@ def settling_between(evidence: Evidence) -> Slope:
 
     Not known where the order of the points never differs.
     """
-    grid, size, column = evidence.grid, evidence.left.shape[1], settling(evidence)
-    if order_repeats(evidence):
-        return Slope(*(np.full(size, np.nan) for _ in range(3)))
+    grid, column = evidence.grid, settling(evidence)
+    if evidence.order_repeats:
+        return _unknown(evidence)
     left = grid.projected(evidence.on_grid(column[:, None]))[:, 0]
     square = float(left @ left)
     if evidence.sums is None or grid.dof < LEAST_DOF or not square > _LITTLE * float(column @ column):
-        return Slope(*(np.full(size, np.nan) for _ in range(3)))
+        return _unknown(evidence)
     coefficient = left @ grid.residuals / square
     uncertainty = np.sqrt(evidence.precision_variance / square)
     p_value = f_tail((coefficient / uncertainty) ** 2, 1.0, float(grid.dof))
@@ -202,13 +183,18 @@ def settling_between(evidence: Evidence) -> Slope:
 def slope_between(evidence: Evidence, column: FloatArray) -> Slope:
     """Return how the outputs follow a (N,) column from replication to replication, every point for itself."""
     z = _about_points(evidence.layout, column)
-    square, size, dof = float(z @ z), evidence.left.shape[1], evidence.grid.dof
+    square, dof = float(z @ z), evidence.grid.dof
     if evidence.sums is None or dof < LEAST_DOF or not square > _NOTHING * float(column @ column):
-        return Slope(*(np.full(size, np.nan) for _ in range(3)))
+        return _unknown(evidence)
     coefficient = z @ evidence.departures / square
     uncertainty = np.sqrt(evidence.precision_variance / square)
     p_value = f_tail((coefficient / uncertainty) ** 2, 1.0, float(dof))
     return Slope(np.asarray(coefficient), uncertainty, p_value)
+
+
+def _unknown(evidence: Evidence) -> Slope:
+    nothing = np.full(evidence.left.shape[1], np.nan)
+    return Slope(nothing, nothing, nothing)
 
 
 @remembered(16)

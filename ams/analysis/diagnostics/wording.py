@@ -36,19 +36,18 @@ def findings_of(tests: AxisTests, words: AxisWords, worded: Mapping[str, Finding
 
 
 def _finding(test: BeliefTest, words: AxisWords, *, is_significant: bool) -> Finding:
-    said = _significant(test, words) if is_significant else Said(f"{test.name}: {_not_significant(test, words.scale)}")
+    fact, what_to_do = _significant(test, words) if is_significant else (_not_significant(test, words.scale), "")
+    details = {"test": test.name, **test.numbers}
+    if test.explained_by and not is_significant:
+        details[EXPLAINED_BY] = test.explained_by
     return Finding(
         test.kind,
-        said.fact,
+        fact,
         is_significant,
         test.p_value,
-        details={
-            "test": test.name,
-            **test.numbers,
-            **({EXPLAINED_BY: test.explained_by} if test.explained_by and not is_significant else {}),
-        },
+        details=details,
         is_held=test.is_held,
-        what_to_do=said.what_to_do,
+        what_to_do=what_to_do,
     )
 
 
@@ -59,6 +58,7 @@ def _significant(test: BeliefTest, words: AxisWords) -> Said:
 
 
 def _not_significant(test: BeliefTest, scale: Scale) -> str:
-    """Return why nothing was found; of a robust fit also how far it is."""
-    said = f"explained by {test.explained_by}" if test.explained_by else "not significant"
-    return f"{said}, {robust_size(test, scale)} from the estimate" if test.name == ROBUST else said
+    """Return that nothing was found, and why; of a robust fit also how far it is."""
+    why = f"explained by {test.explained_by}" if test.explained_by else "not significant"
+    distance = f", {robust_size(test, scale)} from the estimate" if test.name == ROBUST else ""
+    return f"{test.name}: {why}{distance}"
