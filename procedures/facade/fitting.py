@@ -22,7 +22,13 @@ from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
-from procedures.solution.fit_options import errors_of_gyros, in_python, measured_utc, model_named
+from procedures.solution.fit_options import (
+    errors_of_gyros,
+    in_python,
+    measured_utc,
+    model_named,
+    refuse_reference_temperature,
+)
 from procedures.solution.fitted import fitted, named_sensor, require_sensor, sensor_of
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import shared_errors, table_uncertainty
@@ -62,6 +68,8 @@ def fit(
     wanted = MODELS[model_named(model, package, in_python)]
     if rig is not None and (senses_rates(model) or takes_levels(model)):
         raise RequestError(f"fit: rig: carries the indices of a table at rest: not allowed with model {model!r}")
+    refuse_reference_temperature(reference_temperature_degc, temperature, in_python)
+    of_gyros = errors_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model, in_python)
     described = None if rig is None else read_rig_of_site(Path(rig))
     require_sensor(described, sensor, str(rig))
     sensor = named_sensor(described, sensor, axes.values())
@@ -76,9 +84,7 @@ def fit(
         time_term=time_term == "linear",
         declared={} if described is None else declared_directions(sensor_of(described, sensor)),
         table=None if described is None else table_uncertainty(described),
-        shared_errors=errors_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model, in_python)
-        if described is None
-        else shared_errors(described, sensor_of(described, sensor)),
+        shared_errors=of_gyros if described is None else shared_errors(described, sensor_of(described, sensor)),
     )
     if isinstance(observations, pd.DataFrame):
         table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")

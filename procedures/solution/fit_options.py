@@ -47,6 +47,16 @@ def model_named(model: str, package: str | None, option: Option) -> str:
     return f"{model}-{package}"
 
 
+def refuse_reference_temperature(reference_degc: float | None, temperature: str, option: Option) -> None:
+    """Refuse a temperature at which coefficients are to hold that have no temperature in them. Raises: RequestError."""
+    if reference_degc is not None and temperature == "none":
+        given = option("temperature")
+        raise RequestError(
+            f"{option('reference_temperature_degc')}: belongs to {given} apply or estimate, not to {given} none; "
+            "nothing was solved"
+        )
+
+
 def errors_of_gyros(
     uncertainty_ppm: float | None, g_sensitivity_dps_per_g: float | None, model: str, option: Option
 ) -> Mapping[str, tuple[SharedError, ...]]:

@@ -32,7 +32,13 @@ from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
-from procedures.solution.fit_options import errors_of_gyros, measured_utc, model_named, on_command_line
+from procedures.solution.fit_options import (
+    errors_of_gyros,
+    measured_utc,
+    model_named,
+    on_command_line,
+    refuse_reference_temperature,
+)
 from procedures.solution.fitted import fitted, named_sensor, require_sensor, sensor_of
 from procedures.solution.type_b import shared_errors, table_uncertainty
 from rig.description.rig_file import RigDescription
@@ -141,10 +147,12 @@ def fit(
         standards; a file with the column started_utc tells it itself.
     """
     require_folder_of(set_, "--set")
-    _refuse_order(temperature_order, temperature)
+    _refuse_temperatures(temperature_order, reference_temperature_degc, temperature)
+    _refuse_without_result(sensor, gravity_mps2, rig, set_)
     form = _form(separator, decimal)
     columns = _columns(axis)
     name = model_named(model, package, on_command_line)
+    of_gyros = errors_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model, on_command_line)
     description = None if rig is None else read_rig_of_site(rig)
     require_sensor(description, sensor, str(rig))
     sensor = named_sensor(description, sensor, columns.values())
@@ -163,9 +171,7 @@ def fit(
         residual_curvature=hessian,
         declared={} if description is None else declared_directions(sensor_of(description, sensor)),
         table=None if description is None else table_uncertainty(description),
-        shared_errors=errors_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model, on_command_line)
-        if description is None
-        else shared_errors(description, sensor_of(description, sensor)),
+        shared_errors=of_gyros if description is None else shared_errors(description, sensor_of(description, sensor)),
     )
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
@@ -285,11 +291,20 @@ def _linear(
     return linear_document(levels, request)
 
 
-def _refuse_order(temperature_order: int, temperature: str) -> None:
+def _refuse_temperatures(temperature_order: int, reference_degc: float | None, temperature: str) -> None:
+    refuse_reference_temperature(reference_degc, temperature, on_command_line)
     if temperature_order != 1 and temperature != "estimate":
         raise RequestError(
             f"--temperature-order: belongs to --temperature estimate, not to --temperature {temperature}"
         )
+
+
+def _refuse_without_result(sensor: str | None, gravity_mps2: float | None, rig: Path | None, set_: Path | None) -> None:
+    """Refuse what would be in no result."""
+    if sensor is not None and rig is None and set_ is None:
+        raise RequestError("--sensor: belongs to --set or --rig, which are missing; nothing was solved")
+    if gravity_mps2 is not None and set_ is None:
+        raise RequestError("--gravity-mps2: belongs to --set, which is missing; nothing was solved")
 
 
 def _refuse_rig(rig: RigDescription | None, model: str, *, takes_rig: bool) -> None:

@@ -45,6 +45,8 @@ def data(
             f"--out {out}: is no folder and none can be made there; nothing was written; make the folder or give "
             "another"
         )
+    if archive is not None and not archived:
+        raise RequestError("--archive: belongs to --archived, which is missing; nothing was written")
     if archived and run is None:
         raise RequestError("--archived: RUN is missing; nothing was written; calrig archive list names the runs")
     url = archive_url(archive) if archived else None

@@ -52,8 +52,9 @@ def status(
     json: Json = False,
 ) -> int:
     """Look at a run: state, dwells done, when it should end; or list all of them."""
+    _refuse_beside_each_other(run, all_=all_, metrics=metrics, follow=follow, json=json)
     if all_:
-        _list(run, out, json=json)
+        _list(out, json=json)
         return ExitStatus.DONE
     if metrics:
         say(metrics_text(_figures(out)).rstrip("\n"))
@@ -92,6 +93,20 @@ def status(
         return ExitStatus.DONE
     observer = PlainLines(say, parts=None)
     return shown_until_left(folder, observer, lambda: False, SystemClock())
+
+
+def _refuse_beside_each_other(run: str | None, *, all_: bool, metrics: bool, follow: bool, json: bool) -> None:
+    """Refuse what would be left out beside another form of the answer. Raises: RequestError."""
+    if all_ and run is not None:
+        raise RequestError(f"status: --all lists every run: got {run!r} as well; give one of the two")
+    if metrics and run is not None:
+        raise RequestError(f"status: --metrics prints every run: got {run!r} as well; give one of the two")
+    forms = [name for name, is_given in (("--all", all_), ("--metrics", metrics), ("--json", json)) if is_given]
+    if follow and forms:
+        raise RequestError(f"status: --follow belongs to the lines of one run, not to {forms[0]}; leave one out")
+    if metrics and len(forms) > 1:
+        other = next(form for form in forms if form != "--metrics")
+        raise RequestError(f"status: --metrics prints every run as Prometheus text: got {other} as well; leave one out")
 
 
 def _of_damage(folder: Path) -> str:
@@ -164,9 +179,7 @@ def _ask(
     say(f"{folder}: asked to {kind}; `calrig status {folder}` shows when it did")
 
 
-def _list(run: str | None, runs: Path, *, json: bool) -> None:
-    if run is not None:
-        raise RequestError(f"status: --all lists every run: got {run!r} as well; give one of the two")
+def _list(runs: Path, *, json: bool) -> None:
     listed = RunList(runs).read()
     if json:
         print_json({"runs": [run.to_document() for run in listed]})

@@ -107,3 +107,11 @@ def test_the_command_makes_its_folder_and_says_what_it_wrote(
 def test_a_run_of_the_archive_must_be_named(capsys: pytest.CaptureFixture[str]) -> None:
     outcome = call(capsys, "data", "--archived")
     assert (outcome.status, "RUN is missing" in outcome.err) == (2, True)
+
+
+def test_an_archive_belongs_to_an_archived_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = RUNS["tumble"].copy("interrupted", tmp_path / "run")
+    outcome = call(capsys, "data", folder, "--archive", "sqlite:///elsewhere.sqlite", "--out", tmp_path / "new")
+    assert outcome.status == 2
+    assert "--archive: belongs to --archived, which is missing; nothing was written" in outcome.err
+    assert not (tmp_path / "new").exists()

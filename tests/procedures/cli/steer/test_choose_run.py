@@ -181,3 +181,25 @@ def test_the_verdict_of_before_is_none_of_a_run_that_is_not_finished(
     (run / "verdict.json").write_text('{"sentence": "Sound."}', encoding="utf-8")
     assert "verdict" not in call(capsys, "status", run, "--json").document
     assert "Sound." not in call(capsys, "status", run).out
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("a", "--metrics"), "--metrics prints every run: got 'a' as well; give one of the two"),
+        (("--metrics", "--all"), "--metrics prints every run as Prometheus text: got --all as well; leave one out"),
+        (("--metrics", "--json"), "--metrics prints every run as Prometheus text: got --json as well; leave one out"),
+        (("--all", "--follow"), "--follow belongs to the lines of one run, not to --all; leave one out"),
+        (("--metrics", "--follow"), "--follow belongs to the lines of one run, not to --metrics; leave one out"),
+        (("a", "--json", "--follow"), "--follow belongs to the lines of one run, not to --json; leave one out"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)
+def test_two_forms_of_a_status_are_refused_and_none_is_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, ...], sentence: str
+) -> None:
+    make_run(tmp_path / "a", State.FINISHED)
+    asked = call(capsys, "status", *options, "--out", tmp_path)
+    assert (asked.status, asked.out) == (2, "")
+    assert f"status: {sentence}" in asked.err
+    assert 'run="a"' in call(capsys, "status", "--metrics", "--out", tmp_path).out
