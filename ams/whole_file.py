@@ -6,13 +6,20 @@ opens it.
 """
 
 import os
+import re
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from ams.errors import SetError, WriteFailed
+
+_kernel: Any  # its locks; Windows has none
+try:
+    import fcntl as _kernel
+except ImportError:
+    _kernel = None
 
 
 class FolderNotSynced(OSError):
@@ -29,9 +36,12 @@ def write_whole(path: Path, content: bytes) -> None:
 def whole_file(path: Path) -> Iterator[IO[bytes]]:
     """Yield a file that takes the place of ``path``, synced, when all is written; of an error nothing is left.
 
+    What a writer of ``path`` left beside it that was killed is taken away.
+
     Raises: WriteFailed.
     """
     try:
+        _remove_abandoned(path)
         with _replacing(path) as file:
             yield file
     except FolderNotSynced as error:
@@ -61,9 +71,9 @@ def replace_file(path: Path, content: bytes, *, is_synced: bool = True) -> None:
 
 @contextmanager
 def _replacing(path: Path, *, is_synced: bool = True) -> Iterator[IO[bytes]]:
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+    partial, opened = _opened_beside(path)
     try:
-        with open(partial, "xb") as file:
+        with opened as file:
             yield file
             file.flush()
             if is_synced:
@@ -73,6 +83,39 @@ def _replacing(path: Path, *, is_synced: bool = True) -> Iterator[IO[bytes]]:
         partial.unlink(missing_ok=True)
     if is_synced:
         sync_folder(path.parent)
+
+
+def _remove_abandoned(path: Path) -> None:
+    """Remove what writers of a file left that were killed: nobody holds it, since the kernel lets go for the dead.
+
+    Where there are no such locks, or the file system has none, it stays.
+    """
+    is_partial = re.compile(rf"\.{re.escape(path.name)}\.[0-9a-f]{{8}}\.partial").fullmatch
+    if _kernel is None or not path.parent.is_dir():
+        return
+    with suppress(OSError):  # what cannot be taken away hinders nobody
+        for name in filter(is_partial, os.listdir(path.parent)):
+            with suppress(OSError), open(path.with_name(name), "rb") as file:
+                _kernel.flock(file, _kernel.LOCK_EX | _kernel.LOCK_NB)
+                path.with_name(name).unlink()
+
+
+def _opened_beside(path: Path) -> tuple[Path, IO[bytes]]:
+    """Return a new file beside ``path`` that is held until it is closed, with its path."""
+    while True:
+        partial = path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
+        file = open(partial, "xb")  # noqa: SIM115  closed by who writes it
+        if _is_held(file):
+            return partial, file
+        file.close()
+
+
+def _is_held(file: IO[bytes]) -> bool:
+    """Hold a file until it is closed; False where another writer took it for one of the dead before it was held."""
+    if _kernel is not None:
+        with suppress(OSError):  # a file system without locks
+            _kernel.flock(file, _kernel.LOCK_EX)
+    return os.fstat(file.fileno()).st_nlink > 0
 
 
 def sync_folder(folder: Path) -> None:

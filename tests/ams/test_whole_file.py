@@ -1,17 +1,22 @@
 """Files are complete or as they were."""
 
+import fcntl
 import os
+import signal
 import stat
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import IO
 
 import pytest
+from small_run import in_child
 from solved import provenance, solved_package
 
 from ams.errors import SetError, WriteFailed
 from ams.exports.formats import export_set
 from ams.sets.coefficients import build_set
-from ams.whole_file import replace_file, write_whole
+from ams.whole_file import replace_file, whole_file, write_whole
 
 
 def test_a_file_is_replaced_whole_and_nothing_is_left_beside_it(tmp_path: Path) -> None:
@@ -19,6 +24,55 @@ def test_a_file_is_replaced_whole_and_nothing_is_left_beside_it(tmp_path: Path) 
     write_whole(path, b"first")
     write_whole(path, b"second")
     assert path.read_bytes() == b"second"
+    assert os.listdir(tmp_path) == ["set.json"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="nobody is killed so, and no lock tells the dead from the living")
+@pytest.mark.parametrize("content", [b"", b"<svg>" * 10_000])
+def test_what_a_killed_writer_left_is_gone_when_the_file_is_written_again(tmp_path: Path, content: bytes) -> None:
+    """And nothing else: what a living one writes, and what is another file's, stays."""
+    path = tmp_path / "residuals.svg"
+
+    def work() -> None:
+        with whole_file(path) as file:
+            file.write(content)
+            file.flush()
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    os.waitpid(in_child(work), 0)
+    (left,) = os.listdir(tmp_path)
+    assert left.startswith(".residuals.svg.")
+    assert list(tmp_path.glob("*.svg")) == []
+    others = [
+        ".residuals.svg.0123abcd.partial.kept",
+        ".xresiduals.svg.0123abcd.partial",
+        ".another.svg.0123abcd.partial",
+    ]
+    for name in others:
+        (tmp_path / name).touch()
+    with whole_file(path) as living:
+        living.write(b"living")
+        write_whole(path, b"again")
+        assert path.read_bytes() == b"again"
+    assert path.read_bytes() == b"living"
+    assert sorted(os.listdir(tmp_path)) == sorted([*others, path.name])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no lock tells the dead from the living there")
+def test_one_that_is_taken_for_dead_before_it_is_held_is_made_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real, taken = fcntl.flock, []
+
+    def late(file: IO[bytes], kind: int) -> None:
+        if not taken:
+            taken.append(os.listdir(tmp_path)[0])
+            (tmp_path / taken[0]).unlink()
+        real(file, kind)
+
+    monkeypatch.setattr(fcntl, "flock", late)
+    write_whole(tmp_path / "set.json", b"content")
+    assert (tmp_path / "set.json").read_bytes() == b"content"
     assert os.listdir(tmp_path) == ["set.json"]
 
 

@@ -102,7 +102,7 @@ def test_fault_12_a_file_is_complete_or_as_it_was_when_its_writer_is_killed(
     tmp_path: Path, dies_at: str, is_there: bool
 ) -> None:
     """Detected: a final name is given only after the content is synced; every set and export carries its checksum.
-    Response: what a killed writer leaves is a hidden partial file that nobody reads.
+    Response: what a killed writer leaves is a hidden partial file that nobody reads, gone with the next write.
     """
     path = tmp_path / "set.json"
     if is_there:
@@ -116,6 +116,8 @@ def test_fault_12_a_file_is_complete_or_as_it_was_when_its_writer_is_killed(
     assert path.exists() == is_there
     assert not is_there or path.read_bytes() == b"before"
     assert not [other for other in tmp_path.glob("*") if other != path and not other.name.startswith(".")]
+    write_whole(path, b"again")
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_fault_14_the_local_time_zone_never_orders_or_names_anything(
