@@ -7,45 +7,10 @@ and stood.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final, Literal, NamedTuple, get_args
+from typing import Final, NamedTuple
 
-FindingKind = Literal[
-    "wrong-dwell",
-    "lack-of-fit",
-    "quadratic",
-    "cubic",
-    "asymmetry",
-    "cross-coupling",
-    "drift",
-    "autocorrelation",
-    "temperature-residual",
-    "temperature-lag",
-    "temperature-curvature",
-    "table-rotation",
-    "meter-gain",
-    "meter-offset",
-    "sensor-change",
-    "level-undeclared",
-    "meter-undeclared",
-    "rate-undeclared",
-    "time-confounded",
-    "axis-undetermined",
-    "axis-contradicted",
-    "field-contradicted",
-    "output-clipped",
-    "uneven-noise",
-]
-"""``axis-undetermined``: the sensitivity of the nominal axis is not told from zero by the attitudes visited, or its
-offset is not known to within what the output changes by over 1 g;
-``axis-contradicted``: it senses along another axis than the declared one, or with the opposite polarity, or the
-readings fit with another sign or order of the angles than the declared one, or its sensitivity is far from the one
-that is declared, or the readings of a replication are those of another output or of the dwell beside them;
-``field-contradicted``: the axes of a magnetometer do not agree on the field that each was solved in;
-``output-clipped``: dwells stand at a rail of the amplifier or the meter, equal to the last digit;
-``uneven-noise``: some replications scatter plainly more than the others."""
+from ams.finding_kinds import UNUSABLE_AXIS, FindingKind
 
-UNUSABLE_AXIS: Final[frozenset[FindingKind]] = frozenset({"axis-undetermined", "axis-contradicted", "output-clipped"})
-"""Of an axis with such a finding, where it is significant, there is no result to use and no set."""
 FITS_WITH: Final = "fits_with"
 """Of a finding's details: the signs of angles and outputs, or the order of angles, that the readings fit with. Nothing
 says whether an angle or a channel is the other way round, so that there is a set, and a person judges the finding."""
@@ -62,8 +27,6 @@ ON_ONE_SIDE: Final = "all_dwells_on_one_side"
 """Of a finding's details, 1 where it is so."""
 ALL_AFTER: Final = "all_dwells_after"
 """Of a finding's details, 1 where all dwells that count stand after it: nothing ties them to the declared zero."""
-
-FINDING_KINDS: Final[tuple[str, ...]] = get_args(FindingKind)
 
 
 class Said(NamedTuple):

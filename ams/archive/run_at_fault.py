@@ -12,13 +12,12 @@ from collections.abc import Iterable
 from typing import Final
 
 from ams.analysis.diagnostics.beliefs import OF_THE_ORDER, SETTLING, SQUARENESS, TABLE_LIMIT
-from ams.findings import Finding, FindingKind, beyond_the_stated, significant_texts, turned_the_table
+from ams.finding_kinds import kinds_of
+from ams.findings import Finding, beyond_the_stated, significant_texts, turned_the_table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import findings_of_set
 
-KINDS_OF_THE_RUN: Final[frozenset[FindingKind]] = frozenset(
-    {"table-rotation", "meter-gain", "meter-offset", "wrong-dwell", "temperature-lag", "axis-contradicted"}
-)
+KINDS_OF_THE_RUN: Final = kinds_of("table", "meter", "run")
 TESTS_OF_THE_RUN: Final = frozenset({TABLE_LIMIT, SQUARENESS, SETTLING, *OF_THE_ORDER})
 """Findings of other kinds that are the table's or the chamber's by the test that made them."""
 

@@ -12,7 +12,8 @@ from ams.calibration.common_cause import AxisShown, judge_common_cause
 from ams.calibration.common_gain import OutputOfPackage, gain_finding
 from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, scale_of, sensitivity_of
 from ams.calibration.memory import judge_memory
-from ams.findings import Finding, FindingKind
+from ams.finding_kinds import FindingKind
+from ams.findings import Finding
 
 _LIKE_A_GAIN: Final[frozenset[FindingKind]] = frozenset(
     {

@@ -33,7 +33,8 @@ from ams.calibration.step_findings import findings_of_change
 from ams.calibration.step_or_drift import is_step
 from ams.calibration.step_search import StepSearch
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
-from ams.findings import Finding, FindingKind
+from ams.finding_kinds import FindingKind
+from ams.findings import Finding
 from ams.inputs.known_of_run import ProvedChange
 
 FindingOf = tuple[Finding, int | None]

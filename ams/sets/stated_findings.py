@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, cast
 
-from ams.findings import Finding, FindingKind
+from ams.finding_kinds import FindingKind
+from ams.findings import Finding
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.findings_by_axis import findings_by_axis

@@ -4,7 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from ams.findings import UNUSABLE_AXIS, is_left_to_a_person, turns_away
+from ams.finding_kinds import UNUSABLE_AXIS
+from ams.findings import is_left_to_a_person, turns_away
 from ams.sets.canonical import Document
 from ams.sets.findings_by_axis import findings_by_axis
 

@@ -12,7 +12,8 @@ from silent_declared import THERMOMETER
 from ams.analysis.diagnostics.beliefs import SQUARENESS, TABLE_LIMIT
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration
-from ams.findings import Finding, FindingKind
+from ams.finding_kinds import FindingKind
+from ams.findings import Finding
 from ams.statistics.intervals import t_quantile
 
 LEAST, MOST, NAMED = 0.93, 0.97, 0.95

@@ -9,7 +9,8 @@ from datetime import date
 
 from ams.archive.sign_offs import SignOff
 from ams.archive.signatures import how_to_close
-from ams.findings import FindingKind, Said
+from ams.finding_kinds import FindingKind
+from ams.findings import Said
 from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import NO_CERTIFICATE_WITH, StatedFinding, findings_of_set

@@ -7,6 +7,7 @@ from itertools import groupby
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.finding_kinds import FINDING_KINDS, KINDS
 from ams.findings import Finding
 from ams.units import signed_in_words
 from procedures.common_mode.check_sets import CheckSetPair, check_set_pairs, visits_before
@@ -19,14 +20,6 @@ from procedures.solution.observations import run_times_s
 
 Labels = Mapping[str, tuple[str, float]]
 """Channel to its name on the page and its sensitivity, V/g; 0 where its readings are no volts of gravity."""
-
-
-_TOGETHER: Mapping[str, str] = {
-    "table-rotation": "the table, its base or the common fixture",
-    "meter-gain": "the gain of the meter, or what all sensors share",
-    "meter-offset": "the offset of the meter, or what all sensors share",
-}
-"""Kind of a finding that a check set shows over all sensors to whose doing it is; a turn of the table is told first."""
 
 
 def temperature_traces(dwells: Sequence[DwellRecord]) -> tuple[TemperatureTrace, ...]:
@@ -120,13 +113,16 @@ def _steps_in_words(stepped: Sequence[CheckComparison]) -> str:
 
 
 def _cause(findings: Iterable[Finding]) -> str:
-    """Return whose doing the change of a check set is where it is none of a sensor; empty where nothing says so."""
-    significant = [finding for finding in findings if finding.is_significant and finding.kind in _TOGETHER]
-    foremost = min(significant, key=lambda finding: list(_TOGETHER).index(finding.kind), default=None)
+    """Return whose doing the change of a check set is where it is none of a sensor; empty where nothing says so.
+
+    Of several the kind is told that stands first in the table of kinds: a turn of the table before the meter.
+    """
+    together = [finding for finding in findings if finding.is_significant and KINDS[finding.kind].together]
+    foremost = min(together, key=lambda finding: FINDING_KINDS.index(finding.kind), default=None)
     if foremost is None:
         return ""
     same = ", or what would look the same" if foremost.details.get("confounded_with") else ""
-    return f"{_TOGETHER[foremost.kind]}{same}"
+    return f"{KINDS[foremost.kind].together}{same}"
 
 
 def _judged(comparison: CheckComparison, step: RestartComparison | None, pair: CheckSetPair) -> CheckComparison:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ams.analysis.diagnostics.take_back import void_command
+from ams.finding_kinds import OF_THE_METER
 from procedures.common_mode.ways_out import measured_again
 from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
 from procedures.journal.guard_record import EVENT as GUARDED
@@ -133,7 +134,7 @@ def _meter_doubts(run_dir: Path, events: Sequence[Event], plan: Plan) -> str:
 
 def _is_of_meter(event: Event) -> bool:
     kinds = event.detail.get("kinds")
-    return isinstance(kinds, list) and not {"meter-gain", "meter-offset"}.isdisjoint(kinds)
+    return isinstance(kinds, list) and not OF_THE_METER.isdisjoint(kinds)
 
 
 def _solved(run_dir: Path, state: State) -> Iterable[str]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
+from ams.finding_kinds import OF_THE_TABLE
 from procedures.common_mode.visit_watch import VisitWatch, since_check_set
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import void_detail
@@ -67,7 +68,7 @@ def require_no_step(
         judged is not None
         and is_turned
         and history.is_turn_accepted
-        and all(finding.kind == "table-rotation" for finding in judged.findings)
+        and all(finding.kind in OF_THE_TABLE for finding in judged.findings)
         and watch.stands_as_since_the_turn(checks, is_at_plateau_of)
     )
     whole = {"attitudes": len(before), "of": len(checks), "told": sentences, "turned": is_turned}
@@ -75,7 +76,7 @@ def require_no_step(
     progress_log.event("seam", {**detail, **whole, "against_epoch": since, **known})
     if (steps or is_turned) and not is_known:
         measured = f"{sentence}, allowed {worst.t_limit:.3g}"
-        is_table = judged is not None and any(finding.kind == "table-rotation" for finding in judged.findings)
+        is_table = judged is not None and any(finding.kind in OF_THE_TABLE for finding in judged.findings)
         where = "the table's coupling, its base and the common fixture" if is_table else "mount, sensor and meter"
         raise RunEnds(
             Ending(

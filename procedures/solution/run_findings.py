@@ -12,6 +12,7 @@ import numpy as np
 
 from ams.analysis.predictions import model_of_solution
 from ams.calibration_result import AxisCalibration, Calibration
+from ams.finding_kinds import OF_THE_METER
 from ams.findings import ALL_AFTER, ON_ONE_SIDE, SHOWN_BY, Finding, significant_texts
 from ams.inputs.known_of_run import GAIN, OFFSET, DwellLabels, ProvedChange
 from ams.observations import Observations
@@ -25,8 +26,6 @@ from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 
 _OF_95_PERCENT: Final = 1.96
-_OF_METER: Final = frozenset({"meter-gain", "meter-offset"})
-"""Also of what moves the axes of one name in all sensors alike."""
 
 
 def run_findings(record: RunRecord) -> tuple[Finding, ...]:
@@ -100,7 +99,7 @@ def _least_halfwidth(axis: AxisCalibration, rows: Observations) -> float:
 
 def _with_way_out(finding: Finding, judged: Judged, record: RunRecord) -> Finding:
     """Return a change of the meter with the dwells that it leaves in doubt, and the commands; any other as it is."""
-    if not finding.is_significant or finding.kind not in _OF_METER:
+    if not finding.is_significant or finding.kind not in OF_THE_METER:
         return finding
     run = shlex.quote(record.run_id)
     return finding.adding(*meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, record.plan, run))
@@ -131,7 +130,7 @@ def _is_proved(finding: Finding) -> bool:
     if not finding.is_significant or any(finding.details.get(key) for key in (ON_ONE_SIDE, ALL_AFTER)):
         return False
     same = {word.strip() for word in str(finding.details.get("confounded_with") or "").split(",")} - {""}
-    return not same if finding.kind == "table-rotation" else finding.kind in _OF_METER and same <= _OF_METER
+    return not same if finding.kind == "table-rotation" else finding.kind in OF_THE_METER and same <= OF_THE_METER
 
 
 def _parts(common: CommonMode) -> tuple[str, ...]:
@@ -142,7 +141,7 @@ def _parts(common: CommonMode) -> tuple[str, ...]:
         if stated and cause.kind == "table-rotation" and len(cause.parts) == 1
     }  # fmt: skip
     turns = tuple(name for name in ROTATIONS if name in stated | same)
-    return (*turns, GAIN, OFFSET) if any(cause.kind in _OF_METER for cause in common.stated) else turns
+    return (*turns, GAIN, OFFSET) if any(cause.kind in OF_THE_METER for cause in common.stated) else turns
 
 
 def of_sensor(findings: Sequence[Finding], sensor: str) -> tuple[Finding, ...]:

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ams.findings import Finding, FindingKind, Said
+from ams.finding_kinds import FindingKind
+from ams.findings import Finding, Said
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from datetime import date
 
 from solved import provenance, solved_package
 
-from ams.findings import Finding, FindingKind
+from ams.finding_kinds import FindingKind
+from ams.findings import Finding
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Standard
 

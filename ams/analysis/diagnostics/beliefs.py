@@ -7,7 +7,7 @@ from typing import Final
 
 from ams.analysis.diagnostics.low_order import OF_GYROS, PPM, TERMS
 from ams.analysis.diagnostics.residuals import GridResiduals
-from ams.findings import FindingKind
+from ams.finding_kinds import FindingKind
 from ams.frames import AXES
 
 

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.findings import FindingKind
+from ams.finding_kinds import FindingKind
 from ams.frames import specific_force
 from ams.observations import Observations
 from ams.remembered import remembered

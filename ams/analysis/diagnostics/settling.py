@@ -13,7 +13,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.beliefs import BeliefTest
 from ams.analysis.diagnostics.time_order import Slope
-from ams.findings import FindingKind
+from ams.finding_kinds import FindingKind
 from ams.statistics.distributions import f_tail
 
 

@@ -23,6 +23,7 @@ OF_THE_RUN = [
     ("temperature-lag", "temperature lag"),
     ("drift", "settling at the start of every replication"),
     ("wrong-dwell", "wrong dwell"),
+    ("field-contradicted", "declared field"),
     ("axis-contradicted", "sensitivity far from the declared one"),
 ]
 OF_THE_SENSOR = [

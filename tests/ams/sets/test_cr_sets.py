@@ -15,7 +15,7 @@ from ams.calibration.calibrate import calibrate
 from ams.errors import OutsideValidity, SetError
 from ams.exports.formats import export_set, load_set
 from ams.exports.verify import verify
-from ams.findings import FINDING_KINDS
+from ams.finding_kinds import FINDING_KINDS
 from ams.inputs.request import CalibrationRequest
 from ams.sets.apply import apply, sensed_force
 from ams.sets.coefficients import build_set

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from report_dwells import dwell, event
 
-from ams.findings import Finding, FindingKind
+from ams.finding_kinds import FindingKind
+from ams.findings import Finding
 from ams.surveillance.common_mode import CommonMode
 from procedures.common_mode.visit_watch import Judged
 from procedures.records.dwells import DwellRecord
