@@ -314,3 +314,14 @@ def test_a_file_of_version_1_is_still_read(name: str) -> None:
 def test_the_frozen_file_is_read_by_json_alone() -> None:
     document = json.loads((DATA / "coefficient_set_v1.json").read_text("utf-8"))
     assert (document["format"], document["version"]) == ("calrig coefficient set", 1)
+
+
+def test_the_difference_that_is_told_is_the_largest_of_all_vectors(single: CoefficientSet, tmp_path: Path) -> None:
+    """One output is off by 5e-13 of the scale of its axis, which the tolerance allows: 500 times what rounding does."""
+    numbers = single.axes["y"]
+
+    def shift(document: dict[str, Any]) -> None:
+        document["test_vectors"]["forward"][3]["outputs_v"]["y"] += 5e-13 * numbers.scale_v
+
+    path = write_changed(tmp_path / "set.json", single, shift)
+    assert verify(path).largest_relative_error == pytest.approx(5e-13, rel=2e-2, abs=0.0)

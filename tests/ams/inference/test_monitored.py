@@ -80,3 +80,15 @@ def test_a_package_that_jumps_is_told_by_the_gyros_too_and_a_missing_row_is_not_
 def test_a_limit_below_nothing_is_refused() -> None:
     with pytest.raises(OutsideValidity, match="agreement: got a limit of -1°"):
         monitor(-1.0)
+
+
+@pytest.mark.parametrize(("off_deg", "is_told"), [(0.8, False), (0.97, False), (1.03, True), (1.3, True), (1.9, True)])
+def test_a_row_is_told_from_the_limit_on_that_was_given(off_deg: float, is_told: bool) -> None:
+    """Gyros that were started off by so much stay off by it; what both are uncertain by is below 0.01°."""
+    packages = Inference(Package(STING, COLUMNS["sting"]), Package(MODEL, COLUMNS["model"]), 1e-5)
+    motion = Motion(RATE_HZ, start_deg=(20.0 + off_deg, 0.0, 0.0))
+    stream = MonitoredAngles(packages, GyroAngles(GyroPackage(GYROS, COLUMNS["gyro"], 1e-5), motion), 1.0)
+    answered = (stream.answer({name: own[:20] for name, own in scene().items()}), stream.finish())
+    flags = [flag for found in answered for flag in found.flags]
+    assert len(flags) == 20
+    assert [DISAGREE in flag for flag in flags] == [is_told] * 20

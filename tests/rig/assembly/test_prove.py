@@ -208,6 +208,15 @@ def test_a_planted_difference_is_named_at_its_device(
         assert any(word in sentence for sentence in found), found
 
 
+def _gone_round(twins: dict[str, Any]) -> None:
+    wiring = twins["readouts.dmm"].unit._wiring
+    wiring[101], wiring[102], wiring[103] = wiring[102], wiring[103], wiring[101]
+
+
+def test_channels_of_which_one_alone_reads_the_others_signal_did_not_change_places(tmp_path: Path) -> None:
+    assert not [sentence for sentence in _told(_proven(tmp_path, _gone_round)) if "changed places" in sentence]
+
+
 def test_an_identity_that_the_file_states_is_not_compared_with_the_twins(tmp_path: Path) -> None:
     stated = ESP301 + 'identity = "6/1/99"'
     assert [sentence for sentence in _told(_proven(tmp_path, _firmware, esp301=stated)) if "identity" in sentence] == []

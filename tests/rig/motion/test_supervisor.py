@@ -12,7 +12,7 @@ from table_bench import virtual_clock
 
 from rig.clock import Clock
 from rig.devices.abilities import Remembering, Watchdog
-from rig.errors import DeviceSilent, MotionBreach
+from rig.errors import DeviceSilent, LinkLost, MotionBreach
 from rig.link.faults import Part
 from rig.motion.move import home_and_arrive, move_and_arrive
 from rig.motion.supervisor import Supervisor
@@ -267,3 +267,32 @@ def test_a_healthy_machine_is_never_accused(driver: str) -> None:
         for axis in (pitch, roll):
             home_and_arrive(axis, bench.clock, bench.clock.sleep, messages.append)
         assert messages == []
+
+
+class Unplugged(FallsSilent):
+    """The same line, which hangs up instead."""
+
+    def on_write(self, data: bytes) -> tuple[Part, ...]:
+        super().on_write(data)
+        if self.silent_s is not None:
+            raise LinkLost("the table: unplugged")
+        return (Part(data),)
+
+
+@pytest.mark.parametrize("line", ["one", ""])
+def test_a_line_that_is_lost_while_another_axis_is_looked_at_is_told_at_once(line: str) -> None:
+    """Who watches the axis that turns on it hears of it with that look, and not with the next."""
+    bench = motion_bench("indexing-table")
+    bench.home_all()
+    supervisor = Supervisor(bench.clock)
+    pitch, roll = (supervisor.supervise(bench.axes[name], line=line) for name in ("pitch", "roll"))
+    pitch.state()
+    faults = Unplugged(bench.clock, b"1 ", bench.clock.monotonic_s() - 1.0)
+    roll.start_move(60.0)
+    bench.stream._faults = faults  # type: ignore[assignment]
+    if line:
+        with pytest.raises(LinkLost):
+            roll.state()
+    else:
+        assert roll.state().is_moving, "a line of its own says nothing of this one"
+    assert faults.silent_s is not None

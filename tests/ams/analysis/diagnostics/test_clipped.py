@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from physics_scenes import campaigns
 from solved_campaigns import columns_of, rows_of
 
+from ams.analysis.diagnostics.clipped import is_rail
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding
@@ -92,3 +93,20 @@ def test_a_rail_that_one_attitude_met_in_few_replications_is_told(replications: 
 def test_two_equal_readings_behind_a_meter_are_no_rail(step_v: float, seed: int) -> None:
     drawn, outputs = _outputs(20 + seed, replications=2)
     assert not _clipped(_solved(drawn, {axis: np.rint(values / step_v) * step_v for axis, values in outputs.items()}))
+
+
+@pytest.mark.parametrize(
+    ("spread_sd", "is_told"), [(3.0, False), (6.5, False), (15.0, True), (25.0, True), (38.0, True)]
+)
+def test_equal_readings_are_a_rail_where_no_noise_would_bring_them_together(spread_sd: float, is_told: bool) -> None:
+    """The range of 12 normal readings is above 6.4 standard deviations once in a thousand times (Harter's tables);
+    behind a meter as coarse as that they may be equal, and 15 apart they may not."""
+    sd, attitudes = 1e-5, 40
+    output = np.linspace(-2.0, 2.0, attitudes)
+    rows = np.arange(attitudes) >= attitudes - 12
+    output[rows] = 2.0
+    output[~rows] += 1e-9 * np.arange(attitudes - 12)
+    output[0] = output[1] - 1e-9  # the meter is far finer than the noise
+    predicted = output.copy()
+    predicted[rows] += np.linspace(0.0, spread_sd * sd, 12)
+    assert is_rail(rows, output, np.arange(attitudes), predicted, sd) is is_told
