@@ -9,7 +9,9 @@ from ams.analysis.diagnostics.axis_tests import SharedTests, axis_tests, shared_
 from ams.analysis.diagnostics.beliefs import AxisTests, BeliefTest
 from ams.analysis.diagnostics.drift_course import LikeliestCourse
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.sensed_force import Accelerometer
 from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.analysis.diagnostics.wander import beside_wander
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
@@ -72,8 +74,9 @@ class Believed:
         return self.of(np.ones(self.rows.rows, dtype=bool), taken)
 
     @property
-    def nominal_axis(self) -> str:
-        return self.solved.problem.models[self.index].nominal_axis
+    def accelerometer(self) -> Accelerometer | None:
+        """What the model is built on; None where that is another sensor."""
+        return accelerometer_base(self.solved.problem.models[self.index])
 
     def of(self, kept: BoolArray, less: FloatArray | float) -> "Believed":
         """Return one output at some rows, and less something, solved as the whole was."""

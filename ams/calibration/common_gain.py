@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from ams.analysis.diagnostics.size_words import within
-from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns
 from ams.findings import Finding
@@ -99,7 +99,7 @@ def _gains(output: OutputOfPackage) -> _Gains | None:
     """Return what an output says of the gain; None of one that is no linear sensor of force and nothing else."""
     solved, row = output.solved, output.row
     sums, model = solved.mixed.sums, solved.problem.models[row]
-    if sums is None or linear_base(model) is not model or sums.contrasts.shape[0] < _LEAST_REPLICATIONS:
+    if sums is None or accelerometer_base(model) is not model or sums.contrasts.shape[0] < _LEAST_REPLICATIONS:
         return None
     variance = float(sums.ss_precision[row]) / max(sums.dof_precision, 1)
     if not variance > 0.0:

@@ -155,8 +155,9 @@ def without_memory(left: Explained, shown: BeliefTest | None) -> Explained:
     memory = plainest_memory(left.tests, shown)
     if memory is None:
         return left
-    seen = left.seen
-    column = previous_attitude.memories(seen.evidence, seen.nominal_axis)[:, MEMORIES.index(memory.name)]
+    seen, base = left.seen, left.seen.accelerometer
+    assert base is not None, "only accelerometers are tested for memories"
+    column = previous_attitude.memories(seen.evidence, base)[:, MEMORIES.index(memory.name)]
     without = left.then({memory.name: memory}, seen.less(memory.size * column))
     return replace(without, tests=replace(without.tests, memories=left.tests.memories))
 

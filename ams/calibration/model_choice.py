@@ -14,6 +14,7 @@ from ams.models.drifting import with_time
 from ams.models.extended import ExtendedPitchRoll, centring_of, extended_model
 from ams.models.gyro import Gyro, GyroWithTerms, with_rate_terms
 from ams.models.model import Model
+from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
 from ams.observations import Observations
@@ -32,6 +33,14 @@ RATES_NOT_ENOUGH = (
 WHICH_LINE = (
     "offset and scale factor are those of the straight line that comes closest over these rates; how far the output "
     "lies from it, its nonlinearity, stands beside them"
+)
+SLIPS_NOT_SEARCHED = (
+    "a slip of the table between its dwells and indices beyond their declared limit are searched for in packages that "
+    "only pitch and roll: with yaw a slip passes for a drift, a wrong dwell or a lack of fit, and is not told as that"
+)
+TERMS_NOT_TESTED = (
+    "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
+    "model: what they do passes for a drift, for a lack of fit or for a sensitivity"
 )
 WHICH_OFFSET = (
     "offset and sensitivities are those of the linear sensor that comes closest over these points; the offset beside "
@@ -144,10 +153,15 @@ def _extended(rows: Observations, layout: Layout, base: Model) -> ExtendedPitchR
 
 def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> tuple[str, ...]:
     if request.extended == "test":
-        return (f"axis {label}: extended model not tested: it extends pitch-roll and gyro only",)
-    if base.name == PitchOnly.name:
-        return (NOT_DETERMINED,)
-    return ()
+        return (f"axis {label}: extended model not tested: it extends pitch-roll and gyro only", *_not_tested(base))
+    return (*((NOT_DETERMINED,) if base.name == PitchOnly.name else ()), *_not_tested(base))
+
+
+def _not_tested(base: Model) -> tuple[str, ...]:
+    """Return what the data are not asked for a sensor of force of another model than pitch and roll."""
+    if isinstance(base, PitchYawRoll):
+        return (SLIPS_NOT_SEARCHED,)
+    return () if base.convention == "SR" else (TERMS_NOT_TESTED,)
 
 
 def _judged(

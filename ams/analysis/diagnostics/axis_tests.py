@@ -47,6 +47,7 @@ from ams.analysis.diagnostics.settling import Between, Estimate, slope_test
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.terms_over_temperature import of_terms_over_temperature
 from ams.analysis.diagnostics.tested_terms import (
+    accelerometer_base,
     columns_of,
     linear_base,
     tested_base,
@@ -207,13 +208,11 @@ def _of_the_attitude_before(evidence: Evidence, grid: GridResiduals, column: Flo
 
 def _between(evidence: Evidence, shared: SharedTests, output: int, grid: GridResiduals) -> Between:
     """Return, by what differs from replication to replication, estimates of what the means of the points show too."""
-    settles, base = shared.settling, linear_base(evidence.models[output])
+    settles, base = shared.settling, accelerometer_base(evidence.models[output])
     coefficient, uncertainty = settles.coefficient[output], settles.standard_uncertainty[output]
     found = {SETTLING: Estimate(float(coefficient), float(uncertainty), float(evidence.grid.dof))}
     if base is not None:
-        found |= zip(
-            MEMORIES, previous_attitude.memories_between(evidence, grid, output, base.nominal_axis), strict=False
-        )
+        found |= zip(MEMORIES, previous_attitude.memories_between(evidence, grid, output, base), strict=False)
     return Between(found)
 
 

@@ -17,7 +17,7 @@ from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.beliefs import BY_REPLICATION, DRIFT_OF, OVER_TIME, AxisTests, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.temperature import explained
-from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.analysis.diagnostics.time_order import LEAST_DOF, courses_of_drift, settling
 from ams.arrays import FloatArray
 
@@ -89,9 +89,9 @@ def _of_temperature(evidence: Evidence, output: int) -> Iterator[FloatArray]:
 
 def _transients(evidence: Evidence, output: int) -> Iterator[FloatArray]:
     """Yield what every replication does alike, as far as the order of the points tells it from them."""
-    base = linear_base(evidence.models[output])
+    base = accelerometer_base(evidence.models[output])
     if evidence.order_repeats:
         return
     yield settling(evidence)[:, None]
     if base is not None:
-        yield from previous_attitude.memories(evidence, base.nominal_axis).T[:, :, None]
+        yield from previous_attitude.memories(evidence, base).T[:, :, None]

@@ -13,9 +13,10 @@ import numpy as np
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.beliefs import MEMORIES, OF_THE_ORDER
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.sensed_force import Accelerometer, sensed_force
 from ams.analysis.diagnostics.time_order import means_of_points
 from ams.arrays import FloatArray, IntArray
-from ams.frames import AXES, specific_force
+from ams.frames import AXES
 from ams.remembered import remembered
 from ams.solve.dwell_order import settling_of_rows
 from ams.solve.layout import Layout
@@ -28,10 +29,10 @@ _MOVED_RAD: Final = 1e-4
 """What indices read otherwise on coming back is less."""
 
 
-def left_by_order(evidence: Evidence, nominal_axis: str | None, spared: int) -> FloatArray:
+def left_by_order(evidence: Evidence, base: Accelerometer | None, spared: int) -> FloatArray:
     """Return (K, 8) what the order of the points leaves at them, in the order of the columns that are tested.
 
-    ``nominal_axis``: None of what follows no force. ``spared``: points more than all columns need; nothing is asked of
+    ``base``: None of what follows no force. ``spared``: points more than all columns need; nothing is asked of
     fewer, of the memories and the settling where those that came last are not to be spared either.
     """
     return _left_by_order(
@@ -40,7 +41,8 @@ def left_by_order(evidence: Evidence, nominal_axis: str | None, spared: int) -> 
         evidence.rows.roll_rad,
         evidence.time_order,
         evidence.layout,
-        nominal_axis,
+        None if base is None else sensed_force(base, evidence.rows),
+        "" if base is None else base.nominal_axis,
         spared + len(OF_THE_ORDER) >= 0,
         spared >= 0,
     )
@@ -53,15 +55,16 @@ def _left_by_order(
     roll_rad: FloatArray,
     order: IntArray,
     layout: Layout,
-    nominal_axis: str | None,
+    force: FloatArray | None,
+    nominal_axis: str,
     has_first: bool,
     has_last: bool,
 ) -> FloatArray:
     memories, across = np.zeros((layout.points, len(MEMORIES))), np.zeros((layout.points, len(AXES)))
-    if nominal_axis is not None:
-        shown = previous_attitude.memories_in_order(time_s, order, pitch_rad, roll_rad, nominal_axis)
+    if force is not None:
+        shown = previous_attitude.memories_in_order(time_s, order, force[:, AXES.index(nominal_axis)].copy())
         memories = means_of_points(layout, shown)
-        across = _held_across(pitch_rad, roll_rad, order, layout, nominal_axis)
+        across = _held_across(force, order, layout, nominal_axis)
     settles = means_of_points(layout, settling_of_rows(order, layout))
     moved = means_of_points(layout, _after_moves(pitch_rad, roll_rad, order, layout))
     first, last = np.column_stack([memories, settles]), np.column_stack([across, moved])
@@ -69,15 +72,12 @@ def _left_by_order(
 
 
 @remembered(16)
-def _held_across(
-    pitch_rad: FloatArray, roll_rad: FloatArray, order: IntArray, layout: Layout, nominal_axis: str
-) -> FloatArray:
+def _held_across(force: FloatArray, order: IntArray, layout: Layout, nominal_axis: str) -> FloatArray:
     """Return the (K, 3) means at every point of the force at the dwell before less that of now, g, one column an axis.
 
     Nothing along the nominal axis itself: that is the previous attitude's. At the first dwell of a replication nothing
     went before.
     """
-    force = specific_force(pitch_rad, roll_rad)
     columns = force[previous_attitude.dwell_before(order, layout)] - force
     columns[:, AXES.index(nominal_axis)] = 0.0
     return layout.mean_by_point(columns)

@@ -17,7 +17,7 @@ from ams.analysis.diagnostics.beliefs import MEMORIES, BeliefTest
 from ams.analysis.diagnostics.point_means import Elimination
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter
 from ams.analysis.diagnostics.settling import Between
-from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.statistics.intervals import holm
 from ams.statistics.tests_alike import counted
 
@@ -46,9 +46,10 @@ class Overlap:
                 share[index] = self._share(made[name], alone.standard_uncertainty)
         correlation = of_means * np.sqrt(np.outer(share, share))
         memories = [self.names[name] for name in MEMORIES if name in self.names]
-        rest, base = np.sqrt(1.0 - share[memories]), linear_base(self.scatter.evidence.models[self.scatter.output])
+        base = accelerometer_base(self.scatter.evidence.models[self.scatter.output])
+        rest = np.sqrt(1.0 - share[memories])
         if base is not None and len(memories) == len(MEMORIES) and np.any((rest > 0.0) & (rest < 1.0)):
-            alike = previous_attitude.memories_alike(self.scatter.evidence, base.nominal_axis)
+            alike = previous_attitude.memories_alike(self.scatter.evidence, base)
             correlation[np.ix_(memories, memories)] += np.outer(rest, rest) * alike
         tested = [index for name, index in self.names.items() if name in made and index < share.size]
         return len(tested) - counted(correlation[np.ix_(tested, tested)], level)

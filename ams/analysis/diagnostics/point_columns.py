@@ -11,9 +11,10 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import squareness_of_points
 from ams.analysis.diagnostics.order_columns import left_by_order
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, independent
-from ams.analysis.diagnostics.tested_terms import terms_of_accelerometer, terms_of_gyro, tested_base
+from ams.analysis.diagnostics.tested_terms import accelerometer_base, terms_at_points, tested_base
 from ams.arrays import FloatArray
-from ams.models.gyro import Gyro, GyroWithTerms
+from ams.models.accelerometer import PitchRoll
+from ams.models.extended import ExtendedPitchRoll
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.remembered import remembered
 
@@ -44,14 +45,14 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     if base is None:
         return None
     layout, rows = evidence.layout, evidence.rows
-    is_gyro = isinstance(base, Gyro | GyroWithTerms)
-    terms = terms_of_gyro(evidence, output, base) if is_gyro else terms_of_accelerometer(evidence, base)
+    terms = terms_at_points(evidence, output, base)
     linear, fitted = evidence.basis[:, :LINEAR], evidence.basis[:, LINEAR:]
     whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
     means = evidence.means(output, whole, fitted @ evidence.alone[LINEAR:, output])
     before = layout.mean_by_point(turned)
-    skew = squareness_of_points(rows, layout, "x" if is_gyro else base.nominal_axis, evidence.primary[output])
-    in_order = left_by_order(evidence, None if is_gyro else base.nominal_axis, layout.points - _FEWEST_POINTS)
+    sees_squareness = isinstance(base, PitchRoll | ExtendedPitchRoll)
+    skew = squareness_of_points(rows, layout, base.nominal_axis if sees_squareness else "x", evidence.primary[output])
+    in_order = left_by_order(evidence, accelerometer_base(base), layout.points - _FEWEST_POINTS)
     turns, degc = np.column_stack([skew, before]), by_point_degc(evidence, output)
     columns, unshared = np.hstack([terms, turns, in_order, degc]), np.hstack([known, turns, degc])
     return eliminate(means, columns, _beside(evidence.basis, terms, in_order), unshared)

@@ -16,8 +16,8 @@ from ams.analysis.diagnostics.beliefs import MEMORY_DWELLS
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import Tested
 from ams.analysis.diagnostics.residuals import GridResiduals
+from ams.analysis.diagnostics.sensed_force import Accelerometer, sensed_along
 from ams.analysis.diagnostics.settling import UNKNOWN, Estimate, joined
-from ams.analysis.diagnostics.step_patterns import force_along
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray, IntArray
 from ams.remembered import remembered
@@ -37,13 +37,13 @@ def turned_from(evidence: Evidence, output: int) -> FloatArray:
     return np.asarray(along[dwell_before(evidence.time_order, evidence.layout)] - along)
 
 
-def memories(evidence: Evidence, nominal_axis: str) -> FloatArray:
+def memories(evidence: Evidence, base: Accelerometer) -> FloatArray:
     """Return (N, 3) what an element with a memory of so many dwells shows still less what there is now, g."""
     rows = evidence.rows
-    return memories_in_order(rows.time_s, evidence.time_order, rows.pitch_rad, rows.roll_rad, nominal_axis)
+    return memories_in_order(rows.time_s, evidence.time_order, sensed_along(base, rows))
 
 
-def memories_between(evidence: Evidence, grid: GridResiduals, output: int, nominal_axis: str) -> list[Estimate]:
+def memories_between(evidence: Evidence, grid: GridResiduals, output: int, base: Accelerometer) -> list[Estimate]:
     """Estimate each memory from what differs between replications; none if the order never differs.
 
     Beside the effects of points and the parameters of every replication the dwells tell it. What the parameters
@@ -51,7 +51,7 @@ def memories_between(evidence: Evidence, grid: GridResiduals, output: int, nomin
     """
     if evidence.order_repeats or evidence.sums is None or grid.dof - 1 < LEAST_DOF:
         return []
-    columns = memories(evidence, nominal_axis)
+    columns = memories(evidence, base)
     is_whole = grid.taken.shape[1] == 0 and evidence.layout.is_complete
     if is_whole:
         left = _beside_parameters(grid.q, evidence.dwell, columns, grid.replications)
@@ -71,9 +71,9 @@ def memories_between(evidence: Evidence, grid: GridResiduals, output: int, nomin
     ]
 
 
-def memories_alike(evidence: Evidence, nominal_axis: str) -> FloatArray:
+def memories_alike(evidence: Evidence, base: Accelerometer) -> FloatArray:
     """Return the (3, 3) correlation of the estimates of each memory from what differs between replications."""
-    left = evidence.grid.projected(evidence.on_grid(memories(evidence, nominal_axis)))
+    left = evidence.grid.projected(evidence.on_grid(memories(evidence, base)))
     length = np.sqrt(np.einsum("nc,nc->c", left, left))
     unit = left / np.where(length > 0.0, length, 1.0)
     return np.asarray(unit.T @ unit)
@@ -109,10 +109,8 @@ def _estimate(along: float, square: float, rest: float, dof: int) -> Estimate:
 
 
 @remembered(16)
-def memories_in_order(
-    time_s: FloatArray | None, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str
-) -> FloatArray:
-    force, kept = force_along(pitch_rad, roll_rad, nominal_axis)[order], _kept(time_s, order)
+def memories_in_order(time_s: FloatArray | None, order: IntArray, along: FloatArray) -> FloatArray:
+    force, kept = along[order], _kept(time_s, order)
     found = np.empty((order.size, len(MEMORY_DWELLS)))
     found[order] = _recursion(kept, kept * -np.diff(force, prepend=force[0])).T
     return found

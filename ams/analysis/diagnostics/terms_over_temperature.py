@@ -18,7 +18,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import OF_GYROS, PPM, TERMS
 from ams.analysis.diagnostics.point_means import independent
 from ams.analysis.diagnostics.residuals import GridResiduals, grid_residuals
-from ams.analysis.diagnostics.tested_terms import terms_of_accelerometer, terms_of_gyro, tested_base
+from ams.analysis.diagnostics.tested_terms import terms_at_points, tested_base
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.models.gyro import Gyro, GyroWithTerms
@@ -169,7 +169,7 @@ def _terms(evidence: Evidence, output: int) -> tuple[Mapping[str, str], FloatArr
     if base is None:
         return None
     is_gyro = isinstance(base, Gyro | GyroWithTerms)
-    every = terms_of_gyro(evidence, output, base) if is_gyro else terms_of_accelerometer(evidence, base)
+    every = terms_at_points(evidence, output, base)
     units = {name: PPM for name in _TESTED if name in OF_GYROS} if is_gyro else _TESTED
     return units, every[:, [index for index, (name, *_) in enumerate(TERMS) if name in units]]
 

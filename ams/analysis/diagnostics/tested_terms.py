@@ -3,13 +3,14 @@
 from ams.analysis.diagnostics.beliefs import COLUMNS, COLUMNS_OF_GYROS, Column
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import rate_columns, term_columns, term_columns_at
+from ams.analysis.diagnostics.sensed_force import Accelerometer, sensed_force
 from ams.arrays import FloatArray
-from ams.frames import specific_force
 from ams.models.accelerometer import PitchRoll
 from ams.models.added_parameters import WithAddedParameters
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.gyro import Gyro, GyroWithTerms, velocity_of_dps
 from ams.models.model import Model
+from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.solve.extension import blocks_of_angles
 
 
@@ -19,11 +20,17 @@ def linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
     return base if isinstance(base, PitchRoll | ExtendedPitchRoll) else None
 
 
-def tested_base(model: Model) -> PitchRoll | ExtendedPitchRoll | Gyro | GyroWithTerms | None:
+def accelerometer_base(model: Model) -> Accelerometer | None:
+    """Return the accelerometer that a model is built on, whatever axes carry it; None where it is another sensor."""
+    base = tested_base(model)
+    return base if isinstance(base, Accelerometer) else None
+
+
+def tested_base(model: Model) -> Accelerometer | Gyro | GyroWithTerms | None:
     """Return the sensor that a model is built on, where terms of low order are tested; None where it is another."""
     while isinstance(model, WithAddedParameters):
         model = model.base
-    return model if isinstance(model, PitchRoll | ExtendedPitchRoll | Gyro | GyroWithTerms) else None
+    return model if isinstance(model, Accelerometer | Gyro | GyroWithTerms) else None
 
 
 def columns_of(model: Model) -> tuple[Column, ...]:
@@ -31,14 +38,20 @@ def columns_of(model: Model) -> tuple[Column, ...]:
     return COLUMNS_OF_GYROS if isinstance(tested_base(model), Gyro | GyroWithTerms) else COLUMNS
 
 
-def terms_of_accelerometer(evidence: Evidence, base: Model) -> FloatArray:
+def terms_at_points(evidence: Evidence, output: int, base: Accelerometer | Gyro | GyroWithTerms) -> FloatArray:
+    """Return the (K, 8) terms of an output at the points."""
+    if isinstance(base, Gyro | GyroWithTerms):
+        return terms_of_gyro(evidence, output, base)
+    return terms_of_accelerometer(evidence, base)
+
+
+def terms_of_accelerometer(evidence: Evidence, base: Accelerometer) -> FloatArray:
     """Return the (K, 8) terms at the points."""
     rows, layout = evidence.rows, evidence.layout
-    alike = blocks_of_angles(rows, layout)
+    alike = None if isinstance(base, PitchYawRoll) else blocks_of_angles(rows, layout)
     if alike is not None:
         return term_columns_at(*alike, base.nominal_axis)
-    force = layout.mean_by_point(specific_force(rows.pitch_rad, rows.roll_rad))
-    return term_columns(force, base.nominal_axis)
+    return term_columns(layout.mean_by_point(sensed_force(base, rows)), base.nominal_axis)
 
 
 def terms_of_gyro(evidence: Evidence, output: int, base: Model) -> FloatArray:
