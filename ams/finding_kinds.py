@@ -65,8 +65,8 @@ _DECLARE: Final = (
 KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     "wrong-dwell": KindOfFinding(
         "run",
-        "Single dwells read otherwise than their point does in the other replications: not at rest, at another "
-        "attitude, or mistyped",
+        "Dwells read otherwise than their point does in the other replications: not at rest, at another attitude, or "
+        "mistyped",
         "Look at the steps named; `calrig void` takes them back and measures them again, of a file take the rows out",
     ),
     "lack-of-fit": KindOfFinding(
@@ -82,7 +82,10 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
         "sensor", "The output bends with the third power of what the axis senses (K₃)", _TAKE_THE_TERM_IN
     ),
     "asymmetry": KindOfFinding(
-        "sensor", "Offset or sensitivity differ between the two directions of the axis (K₀′, K₁′)", _TAKE_THE_TERM_IN
+        "sensor",
+        "Offset or sensitivity differ between the two directions of the axis (K₀′, K₁′)",
+        "No term of the result has it: accept it where it is small against what is asked of the sensor, or have the "
+        "sensor looked at",
     ),
     "cross-coupling": KindOfFinding(
         "sensor", "The output holds a product of what two axes sense (K_ip, K_io, K_po)", _TAKE_THE_TERM_IN
@@ -101,18 +104,18 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     ),
     "temperature-residual": KindOfFinding(
         "sensor",
-        "The residuals follow a temperature that was recorded, or its terms cannot be told",
-        "Hold the temperature, or take it into the solution with more temperatures",
+        "The output follows the recorded temperature, or that goes with the attitudes, and no temperature is modelled",
+        "Hold the temperature, take another order of the points, or apply known temperature coefficients",
     ),
     "temperature-lag": KindOfFinding(
         "run",
         "The output follows the thermometer later, so that sensor and thermometer were not at one temperature",
-        "Soak for longer, change the temperature more slowly, or put the thermometer nearer to the sensor",
+        "Soak for longer, or measure the temperature in the sensor",
     ),
     "temperature-curvature": KindOfFinding(
         "sensor",
         "The output, or a term of it, is no straight line over temperature",
-        "Take the temperature in with a further order, or narrow the range of use",
+        "Solve with terms of second order (`[solve] temperature_order = 2`), or calibrate at the temperature of use",
     ),
     "table-rotation": KindOfFinding(
         "table",

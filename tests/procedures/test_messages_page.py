@@ -1,10 +1,11 @@
-"""``docs/messages.md`` and the code say the same: no message without its cause, none that nobody raises any more."""
+"""``docs/messages.md`` and the code say the same: no message without its cause, no kind of finding without its row."""
 
 import re
 from pathlib import Path
 
 from raised_messages import messages_in
 
+from ams.finding_kinds import KINDS, UNUSABLE_AXIS
 from procedures.journal.stop_advice import ADVICE, IN_GENERAL, advice
 from procedures.records.states import State
 
@@ -59,3 +60,11 @@ def test_every_message_on_the_page_can_still_be_met() -> None:
 def test_every_advice_is_on_the_page() -> None:
     said = {cause: advice(cause, State.HELD, IN_GENERAL) for cause in ADVICE}
     assert not [cause for cause, found in said.items() if f"| {cause} | {found} |" not in PAGE]
+
+
+def test_every_kind_of_finding_is_on_the_page_as_the_table_of_kinds_says_it() -> None:
+    _, _, section = PAGE.partition("## Every kind of finding\n")
+    said, _, rows = section.partition("| kind | whose | what it means | what to do |\n|---|---|---|---|\n")
+    wanted = [f"| {kind} | {row.whose} | {row.meaning} | {row.what_to_do} |" for kind, row in KINDS.items()]
+    assert rows.partition("\n\n")[0].splitlines() == wanted
+    assert [kind for kind in UNUSABLE_AXIS if f"`{kind}`" not in said] == []
