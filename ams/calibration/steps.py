@@ -96,9 +96,10 @@ def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list
     outputs = {_whose(change) for change in changed}
     left = [change for change in search.changes if _whose(change) not in outputs]
     of_changed = [change for change in (*first, *changed) if _whose(change) in outputs]
+    chances = [(change, search.chance(change) / search.share(change)) for change in (*left, *of_changed)]
     return [
         StepsOfOutput(
-            tuple(_tests(search, index, (*left, *of_changed))),
+            tuple(_tests(search, index, chances)),
             frozenset(filter(None, (_test_of(search, index, change) for change in changed))),
             tuple(finding for finding, whose in findings if whose in (None, index)),
             search.taken,
@@ -136,15 +137,17 @@ def _test_of(search: StepSearch, index: int, change: Change) -> str | None:
     return STEP if change.output == index or (change.is_of_meter and index in search.on_table) else None
 
 
-def _tests(search: StepSearch, index: int, changes: Sequence[Change]) -> Iterator[BeliefTest]:
-    """Yield both tests of an output: of what is told as it was found, of the others beside it."""
+def _tests(search: StepSearch, index: int, chances: Sequence[tuple[Change, float]]) -> Iterator[BeliefTest]:
+    """Yield both tests of an output: of what is told as it was found, of the others beside it.
+
+    ``chances``: of changes, for each of the outputs that share them.
+    """
+    of_test = [(_test_of(search, index, change), chance) for change, chance in chances]
     tests: tuple[tuple[str, FindingKind, int], ...] = (
         (SLIP, "table-rotation", len(search.on_table)),
         (STEP, "sensor-change", 1),
     )
-    belongs = [_test_of(search, index, change) for change in changes]
     for name, kind, axes in tests:
-        mine = [change for change, of_test in zip(changes, belongs, strict=True) if of_test == name]
-        chances = [search.chance(change) * axes / search.share(change) for change in mine]
-        if chances:
-            yield BeliefTest(name, kind, min(1.0, *chances), axes=axes)
+        mine = [chance * axes for test, chance in of_test if test == name]
+        if mine:
+            yield BeliefTest(name, kind, min(1.0, *mine), axes=axes)

@@ -62,7 +62,7 @@ def _anywhere(scans: Sequence[Scan], shares: Sequence[float]) -> list[float]:
     found = beyond + np.array([scan.pattern.paths.travelled for scan in scans]) * crossing
     for which in np.flatnonzero(found < _WORTH_IT).tolist():
         found[which] = beyond[which] + scans[which].travelled * crossing[which]
-    return [float(p_value) for p_value in np.where(share > 0.0, found, 1.0)]
+    return list(np.where(share > 0.0, found, 1.0).tolist())
 
 
 def _at_any_moment(scan: Scan, share: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from ams.analysis.diagnostics.step_paths import PatternInTime
 from ams.analysis.diagnostics.step_patterns import EACH_WITH_EACH, SLIPS, Watched, What, force
 from ams.analysis.diagnostics.step_scan import Course, Scan, since
-from ams.arrays import BoolArray, FloatArray
+from ams.arrays import FloatArray
 
 
 @dataclass(frozen=True)
@@ -37,38 +37,33 @@ class Together:
     @cached_property
     def squares(self) -> float:
         """Of the departures, in variances."""
-        return sum(float(output.departures @ output.departures) / output.variance for output in self.outputs)
+        return sum(output.squares / output.variance for output in self.outputs)
 
-    @cached_property
-    def drifting(self) -> BoolArray | None:
-        """(A,) which outputs drift; None where none does."""
-        found = np.array([output.drift is not None for output in self.outputs])
-        return found if found.any() else None
+    @property
+    def drift(self) -> FloatArray | None:
+        """(N,) of those that drift; None where none does."""
+        return next((output.drift for output in self.outputs if output.drift is not None), None)
 
     @cached_property
     def force(self) -> FloatArray:
         """(3, N) what a change of the specific force is shown by at each dwell."""
-        return np.asarray((self.k.T * self.weights) @ self.departures)
+        return np.asarray((self.k.T * self.weights).dot(self.departures))
 
-    def of_force(self, what: What, pattern: PatternInTime) -> Scan:
-        """Return the scan of a change of the specific force, of three columns."""
-        return self.scan(what, pattern, self.k, (pattern.columns * self.force).sum(axis=0))
+    def scans(self, taken: FloatArray, *patterns: tuple[What, PatternInTime, FloatArray]) -> Iterator[Scan]:
+        """Yield the scans of patterns of p columns, of which the outputs take (A, p).
 
-    def scan(self, what: What, pattern: PatternInTime, taken: FloatArray, along: FloatArray) -> Scan:
-        """Return the scan of a pattern of p columns.
-
-        ``taken`` (A, p): what each output takes of them; ``along`` (N,): what each dwell adds, in the order of time.
+        Each with the (N + 1,) sums from every place on of what dwells add, in the order of time.
         """
-        weights, dof = pattern.weights_of(taken, self.weights), len(self.outputs) * self.course.dof
-        found = Scan(what, None, self.course, pattern, weights, since(along), self.squares, dof)
-        if self.drifting is None:
-            return found
-        return replace(
-            found,
-            dof=dof - int(self.drifting.sum()),
-            drift=next(output.drift for output in self.outputs if output.drift is not None),
-            drifting=pattern.weights_of(taken[self.drifting], self.weights[self.drifting]),
-        )
+        form, dof = (taken.T * self.weights).dot(taken), len(self.outputs) * self.course.dof
+        for what, pattern, sums in patterns:
+            found = Scan(what, None, self.course, pattern, pattern.weights_of(form), sums, self.squares, dof)
+            yield found if self.drift is None else self._beside_drift(found, taken)
+
+    def _beside_drift(self, scan: Scan, taken: FloatArray) -> Scan:
+        drifts = np.array([output.drift is not None for output in self.outputs])
+        form = (taken[drifts].T * self.weights[drifts]).dot(taken[drifts])
+        drifting = scan.pattern.weights_of(form)
+        return replace(scan, dof=scan.dof - int(drifts.sum()), drift=self.drift, drifting=drifting)
 
 
 def together(course: Course, outputs: Iterable[Watched]) -> Together:
@@ -81,8 +76,9 @@ def scans_of_table(seen: Together) -> Iterator[Scan]:
     course = seen.course
     if not course.is_judged or not seen.outputs:
         return
-    for what, pattern in zip(SLIPS, course.slips, strict=True):
-        yield seen.of_force(what, pattern)
+    slips = course.slips
+    sums = since(np.einsum("scn,cn->sn", slips.columns, seen.force))
+    yield from seen.scans(seen.k, *zip(SLIPS, slips.patterns, sums, strict=True))
 
 
 def scans_of_meter(seen: Together) -> Iterator[Scan]:
@@ -93,15 +89,16 @@ def scans_of_meter(seen: Together) -> Iterator[Scan]:
     course, outputs = seen.course, len(seen.outputs)
     if not course.is_judged or outputs < 2:
         return
-    yield seen.of_force("sensitivity", course.pattern(force(course.pitch_rad, course.roll_rad), EACH_WITH_EACH))
-    yield seen.scan("offset", course.offset, np.ones((outputs, 1)), seen.weights @ seen.departures)
+    gain = course.pattern(force(course.pitch_rad, course.roll_rad), EACH_WITH_EACH)
+    yield from seen.scans(seen.k, ("sensitivity", gain, since(np.einsum("cn,cn->n", gain.columns, seen.force))))
+    yield from seen.scans(np.ones((outputs, 1)), ("offset", course.offset, since(seen.weights @ seen.departures)))
 
 
 def scans_of_output(course: Course, watched: Watched, output: int) -> Iterator[Scan]:
     """Yield the scans for a step of one output's offset, and of its sensitivity."""
     if not course.is_judged:
         return
-    squares, departures = float(watched.departures @ watched.departures), course.in_time(watched.departures)
+    squares, departures = watched.squares, course.in_time(watched.departures)
     dof, variance, drift = course.dof - (watched.drift is not None), watched.variance, watched.drift
     offset, gain = course.offset, course.pattern(watched.sensed)
     if offset.is_seen:

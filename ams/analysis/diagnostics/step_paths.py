@@ -67,9 +67,9 @@ class PatternInTime:
     is_seen: bool
     """Whether replications differ by it at any place."""
 
-    def weights_of(self, taken: FloatArray, weights: FloatArray) -> FloatArray:
-        """Return the (q,) weights of the pairs over outputs that take (A, p) of the columns, of (A,) weight each."""
-        return np.asarray(((taken.T * weights) @ taken)[self.first, self.second] * self.counts)
+    def weights_of(self, form: FloatArray) -> FloatArray:
+        """Return the (q,) weights of the pairs in a quadratic form (p, p) of the columns."""
+        return np.asarray(form[self.first, self.second] * self.counts)
 
 
 @remembered(32)

@@ -1,6 +1,7 @@
 """What the outputs of a package take of a change of the table or of the meter, row by row."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Literal
 
 import numpy as np
@@ -40,6 +41,11 @@ class Watched:
     drift: FloatArray | None = None
     """(N,) of unit length, less the mean of each point: an even drift that stands beside every change, and that the
     departures are without; None where it does not drift. The same for all outputs that do."""
+
+    @cached_property
+    def squares(self) -> float:
+        """Of the departures."""
+        return float(self.departures @ self.departures)
 
     def beside(self, columns: FloatArray) -> FloatArray:
         """Return (N, …) columns without what they have in common with the drift."""

@@ -17,7 +17,6 @@ What came back is looked for between the places of a coarse grid, of which every
 replication by itself is one of them; that of the largest of all pairs is at most their number times P(|t| > u).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -107,8 +106,8 @@ class Course:
         """Return the pattern of a step of an offset."""
         return self.pattern(ones(self.layout.rows))
 
-    @cached_property
-    def slips(self) -> Sequence[PatternInTime]:
+    @property
+    def slips(self) -> "Slips":
         """Return the patterns of all turns of the table and of the package."""
         return _slips(self.layout.point, self.time_order, self.pitch_rad, self.roll_rad)
 
@@ -125,6 +124,16 @@ class Course:
         found = np.zeros(self.layout.rows, dtype=bool)
         found[self.time_order[index:end]] = True
         return found
+
+
+@dataclass(frozen=True)
+class Slips:
+    """All turns of the table, and of the package on its mount, along a course."""
+
+    patterns: tuple[PatternInTime, ...]
+    """In the order of :data:`SLIPS`."""
+    columns: FloatArray
+    """(4, 3, N) of all of them, of the specific force."""
 
 
 @dataclass(frozen=True)
@@ -235,8 +244,9 @@ def since(along: FloatArray) -> FloatArray:
 
 
 @remembered(8)
-def _slips(point: IntArray, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[PatternInTime, ...]:
-    return tuple(in_time(point, order, slip_pattern(what, pitch_rad, roll_rad), pairs) for what, pairs in SLIPS.items())
+def _slips(point: IntArray, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray) -> Slips:
+    patterns = [in_time(point, order, slip_pattern(what, pitch_rad, roll_rad), pairs) for what, pairs in SLIPS.items()]
+    return Slips(tuple(patterns), np.array([pattern.columns for pattern in patterns]))
 
 
 @remembered(16)

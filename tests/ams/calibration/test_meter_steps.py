@@ -11,7 +11,7 @@ from dwells_of_points import layout_of_points
 from numpy.typing import NDArray
 
 from ams.analysis.diagnostics.likeliest_step import changes_of
-from ams.analysis.diagnostics.step_outputs import scans_of_meter, together
+from ams.analysis.diagnostics.step_outputs import scans_of_meter, scans_of_output, scans_of_table, together
 from ams.analysis.diagnostics.step_patterns import Watched
 from ams.analysis.diagnostics.step_scan import Course
 from ams.calibration.calibrate import calibrate
@@ -167,6 +167,26 @@ def test_of_one_output_the_meter_is_no_other_pattern_than_its_own() -> None:
     course = Course(layout_of(rows), order, rows.pitch_rad, rows.roll_rad, dof)
     assert not list(scans_of_meter(together(course, [alone])))
     assert told(solved(replace(rows, outputs={"x": rows.outputs["x"]}))) == set()
+
+
+def test_patterns_that_are_looked_at_together_are_each_told_as_alone() -> None:
+    chance, point = np.random.default_rng(7), np.tile(np.arange(14), 6)
+    pitch, roll = (angle[point] for angle in chance.uniform(-1.5, 1.5, (2, 14)))
+    course = Course(layout_of_points(point), chance.permutation(point.size), pitch, roll, point.size - 14)
+    stepped = 4.0 * (np.argsort(course.time_order) > 30)
+    outputs = [
+        Watched(about_points(chance.standard_normal(point.size) + step, point), 1.0, k, np.sin(pitch))
+        for k, step in zip(K, (stepped, 0.0, stepped * np.sin(pitch)), strict=True)
+    ]
+    of_all = together(course, outputs)
+    scans = [*scans_of_table(of_all), *scans_of_meter(of_all)]
+    scans += [scan for index, watched in enumerate(outputs) for scan in scans_of_output(course, watched, index)]
+    alone = [change for scan in scans for change in changes_of([scan])]
+    every = changes_of(scans)
+    assert len(every) > len(scans) == 12  # some came back as well
+    for one, other in zip(every, alone, strict=True):
+        assert replace(one, p_value=0.0, square=0.0) == replace(other, p_value=0.0, square=0.0)
+        assert (one.p_value, one.square) == pytest.approx((other.p_value, other.square), rel=1e-9)
 
 
 def about_points(column: FloatArray, point: NDArray[np.int64]) -> FloatArray:
