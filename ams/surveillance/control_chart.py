@@ -70,6 +70,8 @@ class Chart:
     """Mean since the last step, of what was known before; NaN at the start."""
     scatter: float
     """Standard deviation between runs, as known at the end."""
+    scatter_dof: float
+    """Degrees of freedom that it is known by, and ``rate_standard_uncertainty``, which is made of it."""
     is_alarm: BoolArray
     rate_per_year: float | None
     """Since the last step; None with fewer than five calibrations."""
@@ -343,6 +345,7 @@ def _charts(
             high[:, index],
             centre[:, index],
             float(np.sqrt(scatter.variance[index]) * scale[0, index]),
+            float(scatter.dof[index]),
             alarms[:, index],
             None if slope is None else float(slope[index] * scale[0, index]),
             None if spread is None else float(spread[index] * scale[0, index]),

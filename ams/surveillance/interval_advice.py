@@ -1,8 +1,9 @@
 """How long until the next calibration: the control-chart method of ILAC-G24 / OIML D 10, on the sensor's own charts.
 
 The interval is the longest after which, by rate and scatter, every characteristic is still inside the largest error
-allowed: (|rate| + t·u(rate))·Δt + t·√2·s ≤ limit, all as angles, 95 %. It is never changed by more than a factor of two
-at once, and a step halves it. It is advice to the sensor's owner and no part of a certificate (ISO/IEC 17025, 7.8.4.3).
+allowed: (|rate| + t·u(rate))·Δt + t·√2·s ≤ limit, all as angles, 95 %; t is Student's, by the degrees of freedom that
+the scatter s is known by. It is never changed by more than a factor of two at once, and a step halves it. It is advice
+to the sensor's owner and no part of a certificate (ISO/IEC 17025, 7.8.4.3).
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,6 @@ from ams.surveillance.control_chart import History
 from ams.surveillance.series import SECONDS_PER_YEAR
 
 LONGEST_MONTHS, SHORTEST_MONTHS = 60, 1
-_DOF = 10.0
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None
     for chart in rated:
         assert chart.rate_per_year is not None
         assert chart.rate_standard_uncertainty is not None
-        factor = float(t_quantile(0.95, _DOF))
+        factor = float(t_quantile(0.95, chart.scatter_dof))
         rate = (abs(chart.rate_per_year) + factor * chart.rate_standard_uncertainty) * chart.deg_per_unit
         room = limit_deg - factor * np.sqrt(2.0) * chart.scatter * chart.deg_per_unit
         allowed = max(room, 0.0) / rate * 12.0 if rate > 0.0 else np.inf

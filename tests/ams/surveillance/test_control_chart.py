@@ -146,7 +146,7 @@ def test_the_interval_follows_the_drift_and_never_jumps() -> None:
     drifting = history_of(archive.population, archive.drifting[0])
     advice = advise_interval(drifting, 0.006)
     assert advice is not None
-    assert 3 <= advice.months <= 9  # 21.6 arc seconds less the scatter, 2.2·√2·2.1 at least, at 20 a year: 9 months
+    assert 3 <= advice.months <= 9  # 21.6 arc seconds less the scatter, 2.0·√2·2.1 at least, at 20 a year: 9 months
     tight = advise_interval(drifting, 0.002)
     assert tight is not None
     assert tight.months == 3  # never less than half of the six so far

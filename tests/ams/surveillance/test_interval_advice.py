@@ -4,12 +4,14 @@ from dataclasses import replace
 from datetime import timedelta
 
 import numpy as np
+import pytest
 
 from ams.archive.synthetic import Story, synthetic_archive
-from ams.surveillance.control_chart import history_of
+from ams.surveillance.control_chart import Chart, History, history_of
 from ams.surveillance.interval_advice import advise_interval
 from ams.surveillance.series import Population
 
+LABEL = synthetic_archive(np.random.default_rng(5)).population.labels[0]
 STORY = Story(sensors=12, drift_arcsec_per_year=0.0, drop_arcsec=0.0)
 
 
@@ -35,3 +37,35 @@ def test_calibrations_half_a_year_apart_are_advised_on() -> None:
 def test_repetitions_within_a_day_say_nothing_of_an_interval() -> None:
     population = _repeated(timedelta(hours=1))
     assert advise_interval(history_of(population, population.labels[0].sensor), 1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("dof", "t"), [(3.0, 3.182), (4.0, 2.776), (6.0, 2.447), (10.0, 2.228), (30.0, 2.042), (1000.0, 1.962)]
+)
+def test_a_scatter_that_is_known_by_few_calibrations_shortens_the_interval_by_students_t(dof: float, t: float) -> None:
+    """t of 97.5 % from the printed tables; rate 10″ ± 1″ a year, scatter 2″, limit 30″, two years so far."""
+    labels = tuple(replace(LABEL, created_utc=LABEL.created_utc + timedelta(days=730 * at)) for at in range(6))
+    nothing, never = np.full(6, np.nan), np.zeros(6, dtype=bool)
+    deg = 1.0 / 3600.0
+    chart = Chart(
+        "sensitivity_v_per_g.x",
+        value=nothing, standard_uncertainty=nothing, prediction_low=nothing, prediction_high=nothing, centre=nothing,
+        scatter=2.0 * deg, scatter_dof=dof, is_alarm=never,
+        rate_per_year=-10.0 * deg, rate_standard_uncertainty=deg, deg_per_unit=1.0,
+    )  # fmt: skip
+    history = History(labels[0].sensor, labels, (chart,), np.zeros((6, 3)), (), is_judged=True)
+    advice = advise_interval(history, 30.0 * deg)
+    assert advice is not None
+    assert advice.months == int(12.0 * (30.0 - t * 2.0**0.5 * 2.0) / (10.0 + t * 1.0))
+
+
+@pytest.mark.parametrize("calibrations", [5, 7, 10])
+def test_a_sensor_alone_knows_its_scatter_by_two_thirds_of_its_differences(calibrations: int) -> None:
+    """Differences of successive calibrations share one of them (von Neumann 1941): two thirds of a degree each."""
+    population = synthetic_archive(np.random.default_rng(5), STORY).population
+    start = population.rows_of(population.labels[0].sensor).start
+    part = slice(start, start + calibrations)
+    columns = {name: getattr(population.numbers, name)[part] for name in ("primary", "covariance", "scatter")}
+    alone = Population(population.labels[part], replace(population.numbers, **columns))
+    charts = history_of(alone, alone.labels[0].sensor).charts
+    assert [chart.scatter_dof for chart in charts] == pytest.approx([2.0 / 3.0 * (calibrations - 1)] * len(charts))
