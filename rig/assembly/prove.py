@@ -163,6 +163,8 @@ def _swapped(device: Mapping[str, float | str], twin: Mapping[str, float | str])
         said, expected = float(device[first]), float(twin[second])
         return abs(said - expected) <= SAME_VOLTS * max(abs(said), abs(expected), 1e-3)
 
+    reads = {name: [other for other in names if is_same(name, other)] for name in names}
+    yield from (_gone_round(ring, device, twin) for ring in _rings(reads))
     for index, name in enumerate(names):
         for other in names[index + 1 :]:
             if is_same(name, other) and is_same(other, name) and not (is_same(name, name) or is_same(other, other)):
@@ -171,6 +173,25 @@ def _swapped(device: Mapping[str, float | str], twin: Mapping[str, float | str])
                     f"{device[name]:.6g} and {device[other]:.6g}",
                     f"{twin[name]:.6g} and {twin[other]:.6g}: they changed places",
                 )
+
+
+def _rings(reads: Mapping[str, list[str]]) -> Iterator[list[str]]:
+    """Yield channels of which each reads, of all signals, that of the next alone, and the last that of the first."""
+    next_of = {name: others[0] for name, others in reads.items() if len(others) == 1}
+    seen: set[str] = set()
+    for first in next_of:
+        ring, name = [first], next_of[first]
+        while name in next_of and name not in ring:
+            ring.append(name)
+            name = next_of[name]
+        if name == first and len(ring) > 2 and not seen & set(ring):
+            seen |= set(ring)
+            yield ring
+
+
+def _gone_round(ring: list[str], device: Mapping[str, float | str], twin: Mapping[str, float | str]) -> Difference:
+    said, expected = (", ".join(f"{side[name]:.6g}" for name in ring) for side in (device, twin))
+    return Difference(f"channels {', '.join(ring)}", said, f"{expected}: each reads the signal of the next")
 
 
 def _wire_differences(folder: Path, key: str) -> Iterator[Difference]:

@@ -213,8 +213,22 @@ def _gone_round(twins: dict[str, Any]) -> None:
     wiring[101], wiring[102], wiring[103] = wiring[102], wiring[103], wiring[101]
 
 
-def test_channels_of_which_one_alone_reads_the_others_signal_did_not_change_places(tmp_path: Path) -> None:
-    assert not [sentence for sentence in _told(_proven(tmp_path, _gone_round)) if "changed places" in sentence]
+def test_channels_that_went_round_are_named_in_their_order_and_no_two_of_them_changed_places(tmp_path: Path) -> None:
+    (told,) = _told(_proven(tmp_path, _gone_round))
+    assert told.startswith("readouts.dmm: channels dmm.x, dmm.y, dmm.z: device says ")
+    assert told.endswith("each reads the signal of the next")
+
+
+def test_a_channel_that_reads_anothers_signal_while_that_one_reads_none_did_not_change_places(tmp_path: Path) -> None:
+    for one, other in ((101, 102), (102, 101)):
+
+        def pulled(twins: dict[str, Any], one: int = one, other: int = other) -> None:
+            wiring = twins["readouts.dmm"].unit._wiring
+            wiring[one] = wiring.pop(other)
+
+        folder = tmp_path / str(one)
+        folder.mkdir()
+        assert not [told for told in _told(_proven(folder, pulled)) if "places" in told or "the next" in told]
 
 
 def test_an_identity_that_the_file_states_is_not_compared_with_the_twins(tmp_path: Path) -> None:
