@@ -32,6 +32,8 @@ _LEAST_REPLICATIONS: Final = 3
 _UNLIKE, _ALL_UNLIKE = 0.05, 0.01
 """Chance of outputs that differ as much and have one change together, and one gain in every replication."""
 _PPM: Final = 1e6
+_ROUNDING: Final = 1e-9
+"""Of the sensitivity: replications that a coarse meter reads alike to the digit scatter by less, and tell no gain."""
 _WAY_OUT: Final = "read a standard of voltage with the meter before and after a run, and look at the supply"
 
 
@@ -102,7 +104,7 @@ def _gains(output: OutputOfPackage) -> _Gains | None:
     if sums is None or accelerometer_base(model) is not model or sums.contrasts.shape[0] < _LEAST_REPLICATIONS:
         return None
     variance = float(sums.ss_precision[row]) / max(sums.dof_precision, 1)
-    if not variance > 0.0:
+    if not variance > (_ROUNDING * float(np.linalg.norm(solved.primary[row][_ALONG]))) ** 2:
         return None
     k, covariance = solved.primary[row][_ALONG], _of_a_replication(sums)
     weighed = np.linalg.solve(covariance, k)

@@ -85,7 +85,6 @@ class Circumstances:
     shared: Sequence[SharedError]
     limits: Sequence[TableLimit | None] = ()
     """Of each output, what the package that it belongs to says of the table's declared limit; empty: not asked."""
-
     family: int = 1
     """How many axes a run has, whose tests are one family; 1: every output is judged by itself."""
 
@@ -244,17 +243,18 @@ def _diagnosis(
     gravity = gravity_finding(
         gravity_on_zero(evidence, index), tests.conviction_level, _declared_g_sensitivity(circumstances.shared)
     )
-    lack = tests.tests.get(LACK_OF_FIT)
+    has_table = circumstances.table is not None
     words = AxisWords(
         scale,
         tests.conviction_level,
-        has_table=circumstances.table is not None,
+        has_table=has_table,
         lack_is=lack_words(
             other_angles=limits.is_of_other_angles,
-            is_large=lack is not None and not lack.is_held,
+            is_large=LACK_OF_FIT in tests.tests and not tests.tests[LACK_OF_FIT].is_held,
             follows_gravity=gravity is not None,
             is_remembering=tests.is_remembering,
             is_of_order=tests.is_of_order,
+            has_table=has_table,
         ),
         drift_is=drift_words(
             (*circumstances.order, *drifted), is_remembering=tests.is_remembering, is_differing=bool(differing)

@@ -17,6 +17,10 @@ _OF_DIFFERING: Final = "replications differ by more than the stated uncertaintie
 _OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
 _OF_ORDER: Final = "what the order of the points does to it is not in the stated uncertainties"
 _OF_ANGLES: Final = "other signs or another order of the angles explain it, and the stated uncertainties do not hold it"
+_AS_INDEPENDENT: Final = (
+    "it is in the stated uncertainties as errors that differ from attitude to attitude; an index of the table that is "
+    "wrong, or a smooth error of it, is alike at many attitudes and is not, and nothing is declared of this table"
+)
 _TOO_LARGE: Final = Said(
     "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
     "are not those of the readings, and the stated uncertainties do not hold it",
@@ -35,16 +39,27 @@ def drift_words(order: Iterable[Finding], *, is_remembering: bool, is_differing:
 
 
 def lack_words(
-    *, other_angles: bool, is_large: bool, follows_gravity: bool, is_remembering: bool, is_of_order: bool
+    *,
+    other_angles: bool,
+    is_large: bool,
+    follows_gravity: bool,
+    is_remembering: bool,
+    is_of_order: bool,
+    has_table: bool,
 ) -> Said:
-    """Return whether a lack of fit is in the stated uncertainties, what explains it first."""
+    """Return whether a lack of fit is in the stated uncertainties, what explains it first.
+
+    ``has_table``: whether index errors of a table are declared.
+    """
     if other_angles:
         return Said(_OF_ANGLES)
     if is_large:
         return _TOO_LARGE
     if follows_gravity:
         return Said(_OF_GRAVITY)
-    return Said(BESIDE_MEMORY if is_remembering else _OF_ORDER if is_of_order else CONTAINED)
+    if is_remembering or is_of_order:
+        return Said(BESIDE_MEMORY if is_remembering else _OF_ORDER)
+    return Said(CONTAINED if has_table else _AS_INDEPENDENT)
 
 
 def untested_scatter(scatter: float, words: str, largest_lack: float) -> Iterator[Finding]:
@@ -76,5 +91,6 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
         follows_gravity=GRAVITY in tests,
         is_remembering=is_remembering,
         is_of_order=not tests.isdisjoint(OF_THE_ORDER),
+        has_table=not any(_AS_INDEPENDENT in finding.text for finding in found),
     )
     return lack_is.fact

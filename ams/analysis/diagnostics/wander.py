@@ -53,6 +53,8 @@ def _inflation(evidence: Evidence, output: int, column: FloatArray | None) -> fl
     """Return by how much more than white noise's the square of an estimate scatters; of a sum of squares without."""
     order = evidence.time_order
     y = evidence.departures[order, output]
+    if not np.any(y):  # of one replication nothing differs
+        return 1.0
     if column is None:
         return max(1.0, 1.0 + 2.0 * float(np.sum(_correlations(y) ** 2)))
     a = (column - column.mean())[order]

@@ -253,7 +253,7 @@ def test_a_lack_of_fit_of_degrees_is_never_contained() -> None:
         assert (found.verdict, told(found)) == (verdict, {})
         for axis in found.axes.values():
             words = held_words(axis.findings, is_drift=False)
-            assert ("contained" in words) == (verdict == "usable")
+            assert ("in the stated uncertainties as errors" in words) == (verdict == "usable")
             assert any(finding.kind == "lack-of-fit" and words in finding.text for finding in axis.findings)
 
 
