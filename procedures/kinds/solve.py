@@ -1,5 +1,6 @@
 """From dwells to solved sensors, for runs of every kind."""
 
+import re
 import shlex
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -114,7 +115,7 @@ def _solve_sensor(item: SensorRows, rows: tuple[DwellRecord, ...]) -> SolvedSens
         measured, set_aside = without_wild_temperatures(item)
         return with_run_findings(KINDS[item.plan.kind].solve(measured), set_aside)
     except AmsError as error:
-        return _unsolved(item, _without_source(str(error), item.source))
+        return _unsolved(item, _of_what_is_there(_without_source(str(error), item.source), item))
     except (ProcedureError, RigError):
         raise
     except Exception as error:  # noqa: BLE001  a rim: a defect at one sensor takes the result of no other
@@ -124,6 +125,14 @@ def _solve_sensor(item: SensorRows, rows: tuple[DwellRecord, ...]) -> SolvedSens
 def _without_source(failure: str, source: str) -> str:
     """Return why, without run and sensor: whoever tells the failure of a sensor has named both."""
     return failure.removeprefix(source).lstrip(":, ") if failure.startswith(source) else failure
+
+
+def _of_what_is_there(failure: str, item: SensorRows) -> str:
+    """Return why, of a run that lacks dwells: its points are planned, and to add others is no way out."""
+    planned = len(item.plan.design_dwells)
+    if len(item.dwells) >= planned:
+        return failure
+    return re.sub(r"; add points[^;]*$", f"; {len(item.dwells)} of {planned} dwells of the design are there", failure)
 
 
 def _unsolved(item: SensorRows, failure: str) -> SolvedSensor:

@@ -17,7 +17,7 @@ from ams.surveillance.common_mode_columns import FIXTURE
 from procedures.journal.audit_trail import Interruption, Standstill
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.records.declared_gaps import NO_METER, NO_STANDARD_OF_RATES
-from procedures.records.states import State, state_sentence
+from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, state_sentence
 from procedures.report.overview import Statement, stated_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
 from procedures.solution.type_b import NO_LEVEL
@@ -38,19 +38,20 @@ def judge(
     restart_steps: Sequence[str],
     table_arcsec: float | None,
     findings: Sequence[Finding] = (),
+    run: str = "RUN",
 ) -> Verdict:
     """Return the verdict on a run.
 
     ``restart_steps``: what a check set after a restart found changed. ``table_arcsec``: standard uncertainty of one
     attitude of the table, pitch and roll together; None where none is declared. ``findings``: of all sensors together;
-    they stand among the warnings of each, and are said once.
+    they stand among the warnings of each, and are said once. ``run``: as commands take it.
     """
     names = [sensor.name for sensor in sensors]
     failures = stated_once(((sensor.name, "", sensor.failure) for sensor in sensors if sensor.failure), names)
     said = significant_texts(findings)
     turned = turned_the_table((*findings, *(found for sensor in sensors for found in _findings(sensor))))
     doubts = [
-        *_run_doubts(state, counts, interruptions),
+        *_run_doubts(state, counts, interruptions, run),
         *(f"{text[0].upper()}{text[1:]}." for text in said),
         *_doubts_of_sensors(sensors, said),
         *(f"A restart made a step: {step}." for step in restart_steps),
@@ -135,12 +136,20 @@ def _span(name: str, angle_rad: FloatArray) -> str:
     return f"{name} {angle(low)}" if high - low < 1e-6 else f"{name} {angle(low)} to {angle(high)}"
 
 
-def _run_doubts(state: str, counts: Counts, interruptions: Sequence[Interruption]) -> Iterable[str]:
+def _run_doubts(state: str, counts: Counts, interruptions: Sequence[Interruption], run: str) -> Iterable[str]:
     if state != "finished":
         yield _unfinished(state, next((stretch for stretch in interruptions[-1:] if stretch.ended_utc is None), None))
     missing = counts.design_planned - counts.design_accepted
     if missing > 0:
-        yield f"{missing} of {counts.design_planned} planned design dwells are missing."
+        yield f"{missing} of {counts.design_planned} planned design dwells are missing{_measured_by(state, run)}."
+
+
+def _measured_by(state: str, run: str) -> str:
+    """Say what measures the dwells that a run lacks: solving it again, however often, does not."""
+    if state in RESUMABLE:
+        who = " --operator NAME --reason TEXT" if state in ANSWERED_FOR else ""
+        return f": calrig resume {run}{who} measures them, and solves with them what cannot be solved without"
+    return ": this run goes on no more, a new one measures them" if state in (State.FAILED, State.CLOSED) else ""
 
 
 def _unfinished(state: str, stretch: Interruption | None) -> str:

@@ -333,7 +333,20 @@ def tell_failures(delivery: Delivery) -> None:
     if delivery.failures.keys() == {"archive"}:
         note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
     elif is_mended_by_solve:
-        note(f"everything else is written; calrig solve {delivery.run.folder} makes what is missing")
+        note(
+            f"everything else is written; calrig solve {delivery.run.folder} makes what is missing{_lacking(delivery)}"
+        )
+
+
+def _lacking(delivery: Delivery) -> str:
+    """Say what solving again does not make: dwells that a run which did not finish has not measured."""
+    run = delivery.run
+    lacking = len(run.record.plan.design_dwells) - run.dwells_done
+    if run.is_finished or lacking <= 0:
+        return ""
+    if run.record.state in RESUMABLE:
+        return f" of page and paper; its {lacking} dwells that are missing are measured by calrig resume {run.folder}"
+    return f" of page and paper; its {lacking} dwells that are missing are measured by a new run"
 
 
 def tell(delivery: Delivery) -> None:

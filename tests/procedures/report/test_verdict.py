@@ -172,6 +172,22 @@ def test_missing_dwells_are_counted() -> None:
     assert "3 of 147 planned design dwells are missing" in text
 
 
+@pytest.mark.parametrize(("state", "what"), [
+    ("stopped", ": calrig resume night-1 measures them, and solves with them what cannot be solved without."),
+    ("interrupted", ": calrig resume night-1 measures them, and solves with them what cannot be solved without."),
+    ("tripped", ": calrig resume night-1 --operator NAME --reason TEXT measures them, and "),
+    ("failed", ": this run goes on no more, a new one measures them."),
+    ("closed", ": this run goes on no more, a new one measures them."),
+    ("finished", "."),
+])  # fmt: skip
+def test_what_measures_missing_dwells_is_said(state: str, what: str) -> None:
+    """Solving again, however often, does not."""
+    view = run_view(Scene())
+    counts = replace(view.counts, design_accepted=2, design_planned=24)
+    grounds = judge(state, counts, view.sensors, (), (), None, run="night-1").grounds
+    assert [ground for ground in grounds if f"22 of 24 planned design dwells are missing{what}" in ground]
+
+
 def test_a_sensor_without_a_solution_makes_the_run_unusable() -> None:
     view = run_view(Scene())
     failed = replace(view.sensors[0], axes=(), failure="roll has one value only")
