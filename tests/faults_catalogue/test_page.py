@@ -27,6 +27,16 @@ def test_the_page_is_what_the_tests_say() -> None:
     assert on_the_page == from_the_tests, "write it anew: python tests/support/fault_table.py"
 
 
+def test_what_is_told_as_damaged_is_on_the_page_with_what_to_do() -> None:
+    """The word that status, handover, lists and refusals print; each with a way out that is a command, or a copy."""
+    rows = re.findall(r"^\| ([^|]+) \| ([^|]+) \|$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    told = {what: way for what, way in rows if what != "damaged" and not what.startswith("-")}
+    for word in ("dwell of a run", "journal", "set or an export", "archive", "queue"):
+        ways = [way for what, way in told.items() if word in what]
+        assert ways, word
+        assert all("calrig " in way or "copy" in way or "keep" in way for way in ways)
+
+
 def test_every_file_that_the_page_names_holds_a_test_of_its_entry() -> None:
     held = {(test.entry, test.file) for test in TESTS}
     rows = re.findall(r"^\| (\d+) \|.*\| ([^|]+) \|$", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)

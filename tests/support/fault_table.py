@@ -115,6 +115,17 @@ Every entry has tests named `test_fault_NN_…`. *Standstill* is the time from t
 measured on the twins in the middle of a move at 5 °/s; — where no axis moves when the fault shows itself. A table whose
 line is gone ends its move by itself: how far it was on its way decides.
 
+**Damaged**, in a message, a list or JSON, is what is stored and is not as it was written; it was left as it is, and no
+number is drawn from it. `calrig status RUN` and `calrig handover RUN` name the dwells.
+
+| damaged | what to do |
+|---|---|
+| a dwell of a run | `calrig salvage RUN` takes the rest into a new folder; a resume there measures it again |
+| the journal of a run | a copy of it and its `-wal` file; without one `calrig salvage RUN` takes what is intact |
+| a coefficient set or an export | an intact copy, or export it again from the archive ([how](archive.md)) |
+| the archive | `calrig archive verify` names the rows; put it back from a copy |
+| the file of a queue | keep it for whoever looks into it, and begin a new queue |
+
 | | fault | detected | response | standstill | tests |
 |---|---|---|---|---|---|
 """

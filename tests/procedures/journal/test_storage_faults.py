@@ -64,7 +64,7 @@ def test_fault_06_a_damaged_dwell_is_quarantined_by_name_and_never_solved_with(
     small: Bench, clean: Path, tmp_path: Path
 ) -> None:
     """Detected: a SHA-256 for every dwell, chained in the audit trail, checked at open and at solve.
-    Response: neither solved nor resumed: salvage names the dwell and leaves it out, a resume measures it again.
+    Response: told as damaged, neither solved nor resumed: salvage leaves it out by name, a resume measures it again.
     """
     folder = _damaged(clean, tmp_path / "rotten", (10, 20))
     with JournalReader.open(folder) as reader:
@@ -136,7 +136,7 @@ def test_fault_06_redo_takes_nothing_back_in_a_damaged_journal_and_does_in_the_s
 @pytest.mark.parametrize("length", [0.3, 0.6, 0.9])
 def test_fault_07_a_truncated_journal_gives_an_intact_prefix_in_a_new_file(tmp_path: Path, length: float) -> None:
     """Detected: head, quick check, chain of events, SHA-256 of every dwell.
-    Response: refused and left untouched; salvage takes what is provably intact into a new file.
+    Response: told as damaged and left untouched; salvage takes what is provably intact into a new file.
     """
     whole = journal_with(tmp_path / JOURNAL_FILE, 30)
     with JournalReader.open(whole) as reader:
