@@ -75,9 +75,9 @@ def _drift(
     n = layout.replications
     dof = layout.rows - n * form.basis.shape[1]
     within = (sums.ss_precision + sums.ss_lack_of_fit) / max(dof, 1)
-    spread = sums.separate - sums.separate.mean(axis=0)
+    spread = sums.separate - sums.separate.sum(axis=0) / n
     along = np.einsum("nim,mqi->mqn", spread, directions)
-    per_replication = np.sum((directions @ (n * form.unscaled_covariance)) * directions, axis=-1)
+    per_replication = ((directions @ (n * form.unscaled_covariance)) * directions).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratios = np.sum(along**2, axis=-1) / (n - 1) / per_replication / within[:, None]
+        ratios = (along**2).sum(axis=-1) / (n - 1) / per_replication / within[:, None]
     return after_holm(f_tests(dict(zip(names, ratios.T, strict=True)), n - 1, dof))

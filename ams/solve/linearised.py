@@ -17,7 +17,7 @@ from ams.models.model import Model, Stimulus
 from ams.models.remounted import is_of_a_mounting
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.observations import Observations
-from ams.remembered import known
+from ams.remembered import known, remembered
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm, factor, repeated
@@ -150,13 +150,19 @@ def _first(stimulus: Attitude, layout: Layout) -> Attitude | None:
     """
     if not layout.is_complete or layout.order is not None:
         return None
-    first, given = {}, _columns(stimulus)
+    return _first_of(layout, **_columns(stimulus))
+
+
+@remembered(16)
+def _first_of(layout: Layout, **given: NDArray[Any]) -> Attitude | None:
+    """Return the same of the columns that are given, replication below replication."""
+    first = {}
     left_out = () if _RATES in given else _NEVER_ALIKE  # gyros stay on their rows, for their stored numbers
     for name, values in given.items():
         block = layout.block(values)
         if block is None and name not in left_out:
             return None
-        first[name] = values[: layout.points] if block is None else block
+        first[name] = values[: layout.points].copy() if block is None else block
     return Attitude(**first)
 
 

@@ -118,7 +118,7 @@ class FTestColumns:
     def of(self, column: int) -> FTest:
         """Return the test of one axis; all NaN where there is none."""
         t = float(self.t[column])
-        if np.isnan(t):
+        if isnan(t):
             return NO_TEST
         p_value, is_significant = float(self.p_value[column]), bool(self.is_significant[column])
         return FTest(t, self.f_95, p_value, self.numerator_dof, self.denominator_dof, is_significant)

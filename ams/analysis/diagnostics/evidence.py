@@ -95,7 +95,7 @@ class Evidence:
     @cached_property
     def sensed(self) -> FloatArray:
         """(N, m) what the outputs sense beside their offset, over its largest."""
-        centred = self.fitted - self.fitted.mean(axis=0)
+        centred = self.fitted - self.fitted.sum(axis=0) / self.layout.rows
         largest = np.abs(centred).max(axis=0)
         return np.asarray(centred / np.where(largest > 0.0, largest, 1.0))
 

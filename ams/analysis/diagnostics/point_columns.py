@@ -53,8 +53,9 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     sees_squareness = isinstance(base, PitchRoll | ExtendedPitchRoll)
     skew = squareness_of_points(rows, layout, base.nominal_axis if sees_squareness else "x", evidence.primary[output])
     in_order = left_by_order(evidence, accelerometer_base(base), layout.points - _FEWEST_POINTS)
-    turns, degc = np.column_stack([skew, before]), by_point_degc(evidence, output)
-    columns, unshared = np.hstack([terms, turns, in_order, degc]), np.hstack([known, turns, degc])
+    degc = by_point_degc(evidence, output)
+    columns = np.column_stack([terms, skew, before, in_order, degc])
+    unshared = np.column_stack([known, skew, before, degc])
     return eliminate(means, columns, _beside(evidence.basis, terms, in_order), unshared)
 
 

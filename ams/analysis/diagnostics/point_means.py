@@ -166,7 +166,7 @@ def _variance(means: PointMeans, whole: FloatArray, dof: int) -> float:
 
 def _independent_of(shared: FloatArray, added: FloatArray) -> FloatArray:
     """Return orthonormal columns of both, those that are shared factored once for all outputs."""
-    q = _spanned(shared)
+    q = spanned(shared)
     left = added - q @ (q.T @ added)
     length = np.einsum("kc,kc->c", added, added)
     found: list[FloatArray] = []
@@ -181,7 +181,8 @@ def _independent_of(shared: FloatArray, added: FloatArray) -> FloatArray:
 
 
 @remembered(16)
-def _spanned(columns: FloatArray) -> FloatArray:
+def spanned(columns: FloatArray) -> FloatArray:
+    """Return orthonormal columns of all that is independent in (K, c) columns that many outputs share."""
     columns = _of_something(columns)
     q, r = np.linalg.qr(columns)
     is_left = _is_left(columns, r)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.beliefs import AUTOCORRELATION, MEMORIES, TURNED_FROM_ALIKE, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.point_means import Elimination
+from ams.analysis.diagnostics.point_means import Elimination, spanned
 from ams.arrays import FloatArray
 from ams.statistics.distributions import f_tail
 
@@ -89,7 +89,8 @@ class ReplicationScatter:
         layout, design = self.evidence.layout, self.terms.design
         given = design[:, [*range(self.terms.given), *(self.terms.given + other for other in beside)]]
         tested = design[:, self.terms.given + column]
-        left = tested - given @ np.linalg.lstsq(given, tested, rcond=_NOTHING)[0]
+        q = spanned(given)
+        left = tested - q @ (q.T @ tested)
         square, whole = float(left @ left), self._whole
         if len(whole) < _LEAST_REPLICATIONS or not square > _NOTHING * float(tested @ tested):
             return None

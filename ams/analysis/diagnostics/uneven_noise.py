@@ -85,7 +85,7 @@ def uneven_noise(grid: GridResiduals) -> UnevenNoise | None:
     replications, points = grid.replications, grid.points
     if replications < _LEAST_REPLICATIONS or points - int(grid.q.shape[1]) < _LEAST_DWELLS:
         return None
-    count = np.count_nonzero(grid.judged.reshape(replications, points), axis=1)
+    count = grid.judged.reshape(replications, points).sum(axis=1)
     if int(count.min()) < _LEAST_DWELLS:
         return None
     total, typical = int(count.sum()), grid.typical_sd
