@@ -14,6 +14,7 @@ import numpy as np
 
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics import temperature as by_temperature
+from ams.analysis.diagnostics.axis_over_temperature import axis_over_temperature
 from ams.analysis.diagnostics.beliefs import (
     AUTOCORRELATION,
     BY_POINT,
@@ -146,6 +147,8 @@ def axis_tests(
         found.append(slope_test(OVER_TIME, "drift", shared.over_time, output, "per h"))
     found += _of_temperature(evidence, shared, output, known)
     found += [*([] if lag is None else [lag]), *of_terms_over_temperature(evidence, output, lag)]
+    turning = axis_over_temperature(evidence, output, None)
+    found += [] if turning is None else [turning.test]
     terms = low_order(evidence, output, known, before)
     columns = columns_of(evidence.models[output])
     between, by_replication = _between(evidence, shared, output, grid), None

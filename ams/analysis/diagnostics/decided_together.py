@@ -10,7 +10,9 @@ from math import inf, isfinite
 from typing import Final
 
 from ams.analysis.diagnostics import temperature as by_temperature
+from ams.analysis.diagnostics.axis_over_temperature import axis_over_temperature
 from ams.analysis.diagnostics.beliefs import (
+    AXIS_OVER_TEMPERATURE,
     BY_POINT,
     BY_POINT_GAIN,
     BY_REPLICATION,
@@ -98,14 +100,16 @@ def _next(
 def explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests) -> AxisTests:
     """Take from drift what temperature explains, and from curvature what a lag does."""
     flags, tests = dict(decided.is_significant), dict(decided.tests)
-    if not any(flags.get(name) for name in (LAG, CURVATURE, BY_REPLICATION)):
+    if not any(flags.get(name) for name in (LAG, CURVATURE, BY_REPLICATION, AXIS_OVER_TEMPERATURE)):
         return decided
     lag_h = tests[LAG].uncertainty if flags.get(LAG) else None
     between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(flags.get(CURVATURE)))
     if flags.get(LAG) and flags.get(CURVATURE) and not between.curvature.p_value <= decided.conviction_level:
         flags[CURVATURE] = False
         tests[CURVATURE] = replace(tests[CURVATURE], explained_by=BY_TEMPERATURE)
-    if flags.get(LAG) or not between.unexplained <= decided.conviction_level:
+    turning = axis_over_temperature(evidence, output, lag_h) if flags.get(AXIS_OVER_TEMPERATURE) else None
+    left = between.unexplained if turning is None else turning.unexplained
+    if flags.get(LAG) or not left <= decided.conviction_level:
         for name, test in tests.items():
             if test.kind == "drift" and flags[name]:
                 flags[name], tests[name] = False, replace(test, explained_by=BY_TEMPERATURE)

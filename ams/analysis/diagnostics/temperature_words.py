@@ -5,6 +5,7 @@ from functools import partial
 from typing import Final
 
 from ams.analysis.diagnostics.beliefs import (
+    AXIS_OVER_TEMPERATURE,
     BY_POINT,
     BY_POINT_GAIN,
     BY_REPLICATION,
@@ -53,6 +54,15 @@ def _terms(test: BeliefTest, words: AxisWords) -> Said:
     )
 
 
+def _turns(test: BeliefTest, words: AxisWords) -> Said:
+    return Said(
+        f"the sensitive axis turns with temperature, by {words.scale.within(test.size, 2.0 * test.uncertainty)} a °C: "
+        "offset and sensitivity are modelled over temperature, its direction is not; away from the mean of the "
+        "temperatures measured predictions and attitudes are off by more than is stated",
+        "calibrate at the temperature of use",
+    )
+
+
 WORDS: Final[Mapping[str, Callable[[BeliefTest, AxisWords], Said]]] = {
     BY_POINT: partial(_follows, "in step with the points, alike in every replication"),
     BY_POINT_GAIN: partial(_follows, "with its sensitivity, alike in every replication"),
@@ -60,4 +70,5 @@ WORDS: Final[Mapping[str, Callable[[BeliefTest, AxisWords], Said]]] = {
     LAG: _lag,
     CURVATURE: _curvature,
     TERMS_OVER_TEMPERATURE: _terms,
+    AXIS_OVER_TEMPERATURE: _turns,
 }
