@@ -11,9 +11,11 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.models.drifting import SECONDS_PER_HOUR
+from ams.models.thermal import TEMPERATURE_NAMES
 from ams.remembered import remembered
 from ams.solve.layout import Layout
 from ams.solve.recorded_temperature import SMALLEST_CHANGE_DEGC, swing_degc
@@ -94,7 +96,7 @@ def lagged_degc(evidence: Evidence, time_constant_h: float) -> FloatArray | None
 
 def lag(evidence: Evidence, output: int) -> Joint:
     """Test the time constants one by one, Bonferroni over them; ``detail`` is the one that explains most, hours."""
-    grid, best, most = evidence.grid.of(output), NONE, 0.0
+    grid, best, most = _beside_the_record(evidence, output), NONE, 0.0
     for time_constant_h in LAGS_H:
         columns = lag_columns(evidence, output, time_constant_h)
         if columns is None or grid.dof < LEAST_DOF:
@@ -108,6 +110,16 @@ def lag(evidence: Evidence, output: int) -> Joint:
             )
             most = square
     return best
+
+
+def _beside_the_record(evidence: Evidence, output: int) -> GridResiduals:
+    """Return the residuals of an output, without what it does at once with a temperature that no term is modelled for:
+    a body that follows a slow change has nearly the form of the change itself.
+    """
+    grid, rise = evidence.grid.of(output), departure_degc(evidence)
+    if rise is None or TEMPERATURE_NAMES[0] in evidence.models[output].primary_names:
+        return grid
+    return grid.beside(evidence.on_grid(np.column_stack([rise, rise * evidence.sensed[:, output]])))
 
 
 def lag_columns(evidence: Evidence, output: int, time_constant_h: float) -> FloatArray | None:
