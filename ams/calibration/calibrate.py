@@ -27,7 +27,7 @@ from ams.calibration.contradicted_signs import contradicted_signs, with_readings
 from ams.calibration.diagnosis import (
     Circumstances,
     Diagnosis,
-    corrected_replication,
+    replication_tests,
 )
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration.outputs_together import diagnose_together
@@ -311,14 +311,15 @@ def _sensitive_axis(names: Sequence[str], primary: FloatArray) -> tuple[float, f
 
 def _replication(solved: SolvedColumns, row: int, found: Diagnosis) -> Replication | None:
     """Return the tests of the dwells that are believed; those of TP 8 are of all dwells."""
-    tests, believed, i = corrected_replication(found), found.solved, found.row
+    tests, believed, i = replication_tests(found), found.solved, found.row
     if solved.replication is None or tests is None:
         return None
+    lack_of_fit, drift = tests
     return Replication(
         replications=solved.layout.replications,
         points=solved.layout.points,
-        lack_of_fit=tests.lack_of_fit.of(i),
-        drift={name: test.of(i) for name, test in tests.drift.items()},
+        lack_of_fit=lack_of_fit,
+        drift=drift,
         tp=solved.replication.tp.of(row),
         precision_v=float(np.sqrt(believed.mixed.precision_variance[i])),
         lack_of_fit_v=float(np.sqrt(believed.mixed.lack_of_fit_variance[i])),

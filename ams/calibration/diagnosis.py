@@ -36,7 +36,7 @@ from ams.analysis.diagnostics.table_limit_wording import of_table_limit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.wording import findings_of
 from ams.analysis.diagnostics.wrong_dwell_words import Convicted, wrong_dwell_finding
-from ams.analysis.replication import ReplicationColumns, quantity
+from ams.analysis.replication import quantity
 from ams.arrays import FloatArray
 from ams.calibration import step_words
 from ams.calibration.believed import Believed, evidence_of
@@ -50,6 +50,7 @@ from ams.calibration.explained import (
 )
 from ams.calibration.step_columns import beside_of, step_columns
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput, with_steps
+from ams.calibration_result import FTest
 from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
@@ -334,22 +335,21 @@ def _some_drift(tests: AxisTests) -> bool:
     return any(stands and name.startswith(DRIFT_OF) for name, stands in tests.is_significant.items())
 
 
-def corrected_replication(found: Diagnosis) -> ReplicationColumns | None:
-    """Return the replication tests of what is believed, as significant as all tests of the axis together have it.
+def replication_tests(found: Diagnosis) -> tuple[FTest, dict[str, FTest]] | None:
+    """Return lack of fit and drifts of what is believed, as significant as all tests of the axis together have them.
 
     That of lack of fit has the chance that the findings state, under the covariance of the table and of what is known.
     """
-    columns, flags = found.solved.replication, found.tests.is_significant
-    if columns is None or not flags:
-        return columns
-    size = len(found.solved.problem.models)
-    drift = {
-        name: test.judged(np.full(size, flags.get(f"{DRIFT_OF}{name}", False))) for name, test in columns.drift.items()
+    columns, flags, row = found.solved.replication, found.tests.is_significant, found.row
+    if columns is None:
+        return None
+    drift, stated = columns.drift, found.tests.tests.get(LACK_OF_FIT)
+    if not flags:
+        return columns.lack_of_fit.of(row), {name: test.of(row) for name, test in drift.items()}
+    p_value, is_lacking = None if stated is None else stated.p_value, flags.get(LACK_OF_FIT, False)
+    return columns.lack_of_fit.of(row, is_significant=is_lacking, p_value=p_value), {
+        name: test.of(row, is_significant=flags.get(f"{DRIFT_OF}{name}", False)) for name, test in drift.items()
     }
-    stated = found.tests.tests.get(LACK_OF_FIT)
-    p_value = None if stated is None else np.full(size, stated.p_value)
-    lack_of_fit = columns.lack_of_fit.judged(np.full(size, flags.get(LACK_OF_FIT, False)), p_value)
-    return ReplicationColumns(lack_of_fit, drift, columns.tp)
 
 
 def sensitivity_of(found: Diagnosis) -> float | None:

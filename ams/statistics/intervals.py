@@ -110,18 +110,21 @@ class FTestColumns:
     is_significant: BoolArray
     """(m,)"""
 
-    def judged(self, is_significant: BoolArray, p_value: FloatArray | None = None) -> "FTestColumns":
-        """Return the same tests, significant as it is said; ``p_value``: where it is known better."""
-        p = self.p_value if p_value is None else p_value
-        return FTestColumns(self.t, self.f_95, p, self.numerator_dof, self.denominator_dof, is_significant)
+    def judged(self, is_significant: BoolArray) -> "FTestColumns":
+        """Return the same tests, significant as it is said."""
+        return FTestColumns(self.t, self.f_95, self.p_value, self.numerator_dof, self.denominator_dof, is_significant)
 
-    def of(self, column: int) -> FTest:
-        """Return the test of one axis; all NaN where there is none."""
+    def of(self, column: int, *, is_significant: bool | None = None, p_value: float | None = None) -> FTest:
+        """Return the test of one axis; all NaN where there is none.
+
+        ``is_significant``, ``p_value``: where they are known better.
+        """
         t = float(self.t[column])
         if isnan(t):
             return NO_TEST
-        p_value, is_significant = float(self.p_value[column]), bool(self.is_significant[column])
-        return FTest(t, self.f_95, p_value, self.numerator_dof, self.denominator_dof, is_significant)
+        p = float(self.p_value[column]) if p_value is None else p_value
+        flag = bool(self.is_significant[column]) if is_significant is None else is_significant
+        return FTest(t, self.f_95, p, self.numerator_dof, self.denominator_dof, flag)
 
 
 def f_tests(

@@ -10,6 +10,7 @@ own numbers and wrong by the data sheet's: the unit, the load or the sensor is a
 import re
 from collections.abc import Iterator, Mapping
 from functools import cache
+from math import hypot
 from typing import Final
 
 import numpy as np
@@ -76,9 +77,10 @@ def silent_axis(model: Model, primary: FloatArray, declared: DeclaredDirection) 
     at = component_indices(model.primary_names)
     if not at or declared.axis not in at:
         return None
-    k = {axis: float(primary[index]) for axis, index in at.items()}
-    size = float(np.linalg.norm(list(k.values())))
-    level = float(np.abs(np.delete(primary, list(at.values()))).max(initial=0.0))
+    values = primary.tolist()
+    k = {axis: values[index] for axis, index in at.items()}
+    size = hypot(*k.values())
+    level = max((abs(value) for index, value in enumerate(values) if index not in at.values()), default=0.0)
     is_rounding = size <= _ROUNDING * level
     is_per_g = model.primary_names[at[declared.axis]].endswith("_v_per_g")
     least = _CROSS_TALK * (declared.v_per_g or 0.0) if is_per_g else 0.0
@@ -158,7 +160,7 @@ def contradicted_axis(
     is_reversed = not is_another and polarity is not None and sense != declared.sense
     if not (is_another or is_reversed) or not ahead > _FAR * u:
         return None
-    length = float(np.linalg.norm(np.array(list(k.values()))))
+    length = hypot(*k.values())
     along = sign * declared.sense * k[declared.axis] / length
     away_deg = float(np.rad2deg(np.arccos(np.clip(along if polarity else abs(along), -1.0, 1.0))))
     reads_as = f"{'+' if sense > 0 else '-'}{nearest}" if polarity else nearest
