@@ -94,6 +94,9 @@ def printed_gaps(grounds: Grounds) -> Iterator[str]:
 def _gaps(grounds: Grounds) -> Iterator[Said]:
     if grounds.coefficients.is_simulated:
         yield Said(OF_A_TWIN)
+    calibrated = grounds.coefficients.created_utc.date()
+    if grounds.issued < calibrated:
+        yield Said(f"it is issued on {grounds.issued}, before the calibration ended on {calibrated} (UTC)")
     if grounds.signed.is_in_quarantine:
         yield Said(f"the set is in quarantine: {_quarantine(grounds.signed)}")
     if grounds.signed.by("approved") is None:

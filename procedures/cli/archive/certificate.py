@@ -1,6 +1,6 @@
 """``calrig certificate``: the certificate of an approved set, as PDF and page."""
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from procedures.certificate.issue import GroundsOf, issue
@@ -11,6 +11,8 @@ from procedures.errors import RequestError
 from rig.clock import SystemClock
 
 DAY = "%Y-%m-%d"
+_EAST_OF_UTC = timedelta(hours=14)
+"""Where today begins first."""
 
 
 def certificate(
@@ -49,7 +51,8 @@ def certificate(
     require_folder(out, "--out")
     if (amends is None) != (not reason.strip()):
         raise RequestError("certificate: --amends and --reason belong together; nothing was issued; give both or none")
-    day = SystemClock().now_utc() if issued is None else _day(issued)
+    now = SystemClock().now_utc()
+    day = now if issued is None else _day(issued, now)
     request = GroundsOf(number, day, amends, reason, specimen)
     done = issue(archive_url(archive), key, request, person_named(operator), out)
     if json:
@@ -69,10 +72,13 @@ def certificate(
     say(f"{what} {number} of {done.grounds.coefficients.sensor}: {done.paper}")
 
 
-def _day(text: str) -> datetime:
+def _day(text: str, now: datetime) -> datetime:
     try:
-        return datetime.strptime(text, DAY).replace(tzinfo=UTC)
+        day = datetime.strptime(text, DAY).replace(tzinfo=UTC)
     except ValueError:
         raise RequestError(
             f"--issued: is no day: got {text!r}, allowed is year-month-day such as 2026-03-02; nothing was issued"
         ) from None
+    if day > now + _EAST_OF_UTC:
+        raise RequestError(f"--issued: got {text}, which is to come: today is {now:{DAY}}; nothing was issued")
+    return day

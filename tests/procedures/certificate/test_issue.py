@@ -174,6 +174,8 @@ def test_a_folder_that_refuses_is_told(approved: str, tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (["--issued", "2.3.2026"], "is no day"),
+        (["--issued", "2999-01-01"], "which is to come"),
+        (["--issued", "2020-01-01"], "before the calibration ended on"),
         (["--amends", "6"], "belong together"),
         (["--out", "no/such/folder"], "is no folder"),
     ],
