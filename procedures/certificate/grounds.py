@@ -17,7 +17,15 @@ from ams.sets.stated_findings import NO_CERTIFICATE_WITH, StatedFinding, finding
 from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import NO_METER, NOBODY_APPROVED, OF_A_TWIN, VOLTS, Declared, declared_gaps
+from procedures.records.declared_gaps import (
+    NO_METER,
+    NO_THERMOMETER,
+    NOBODY_APPROVED,
+    OF_A_TWIN,
+    VOLTS,
+    Declared,
+    declared_gaps,
+)
 from procedures.report.overview import shared_statements
 from rig.local_time import local_day
 
@@ -112,7 +120,7 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
         )
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))
-    yield from (Said(word) for word in stated if word.startswith(NO_CERTIFICATE_WITH))
+    yield from (Said(word) for word in stated if word.startswith((*NO_CERTIFICATE_WITH, NO_THERMOMETER)))
     if grounds.is_not_usable and grounds.signed.accepted_verdict is None:
         yield Said(NOBODY_ACCEPTED, how_to_close(grounds.signed))
     yield from _unaccepted(grounds.signed.unaccepted)

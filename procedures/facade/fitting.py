@@ -29,9 +29,9 @@ from procedures.solution.fit_options import (
     model_named,
     refuse_reference_temperature,
 )
-from procedures.solution.fitted import fitted, named_sensor, require_sensor, sensor_of
+from procedures.solution.fitted import errors_of_file, fitted, named_sensor, require_sensor, sensor_of
 from procedures.solution.request import SolvedSensor
-from procedures.solution.type_b import shared_errors, table_uncertainty
+from procedures.solution.type_b import table_uncertainty
 from rig.local_time import local_day
 
 
@@ -84,7 +84,7 @@ def fit(
         time_term=time_term == "linear",
         declared={} if described is None else declared_directions(sensor_of(described, sensor)),
         table=None if described is None else table_uncertainty(described),
-        shared_errors=of_gyros if described is None else shared_errors(described, sensor_of(described, sensor)),
+        shared_errors=of_gyros if described is None else errors_of_file(described, sensor),
     )
     if isinstance(observations, pd.DataFrame):
         table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")

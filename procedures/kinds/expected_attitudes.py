@@ -20,7 +20,7 @@ from procedures.plan.drift_bias import drift_bias, time_correlation
 from procedures.plan.judged_design import judge_design
 from procedures.plan.plan import Plan
 from procedures.plan.sequential import usage_pitch_deg
-from procedures.records.declared_gaps import undeclared_references
+from procedures.records.declared_gaps import thermometer_remarks, undeclared_references
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
 from procedures.solution.expected_readings import read_adaptively
@@ -84,7 +84,11 @@ def forecast_of_design(
 
 
 def _remarks(rig: RigDescription, plan: Plan) -> Iterator[str]:
-    undeclared = (*level_remarks(rig), *undeclared_references(rig, plan.sensors.values(), plan.axes))
+    undeclared = (
+        *level_remarks(rig),
+        *undeclared_references(rig, plan.sensors.values(), plan.axes),
+        *thermometer_remarks(rig, plan.sensors.values(), plan.solve.temperature),
+    )
     yield from (said.text for said in undeclared)
     if plan.environment is None:
         yield from use_remarks(rig, plan.solve, plan.sensors)

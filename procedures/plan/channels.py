@@ -30,6 +30,12 @@ def channels_of(rig: RigDescription, sensors: Mapping[str, Sensor]) -> tuple[str
     return tuple(dict.fromkeys([*outputs, *temperatures, *supplies]))
 
 
+def environment_of(rig: RigDescription, sensor: Sensor) -> str | None:
+    """Return the environment whose reading stands for the sensor's temperature; None where it has one of its own."""
+    source = temperature_source(rig, sensor)
+    return source if isinstance(source, str) else None
+
+
 def temperature_source(rig: RigDescription, sensor: Sensor) -> TemperatureChannel | str | None:
     """Return the sensor's own channel, else the rig's only environment, else None."""
     if sensor.temperature is not None:

@@ -19,6 +19,8 @@ NO_STANDARD_OF_RATES = "no standard of the rates is declared"
 """How it is said of gyros that turned about an axis without a standard: in remark, verdict and gap."""
 NO_TEMPERATURE = "no temperature was recorded with the readings"
 """How it is said of a sensor whose own temperature nobody knows."""
+NO_THERMOMETER = "no uncertainty of the thermometer is declared"
+"""How it is said of temperatures without a standard that states degrees, where a result is stated over them."""
 VOLTS = "v"
 """As it is written in a key."""
 
@@ -104,6 +106,23 @@ def temperature_remarks(rows: Observations) -> tuple[str, ...]:
     )
 
 
+def thermometer_remarks(rig: RigDescription, sensors: Iterable[Sensor], temperature: str) -> tuple[Said, ...]:
+    """Say that nobody declared how far the temperatures may be wrong that offset and sensitivity are stated over.
+
+    ``temperature``: what is done about it (``[solve] temperature``).
+    """
+    if temperature == "none" or all(_states_degrees(rig, sensor) for sensor in sensors):
+        return ()
+    return (
+        Said(
+            f"{NO_THERMOMETER}: offset and sensitivity are those at the temperatures that were read, and what those "
+            "are wrong by is in no figure stated here",
+            "declare environment.NAME.standard (chain.CHANNEL.standard of a sensor with a temperature of its own) and "
+            "uncertainty_degc of that standard under [standards.NAME] of the rig file",
+        ),
+    )
+
+
 def undeclared_references(rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str]) -> tuple[Said, ...]:
     """Return what is to be said of the meters of the sensors and of the axes that turn, each once."""
     axes = tuple(turned)
@@ -114,3 +133,14 @@ def undeclared_references(rig: RigDescription, sensors: Iterable[Sensor], turned
 def _states_volts(rig: RigDescription, readout: str) -> bool:
     standard = rig.standards.get(rig.readouts[readout].standard or "")
     return standard is not None and standard.uncertainty_v is not None
+
+
+def _states_degrees(rig: RigDescription, sensor: Sensor) -> bool:
+    """Return whether a standard is behind the sensor's own thermometer, else behind that of the rig's only chamber."""
+    if sensor.temperature is not None:
+        chain = rig.chain.get(sensor.temperature.channel)
+        names = [] if chain is None else [chain.standard]
+    else:
+        names = [environment.standard for environment in rig.environment.values()]
+    standard = rig.standards.get(names[0] or "") if len(names) == 1 else None
+    return standard is not None and bool(standard.uncertainty_degc)

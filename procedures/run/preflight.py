@@ -16,7 +16,14 @@ from procedures.errors import ProcedureError
 from procedures.journal.location import require_local
 from procedures.lease.keeper import look
 from procedures.plan.plan import Plan
-from procedures.records.declared_gaps import NOBODY_APPROVED, OF_A_TWIN, Declared, declared_gaps, undeclared_references
+from procedures.records.declared_gaps import (
+    NOBODY_APPROVED,
+    OF_A_TWIN,
+    Declared,
+    declared_gaps,
+    thermometer_remarks,
+    undeclared_references,
+)
 from procedures.run.readiness import Readiness, days_to_come, readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
 from rig.assembly.open_rig import real_ports
@@ -99,7 +106,10 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
             level=rig.level.model_dump(),
             has_standards=bool(rig.standards),
             senses_gravity=any(sensor.measures == "acceleration" for sensor in plan.sensors.values()),
-            references=undeclared_references(rig, plan.sensors.values(), plan.axes),
+            references=(
+                *undeclared_references(rig, plan.sensors.values(), plan.axes),
+                *thermometer_remarks(rig, plan.sensors.values(), plan.solve.temperature),
+            ),
         )
     )
     yield from (gap.text for gap in declared)

@@ -21,7 +21,7 @@ from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.sequential import stopped_in_words
-from procedures.records.declared_gaps import meter_remarks, rate_remarks, temperature_remarks
+from procedures.records.declared_gaps import meter_remarks, rate_remarks, temperature_remarks, thermometer_remarks
 from procedures.records.dwells import DwellRecord
 from procedures.solution.adaptive_words import adaptive_in_words
 from procedures.solution.dominating_limits import dominating_limits
@@ -96,6 +96,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *_remarks(item.plan.solve, item.dwells),
         *undeclared.remarks,
         *temperature_remarks(observations),
+        *(said.text for said in thermometer_remarks(item.rig, [item.sensor], request.temperature)),
         *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
         *gravity_on_gyros_remarks(request.shared_errors, senses_rates=model is not None and model.needs_rates),
         *(text for text in (stopped, adaptive_in_words(item)) if text is not None),

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+from ams.findings import Said
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.possible_outputs import refuse_impossible_outputs, refuse_overloads
@@ -15,7 +16,8 @@ from ams.observations import Observations
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import meter_remarks, temperature_remarks
+from procedures.plan.channels import environment_of
+from procedures.records.declared_gaps import meter_remarks, temperature_remarks, thermometer_remarks
 from procedures.solution.by_model import solve_observations
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.dominating_limits import dominating_limits
@@ -23,7 +25,13 @@ from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.run_findings import with_run_findings
-from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings, level_remarks, level_warnings
+from procedures.solution.type_b import (
+    gravity_on_gyros_remarks,
+    gravity_warnings,
+    level_remarks,
+    level_warnings,
+    shared_errors,
+)
 from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -64,7 +72,17 @@ def fitted(
     undeclared = (
         Undeclared() if rig is None else Undeclared(level_remarks(rig), meter_remarks(rig, sensor_of(rig, name)))
     )
-    remarks = (*solved.remarks, *rate_remarks(request), *undeclared.remarks, *temperature_remarks(observations))
+    measured = None if rig is None else sensor_of(rig, name)
+    of_thermometer: tuple[Said, ...] = ()
+    if rig is not None and measured is not None:
+        of_thermometer = thermometer_remarks(rig, [measured], request.temperature)
+    remarks = (
+        *solved.remarks,
+        *rate_remarks(request),
+        *undeclared.remarks,
+        *temperature_remarks(observations),
+        *(said.text for said in of_thermometer),
+    )
     calibration = replace(solved, warnings=warnings, remarks=remarks)
     budgets = budgets_of(calibration, request, rig, trials)
     calibration = replace(calibration, remarks=(*remarks, *dominating_limits(calibration.axes, budgets)))
@@ -151,6 +169,12 @@ def sensor_warnings(rig: RigDescription, name: str | None) -> tuple[str, ...]:
         "meter and the limits of a sensor's data sheet are not in the uncertainties; name it (--sensor NAME of calrig "
         "fit, sensor of calrig.fit; columns that begin with its name do it too)",
     )
+
+
+def errors_of_file(rig: RigDescription, name: str | None) -> dict[str, tuple[SharedError, ...]]:
+    """Return what the rig file declares of the readings of a file; the sensor as :func:`sensor_of` takes it."""
+    sensor = sensor_of(rig, name)
+    return shared_errors(rig, sensor, None if sensor is None else environment_of(rig, sensor))
 
 
 def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:

@@ -20,7 +20,7 @@ from ams.statistics.noise_terms import NoiseTerm
 from ams.surveillance.reference_attitude import LEVEL, TABLE, ReferenceAttitude, ReferenceInWords, parts_of
 from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import Solve
-from procedures.plan.channels import temperature_source
+from procedures.plan.channels import environment_of
 from procedures.plan.plan import Plan
 from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import DwellRecord
@@ -229,10 +229,12 @@ def request_of(
     name: str, rig: RigDescription, sensor: Sensor, solve: Solve, observations: Observations
 ) -> CalibrationRequest:
     """Return what is asked of one sensor of a run."""
-    source = temperature_source(rig, sensor)
-    chamber = source if isinstance(source, str) else None
     errors = shared_errors(
-        rig, sensor, chamber, calibrated_degc(solve, observations), counts_earth=observations.from_level is not None
+        rig,
+        sensor,
+        environment_of(rig, sensor),
+        calibrated_degc(solve, observations),
+        counts_earth=observations.from_level is not None,
     )
     declared = declared_directions(sensor)
     return request_for(

@@ -39,8 +39,8 @@ from procedures.solution.fit_options import (
     on_command_line,
     refuse_reference_temperature,
 )
-from procedures.solution.fitted import fitted, named_sensor, require_sensor, sensor_of
-from procedures.solution.type_b import shared_errors, table_uncertainty
+from procedures.solution.fitted import errors_of_file, fitted, named_sensor, require_sensor, sensor_of
+from procedures.solution.type_b import table_uncertainty
 from rig.description.rig_file import RigDescription
 from rig.local_time import local_day
 
@@ -171,7 +171,7 @@ def fit(
         residual_curvature=hessian,
         declared={} if description is None else declared_directions(sensor_of(description, sensor)),
         table=None if description is None else table_uncertainty(description),
-        shared_errors=of_gyros if description is None else shared_errors(description, sensor_of(description, sensor)),
+        shared_errors=of_gyros if description is None else errors_of_file(description, sensor),
     )
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
