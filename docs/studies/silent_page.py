@@ -1,6 +1,6 @@
 """The page of the study of silent scenes, made of the lines of its cells."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from physics_scenes import SCENES
@@ -62,8 +62,10 @@ CURRENT = """
 clean campaigns ring as often with them (0.050 of 4 000); decision 74 names more of `after-pitch-moves`, `k0-asymmetry`,
 `k3`, `temperature-curvature` and `meter-gain` near their thresholds than stands here. The others have the tests of
 earlier versions: nothing of the estimates has changed since, so their intervals are as they would be now, but *named*
-and *rings* lack what is newer (decisions 48 to 66, as far as each is about the scene).{again}
+and *rings* lack what is newer (decisions 48 to 66, as far as each is about the scene).{again}{tried}
 """
+TRIED = """ With the tests up to decision 75 {count} of the cells that were outside were computed once more: {told} of them
+are told now; of the others *named* is what it was to within {most:.3f}, but for {but}."""
 AGAIN = """ Of {both} cells both are known: {changed} has another verdict, and *named* differs by {most:.3f}
 at most, in `{scene}` of {size:g} {unit}."""
 WHY: Mapping[str, str] = {
@@ -101,6 +103,7 @@ SCENE = """
 | size, {unit} | pitch, ±° | {shares} | before: {shares} | named | rings | verdict |
 |---|---|{rules}|---|---|---|
 """
+_FAR = 0.1
 NAMES = {"offset": "b", "k": "k", "prediction": "prediction", "angle": "angle", "flagged": "rows flagged"}
 
 
@@ -129,11 +132,29 @@ def page(lines: Mapping[str, Line]) -> Iterator[str]:
         yield LEFT.format(outside_lines="".join(lists))
     current = [line for line in lines.values() if line.get("current")]
     if len(current) < len(lines):
-        yield CURRENT.format(current=len(current), again=_again(current))
+        yield CURRENT.format(current=len(current), again=_again(current), tried=_tried(lines.values()))
     for scene in dict.fromkeys((*REQUIRED, *TABLES, *FURTHER, *BY_ITSELF)):
         rows = [lines[cell.key] for cell in cells() if cell.scene == scene and cell.key in lines]
         if rows:
             yield from _of_scene(scene, rows)
+
+
+def _tried(lines: Iterable[Line]) -> str:
+    """Return what the newest tests make of cells that were outside; ``tried`` is what they name of it, and named."""
+    tried = [line for line in lines if "tried" in line]
+    if not tried:
+        return ""
+    left = [line for line in tried if verdict(line) == "outside" and line["named"] is not None]
+    moved = {id(line): line["tried"]["now"] - line["tried"]["before"] for line in left}
+    far = sorted((line for line in left if abs(moved[id(line)]) > _FAR), key=lambda line: -moved[id(line)])
+    most = max((abs(by) for by in moved.values() if abs(by) <= _FAR), default=0.0)
+    but = ", ".join(
+        f"`{line['scene']}`{', alone' if 'sensors' in line['design'] else ''} of {line['size']:g} "
+        f"{SCENES[line['scene']].unit} ({line['tried']['before']:.2f} to {line['tried']['now']:.2f})"
+        for line in far
+    )
+    told = sum(verdict(line) == "told" for line in tried)
+    return TRIED.format(count=len(tried), told=told, most=most, but=but or "none")
 
 
 def _again(current: Sequence[Line]) -> str:
