@@ -64,8 +64,8 @@ clean campaigns ring as often with them (0.050 of 4 000); decision 74 names more
 earlier versions: nothing of the estimates has changed since, so their intervals are as they would be now, but *named*
 and *rings* lack what is newer (decisions 48 to 66, as far as each is about the scene).{again}{tried}
 """
-TRIED = """ With the tests up to decision 75 {count} of the cells that were outside were computed once more: {told} of them
-are told now; of the others *named* is what it was to within {most:.3f}, but for {but}."""
+TRIED = """ With the tests up to decision 75 {count} of the cells that were outside were computed once more: {told} of
+them are told now; of the others *named* is what it was to within {most:.3f}, but for {but}."""
 AGAIN = """ Of {both} cells both are known: {changed} has another verdict, and *named* differs by {most:.3f}
 at most, in `{scene}` of {size:g} {unit}."""
 WHY: Mapping[str, str] = {

@@ -106,7 +106,7 @@ def test_the_gaps_of_a_certificate_stood_in_check(finished_job: FinishedJob, tmp
     plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
     said = preflight(Path("rig.toml"), rig, plan, tmp_path, datetime(2026, 11, 1, 12, tzinfo=UTC)).certificate
     (coefficients,) = sets_of(solve_run(finished_job.run)).values()
-    grounds = Grounds("1", date(2026, 11, 2), coefficients, None, SignOff(coefficients.sha256, (), ()))
+    grounds = Grounds("1", coefficients.created_utc.date(), coefficients, None, SignOff(coefficients.sha256, (), ()))
     missing = [gap for gap in gaps_of(grounds) if "which nobody has accepted" not in gap]
     assert len(missing) >= 6
     assert [gap for gap in missing if not any(entry.startswith(gap) for entry in said)] == []
