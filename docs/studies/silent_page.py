@@ -153,8 +153,8 @@ def _tried(lines: Iterable[Line]) -> str:
         f"{SCENES[line['scene']].unit} ({line['tried']['before']:.2f} to {line['tried']['now']:.2f})"
         for line in far
     )
-    told = sum(verdict(line) == "told" for line in tried)
-    return TRIED.format(count=len(tried), told=told, most=most, but=but or "none")
+    count = sum(verdict(line) == "told" for line in tried)
+    return TRIED.format(count=len(tried), told=count, most=most, but=but or "none")
 
 
 def _again(current: Sequence[Line]) -> str:
