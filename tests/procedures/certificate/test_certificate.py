@@ -33,7 +33,7 @@ from procedures.certificate.page import SPECIMEN, certificate_page, certificate_
 from procedures.certificate.results import coefficients_of
 from procedures.cli.archive.text import sign_off_lines
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import meter_remarks
+from procedures.records.declared_gaps import meter_remarks, thermometer_remarks
 from procedures.report.paper.page_tree import page_tree_of
 from procedures.solution.type_b import level_remarks
 from procedures.solution.undeclared import Undeclared
@@ -389,3 +389,11 @@ def test_the_range_of_temperature_of_use_and_the_reasons_of_the_verdict_stand_on
     assert all(reason in certificate for reason in reasons.values())
     assert "[15.0, 25.0]" in certificate
     assert "use at" not in _text(_grounds()), "where no such part is in U"
+
+
+def test_a_result_over_temperature_needs_a_thermometer_with_a_certificate(tmp_path: Path) -> None:
+    rig = rig_file(tmp_path)
+    remarks = tuple(said.text for said in thermometer_remarks(rig, rig.sensors.values(), "estimate"))
+    entry = build_set(replace(solved_package(), remarks=remarks), provenance(**RELEASED))
+    with pytest.raises(RequestError, match="no uncertainty of the thermometer is declared"):
+        check_grounds(_grounds(coefficients=entry))
