@@ -69,13 +69,11 @@ def fitted(
         *solved.warnings,
         *of_rig,
     )
-    undeclared = (
-        Undeclared() if rig is None else Undeclared(level_remarks(rig), meter_remarks(rig, sensor_of(rig, name)))
-    )
-    measured = None if rig is None else sensor_of(rig, name)
-    of_thermometer: tuple[Said, ...] = ()
-    if rig is not None and measured is not None:
-        of_thermometer = thermometer_remarks(rig, [measured], request.temperature)
+    undeclared, of_thermometer = Undeclared(), tuple[Said, ...]()
+    if rig is not None:
+        measured = sensor_of(rig, name)
+        undeclared = Undeclared(level_remarks(rig), meter_remarks(rig, measured))
+        of_thermometer = thermometer_remarks(rig, [] if measured is None else [measured], request.temperature)
     remarks = (
         *solved.remarks,
         *rate_remarks(request),
