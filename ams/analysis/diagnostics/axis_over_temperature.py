@@ -6,23 +6,18 @@ explains more than what else the replications' axes do: a chance turn at each vi
 """
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
 from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.beliefs import AXIS_OVER_TEMPERATURE, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.point_columns import LINEAR
 from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.frames import AXES
-from ams.models.thermal import WithTemperature
 from ams.statistics.distributions import f_tail
-
-_LINEAR: Final = 4
-_SURE: Final = 0.05
-_LEAST_REPLICATIONS: Final = 4
 
 
 @dataclass(frozen=True)
@@ -39,28 +34,27 @@ def axis_over_temperature(evidence: Evidence, output: int, lag_h: float | None) 
 
     ``lag_h``: time constant of a lag behind the record, whose effect on offset and sensitivity is known beside it.
     """
-    model, base = evidence.models[output], accelerometer_base(evidence.models[output])
-    is_estimated = isinstance(model, WithTemperature) and model.known is None
-    if base is None or not is_estimated or not by_temperature.has_plateaus(evidence) or evidence.sums is None:
+    base = accelerometer_base(evidence.models[output])
+    if base is None or not by_temperature.is_estimated(evidence, output) or evidence.sums is None:
         return None
     rise, layout = by_temperature.departure_degc(evidence), evidence.layout
     variance, dof = float(evidence.precision_variance[output]), evidence.grid.dof
-    if rise is None or dof < LEAST_DOF or not variance > 0.0 or layout.replications < _LEAST_REPLICATIONS:
+    if rise is None or dof < LEAST_DOF or not variance > 0.0 or layout.replications < by_temperature.LEAST_PLOTS:
         return None
-    linear, along = evidence.basis[layout.point, :_LINEAR], evidence.sensed[:, [output]]
+    linear, along = evidence.basis[layout.point, :LINEAR], evidence.sensed[:, [output]]
     courses = [rise[:, None], rise[:, None] ** 2]
     apart = None if lag_h is None else by_temperature.lagged_degc(evidence, lag_h)
     if apart is not None:
         courses.append(apart[:, None])
     known = layout.about_points(np.hstack([part for course in courses for part in (course, course * along)]))
     of_visit = np.equal.outer(layout.replication, np.arange(layout.replications - 1))
-    every = layout.about_points(np.hstack([of_visit * linear[:, [column]] for column in range(_LINEAR)]))
+    every = layout.about_points(np.hstack([of_visit * linear[:, [column]] for column in range(LINEAR)]))
     e = evidence.departures[:, output]
     turned, p_values = [], []
     for column in (1 + index for index, axis in enumerate(AXES) if axis != base.nominal_axis):
         turned.append(layout.about_points(rise[:, None] * linear[:, [column]]))
         visits = layout.about_points(of_visit * linear[:, [column]])
-        p_values.append(_p_value(known, turned[-1], visits, e, (variance, float(dof))))
+        p_values.append(_p_value(known, turned[-1], visits, e, (variance, dof)))
     across = np.hstack(turned)
     (with_turn, rank), (whole, whole_rank) = (
         by_temperature.explained(np.hstack(columns), e) for columns in ([known, across], [known, across, every])
@@ -78,7 +72,7 @@ def axis_over_temperature(evidence: Evidence, output: int, lag_h: float | None) 
 
 
 def _p_value(
-    known: FloatArray, turned: FloatArray, visits: FloatArray, e: FloatArray, precision: tuple[float, float]
+    known: FloatArray, turned: FloatArray, visits: FloatArray, e: FloatArray, precision: tuple[float, int]
 ) -> float:
     """Return the chance of one direction, 1 where it explains no more than what visits do to that direction.
 
@@ -91,10 +85,8 @@ def _p_value(
     others = whole_rank - turned_rank
     if turned_rank == rank or others == 0:
         return 1.0
-    square, rest = with_turn - without, max(whole - with_turn, 0.0) / others
-    if not float(f_tail(square / max(rest, 1e-300), 1.0, float(others))) < _SURE:
-        return 1.0
-    return float(f_tail(square / precision[0], 1.0, precision[1]))
+    rest = max(whole - with_turn, 0.0) / others
+    return by_temperature.more_than_visits(with_turn - without, 1, (rest, others), precision)
 
 
 def _size(known: FloatArray, turned: FloatArray, e: FloatArray, variance: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.models.drifting import SECONDS_PER_HOUR
-from ams.models.thermal import TEMPERATURE_NAMES
+from ams.models.thermal import TEMPERATURE_NAMES, WithTemperature
 from ams.remembered import remembered
 from ams.solve.layout import Layout
 from ams.solve.recorded_temperature import SMALLEST_CHANGE_DEGC, swing_degc
@@ -24,7 +24,8 @@ from ams.statistics.distributions import f_tail
 LAGS_H: Final = (0.1, 0.3, 1.0)
 """Time constants tried: a package, a package in its housing, a package on a heavy sting."""
 SMALLEST_SPAN_DEGC: Final = 1.0
-_LEAST_PLOTS = 4
+LEAST_PLOTS: Final = 4
+"""Replications that tell what temperature does to them from what they do by chance."""
 _SURE = 0.05
 
 
@@ -76,6 +77,12 @@ def has_plateaus(evidence: Evidence) -> bool:
     """Return whether the temperature was changed on purpose, as far as a span tells."""
     temperature = evidence.rows.temperature_degc
     return temperature is not None and swing_degc(temperature) >= SMALLEST_SPAN_DEGC
+
+
+def is_estimated(evidence: Evidence, output: int) -> bool:
+    """Return whether the coefficients of an output are estimated over plateaus."""
+    model = evidence.models[output]
+    return isinstance(model, WithTemperature) and model.known is None and has_plateaus(evidence)
 
 
 def lagged_degc(evidence: Evidence, time_constant_h: float) -> FloatArray | None:
@@ -166,13 +173,22 @@ def between_replications(evidence: Evidence, output: int, lag_h: float | None, *
     rest = max(whole - bent, 0.0) / max(rest_rank, 1)
     unexplained = float(f_tail(rest / variance, rest_rank, float(dof))) if rest_rank > 0 else 1.0
     added = bent_rank - rank
-    if not curved or added == 0 or layout.replications < _LEAST_PLOTS:
+    if not curved or added == 0 or layout.replications < LEAST_PLOTS:
         return BetweenReplications(NONE, unexplained)
-    square = (bent - linear) / added
-    p_value = float(f_tail(square / variance, added, float(dof)))
-    is_more = rest_rank == 0 or float(f_tail(square / max(rest, 1e-300), added, float(rest_rank))) < _SURE
+    p_value = more_than_visits((bent - linear) / added, added, (rest, rest_rank), (variance, dof))
     size = float(np.sqrt(max(bent - linear, 0.0) / layout.rows))
-    return BetweenReplications(Joint(p_value if is_more else 1.0, size), unexplained)
+    return BetweenReplications(Joint(p_value, size), unexplained)
+
+
+def more_than_visits(square: float, rank: int, rest: tuple[float, int], precision: tuple[float, int]) -> float:
+    """Return the chance of a mean square of ``rank`` columns; 1 where it is no more than what else replications do.
+
+    ``rest``: mean square of that, and its rank; ``precision``: variance of a dwell, and its degrees of freedom.
+    """
+    other, other_rank = rest
+    if other_rank > 0 and not float(f_tail(square / max(other, 1e-300), float(rank), float(other_rank))) < _SURE:
+        return 1.0
+    return float(f_tail(square / precision[0], float(rank), float(precision[1])))
 
 
 def explained(columns: FloatArray, e: FloatArray) -> tuple[float, int]:

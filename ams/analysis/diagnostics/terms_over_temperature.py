@@ -22,7 +22,6 @@ from ams.analysis.diagnostics.tested_terms import terms_at_points, tested_base
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.models.gyro import Gyro, GyroWithTerms
-from ams.models.thermal import WithTemperature
 from ams.statistics.distributions import f_tail
 
 _LINEAR: Final = 4
@@ -39,8 +38,7 @@ def of_terms_over_temperature(evidence: Evidence, output: int, lag: BeliefTest |
 
     ``lag``: the test of a lag behind the record, whose effect on offset and sensitivity is known beside the terms.
     """
-    model = evidence.models[output]
-    if not (isinstance(model, WithTemperature) and model.known is None and by_temperature.has_plateaus(evidence)):
+    if not by_temperature.is_estimated(evidence, output):
         return []
     lag_h = None if lag is None or not np.isfinite(lag.uncertainty) else lag.uncertainty
     found = _tested(evidence, output, lag_h)
