@@ -26,6 +26,7 @@ FindingKind = Literal[
     "level-undeclared",
     "meter-undeclared",
     "rate-undeclared",
+    "gravity-undeclared",
     "time-confounded",
     "axis-undetermined",
     "axis-contradicted",
@@ -151,6 +152,11 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     ),
     "rate-undeclared": KindOfFinding(
         "file", "No standard of the rates is declared, so that their errors are in no uncertainty", _DECLARE
+    ),
+    "gravity-undeclared": KindOfFinding(
+        "file",
+        "No uncertainty of local gravity is declared: what is told per m/s² or at another gravity is without it",
+        _DECLARE,
     ),
     "time-confounded": KindOfFinding(
         "sensor",

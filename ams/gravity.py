@@ -1,8 +1,7 @@
 """Normal gravity of WGS 84, and whether a stated gravity can be that of a place.
 
 Somigliana's closed form on the ellipsoid and the second-order free-air series above it. What mountains and rocks do to
-it (anomalies) reaches 0.003 m/s²; its standard uncertainty for an ordinary place is taken as 0.0005 m/s².
-Source: NIMA TR8350.2, third edition, 4.
+it (free-air anomalies) reaches 0.003 m/s². Source: NIMA TR8350.2, third edition, 4.
 """
 
 from dataclasses import dataclass
@@ -18,10 +17,33 @@ FLATTENING: Final = 1.0 / 298.257223563
 CENTRIFUGAL_RATIO: Final = 0.00344978650684
 """ω² a² b / GM."""
 
+ANOMALY_MPS2: Final = 0.0005
+"""Standard uncertainty of gravity that is told from latitude and height alone: anomalies at an ordinary place.
+
+PTB states 1e-4 of g for normal gravity at any place on Earth, which is taken as an expanded uncertainty with k = 2.
+Source: PTB, department 1.1, g-extractor.
+"""
 REMARKED_MPS2: Final = 0.0015
 REFUSED_MPS2: Final = 0.005
 HEIGHTS_M: Final = (-100.0, 3000.0)
 """Between which a laboratory lies whose height is not stated."""
+
+
+@dataclass(frozen=True)
+class Gravity:
+    """Local gravity with its standard uncertainty."""
+
+    value_mps2: float
+    standard_uncertainty_mps2: float
+    """0 where nobody declares it."""
+    source: str = ""
+
+    @property
+    def in_words(self) -> str:
+        """Its value, what is declared of it and where it comes from, as pages and certificates print it."""
+        u_mps2 = self.standard_uncertainty_mps2
+        known = f", standard uncertainty {u_mps2:g} m/s²" if u_mps2 else ", no uncertainty declared"
+        return f"{self.value_mps2} m/s²{known}{f' ({self.source})' if self.source else ''}"
 
 
 def normal_gravity_mps2(latitude_deg: float, height_m: float = 0.0) -> float:

@@ -18,6 +18,7 @@ from ams.analysis.predictions import model_of_solution
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, VarianceComponent
 from ams.frames import wrap_deg
+from ams.gravity import Gravity
 from ams.inputs.shared_errors import SharedError
 from ams.models.model import Model
 from ams.solve.derived import halfwidths_95
@@ -42,15 +43,6 @@ SOURCES: Mapping[str, tuple[str, Literal["A", "B"]]] = MappingProxyType(
     }
 )
 """Part of the covariance to words and type; every other part is an error that all rows share."""
-
-
-@dataclass(frozen=True)
-class Gravity:
-    """Local gravity with its standard uncertainty."""
-
-    value_mps2: float
-    standard_uncertainty_mps2: float
-    source: str = ""
 
 
 @dataclass(frozen=True)

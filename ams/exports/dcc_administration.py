@@ -92,13 +92,15 @@ def _person(coefficients: CoefficientSet) -> Element:
 def _statements(coefficients: CoefficientSet) -> Elements:
     document = coefficients.document
     unit = table(document["acceleration_unit"])
+    u_mps2 = coefficients.gravity.standard_uncertainty_mps2
+    known = f", standard uncertainty {u_mps2:g} m/s^2" if u_mps2 else ""
     status = (
         coefficients.standing if coefficients.status == "approved" else "engineering: not approved, not a certificate"
     )
     said: dict[str, object] = {
         "status": f"{status}{'; SIMULATED on a twin, not on hardware' if coefficients.is_simulated else ''}",
-        "acceleration unit": f"local g = {unit['value_mps2']} m/s^2 ({unit['source']}); specific force is relative to "
-        "it and of dimension one",
+        "acceleration unit": f"local g = {unit['value_mps2']} m/s^2{known} ({unit['source']}); specific force is "
+        "relative to it and of dimension one",
         "validity": json.dumps(document["validity"]),
         **{name.replace("_", " "): value for name, value in (use_of(document) or {}).items()},
         **({"verdict of the calibration": document["verdict"]} if "verdict" in document else {}),

@@ -74,9 +74,12 @@ def _standard(standard: Document) -> Element:
 
 
 def _conditions(coefficients: CoefficientSet) -> Elements:
-    gravity = coefficients.gravity_mps2
-    is_stated = table(coefficients.document["acceleration_unit"])["source"] != NO_GRAVITY_STATED
-    conditions = [_condition("local acceleration of gravity", "gravity_mps2", gravity)] if is_stated else []
+    gravity = coefficients.gravity
+    conditions = []
+    if gravity.source != NO_GRAVITY_STATED:
+        known = gravity.standard_uncertainty_mps2
+        u = _expanded(known, None) if known else None
+        conditions.append(_condition("local acceleration of gravity", "gravity_mps2", gravity.value_mps2, known=u))
     for name, measured in table(coefficients.document["environment"]).items():
         for key, value in (measured if isinstance(measured, dict) else {}).items():
             if isinstance(value, int | float) and not isinstance(value, bool):
@@ -84,8 +87,9 @@ def _conditions(coefficients: CoefficientSet) -> Elements:
     return conditions
 
 
-def _condition(name: str, key: str, value: float, location: str = "site") -> Element:
-    given = quantity(name, real(value, unit_below({}, key, "")), f"condition.{location}.{key}")
+def _condition(name: str, key: str, value: float, location: str = "site", *, known: Elements | None = None) -> Element:
+    """``known``: how far the value may be wrong; None where nobody declared it."""
+    given = quantity(name, real(value, unit_below({}, key, ""), known), f"condition.{location}.{key}")
     return Element("dcc:influenceCondition", [content("dcc:name", name), Element("dcc:data", [given])])
 
 

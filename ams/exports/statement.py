@@ -14,13 +14,16 @@ def statement(coefficients: CoefficientSet) -> list[str]:
     """Return the set's statement as sentences, in the document's own names."""
     document = coefficients.document
     unit, validity = table(document["acceleration_unit"]), table(document["validity"])
+    u_mps2 = coefficients.gravity.standard_uncertainty_mps2
+    known = f", standard uncertainty {u_mps2:g} m/s^2" if u_mps2 else ""
     return [
         f"sensor: {_flat(document['sensor'])}; status: {coefficients.standing}"
         f"{'; SIMULATED on a twin' if coefficients.is_simulated else ''}",
         f"set: sha256 {coefficients.sha256}, by calrig {coefficients.provenance['software_version']} on "
         f"{coefficients.provenance['created_utc']}",
         f"convention {coefficients.convention}: {table(document['convention'])['text']}",
-        f"acceleration unit: local g = {unit['value_mps2']} m/s^2 ({unit['source']}); units are the ends of the names",
+        f"acceleration unit: local g = {unit['value_mps2']} m/s^2{known} ({unit['source']}); units are the ends of the "
+        "names",
         _valid(validity),
         *(_axis(name, table(section)) for name, section in table(document["axes"]).items()),
         *_use(document),

@@ -8,6 +8,8 @@ here.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
 
 import numpy as np
 
@@ -23,6 +25,9 @@ from ams.sets.canonical import Json, listed, matrix, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.package_section import package_of
 from ams.sets.sensed_quantity import PER_G
+
+_POWERS: Final = MappingProxyType({**dict.fromkeys(PER_G, 1), **dict.fromkeys(Q_NAMES, 2), CUBIC_NAME: 3})
+"""Powers of the force that a term has."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +152,9 @@ def package_of_set(
     wanted = [f"{axis}.{name}" for axis, sensor in zip(axes, sensors, strict=True) for name in sensor.names]
     indices = [order.index(name) for name in wanted]
     sense = np.concatenate([_senses(coefficients, sensor.names, site_gravity_mps2) for sensor in sensors])
-    return CalibratedPackage(sensors, _components(table(section["components"]), indices, sense))
+    parts = _components(table(section["components"]), indices, sense)
+    relative = np.concatenate([_by_gravity(sensor.names, sensor.primary) for sensor in sensors])
+    return CalibratedPackage(sensors, (*parts, *_of_gravity(coefficients, relative, site_gravity_mps2)))
 
 
 def sensor_of_set(
@@ -170,6 +177,9 @@ def sensor_of_set(
     sense = _senses(coefficients, names, site_gravity_mps2)
     ratio = _gravity_ratio(coefficients, site_gravity_mps2)
     covariance = matrix(primary["covariance"]) * np.outer(sense, sense)
+    of_gravity = _of_gravity(coefficients, _by_gravity(names, values * sense), site_gravity_mps2)
+    covariance = covariance + sum(part.covariance for part in of_gravity)
+    parts = _components(table(primary["components"]), list(range(len(names))), sense)
     stated = standard_error_of(section, coefficients.axes[axis]) if reading_sd_v is None else reading_sd_v
     if stated is None:
         raise OutsideValidity(
@@ -179,7 +189,7 @@ def sensor_of_set(
     return CalibratedSensor(
         names, values * sense, covariance, stated,
         _rise_degc(coefficients, axis, section, temperature_degc),
-        _components(table(primary["components"]), list(range(len(names))), sense),
+        (*parts, *of_gravity) if parts else (),
         coefficients.axes[axis].nominal_axis, _centring(coefficients.axes[axis].centring, ratio),
     )  # fmt: skip
 
@@ -211,8 +221,23 @@ def _senses(coefficients: CoefficientSet, names: Sequence[str], site_gravity_mps
     """
     ratio = _gravity_ratio(coefficients, site_gravity_mps2)
     sense = -1.0 if coefficients.convention == "CR" else 1.0
-    powers = {**dict.fromkeys(PER_G, sense * ratio), **dict.fromkeys(Q_NAMES, ratio**2), CUBIC_NAME: ratio**3}
-    return np.array([powers.get(name, 1.0) for name in names])
+    return np.array([(sense if name in PER_G else 1.0) * ratio ** _POWERS.get(name, 0) for name in names])
+
+
+def _by_gravity(names: Sequence[str], values: FloatArray) -> FloatArray:
+    """Return what the parameters at another g change by in proportion to the g that they were calibrated at."""
+    return np.asarray(values * [float(_POWERS.get(name, 0)) for name in names])
+
+
+def _of_gravity(
+    coefficients: CoefficientSet, relative: FloatArray, site_gravity_mps2: float | None
+) -> tuple[VarianceComponent, ...]:
+    """Return the part that the calibration's g is wrong by, the same for all axes; none at that very g."""
+    gravity = coefficients.gravity
+    if site_gravity_mps2 is None or not gravity.standard_uncertainty_mps2:
+        return ()
+    effect = relative * gravity.standard_uncertainty_mps2 / gravity.value_mps2
+    return (VarianceComponent("local gravity", np.outer(effect, effect), np.inf),)
 
 
 def _components(stated: Mapping[str, Json], indices: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:

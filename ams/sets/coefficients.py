@@ -12,6 +12,7 @@ from html import escape
 
 from ams.calibration_result import METHOD_VERSION, Calibration
 from ams.errors import SetError
+from ams.gravity import Gravity
 from ams.sets.axis_section import axis_numbers, axis_section
 from ams.sets.canonical import Document, Json, listed, number, plain, render, table, with_checksum
 from ams.sets.equations import CONVENTIONS, AxisNumbers, are_lines, check_numbers
@@ -105,7 +106,15 @@ class CoefficientSet:
     @property
     def gravity_mps2(self) -> float:
         """The local g of the calibration: its unit of acceleration."""
-        return number(self._section("acceleration_unit")["value_mps2"])
+        return self.gravity.value_mps2
+
+    @property
+    def gravity(self) -> Gravity:
+        """The local g of the calibration with what was declared of it."""
+        unit = self._section("acceleration_unit")
+        return Gravity(
+            number(unit["value_mps2"]), number(unit.get("standard_uncertainty_mps2", 0.0)), str(unit["source"])
+        )
 
     @property
     def senses_gravity(self) -> bool:

@@ -45,6 +45,8 @@ class Provenance:
     rig: str
     procedure: str
     simulated: bool
+    gravity_uncertainty_mps2: float = 0.0
+    """Standard; 0: nobody declared it, and the set says none."""
     temperature_range_degc: tuple[float, float] | None = None
     yaw_range_deg: tuple[float, float] | None = None
     """For models that know yaw."""
@@ -124,6 +126,7 @@ def origin_sections(provenance: Provenance, verdict: str) -> Document:
 
     ``verdict``: of the calibration; who approved the rig has not approved one that is not usable.
     """
+    u_mps2 = provenance.gravity_uncertainty_mps2
     return {
         "sensor": {
             "name": provenance.sensor,
@@ -137,6 +140,7 @@ def origin_sections(provenance: Provenance, verdict: str) -> Document:
             "name": "local g",
             "value_mps2": float(provenance.gravity_mps2),
             "source": provenance.gravity_source,
+            **({"standard_uncertainty_mps2": float(u_mps2)} if u_mps2 > 0.0 else {}),
         },
         "validity": {
             "pitch_deg": plain(provenance.pitch_range_deg, "pitch_range_deg"),

@@ -25,12 +25,14 @@ from procedures.records.declared_gaps import (
     VOLTS,
     Declared,
     declared_gaps,
+    undeclared_gravity,
 )
 from procedures.report.overview import shared_statements
 from rig.local_time import local_day
 
 METER_UNDECLARED: FindingKind = "meter-undeclared"
 RATE_UNDECLARED: FindingKind = "rate-undeclared"
+GRAVITY_UNDECLARED: FindingKind = "gravity-undeclared"
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
             level=table(grounds.coefficients.provenance["level"] or {}),
             has_standards=bool(grounds.standards),
             senses_gravity=grounds.coefficients.senses_gravity,
-            references=(*meters_undeclared(grounds), *rates_undeclared(grounds)),
+            references=(*gravity_undeclared(grounds), *meters_undeclared(grounds), *rates_undeclared(grounds)),
         )
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))
@@ -169,6 +171,17 @@ def meters_undeclared(grounds: Grounds) -> tuple[Said, ...]:
 def rates_undeclared(grounds: Grounds) -> tuple[Said, ...]:
     """Return what is to be said of rates that no standard is behind, as a set of gyros says it."""
     return _stated(grounds, RATE_UNDECLARED)
+
+
+def gravity_undeclared(grounds: Grounds) -> tuple[Said, ...]:
+    """Return what is to be said of a gravity without an uncertainty, where the coefficients are per local g.
+
+    A set says it itself. Of one that does not, such as an earlier one, it is read from its unit of acceleration.
+    """
+    stated, gravity = _stated(grounds, GRAVITY_UNDECLARED), grounds.coefficients.gravity
+    if stated or gravity.standard_uncertainty_mps2 or not grounds.coefficients.senses_gravity:
+        return stated
+    return (undeclared_gravity(gravity.value_mps2),)
 
 
 def _stated(grounds: Grounds, kind: FindingKind) -> tuple[Said, ...]:

@@ -59,7 +59,7 @@ def certificate_page(grounds: Grounds) -> str:
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(printed_gaps(grounds)) if grounds.is_specimen else [],
         meters=[said.fact for said in meters_undeclared(grounds)],
-        conditions=_conditions(grounds.coefficients.document),
+        conditions=_conditions(grounds.coefficients),
         calibrated=_calibrated(grounds),
         shift=_shift_in_words(grounds.coefficients),
         reservations=_reservations(grounds),
@@ -88,9 +88,10 @@ def _standing_sentence(grounds: Grounds) -> str:
     return f"The set is {grounds.signed.standing.rstrip('.')}."
 
 
-def _conditions(document: Document) -> dict[str, str]:
+def _conditions(coefficients: CoefficientSet) -> dict[str, str]:
     """Return under which attitudes, temperatures and gravity the results hold."""
-    validity, unit = table(document["validity"]), table(document["acceleration_unit"])
+    document = coefficients.document
+    validity = table(document["validity"])
     ranges = {name: validity.get(f"{name}_deg") for name in ("pitch", "roll", "yaw")}
     attitude_ranges = {
         f"Valid for {name}": _range_in_words(number(listed(ends)[0]), number(listed(ends)[1]))
@@ -103,14 +104,18 @@ def _conditions(document: Document) -> dict[str, str]:
         f"Temperature, {name}": _degc_in_words([table(condition)["min_degc"], table(condition)["max_degc"]])
         for name, condition in table(document["environment"]).items()
     }
-    gravity = f"{unit['value_mps2']} m/s²" + (f" ({unit['source']})" if unit["source"] else "")
     levels = {
         f"{quantity.replace('_', ' ').capitalize()}": f"{to_place(number(low), -3)} to {to_place(number(high), -3)} "
         f"{printed(unit)}"
         for name, (low, high) in ((name, listed(ends)) for name, ends in validity.items() if name.startswith(LEVEL))
         for quantity, unit in [name.rsplit("_", 1)]
     }
-    return {**(levels or attitude_ranges), **use, **(air or {"Temperature": "not measured"}), "Local gravity": gravity}
+    return {
+        **(levels or attitude_ranges),
+        **use,
+        **(air or {"Temperature": "not measured"}),
+        "Local gravity": coefficients.gravity.in_words,
+    }
 
 
 def _degc_in_words(ends: Sequence[Json]) -> str:

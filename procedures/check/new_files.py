@@ -62,6 +62,7 @@ def rig_text(answers: Answers) -> str:
 name = {texts["name"]}
 gravity_mps2 = {answers.gravity_mps2!r}
 gravity_source = {texts["gravity_source"]}
+# gravity_uncertainty_mps2 = 0.00001   a standard uncertainty; or latitude_deg and height_m in place of both above
 
 {axes}
 [readouts.dmm]

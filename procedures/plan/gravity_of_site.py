@@ -30,7 +30,7 @@ def read_rig_of_site(path: Path) -> RigDescription:
 def gravity_of_another_site(rig: RigDescription) -> str | None:
     """Return why the gravity of a rig cannot be that of its latitude; None where it can, or none is stated."""
     location = rig.rig
-    if location.latitude_deg is None:
+    if location.latitude_deg is None or location.gravity_mps2 is None:
         return None
     found = disagreement(location.gravity_mps2, location.latitude_deg, location.height_m)
     return None if found is None or found.kind != "refused" else found.text

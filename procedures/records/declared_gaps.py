@@ -21,6 +21,8 @@ NO_TEMPERATURE = "no temperature was recorded with the readings"
 """How it is said of a sensor whose own temperature nobody knows."""
 NO_THERMOMETER = "no uncertainty of the thermometer is declared"
 """How it is said of temperatures without a standard that states degrees, where a result is stated over them."""
+NO_GRAVITY = "no uncertainty of local gravity is declared"
+"""How it is said of a gravity that is stated alone: in remark, verdict and gap."""
 VOLTS = "v"
 """As it is written in a key."""
 
@@ -35,7 +37,7 @@ class Declared:
     has_standards: bool
     senses_gravity: bool
     references: Sequence[Said]
-    """What is to be said of meters and of turning axes that no standard is behind."""
+    """What is to be said of a gravity without an uncertainty, and of meters and turning axes without a standard."""
 
 
 def declared_gaps(declared: Declared) -> Iterator[Said]:
@@ -123,11 +125,31 @@ def thermometer_remarks(rig: RigDescription, sensors: Iterable[Sensor], temperat
     )
 
 
+def gravity_remarks(rig: RigDescription, *, senses_gravity: bool) -> tuple[Said, ...]:
+    """Say that nobody declared how far the stated gravity may be wrong, where sensitivities are per local g."""
+    stated = rig.rig
+    if not senses_gravity or stated.gravity_mps2 is None or stated.gravity_uncertainty_mps2:
+        return ()
+    return (undeclared_gravity(stated.gravity_mps2),)
+
+
+def undeclared_gravity(gravity_mps2: float) -> Said:
+    """Say of a gravity without an uncertainty what is wrong by as much as it is."""
+    return Said(
+        f"{NO_GRAVITY} ({gravity_mps2:g} m/s²): by the part that it is wrong, every sensitivity per m/s² is wrong, and "
+        "every output told at another gravity, and that is in no figure stated here; sensitivities per local g and "
+        "angles at the gravity of the calibration do not depend on it",
+        "declare rig.gravity_uncertainty_mps2 of the rig file, a standard uncertainty; or leave rig.gravity_mps2 out, "
+        "and rig.latitude_deg with rig.height_m give it with what gravity anomalies do",
+    )
+
+
 def undeclared_references(rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str]) -> tuple[Said, ...]:
-    """Return what is to be said of the meters of the sensors and of the axes that turn, each once."""
-    axes = tuple(turned)
-    said = (text for sensor in sensors for text in (*meter_remarks(rig, sensor), *rate_remarks(rig, sensor, axes)))
-    return tuple(dict.fromkeys(said))
+    """Return what is to be said of gravity, the meters of the sensors and the axes that turn, each once."""
+    axes, every = tuple(turned), tuple(sensors)
+    said = [text for sensor in every for text in (*meter_remarks(rig, sensor), *rate_remarks(rig, sensor, axes))]
+    of_gravity = gravity_remarks(rig, senses_gravity=any(sensor.measures == "acceleration" for sensor in every))
+    return tuple(dict.fromkeys([*of_gravity, *said]))
 
 
 def _states_volts(rig: RigDescription, readout: str) -> bool:

@@ -27,6 +27,7 @@ from procedures.report.view import AxisFindings, Counts, DesignView, Past, Rejec
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from procedures.solution.run_findings import findings_beside_dwells, of_sensor
+from procedures.solution.type_b import gravity_of
 from rig.description.rig_file import Sensor
 
 UNFINISHED = ("running", "checking", "planned")
@@ -59,8 +60,7 @@ def assemble_view(
         state=record.state,
         operator=record.operator,
         rig=record.rig.rig.name,
-        gravity_mps2=record.rig.rig.gravity_mps2,
-        gravity_source=record.rig.rig.gravity_source,
+        gravity=gravity_of(record.rig),
         is_simulated=record.is_simulated,
         approved_by=record.rig.approved_by,
         began_utc=record.created_utc,

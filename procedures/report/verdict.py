@@ -16,7 +16,7 @@ from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_text
 from ams.surveillance.common_mode_columns import FIXTURE
 from procedures.journal.audit_trail import Interruption, Standstill
 from procedures.numbers import angle, arcsec, two_digits
-from procedures.records.declared_gaps import NO_METER, NO_STANDARD_OF_RATES, NO_THERMOMETER
+from procedures.records.declared_gaps import NO_GRAVITY, NO_METER, NO_STANDARD_OF_RATES, NO_THERMOMETER
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, state_sentence
 from procedures.report.overview import Statement, stated_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
@@ -27,6 +27,7 @@ UNDECLARED: Final = (
     (NO_METER, "the uncertainty of the meter"),
     (NO_STANDARD_OF_RATES, "a standard of the rates"),
     (NO_THERMOMETER, "the uncertainty of the thermometer"),
+    (NO_GRAVITY, "the uncertainty of local gravity"),
 )
 """How a remark begins, and what the verdict then says that the result is without."""
 

@@ -14,6 +14,7 @@ from ams.archive.sign_offs import SignOff
 from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration, SensorVerdict
 from ams.findings import Finding
+from ams.gravity import Gravity
 from ams.observations import Observations
 from ams.sets.stated_verdict import unsigned_status
 from ams.surveillance.adjustment import Adjustment
@@ -318,8 +319,7 @@ class RunView:
     state: str
     operator: str
     rig: str
-    gravity_mps2: float
-    gravity_source: str
+    gravity: Gravity
     is_simulated: bool
     approved_by: str | None
     began_utc: datetime

@@ -21,7 +21,13 @@ from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.sequential import stopped_in_words
-from procedures.records.declared_gaps import meter_remarks, rate_remarks, temperature_remarks, thermometer_remarks
+from procedures.records.declared_gaps import (
+    gravity_remarks,
+    meter_remarks,
+    rate_remarks,
+    temperature_remarks,
+    thermometer_remarks,
+)
 from procedures.records.dwells import DwellRecord
 from procedures.solution.adaptive_words import adaptive_in_words
 from procedures.solution.dominating_limits import dominating_limits
@@ -89,6 +95,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         level_remarks(item.rig) if is_levelled else (),
         meter_remarks(item.rig, item.sensor),
         rate_remarks(item.rig, item.sensor, item.plan.axes),
+        gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
     )
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (

@@ -17,7 +17,7 @@ from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.errors import RequestError
 from procedures.plan.channels import environment_of
-from procedures.records.declared_gaps import meter_remarks, temperature_remarks, thermometer_remarks
+from procedures.records.declared_gaps import gravity_remarks, meter_remarks, temperature_remarks, thermometer_remarks
 from procedures.solution.by_model import solve_observations
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.dominating_limits import dominating_limits
@@ -72,7 +72,11 @@ def fitted(
     undeclared, of_thermometer = Undeclared(), tuple[Said, ...]()
     if rig is not None:
         measured = sensor_of(rig, name)
-        undeclared = Undeclared(level_remarks(rig), meter_remarks(rig, measured))
+        undeclared = Undeclared(
+            level_remarks(rig),
+            meter_remarks(rig, measured),
+            gravity=gravity_remarks(rig, senses_gravity=_senses_gravity(request)),
+        )
         of_thermometer = thermometer_remarks(rig, [] if measured is None else [measured], request.temperature)
     remarks = (
         *solved.remarks,
@@ -94,8 +98,11 @@ def _of_level(request: CalibrationRequest, rig: RigDescription | None) -> tuple[
 
 def _of_gravity(request: CalibrationRequest, rig: RigDescription | None) -> tuple[str, ...]:
     """Say it where gravity is what the model senses."""
-    is_sensed = request.model in FIELDS and FIELDS[request.model].unit == "g"
-    return gravity_warnings(rig, None) if rig is not None and is_sensed else ()
+    return gravity_warnings(rig, None) if rig is not None and _senses_gravity(request) else ()
+
+
+def _senses_gravity(request: CalibrationRequest) -> bool:
+    return request.model in FIELDS and FIELDS[request.model].unit == "g"
 
 
 def rate_error(uncertainty_ppm: float) -> SharedError:

@@ -29,7 +29,7 @@ from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.solve.layout import layout_of
-from procedures.records.declared_gaps import meter_remarks, rate_remarks, temperature_remarks
+from procedures.records.declared_gaps import gravity_remarks, meter_remarks, rate_remarks, temperature_remarks
 from procedures.solution.declared_directions import declared_in_package
 from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
@@ -76,7 +76,9 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         {label: line.errors for label, line in lines.items()}, senses_rates=item.sensor.measures == "rate"
     )
     undeclared = Undeclared(
-        meter=meter_remarks(item.rig, item.sensor), rates=rate_remarks(item.rig, item.sensor, item.plan.axes)
+        meter=meter_remarks(item.rig, item.sensor),
+        rates=rate_remarks(item.rig, item.sensor, item.plan.axes),
+        gravity=gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
     )
     remarks = (*remarks, *undeclared.remarks, *temperature_remarks(observations))
     calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)

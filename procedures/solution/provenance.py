@@ -14,6 +14,7 @@ from procedures.journal.audit_trail import missing_in
 from procedures.records.dwells import DwellRecord
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
+from procedures.solution.type_b import gravity_of
 from rig.description.rig_file import RigDescription, Sensor
 
 LARGEST_STEP_DEG = 120.0
@@ -29,11 +30,12 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
     """
     rig, plan, rows = record.rig, record.plan, solved.observations
     sensor = plan.sensors[solved.name]
-    temperatures = rows.temperature_degc
+    temperatures, gravity = rows.temperature_degc, gravity_of(rig)
     return Provenance(
         sensor=solved.name,
-        gravity_mps2=rig.rig.gravity_mps2,
-        gravity_source=rig.rig.gravity_source,
+        gravity_mps2=gravity.value_mps2,
+        gravity_source=gravity.source,
+        gravity_uncertainty_mps2=gravity.standard_uncertainty_mps2,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=roll_range_deg(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(solved),

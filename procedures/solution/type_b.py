@@ -10,9 +10,8 @@ from collections.abc import Iterator, Mapping
 from math import degrees, hypot, radians, sqrt
 from typing import Literal
 
-from ams.analysis.calibration_budget import Gravity
 from ams.findings import Said
-from ams.gravity import disagreement
+from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
@@ -181,6 +180,8 @@ def gravity_warnings(rig: RigDescription, sensor: Sensor | None) -> tuple[str, .
     location = rig.rig
     if (sensor is not None and sensor.measures != "acceleration") or location.latitude_deg is None:
         return ()
+    if location.gravity_mps2 is None:
+        return ()
     found = disagreement(location.gravity_mps2, location.latitude_deg, location.height_m)
     return (
         () if found is None else (f"{found.text}; sensitivities per local g do not depend on it, use elsewhere does",)
@@ -188,8 +189,21 @@ def gravity_warnings(rig: RigDescription, sensor: Sensor | None) -> tuple[str, .
 
 
 def gravity_of(rig: RigDescription) -> Gravity:
-    """Return the local gravity as the rig file states it."""
-    return Gravity(rig.rig.gravity_mps2, rig.rig.gravity_uncertainty_mps2, rig.rig.gravity_source)
+    """Return the local gravity as the rig file states it, else by the formula of WGS 84 at its latitude and height.
+
+    What anomalies may do to the latter is its uncertainty, unless the laboratory declares what it knows of them.
+    """
+    stated = rig.rig
+    if stated.gravity_mps2 is not None:
+        return Gravity(stated.gravity_mps2, stated.gravity_uncertainty_mps2, stated.gravity_source)
+    latitude_deg, height_m = stated.latitude_deg, stated.height_m
+    if latitude_deg is None or height_m is None:
+        raise ValueError("a rig section without gravity, latitude or height does not pass its own check")
+    return Gravity(
+        round(normal_gravity_mps2(latitude_deg, height_m), 5),
+        stated.gravity_uncertainty_mps2 or ANOMALY_MPS2,
+        f"normal gravity (WGS 84) at latitude {latitude_deg:g}° and {height_m:g} m",
+    )
 
 
 def shared_errors(

@@ -16,11 +16,13 @@ class Undeclared:
     meter: tuple[Said, ...] = ()
     rates: tuple[Said, ...] = ()
     """Of a standard of them."""
+    gravity: tuple[Said, ...] = ()
+    """Of its uncertainty, where sensitivities are per local g."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """All of them as sentences."""
-        return tuple(said.text for said in (*self.level, *self.meter, *self.rates))
+        return tuple(said.text for said in (*self.level, *self.meter, *self.rates, *self.gravity))
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -29,6 +31,7 @@ class Undeclared:
             "level-undeclared": self.level,
             "meter-undeclared": self.meter,
             "rate-undeclared": self.rates,
+            "gravity-undeclared": self.gravity,
         }
         return tuple(
             Finding(kind, said.fact, is_significant=False, what_to_do=said.what_to_do)

@@ -40,9 +40,11 @@ class RigSection(StrictTable):
     """``[rig]``: the place."""
 
     name: Annotated[str, Field(min_length=1, max_length=200)]
-    gravity_mps2: Annotated[float, Field(ge=9.7, le=9.9)]
+    gravity_mps2: Annotated[float | None, Field(ge=9.7, le=9.9)] = None
+    """None: that of latitude and height, by the formula of WGS 84."""
     gravity_source: str = ""
     gravity_uncertainty_mps2: NotNegative = 0.0
+    """Standard; 0 where nobody declares it."""
     latitude_deg: Annotated[float, Field(ge=-90.0, le=90.0)] | None = None
     """Geodetic, north positive: gravity is held against it, and it tells what of the Earth's rotation gyros sense."""
     height_m: Annotated[float, Field(ge=-500.0, le=9000.0)] | None = None
@@ -51,6 +53,22 @@ class RigSection(StrictTable):
     """Where x points when all axes stand at zero, from north through east."""
     resume_after_power_cut: bool = False
     """Whether the queue may resume a run once after a cold start, where something stops every axis."""
+
+    @model_validator(mode="after")
+    def _gravity_is_known(self) -> "RigSection":
+        if self.gravity_mps2 is not None:
+            return self
+        if self.latitude_deg is None or self.height_m is None:
+            raise ValueError(
+                "gravity_mps2 is missing: state it with gravity_uncertainty_mps2 (9.7 to 9.9 m/s²), or state "
+                "latitude_deg and height_m, which give it by the formula of WGS 84"
+            )
+        if self.gravity_source:
+            raise ValueError(
+                "gravity_source says where gravity_mps2 comes from, which is missing: state gravity_mps2, or remove "
+                "gravity_source and let latitude_deg and height_m give it"
+            )
+        return self
 
 
 class ConsoleSection(StrictTable):

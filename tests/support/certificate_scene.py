@@ -21,6 +21,7 @@ RELEASED = {
     "job": JOB,
     "standards": (STANDARD, METER),
     "level": LEVEL,
+    "gravity_uncertainty_mps2": 2e-6,
 }
 
 

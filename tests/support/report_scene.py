@@ -10,6 +10,7 @@ import numpy as np
 
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication, TpReplication
 from ams.findings import Finding, significant_texts
+from ams.gravity import Gravity
 from ams.observations import Observations
 from procedures.journal.audit_trail import Interruption, Note  # fmt: skip
 from procedures.report.conclusions import axis_view
@@ -28,6 +29,7 @@ from procedures.report.view import (  # fmt: skip
     TemperatureTrace,
 )
 
+GRAVITY = Gravity(9.79826, 2e-6, "survey 2024")
 START = datetime(2026, 3, 1, 18, 0, tzinfo=UTC)
 ARCSEC = np.deg2rad(1.0 / 3600.0)
 SECONDS_PER_DWELL = 30.0
@@ -74,8 +76,8 @@ def run_view(scene: Scene) -> RunView:
     checks = _checks(scene, sensors[0])
     return RunView(
         title="three-axis, ±90°, replicated", run_id="20260301T180000Z-three-axis", state=scene.state,
-        operator="A. Operator", rig="accelerometer laboratory, dual-axis table", gravity_mps2=9.79826,
-        gravity_source="survey 2024, u = 2e-6 m/s²", is_simulated=scene.simulated, approved_by=None,
+        operator="A. Operator", rig="accelerometer laboratory, dual-axis table", gravity=GRAVITY,
+        is_simulated=scene.simulated, approved_by=None,
         began_utc=START - timedelta(hours=1),
         started_utc=START, ended_utc=START + timedelta(seconds=SECONDS_PER_DWELL * rows),
         verdict=judge(scene.state, counts, sensors, interruptions, (), 0.8 if scene.tooth_arcsec < 1.5 else 0.2),

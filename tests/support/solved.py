@@ -89,7 +89,7 @@ def provenance(**changes: object) -> Provenance:
         serial="1047",
         sensor_model="three-axis package",
         gravity_mps2=9.79826,
-        gravity_source="survey 2024, u = 2e-6 m/s²",
+        gravity_source="survey 2024",
         pitch_range_deg=(-90.0, 90.0),
         roll_range_deg=(-180.0, 180.0),
         temperature_range_degc=(19.0, 21.0),

@@ -54,7 +54,10 @@ _CLEAN = {axis: np.array([output_v(axis, TP_TRUTH[axis], p, r) for p, r in GRID_
 
 
 def tp_set(
-    axes: Sequence[str] = "xyz", noise_v: float = 0.0, chance: np.random.Generator | None = None
+    axes: Sequence[str] = "xyz",
+    noise_v: float = 0.0,
+    chance: np.random.Generator | None = None,
+    gravity_uncertainty_mps2: float = 0.0,
 ) -> CoefficientSet:
     """TP's package of ``package_outputs.TRUTH``, one replication of 42 points."""
     pitch, roll = np.deg2rad(np.array(GRID_DEG, dtype=float)).T
@@ -63,7 +66,8 @@ def tp_set(
         np.ones(pitch.size, dtype=int), np.arange(pitch.size), pitch, roll, {a: _CLEAN[a] + spread[a] for a in axes}
     )
     ranges = {"pitch_range_deg": (-90.0, 90.0), "roll_range_deg": (-180.0, 180.0)}
-    return build_set(calibrate(rows, CalibrationRequest(extended="no")), Provenance(sensor="TP1", **SITE, **ranges))
+    origin = Provenance(sensor="TP1", **SITE, **ranges, gravity_uncertainty_mps2=gravity_uncertainty_mps2)
+    return build_set(calibrate(rows, CalibrationRequest(extended="no")), origin)
 
 
 def bent_set(bend_v: float = 5e-4) -> CoefficientSet:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ams.calibration_result import Calibration
 from ams.exports.formats import export_set
 from ams.frames import body_rates_rad_s
+from ams.gravity import Gravity
 from ams.models.convert import STANDARD_GRAVITY_MPS2
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
@@ -20,6 +21,7 @@ from ams.sets.provenance import NO_GRAVITY_STATED, Provenance, Standard, level_r
 from ams.sets.stated_findings import DAY_NOT_KNOWN
 from procedures.errors import RequestError
 from procedures.solution.provenance import declared_tables, roll_range_deg, standards_pointed_to
+from procedures.solution.type_b import gravity_of
 from rig.description.rig_file import RigDescription
 
 ROUNDING_DIGITS = 9
@@ -35,9 +37,8 @@ class WishedSet:
 
     path: Path
     sensor: str
-    gravity_mps2: float | None
+    gravity: Gravity | None
     """None: not stated, and the model senses none."""
-    gravity_source: str
     rig: str
     standards: tuple[Standard, ...] = ()
     declared: Mapping[str, Any] = field(default_factory=dict)
@@ -72,27 +73,26 @@ def wished_set(
     if rig is not None and gravity_mps2 is not None:
         raise RequestError("--gravity-mps2: the rig file states gravity already; give one of the two")
     if rig is not None:
-        gravity = rig.rig
         return WishedSet(
             path,
             sensor,
-            gravity.gravity_mps2,
-            gravity.gravity_source,
-            gravity.name,
+            gravity_of(rig),
+            rig.rig.name,
             tuple(standards_pointed_to(rig)),
             {**declared_tables(rig), "sensor_model": rig.sensors[sensor].model},
             measured_utc,
         )
     if gravity_mps2 is None:
-        return WishedSet(path, sensor, None, "", "", measured_utc=measured_utc)
+        return WishedSet(path, sensor, None, "", measured_utc=measured_utc)
     if not 9.7 <= gravity_mps2 <= 9.9:
         raise RequestError(f"--gravity-mps2: got {gravity_mps2:g} m/s², allowed 9.7 to 9.9 m/s²")
-    return WishedSet(path, sensor, gravity_mps2, "stated on the command line", "", measured_utc=measured_utc)
+    stated = Gravity(gravity_mps2, 0.0, "stated on the command line")
+    return WishedSet(path, sensor, stated, "", measured_utc=measured_utc)
 
 
 def refuse_per_g(wish: WishedSet, units: Iterable[str]) -> None:
     """Refuse straight lines of accelerometers, in ``units`` of what they sense, without the gravity they are per."""
-    if wish.gravity_mps2 is None and "g" in units:
+    if wish.gravity is None and "g" in units:
         raise RequestError(
             "--gravity-mps2 is missing: the levels are in g, and --set states the local gravity of the calibration: "
             "give it (a site's own; 9.7 to 9.9 m/s²)"
@@ -115,10 +115,12 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         yaw = np.zeros(rows.rows) if rows.yaw_rad is None else rows.yaw_rad
         euler = np.stack([rows.pitch_rad, yaw, rows.roll_rad], axis=-1)
         rates = _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))
+    gravity = wish.gravity or Gravity(STANDARD_GRAVITY_MPS2, 0.0, NO_GRAVITY_STATED)
     return Provenance(
         sensor=wish.sensor,
-        gravity_mps2=STANDARD_GRAVITY_MPS2 if wish.gravity_mps2 is None else wish.gravity_mps2,
-        gravity_source=NO_GRAVITY_STATED if wish.gravity_mps2 is None else wish.gravity_source,
+        gravity_mps2=gravity.value_mps2,
+        gravity_source=gravity.source,
+        gravity_uncertainty_mps2=gravity.standard_uncertainty_mps2,
         pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=roll_range_deg(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(rows, calibration),

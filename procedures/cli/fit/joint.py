@@ -15,7 +15,7 @@ from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import meter_remarks, temperature_remarks
+from procedures.records.declared_gaps import gravity_remarks, meter_remarks, temperature_remarks
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.fitted import sensor_of, sensor_warnings
 from procedures.solution.meter_reach import meter_reach
@@ -68,7 +68,11 @@ def joint(
     of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts, *of_temperature)
     of_rig += sensor_warnings(rig, sensor)
     of_rig += tuple(text for mounting in mountings for text in clock_warnings(mounting.observations))
-    undeclared = Undeclared(() if set(priors) >= _TILTS else level_remarks(rig), meter_remarks(rig, measured))
+    undeclared = Undeclared(
+        () if set(priors) >= _TILTS else level_remarks(rig),
+        meter_remarks(rig, measured),
+        gravity=gravity_remarks(rig, senses_gravity=True),
+    )
     remarks = (*undeclared.remarks, *temperature_remarks(mountings[0].observations))
     calibration = joint_calibration(found, diagnosis, of_rig, remarks)
     budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))

@@ -32,6 +32,32 @@ def test_angles_at_another_site_are_those_that_made_the_outputs(make: object, ax
         assert found["roll_deg"] == pytest.approx(ROLL_DEG, abs=1e-9)
 
 
+@pytest.mark.parametrize(("axes", "is_bent"), [("x", True), ("xy", True), ("xyz", False)])
+def test_what_the_gravity_of_the_calibration_is_wrong_by_turns_one_axis_and_no_three(axes: str, is_bent: bool) -> None:
+    """A part δ of every k turns the pitch of one axis by δ tan(pitch), and the direction of three by nothing.
+
+    By next to nothing: a length that is not g is shared among axes whose sensitivities differ by a percent.
+    """
+    relative = 1e-3
+    u_mps2 = relative * SITE["gravity_mps2"]  # type: ignore[operator]
+    wrong = tp_set(gravity_uncertainty_mps2=u_mps2)
+    force = 1.003 * specific_force(np.deg2rad(PITCH_DEG), np.deg2rad(ROLL_DEG))
+    readings = {f"{axis}_v": predicted_v(wrong.axes[axis], force, None) for axis in axes} | {"roll_deg": ROLL_DEG}
+
+    def sd_deg(site_mps2: float | None) -> np.ndarray:
+        package = Package(wrong, {axis: f"{axis}_v" for axis in axes}, site_mps2)
+        return np.array(Inference(package, reading_sd_v=1e-9).answer(readings).columns["pitch_sd_deg"])
+
+    tangent_deg = np.rad2deg(relative * np.abs(np.tan(np.deg2rad(PITCH_DEG))))
+    if axes == "x":
+        assert sd_deg(SITE_MPS2) == pytest.approx(tangent_deg, rel=0.05)
+    else:
+        assert (sd_deg(SITE_MPS2).max() > 0.2 * tangent_deg.max()) == is_bent
+    if not is_bent:
+        assert sd_deg(SITE_MPS2).max() < 1e-3 * tangent_deg.max()
+    assert sd_deg(None).max() < 1e-6, "at the gravity of the calibration no angle depends on it"
+
+
 def test_one_axis_is_off_by_the_tangent_where_the_site_is_not_told() -> None:
     off_deg = angles_of(tp_set(), "x", None)["pitch_deg"] - PITCH_DEG
     assert off_deg == pytest.approx(np.rad2deg(0.003 * np.tan(np.deg2rad(PITCH_DEG))), rel=0.05)

@@ -221,6 +221,17 @@ def test_a_meter_that_the_set_names_is_a_gap_whatever_another_standard_states() 
         check_grounds(_grounds(coefficients=entry))
 
 
+def test_a_gravity_without_an_uncertainty_is_a_gap_where_sensitivities_are_per_local_g() -> None:
+    """Of a set of before the finding as well: nothing in it says how far its gravity may be wrong."""
+    alone = _grounds(coefficients=_set(gravity_uncertainty_mps2=0.0))
+    (gap,) = [text for text in gaps_of(alone) if "local gravity" in text]
+    assert gap.startswith("no uncertainty of local gravity is declared (9.79826 m/s²)")
+    assert "rig.gravity_uncertainty_mps2" in gap
+    assert "9.79826 m/s², no uncertainty declared (survey 2024)" in _text(alone)
+    assert "9.79826 m/s², standard uncertainty 2e-06 m/s² (survey 2024)" in _text(_grounds())
+    assert not [text for text in gaps_of(_grounds(coefficients=gyro_set())) if "local gravity" in text]
+
+
 def test_counts_need_no_standard_of_volts() -> None:
     entry = line_set({"x": (0.032, -0.4)})
     assert not any("the meter" in gap for gap in gaps_of(_grounds(coefficients=entry, adjustment=None)))

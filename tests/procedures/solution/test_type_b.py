@@ -7,7 +7,13 @@ import pytest
 from planning_files import AIR, rig_file
 
 from procedures.description.procedure_file import Solve
-from procedures.records.declared_gaps import NO_STANDARD_OF_RATES, meter_remarks, rate_remarks
+from procedures.records.declared_gaps import (
+    NO_GRAVITY,
+    NO_STANDARD_OF_RATES,
+    gravity_remarks,
+    meter_remarks,
+    rate_remarks,
+)
 from procedures.solution.request import reference_of
 from procedures.solution.type_b import (
     gravity_of,
@@ -18,6 +24,7 @@ from procedures.solution.type_b import (
 )
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
+from rig.errors import DescriptionError
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"')
@@ -107,6 +114,27 @@ def _behind(rig: RigDescription, *names: str) -> RigDescription:
 def test_gravity_is_carried_with_its_uncertainty(tmp_path: Path) -> None:
     gravity = gravity_of(declared(tmp_path))
     assert (gravity.value_mps2, gravity.standard_uncertainty_mps2) == (9.80665, 3e-6)
+
+
+def test_gravity_by_latitude_and_height_counts_what_anomalies_do_and_one_stated_alone_is_said(tmp_path: Path) -> None:
+    """GRS 80 at 45°: 9.806199 m/s², which WGS 84 keeps to 2e-6; free air takes 3.086e-6 off it each metre."""
+    stated = "gravity_mps2 = 9.80665"
+    by_formula = gravity_of(rig_file(tmp_path, (stated, "latitude_deg = 45.0\nheight_m = 100.0")))
+    assert by_formula.value_mps2 == pytest.approx(9.806199 - 3.086e-4, abs=8e-6)
+    assert by_formula.standard_uncertainty_mps2 == 0.0005
+    known = "latitude_deg = 45.0\nheight_m = 100.0\ngravity_uncertainty_mps2 = 2e-4"
+    assert gravity_of(rig_file(tmp_path, (stated, known))).standard_uncertainty_mps2 == 2e-4
+    for change, is_said in ((stated, True), (known, False), (f"{stated}\ngravity_uncertainty_mps2 = 3e-6", False)):
+        rig = rig_file(tmp_path, (stated, change))
+        said = gravity_remarks(rig, senses_gravity=True)
+        assert [gap.fact.startswith(NO_GRAVITY) for gap in said] == [True] * is_said, change
+        assert gravity_remarks(rig, senses_gravity=False) == ()
+
+
+@pytest.mark.parametrize("key", ["latitude_deg = 45.0", 'latitude_deg = 45.0\nheight_m = 0.0\ngravity_source = "a"'])
+def test_a_gravity_that_is_left_out_is_refused_where_nothing_gives_it(key: str, tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match="gravity_mps2"):
+        rig_file(tmp_path, ("gravity_mps2 = 9.80665", key))
 
 
 def test_a_rig_that_declares_nothing_adds_nothing(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from ams.exports.formats import load_set
 from ams.sets.stated_findings import TABLE_NOT_COUNTED, outside_uncertainty
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import NO_METER, NO_TEMPERATURE
+from procedures.records.declared_gaps import NO_GRAVITY, NO_METER, NO_TEMPERATURE
 from procedures.run.readiness import readiness
 from procedures.solution.type_b import NO_LEVEL
 from rig.description.read import read_rig
@@ -32,6 +32,7 @@ from rig.local_time import local_day
 AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
 DRIFT_V_PER_H = 30e-6
 SOFT_V = 40e-6
+GRAVITY_U = "gravity_uncertainty_mps2 = 2e-6     # a standard uncertainty\n"
 METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"')
 STANDARD = """
 [standards.meter]
@@ -221,12 +222,13 @@ def test_rows_without_a_temperature_say_that_no_other_is_in_the_uncertainty(
 
 
 @pytest.mark.parametrize("joint", [(), ("--joint",)])
-def test_a_level_and_a_meter_that_nobody_declared_are_findings_of_a_fit_as_of_a_run(
+def test_a_level_a_meter_and_a_gravity_that_nobody_declared_are_findings_of_a_fit_as_of_a_run(
     joint: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rows, rig = rows_and_rig_at(tmp_path, 37.09)
     line = ("fit", rows, *AXES, "--rig", rig, "--sensor", "SN1047", *joint, "--json")
-    undeclared = {"level-undeclared": NO_LEVEL, "meter-undeclared": NO_METER}
+    rig.write_text(rig.read_text(encoding="utf-8").replace(GRAVITY_U, ""), encoding="utf-8")
+    undeclared = {"level-undeclared": NO_LEVEL, "meter-undeclared": NO_METER, "gravity-undeclared": NO_GRAVITY}
 
     def found(axis: dict[str, object]) -> dict[str, str]:
         return {entry["kind"]: entry["text"] for entry in axis["findings"] if entry["kind"] in undeclared}
@@ -234,7 +236,8 @@ def test_a_level_and_a_meter_that_nobody_declared_are_findings_of_a_fit_as_of_a_
     for axis in call(capsys, *line).document["axes"].values():
         assert {kind: text[: len(undeclared[kind])] for kind, text in found(axis).items()} == undeclared
     level = "[level]\nuncertainty_arcsec = 0.2\nbefore = { about_pitch_arcsec = 0.1, about_roll_arcsec = 0.1 }\n"
-    rig.write_text(rig.read_text(encoding="utf-8").replace(*METER) + STANDARD + level, encoding="utf-8")
+    stated = rig.read_text(encoding="utf-8").replace("[rig]\n", f"[rig]\n{GRAVITY_U}").replace(*METER)
+    rig.write_text(stated + STANDARD + level, encoding="utf-8")
     assert not any(found(axis) for axis in call(capsys, *line).document["axes"].values())
 
 
