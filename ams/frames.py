@@ -61,16 +61,54 @@ def attitude_from_degrees(
     return Attitude(pitch, roll, None, np.broadcast_to(np.asarray(temperature_degc, dtype=float), pitch.shape))
 
 
-def specific_force(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
-    """Return the specific force in package axes, (N, 3), in units of local gravity. Source: TP (2), (4), (5)."""
+def specific_force(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None = None) -> FloatArray:
+    """Return the specific force in package axes, (N, 3), in units of local gravity.
+
+    Source: TP (2), (4), (5); with yaw, between pitch and roll, CR (III-B.30) to (III-B.32) with the other sign.
+    """
     cos_pitch = np.cos(pitch_rad)
+    if yaw_rad is not None:
+        return _yawed_and_rolled(np.sin(pitch_rad), np.zeros_like(pitch_rad), -cos_pitch, yaw_rad, roll_rad)
     return np.stack([np.sin(pitch_rad), -cos_pitch * np.sin(roll_rad), -cos_pitch * np.cos(roll_rad)], axis=-1)
 
 
-def specific_force_by_pitch(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+def specific_force_by_pitch(
+    pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None = None
+) -> FloatArray:
     """Return ∂f/∂α, shape (N, 3), per radian."""
     sin_pitch = np.sin(pitch_rad)
+    if yaw_rad is not None:
+        return _yawed_and_rolled(np.cos(pitch_rad), np.zeros_like(pitch_rad), sin_pitch, yaw_rad, roll_rad)
     return np.stack([np.cos(pitch_rad), sin_pitch * np.sin(roll_rad), sin_pitch * np.cos(roll_rad)], axis=-1)
+
+
+def specific_force_by_yaw(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray) -> FloatArray:
+    """Return the change of f by yaw, shape (N, 3), per radian: none at pitch 0, where the axis is upright."""
+    sin_pitch, cos_yaw, sin_yaw = np.sin(pitch_rad), np.cos(yaw_rad), np.sin(yaw_rad)
+    return _rolled(-sin_pitch * sin_yaw, -sin_pitch * cos_yaw, np.zeros_like(sin_pitch), roll_rad)
+
+
+def specific_force_by_base(
+    pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None = None
+) -> FloatArray:
+    """Return the change of f by a tilt of the base about its forward axis, shape (N, 3), per radian."""
+    none = np.zeros_like(pitch_rad)
+    if yaw_rad is None:
+        return _rolled(none, np.ones_like(pitch_rad), none, roll_rad)
+    return _yawed_and_rolled(none, np.ones_like(pitch_rad), none, yaw_rad, roll_rad)
+
+
+def _yawed_and_rolled(
+    x: FloatArray, y: FloatArray, z: FloatArray, yaw_rad: FloatArray, roll_rad: FloatArray
+) -> FloatArray:
+    """Return (N, 3) components in axes that are pitched already as they are in those of the package."""
+    cos_yaw, sin_yaw = np.cos(yaw_rad), np.sin(yaw_rad)
+    return _rolled(cos_yaw * x + sin_yaw * y, cos_yaw * y - sin_yaw * x, z, roll_rad)
+
+
+def _rolled(x: FloatArray, y: FloatArray, z: FloatArray, roll_rad: FloatArray) -> FloatArray:
+    cos_roll, sin_roll = np.cos(roll_rad), np.sin(roll_rad)
+    return np.stack([x, cos_roll * y + sin_roll * z, cos_roll * z - sin_roll * y], axis=-1)
 
 
 def specific_force_by_roll(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
@@ -80,15 +118,17 @@ def specific_force_by_roll(pitch_rad: FloatArray, roll_rad: FloatArray) -> Float
     return np.stack([zero, -cos_pitch * np.cos(roll_rad), cos_pitch * np.sin(roll_rad)], axis=-1)
 
 
-def specific_force_by_turn(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def specific_force_by_turn(
+    pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return ∂f by a turn of the package on its mount about x, y and z, (N, 3) each, per radian: −e × f.
 
     About x it is a slip of roll.
     """
-    force = specific_force(pitch_rad, roll_rad)
+    force = specific_force(pitch_rad, roll_rad, yaw_rad)
     none = np.zeros_like(force[:, 0])
     return (
-        specific_force_by_roll(pitch_rad, roll_rad),
+        np.stack([none, force[:, 2], -force[:, 1]], axis=1),
         np.stack([-force[:, 2], none, force[:, 0]], axis=1),
         np.stack([force[:, 1], -force[:, 0], none], axis=1),
     )

@@ -19,7 +19,7 @@ from ams.calibration.step_or_drift import is_step
 from ams.calibration.step_search import StepSearch
 from ams.findings import SHOWN_BY, Finding
 from ams.inputs.known_of_run import ProvedChange, is_among
-from ams.surveillance.common_mode_columns import ROTATIONS
+from ams.surveillance.turns import ROTATIONS
 
 
 @dataclass(frozen=True)

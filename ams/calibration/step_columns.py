@@ -11,8 +11,7 @@ from ams.analysis.diagnostics.tested_terms import linear_base
 from ams.analysis.diagnostics.time_order import even_course
 from ams.arrays import BoolArray, FloatArray
 from ams.inputs.known_of_run import GAIN, OFFSET, ProvedChange, is_among
-from ams.surveillance.common_mode_columns import BASE, PITCH, ROTATIONS
-from ams.surveillance.loose_mount import force_changes
+from ams.surveillance.turns import BASE, PITCH, force_changes
 
 LINEAR: Final = 4
 """Offset and three sensitivities."""
@@ -36,7 +35,7 @@ def step_columns(evidence: Evidence, output: int, during: Sequence[Changed]) -> 
     known = {GAIN: evidence.sensed[:, output], OFFSET: np.ones(evidence.rows.rows)}
     if base is not None:
         moved, k = force_changes(evidence.rows.pitch_rad, evidence.rows.roll_rad), evidence.primary[output][1:LINEAR]
-        known |= {name: change @ k for name, change in zip(ROTATIONS, moved, strict=True)}
+        known |= {name: change @ k for name, change in moved.items()}
         linear = np.column_stack([linear, known[PITCH], known[BASE]])
 
     def columns_of(changed: Changed) -> FloatArray:

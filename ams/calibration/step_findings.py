@@ -14,8 +14,9 @@ from ams.calibration.step_search import NOTHING, StepSearch
 from ams.findings import Finding
 from ams.solve.extension import angles_of_points
 from ams.surveillance.common_mode import judge_visits
-from ams.surveillance.common_mode_columns import FIXTURE, Visits, WatchedAxes
+from ams.surveillance.common_mode_columns import Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of
+from ams.surveillance.turns import FIXTURE
 
 _CONTRADICTED: Final = 0.01
 _PACKAGE: Final = "the package"

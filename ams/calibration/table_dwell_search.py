@@ -21,8 +21,8 @@ from ams.solve.extension import angles_of_points
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.distributions import f_tail
 from ams.surveillance.common_mode import CommonMode, judge_visits
-from ams.surveillance.common_mode_causes import Cause
-from ams.surveillance.common_mode_columns import ROTATIONS, Visits, WatchedAxes, whiten
+from ams.surveillance.common_mode_causes import ROTATION, Cause
+from ams.surveillance.common_mode_columns import Visits, WatchedAxes, whiten
 from ams.surveillance.common_mode_words import turn_in_words
 
 _CONTRADICTED: Final = 0.01
@@ -271,7 +271,7 @@ class DwellSearch:
         common = judge_visits(watched, visits, _CONTRADICTED)
         causes = (*common.stated, *common.also) if len(common.stated) == 1 else common.stated
         turn = next((cause for cause in causes if cause.kind == "table-rotation"), None)
-        if turn is None or (turn.parts == ROTATIONS and not common.rotation_rad > 0.0):
+        if turn is None or (turn.name == ROTATION and not common.rotation_rad > 0.0):
             return Behind(common, None, "")  # of what no turn of a size explains nothing is said of the table
         seen = replace(common, estimates=whiten(watched, visits, common.agreeing).estimates(turn.parts, 1.0))
         return Behind(common, turn, turn_in_words(seen, turn))

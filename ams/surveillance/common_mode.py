@@ -42,21 +42,17 @@ import numpy as np
 from ams.surveillance.common_mode_causes import (
     FEWEST_LEFT,
     LIKE_AXES,
-    ROTATION,
     Cause,
     Scale,
     causes_of,
     common_names,
     of_meter,
     of_temperature,
+    rotation,
     scale_of,
 )
 from ams.surveillance.common_mode_columns import (
-    BASE,
     MODEL_ERROR,
-    PITCH,
-    ROLL,
-    ROTATIONS,
     SAME,
     Estimate,
     Visits,
@@ -68,11 +64,12 @@ from ams.surveillance.common_mode_columns import (
     whiten,
 )
 from ams.surveillance.lone_axis import lone_axis, lone_sensor, others_are_blind
-from ams.surveillance.loose_mount import CONSISTENT, UNATTRIBUTED, Attribution, LeftOver, force_changes, mount_or_sensor
+from ams.surveillance.loose_mount import CONSISTENT, UNATTRIBUTED, Attribution, LeftOver, mount_or_sensor
+from ams.surveillance.turns import AXES_OF_TABLE, BASE, PITCH, ROLL, YAW, force_changes
 
 LEAST_SENSOR_CHANGE = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
-_SINGLE_TURNS = ((ROLL,), (PITCH,), (BASE,))
+_SINGLE_TURNS = ((ROLL,), (PITCH,), (YAW,), (BASE,))
 _OF_A_LONE = "offset and sensitivity of its axes"
 _BESIDE_A_TURN = 0.08
 """Of the sum of squares of a change: what a turn of one axis may leave and still be nearly all of it."""
@@ -287,7 +284,7 @@ def _also(
         if is_doubted or (used < data.fits_all and not (is_plain and cause.name.endswith(LIKE_AXES)))
     ]
     if fewest >= data.fits_all and not is_turn:
-        others.append(ROTATION)  # with a change of anything else beside it
+        others.append(rotation(data))  # with a change of anything else beside it
     return tuple(cause for cause in others if not set(stated.parts) <= set(cause.parts))  # a wider one says no more
 
 
@@ -309,7 +306,7 @@ def _together(data: Whitened, among: Sequence[str], scale: Scale, p_value: float
         sensor_cause = Cause("sensor-change", " and ".join(among), ())
         return CommonMode((sensor_cause,), p_value, (), {}, (), tuple(among))
     meters = [name for name in data.columns if name.startswith(("gain", "offset"))]
-    groups = [ROTATION, *(of_meter(name) for name in meters)]
+    groups = [rotation(data), *(of_meter(name) for name in meters)]
     warmth = list(of_temperature(data))[-1:]  # of all offsets and sensitivities; none of a single dwell
 
     def is_seen(group: Cause, others: Sequence[Cause]) -> bool:
@@ -321,7 +318,7 @@ def _together(data: Whitened, among: Sequence[str], scale: Scale, p_value: float
     beside = all_of_them if any(is_seen(cause, groups) for cause in warmth) else groups
     causes = [group for group in beside if is_seen(group, all_of_them if group is groups[0] else beside)]
     if not causes:
-        causes = beside = warmth or [ROTATION]
+        causes = beside = warmth or groups[:1]
     every = tuple(name for group in beside for name in group.parts)
     estimates = data.estimates(every, scale.variance)
     parts = {name for cause in causes for name in cause.parts}
@@ -330,7 +327,7 @@ def _together(data: Whitened, among: Sequence[str], scale: Scale, p_value: float
 
 
 def _rotation_rad(visits: Visits, common: CommonMode) -> float:
-    moved = zip(ROTATIONS, force_changes(visits.pitch_rad, visits.roll_rad), strict=True)
+    moved = force_changes(visits.pitch_rad, visits.roll_rad, visits.yaw_rad).items()
     turned = [common.estimates[name].value * change for name, change in moved if name in common.estimates]
     return float(np.linalg.norm(sum(turned, np.zeros((visits.pitch_rad.size, 3))), axis=1).max(initial=0.0))
 
@@ -346,9 +343,10 @@ def _sized(axes: WatchedAxes, visits: Visits, found: SensorChange, common: Commo
     angle = np.where(np.isfinite(visits.change) & kept, (visits.change - shared) / sensitivity_of(axes), 0.0)
     worst = np.unravel_index(int(np.argmax(np.abs(angle))), angle.shape)
     imperfect = (model_error(axes, visits)[:, None] * sensitivity_of(axes)) ** 2
-    seated = visits.seating_rad**2 * (columns[ROLL] ** 2 + columns[PITCH] ** 2)
+    seated = visits.seating_rad**2 * sum(columns[name] ** 2 for name in AXES_OF_TABLE if name in columns)
     drifted = 0.0 if visits.drifted is None else visits.drifted**2
     change, variance = (visits.change - shared)[:, kept], (visits.variance + imperfect + seated + drifted)[:, kept]
     freedom = visits.degrees_of_freedom
-    culprit = mount_or_sensor(LeftOver(visits.pitch_rad, visits.roll_rad, change, variance, axes.k[kept], freedom))
+    left = LeftOver(visits.pitch_rad, visits.roll_rad, change, variance, axes.k[kept], freedom, visits.yaw_rad)
+    culprit = mount_or_sensor(left)
     return replace(found, axis=axes.axis[int(worst[1])], largest_rad=float(angle[worst]), attribution=culprit)

@@ -5,21 +5,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ams.statistics.distributions import f_tail
-from ams.surveillance.common_mode_columns import (
-    BASE,
-    FIXTURE,
-    FIXTURE_Y,
-    FIXTURE_Z,
-    OF_ALIKE,
-    OF_LONE,
-    PITCH,
-    ROLL,
-    ROTATIONS,
-    Whitened,
-)
+from ams.surveillance.common_mode_columns import OF_ALIKE, OF_LONE, Whitened
+from ams.surveillance.turns import BASE, FIXTURE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, YAW
 
 Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
 
+ROTATION = "rotation"
 BASE_ASIDE = "tilt of the base to any side"
 LIKE_AXES = "of all like axes"
 """How the name of a cause ends that moves the axes of one name in all sensors alike."""
@@ -36,9 +27,6 @@ class Cause:
     name: str
     parts: tuple[str, ...]
     """Names of its columns."""
-
-
-ROTATION = Cause("table-rotation", "rotation", ROTATIONS)
 
 
 @dataclass(frozen=True)
@@ -65,6 +53,8 @@ def causes_of(data: Whitened) -> Iterator[Cause]:
     """Yield the single causes in the order in which they are judged."""
     yield Cause("table-rotation", ROLL, (ROLL,))
     yield Cause("table-rotation", PITCH, (PITCH,))
+    if YAW in data.columns:
+        yield Cause("table-rotation", YAW, (YAW,))
     yield Cause("table-rotation", BASE, (BASE,))
     yield Cause("table-rotation", BASE_ASIDE, (PITCH, BASE))
     yield Cause("table-rotation", FIXTURE, (ROLL, FIXTURE_Y, FIXTURE_Z))
@@ -76,6 +66,11 @@ def causes_of(data: Whitened) -> Iterator[Cause]:
         if name.startswith(OF_LONE)
     )
     yield from of_temperature(data)
+
+
+def rotation(data: Whitened) -> Cause:
+    """Return any turn, about all that the table has and of base and fixture."""
+    return Cause("table-rotation", ROTATION, tuple(name for name in ROTATIONS if name in data.columns))
 
 
 def of_temperature(data: Whitened) -> Iterator[Cause]:

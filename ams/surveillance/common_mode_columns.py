@@ -11,13 +11,10 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
 from ams.frames import specific_force
-from ams.surveillance.loose_mount import force_changes
+from ams.surveillance.turns import AXES_OF_TABLE, force_changes
 
 MODEL_ERROR = 0.02
 """Of the change itself: how well sensitivities and directions are known while a run goes on."""
-ROLL, PITCH, BASE, FIXTURE = "roll", "pitch", "tilt of the base", "fixture"
-FIXTURE_Y, FIXTURE_Z = "fixture about y", "fixture about z"
-ROTATIONS = (ROLL, PITCH, BASE, FIXTURE_Y, FIXTURE_Z)
 OF_LONE, OF_ALIKE = "own", "like"
 """Of a lone sensor's axis, and of the axes of one name in all sensors: how the column of what it does begins."""
 SAME = 1e-6
@@ -56,7 +53,7 @@ class Visits:
     degrees_of_freedom: float
     """By which the variances are known; the smallest."""
     seating_rad: float = 0.0
-    """Standard uncertainty of the *difference* of two seatings, about pitch and about roll."""
+    """Standard uncertainty of the *difference* of two seatings, about each axis of the table."""
     warmth_g: float = 0.0
     """The most that the recorded change of temperature between the visits can have done to an axis."""
     is_momentary: bool = False
@@ -64,6 +61,8 @@ class Visits:
     drifted: FloatArray | None = None
     """(K, A) one standard uncertainty of what each axis drifted by itself, alike at all attitudes: where a drift was
     taken from the change, how well it is known. None where no axis drifts."""
+    yaw_rad: FloatArray | None = None
+    """Of a gimbal."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +125,9 @@ def whiten(axes: WatchedAxes, visits: Visits, among: Sequence[str]) -> Whitened:
         rounding = (_ROUNDING * visits.reading[index, read]) ** 2 + np.finfo(float).tiny
         imperfect = (spread[index] * sensitivity_of(axes)[read]) ** 2
         covariance = np.diag(visits.variance[index, read] + imperfect + rounding)
-        for name in (ROLL, PITCH):
+        for name in AXES_OF_TABLE:
+            if name not in columns:
+                continue
             turned = visits.seating_rad * columns[name][index, read]
             covariance = covariance + np.outer(turned, turned)
         factor = np.linalg.cholesky(covariance)
@@ -167,8 +168,8 @@ def model_error(axes: WatchedAxes, visits: Visits) -> FloatArray:
 
 def columns_of(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: bool) -> dict[str, FloatArray]:
     """Name to (K, A) what one unit of a cause does."""
-    force = specific_force(visits.pitch_rad, visits.roll_rad)
-    moved = dict(zip(ROTATIONS, force_changes(visits.pitch_rad, visits.roll_rad), strict=True))
+    force = specific_force(visits.pitch_rad, visits.roll_rad, visits.yaw_rad)
+    moved = force_changes(visits.pitch_rad, visits.roll_rad, visits.yaw_rad)
     columns = {name: change @ axes.k.T for name, change in moved.items()}
     reading = np.where(np.isfinite(visits.reading), visits.reading, 0.0)
     for meter in dict.fromkeys(word for word, is_kept in zip(axes.meter, kept, strict=True) if is_kept):

@@ -8,8 +8,9 @@ import numpy as np
 from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, turned_the_table
 from ams.rounding import significant, two_digits
 from ams.surveillance.common_mode import CommonMode, SensorChange
-from ams.surveillance.common_mode_causes import LIKE_AXES, Cause
-from ams.surveillance.common_mode_columns import BASE, FIXTURE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, Estimate
+from ams.surveillance.common_mode_causes import LIKE_AXES, ROTATION, Cause
+from ams.surveillance.common_mode_columns import Estimate
+from ams.surveillance.turns import BASE, FIXTURE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, YAW
 from ams.units import ARCSEC_PER_DEG, in_words, signed, signed_in_words
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -21,7 +22,13 @@ _SHARED = {
 }
 _PLAIN = 3.0
 """In standard uncertainties."""
-_ABOUT = {ROLL: "about roll", PITCH: "about pitch", FIXTURE_Y: "about its lateral axis", FIXTURE_Z: "about its normal"}
+_ABOUT = {
+    ROLL: "about roll",
+    PITCH: "about pitch",
+    YAW: "about yaw",
+    FIXTURE_Y: "about its lateral axis",
+    FIXTURE_Z: "about its normal",
+}
 
 
 def findings_of(
@@ -114,7 +121,7 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
 def turn_in_words(found: CommonMode, cause: Cause) -> str:
     """Return how far the table turned and about what."""
     sizes = {name: found.estimates[name] for name in cause.parts if name in found.estimates}
-    if cause.parts == ROTATIONS:
+    if cause.name == ROTATION:
         return f"up to {significant(abs(_in_arcsec(found.rotation_rad)), 3)}″"
     if cause.parts == (BASE,):
         return f"{_angle(sizes[BASE])} about the base's forward axis"

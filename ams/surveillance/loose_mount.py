@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_turn
+from ams.frames import specific_force, specific_force_by_turn
 from ams.statistics.distributions import f_tail
 
 Culprit = Literal["mount", "sensor", "either"]
@@ -35,6 +35,8 @@ class LeftOver:
     """(A, 3) units of the reading per g."""
     degrees_of_freedom: float
     """By which the variances are known."""
+    yaw_rad: FloatArray | None = None
+    """Of a gimbal."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +53,9 @@ UNATTRIBUTED = Attribution("either", 0.0)
 
 def mount_or_sensor(left: LeftOver) -> Attribution:
     """Return whether a rotation of the package explains the change, a single change of an axis, or either."""
-    turns = [change @ left.k.T for change in specific_force_by_turn(left.pitch_rad, left.roll_rad)]
+    turns = [change @ left.k.T for change in specific_force_by_turn(left.pitch_rad, left.roll_rad, left.yaw_rad)]
     angles, p_turned = _fitted(left, turns)
-    force = specific_force(left.pitch_rad, left.roll_rad) @ left.k.T
+    force = specific_force(left.pitch_rad, left.roll_rad, left.yaw_rad) @ left.k.T
     alone = np.eye(left.k.shape[0])
     single = [_fitted(left, [column * direction])[1] for direction in alone for column in (np.ones_like(force), force)]
     is_turned, is_changed = p_turned >= CONSISTENT, max(single) >= CONSISTENT
@@ -72,13 +74,3 @@ def _fitted(left: LeftOver, columns: Sequence[FloatArray]) -> tuple[FloatArray, 
     if freedom < 1:
         return found, 1.0
     return found, float(f_tail(float(rest @ rest) / freedom, freedom, left.degrees_of_freedom))
-
-
-def force_changes(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[FloatArray, ...]:
-    """Return ∂f by roll slip, pitch slip, tilt of the base about its forward axis, fixture about y and z, (K, 3) each.
-
-    Per radian, in table axes.
-    """
-    by_roll, about_y, about_z = specific_force_by_turn(pitch_rad, roll_rad)
-    tilt = np.stack([np.zeros_like(pitch_rad), np.cos(roll_rad), -np.sin(roll_rad)], axis=1)
-    return by_roll, specific_force_by_pitch(pitch_rad, roll_rad), tilt, about_y, about_z

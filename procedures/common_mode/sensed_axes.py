@@ -11,10 +11,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.frames import specific_force
 from ams.surveillance.between_runs import MEDIAN_OF_CHI_SQUARE_1
 from ams.surveillance.common_mode_columns import WatchedAxes
-from procedures.records.dwells import DwellRecord
+from ams.surveillance.turns import AXES_OF_TABLE, force_changes
+from procedures.records.dwells import DwellRecord, read_back_rad
 from rig.description.rig_file import Sensor
 
 UNKNOWN_SEATING_RAD = float(np.deg2rad(0.5 / 3600.0))
@@ -49,12 +50,15 @@ def sensed_axes(sensors: Mapping[str, Sensor]) -> tuple[WatchedAxes, tuple[str, 
     return axes, tuple(row[2] for row in rows)
 
 
-def force_at(dwell: DwellRecord) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return f, ∂f/∂α and ∂f/∂R, (3,) each, where the dwell stood by its read-back."""
-    pitch, roll = (np.deg2rad([dwell.measured_deg.get(name, 0.0)]) for name in ("pitch", "roll"))
-    parts = (specific_force, specific_force_by_pitch, specific_force_by_roll)
-    force, by_pitch, by_roll = (part(pitch, roll)[0] for part in parts)
-    return force, by_pitch, by_roll
+def force_at(dwell: DwellRecord) -> FloatArray:
+    """Return f, (3,), where the dwell stood by its read-back."""
+    return np.asarray(specific_force(*read_back_rad([dwell]))[0])
+
+
+def slopes_at(dwell: DwellRecord) -> list[FloatArray]:
+    """Return the change of f by each axis of the table, (3,) each per radian, where the dwell stood."""
+    changes = force_changes(*read_back_rad([dwell]))
+    return [changes[axis][0] for axis in AXES_OF_TABLE if axis in changes]
 
 
 class KnownAxes:
@@ -108,7 +112,7 @@ class KnownAxes:
         self._taken += 1
         means, squares, degrees = self._statistics(dwell)
         is_read = np.isfinite(means)
-        basis = np.concatenate([[1.0], force_at(dwell)[0]])
+        basis = np.concatenate([[1.0], force_at(dwell)])
         left = np.where(is_read, means - self._axes.k @ basis[1:], 0.0)
         self._information += is_read[:, None, None] * np.outer(basis, basis)
         self._moments += left[:, None] * basis
@@ -142,7 +146,7 @@ class KnownAxes:
         return np.maximum(within, between), float(self._degrees[known].min(initial=np.inf)), seating
 
     def _learn_difference(self, dwell: DwellRecord, difference: FloatArray) -> None:
-        _, *slopes = force_at(dwell)
+        slopes = slopes_at(dwell)
         size = np.linalg.norm(self._axes.k, axis=1)
         columns = np.stack([self._axes.k @ slope / size for slope in slopes], axis=1)
         is_read = np.isfinite(difference)

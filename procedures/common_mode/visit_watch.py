@@ -20,6 +20,7 @@ from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
 from ams.surveillance.common_mode_words import all_after, findings_of, on_one_side
+from ams.surveillance.turns import AXES_OF_TABLE
 from procedures.common_mode.check_sets import accepted_epochs, check_set_pairs, first_checks
 from procedures.common_mode.opening_checks import OpeningChecks
 from procedures.common_mode.planned_visits import plateau_numbers_of, visits_of
@@ -27,7 +28,7 @@ from procedures.common_mode.sensed_axes import Attitude, KnownAxes, attitude_of,
 from procedures.common_mode.ways_out import TO_MEASURE_AGAIN, Moment, in_doubt, take_back_commands
 from procedures.plan.plan import Plan
 from procedures.records.declared_supply import at_declared
-from procedures.records.dwells import DwellRecord, Event
+from procedures.records.dwells import DwellRecord, Event, read_back_rad
 from rig.description.signal_chain import Chain
 
 FALSE_ALARM = 1e-4
@@ -36,7 +37,6 @@ LARGEST_TC_PER_DEGC = 1e-4
 """In g, of offset or sensitivity: no servo accelerometer for attitudes has more (70 µg and 200 ppm of a tilted g)."""
 STEEPEST_DEG = 45.0
 """Pitch up to which a turn about roll moves readings by more than two thirds of what it does at level."""
-_AXES = frozenset(("pitch", "roll"))
 
 
 @dataclass(frozen=True)
@@ -82,14 +82,14 @@ class _Visit:
 
 
 class VisitWatch:
-    """Of one run. Anything but accelerometers at rest on a table of pitch and roll is not judged.
+    """Of one run. Anything but accelerometers at rest on a table of pitch, roll and yaw is not judged.
 
     ``accepted``: the epochs whose step a person accepted.
     """
 
     def __init__(self, plan: Plan, chains: Mapping[str, Chain], accepted: Iterable[int] = ()) -> None:
         self._chains = chains
-        axes, channels = sensed_axes(plan.sensors if plan.is_at_rest and set(plan.axes) <= _AXES else {})
+        axes, channels = sensed_axes(plan.sensors if plan.is_at_rest and set(plan.axes) <= set(AXES_OF_TABLE) else {})
         self._is_watching = bool(channels)
         self._sensors = axes.sensors
         self._unit = "v"
@@ -254,10 +254,11 @@ class VisitWatch:
         if not np.isfinite(dof) or dof < 1.0:
             return None
         earlier, later = (np.stack([self.known.means(dwell) for dwell in dwells]) for dwells in (before, after))
-        pitch, roll = (np.deg2rad([dwell.measured_deg.get(name, 0.0) for dwell in after]) for name in ("pitch", "roll"))
+        pitch, roll, yaw = read_back_rad(after)
         visits = Visits(
             pitch, roll, later - earlier, later, np.tile(2.0 * variance, (len(after), 1)), dof,
             float(np.sqrt(2.0)) * seating_rad, _warmer_degc(before, after) * LARGEST_TC_PER_DEGC,
+            yaw_rad=yaw,
         )  # fmt: skip
         common = judge_visits(self.known.axes, visits, FALSE_ALARM)
         steps = tuple(doubtful)

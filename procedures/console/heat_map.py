@@ -12,6 +12,7 @@ import numpy as np
 from ams.frames import specific_force
 from ams.units import ARCSEC_PER_RAD
 from procedures.journal.follower import FollowedDwell
+from procedures.records.dwells import read_back_rad
 
 FEWEST = 8
 """Dwells before a line through four numbers means anything."""
@@ -53,8 +54,8 @@ def heat_map(
     counts = np.array([_counts(dwell, taken_back) for dwell in known], dtype=bool)
     if counts.sum() < FEWEST:
         return None
-    pitch, roll = (np.deg2rad([dwell.record.measured_deg[axis] for dwell in known]) for axis in ("pitch", "roll"))
-    design = np.column_stack([np.ones(len(known)), specific_force(pitch, roll)])
+    force = specific_force(*read_back_rad([dwell.record for dwell in known]))
+    design = np.column_stack([np.ones(len(known)), force])
     channels = tuple(dict.fromkeys(name for dwell in known for name in dwell.mean if name in outputs))
     means = np.array([[dwell.mean.get(name, np.nan) for dwell in known] for name in channels])
     rows: list[tuple[float | None, ...]] = []

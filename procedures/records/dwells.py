@@ -2,7 +2,7 @@
 
 from bisect import insort
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from math import isfinite, sqrt
@@ -107,6 +107,17 @@ class DwellRecord:
     mounting: int = 1
     """1-based; a package that was moved begins a new one, with a coning angle and azimuth of its own."""
     motion: MotionRecord | None = None
+
+
+def read_back_rad(dwells: Sequence[DwellRecord]) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """Return the (K,) pitch, roll and yaw where dwells stood by their read-back; no yaw where none has that axis.
+
+    An axis that is not there is at zero.
+    """
+    pitch, roll, yaw = (
+        np.deg2rad([dwell.measured_deg.get(axis, 0.0) for dwell in dwells]) for axis in ("pitch", "roll", "yaw")
+    )
+    return pitch, roll, yaw if any("yaw" in dwell.measured_deg for dwell in dwells) else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_texts, turned_the_table
-from ams.surveillance.common_mode_columns import FIXTURE
+from ams.surveillance.turns import FIXTURE
 from procedures.journal.audit_trail import Interruption, Standstill
 from procedures.numbers import angle, arcsec, two_digits
 from procedures.records.declared_gaps import NO_GRAVITY, NO_METER, NO_STANDARD_OF_RATES, NO_THERMOMETER

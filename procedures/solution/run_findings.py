@@ -17,7 +17,7 @@ from ams.findings import ALL_AFTER, ON_ONE_SIDE, SHOWN_BY, Finding, significant_
 from ams.inputs.known_of_run import GAIN, OFFSET, DwellLabels, ProvedChange
 from ams.observations import Observations
 from ams.surveillance.common_mode import CommonMode
-from ams.surveillance.common_mode_columns import ROTATIONS
+from ams.surveillance.turns import ROTATIONS
 from ams.units import ARCSEC_PER_DEG
 from procedures.common_mode.visit_watch import Judged
 from procedures.common_mode.ways_out import meter_way_out

@@ -8,9 +8,13 @@ from example_files import ROOT
 
 from ams.frames import (
     attitude_from_degrees,
+    from_level_axes,
     specific_force,
+    specific_force_by_base,
     specific_force_by_pitch,
     specific_force_by_roll,
+    specific_force_by_turn,
+    specific_force_by_yaw,
     wrap_deg,
     wrap_rad,
 )
@@ -51,6 +55,58 @@ def test_derivatives_agree_with_a_complex_step() -> None:
     np.testing.assert_allclose(
         specific_force_by_roll(pitch, roll), specific_force(pitch, roll + 1j * step).imag / step, atol=1e-14
     )
+
+
+ANGLES = np.random.default_rng(4).uniform(-np.pi, np.pi, (3, 50))
+SMALL = 1e-6
+
+
+def force_of_matrix(matrices: np.ndarray) -> np.ndarray:
+    """At rest the specific force is 1 g upward."""
+    return matrices @ np.array([0.0, 0.0, -1.0])
+
+
+def test_with_yaw_it_is_gravity_turned_by_pitch_then_yaw_then_roll() -> None:
+    pitch, yaw, roll = ANGLES
+    force = specific_force(pitch, roll, yaw)
+    np.testing.assert_allclose(force, force_of_matrix(from_level_axes(pitch, yaw, roll)), atol=1e-15)
+    np.testing.assert_allclose(specific_force(pitch, roll, 0.0 * yaw), specific_force(pitch, roll), atol=1e-15)
+
+
+def test_with_yaw_every_slope_agrees_with_a_complex_step() -> None:
+    pitch, yaw, roll = ANGLES
+    step = 1e-30
+    slopes = {
+        "pitch": (specific_force_by_pitch(pitch, roll, yaw), specific_force(pitch + 1j * step, roll, yaw)),
+        "yaw": (specific_force_by_yaw(pitch, roll, yaw), specific_force(pitch, roll, yaw + 1j * step)),
+        "roll": (specific_force_by_turn(pitch, roll, yaw)[0], specific_force(pitch, roll + 1j * step, yaw)),
+    }
+    for axis, (slope, moved) in slopes.items():
+        np.testing.assert_allclose(slope, moved.imag / step, atol=1e-14, err_msg=axis)
+
+
+def turned_about(axis: int, angle_rad: float) -> np.ndarray:
+    """Components in axes that were turned about one of them, right-handed."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    first, second = [(1, 2), (2, 0), (0, 1)][axis]
+    matrix = np.eye(3)
+    matrix[first, first] = matrix[second, second] = c
+    matrix[first, second], matrix[second, first] = s, -s
+    return matrix
+
+
+@pytest.mark.parametrize("has_yaw", [True, False])
+def test_turns_of_base_and_package_are_those_of_small_rotations(has_yaw: bool) -> None:
+    """A base that turns a little about its forward axis, left-handed, and a package on its mount."""
+    pitch, yaw, roll = ANGLES
+    given = yaw if has_yaw else None
+    stood = from_level_axes(pitch, yaw if has_yaw else 0.0 * yaw, roll)
+    force = force_of_matrix(stood)
+    dipped = (force_of_matrix(stood @ turned_about(0, -SMALL)) - force) / SMALL
+    np.testing.assert_allclose(specific_force_by_base(pitch, roll, given), dipped, atol=1e-5)
+    for axis, slope in enumerate(specific_force_by_turn(pitch, roll, given)):
+        turned = (force_of_matrix(turned_about(axis, SMALL) @ stood) - force) / SMALL
+        np.testing.assert_allclose(slope, turned, atol=1e-5)
 
 
 def test_wrapped_angles_include_plus_half_a_turn_and_exclude_minus() -> None:

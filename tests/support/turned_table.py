@@ -14,8 +14,13 @@ TWO = (
 )
 
 
-def several_sensors(folder: Path, count: int, procedure: tuple[tuple[str, str], ...] = TWO) -> Bench:
-    """Packages on one meter, each a little different; ``procedure``: what is changed in that of the small run."""
+def several_sensors(
+    folder: Path, count: int, procedure: tuple[tuple[str, str], ...] = TWO, rig: tuple[tuple[str, str], ...] = ()
+) -> Bench:
+    """Packages on one meter, each a little different; ``procedure``: what is changed in that of the small run.
+
+    ``rig``: what else is changed in its rig.
+    """
     names = tuple(f"SN{index}" for index in range(1, count + 1))
     channels = ", ".join(
         f"{name}{axis} = {{ scanner = {100 * (1 + index // 3) + 3 * (index % 3) + number}, range_v = 10.0 }}"
@@ -39,8 +44,8 @@ def several_sensors(folder: Path, count: int, procedure: tuple[tuple[str, str], 
     )
     old_sensor = RIG[RIG.index("[sensors.SN1]") : RIG.index("[twin]")]
     old_truth = RIG[RIG.index("[twin.truth.SN1]") :]
-    rig = ((meter, f"channels = {{ {channels} }}"), (old_sensor, sensors), (old_truth, truths))
-    return bench(folder, rig=rig, procedure=procedure)
+    packages = ((meter, f"channels = {{ {channels} }}"), (old_sensor, sensors), (old_truth, truths))
+    return bench(folder, rig=(*packages, *rig), procedure=procedure)
 
 
 def slips(axis: str, by_deg: float) -> Callable[[UnattendedRun], None]:

@@ -14,7 +14,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.frames import specific_force
 from ams.inputs.declared_direction import GAIN_RANGE
-from procedures.records.dwells import DwellRecord
+from procedures.records.dwells import DwellRecord, read_back_rad
 from rig.description.rig_file import Sensor
 
 FEWEST_ATTITUDES = 4
@@ -87,8 +87,5 @@ def _along(force_g: FloatArray, axis: str) -> FloatArray:
 
 def _table_force_g(dwells: Sequence[DwellRecord], *, rolls: bool) -> FloatArray:
     """Return (K, 3) of specific force in the axes of the stage at the read-back attitudes, 1 g local gravity."""
-    pitch_deg, roll_deg = (
-        np.array([dwell.measured_deg.get(axis, 0.0) for dwell in dwells]) for axis in ("pitch", "roll")
-    )
-    force_g: FloatArray = specific_force(np.deg2rad(pitch_deg), np.deg2rad(roll_deg) if rolls else 0.0 * roll_deg)
-    return force_g
+    pitch, roll, yaw = read_back_rad(dwells)
+    return np.asarray(specific_force(pitch, roll if rolls else 0.0 * roll, yaw))

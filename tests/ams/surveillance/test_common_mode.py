@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 from ams.findings import Finding, turned_the_table
 from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_causes import Cause
-from ams.surveillance.common_mode_columns import BASE, PITCH, ROLL, Estimate, Visits, WatchedAxes
+from ams.surveillance.common_mode_columns import Estimate, Visits, WatchedAxes
 from ams.surveillance.common_mode_words import findings_of
+from ams.surveillance.turns import BASE, PITCH, ROLL
 
 Floats = NDArray[np.float64]
 Own = Callable[[Floats], Floats]

@@ -13,7 +13,7 @@ from journals import a_clock
 from run_folders import STARTED_UTC, make_run, stored_run
 from starlette.testclient import TestClient
 
-from ams.frames import specific_force
+from ams.frames import from_level_axes
 from ams.units import ARCSEC_PER_RAD
 from procedures.accounts.people import People
 from procedures.console import watched_run
@@ -131,17 +131,19 @@ def test_a_page_is_small(browser: TestClient) -> None:
     assert sum(sizes) < 60_000
 
 
-def test_residuals_are_those_of_a_line_through_the_dwells_that_count() -> None:
+@pytest.mark.parametrize("is_gimbal", [False, True])
+def test_residuals_are_those_of_a_line_through_the_dwells_that_count(is_gimbal: bool) -> None:
     """Against the same line by the normal equations; a dwell that is off stands out in its own column alone."""
     chance, attitudes = np.random.default_rng(3), [(p, r) for p in range(-60, 61, 30) for r in range(-180, 180, 60)]
     pitch, roll = np.deg2rad(np.array(attitudes, dtype=float)).T
-    force = specific_force(pitch, roll)
+    yaws_deg = chance.uniform(-60.0, 60.0, len(attitudes)) * is_gimbal
+    force = from_level_axes(pitch, np.deg2rad(yaws_deg), roll) @ np.array([0.0, 0.0, -1.0])
     sensitivity = np.array([2.5, 0.02, -0.01])
     means = 0.003 + force @ sensitivity + 1e-5 * chance.normal(size=len(attitudes))
     means[7] += 1e-3
     dwells = [
-        _dwell(index, attitude, float(mean))
-        for index, (attitude, mean) in enumerate(zip(attitudes, means, strict=True))
+        _dwell(index, (*attitude, float(yaw_deg)) if is_gimbal else attitude, float(mean))
+        for index, (attitude, yaw_deg, mean) in enumerate(zip(attitudes, yaws_deg, means, strict=True))
     ]
     found = heat_map(dwells, frozenset([(7, 1, 1)]), {"dmm.x"})
     assert found is not None
@@ -155,11 +157,11 @@ def test_residuals_are_those_of_a_line_through_the_dwells_that_count() -> None:
     assert (found.marks[7], set(found.marks) - {"x"}) == ("x", {"d"})
 
 
-def _dwell(step: int, attitude: tuple[float, float], mean: float) -> FollowedDwell:
+def _dwell(step: int, attitude: tuple[float, ...], mean: float) -> FollowedDwell:
     _, dwells = stored_run()
     record = replace(
         dwells[0], step=step, attempt=1, epoch=1, accepted=True, purpose="design",
-        measured_deg={"pitch": attitude[0], "roll": attitude[1]},
+        measured_deg=dict(zip(("pitch", "roll", "yaw"), attitude, strict=False)),
     )  # fmt: skip
     return FollowedDwell(record, {"dmm.x": mean, "dmm.supply": 15.0}, {"dmm.x": 1e-5, "dmm.supply": 1e-4})
 

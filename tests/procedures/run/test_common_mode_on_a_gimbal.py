@@ -1,0 +1,47 @@
+"""A slip of any of a gimbal's three axes in mid-run: held at the next reference visit, with the table named."""
+
+from pathlib import Path
+
+import pytest
+from small_run import Bench
+from turned_table import TWO, common_mode_events, several_sensors, slips
+from unattended_run import UnattendedRun, asks, events, run_unattended
+
+from procedures.records.states import State
+
+YAW_AXIS = (
+    "[readouts.dmm]",
+    '[axes.yaw]\ndriver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0\nlimits_deg = [-90.0, 90.0]\n'
+    "speed_dps = 180.0\naxis = 3\n[readouts.dmm]",
+)
+YAWED = (
+    ("roll_deg = {", "yaw_deg = [-30.0, 0.0, 30.0]\nroll_deg = {"),
+    ("[check]", '[solve]\nmodel = "pitch-yaw-roll"\n[check]'),
+)
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory: pytest.TempPathFactory) -> Bench:
+    return several_sensors(tmp_path_factory.mktemp("three"), 3, (*TWO, *YAWED), (YAW_AXIS,))
+
+
+@pytest.mark.parametrize(("axis", "by_deg"), [("roll", -0.02), ("pitch", 0.02), ("yaw", 0.02)])
+def test_a_slip_of_an_axis_of_a_gimbal_is_held_at_the_next_reference_visit(
+    three: Bench, tmp_path: Path, axis: str, by_deg: float
+) -> None:
+    unattended = UnattendedRun(tmp_path / "run", at={5: asks("stop")}, after={13: slips(axis, by_deg)})
+    assert run_unattended(three, unattended).state is State.STOPPED
+    held = [event for event in events(unattended.run_dir, "state") if event.detail["to"] == "held"]
+    assert [event.detail["cause"] for event in held] == ["table"]
+    reason = str(held[0].detail["reason"])
+    assert reason.startswith("all three sensors turned by " + ("−7" if by_deg < 0 else "+7"))
+    assert f"about {axis} between visits" in reason
+    assert "the table, its base or the common fixture, not the sensors" in reason
+    ((kinds, is_held, _),) = common_mode_events(unattended.run_dir)
+    assert (kinds, is_held) == (["table-rotation"], True)
+
+
+def test_a_gimbal_that_stands_still_is_never_held(three: Bench, tmp_path: Path) -> None:
+    unattended = UnattendedRun(tmp_path / "run")
+    assert run_unattended(three, unattended).state is State.FINISHED
+    assert not common_mode_events(unattended.run_dir)
