@@ -34,9 +34,13 @@ WHICH_LINE = (
     "offset and scale factor are those of the straight line that comes closest over these rates; how far the output "
     "lies from it, its nonlinearity, stands beside them"
 )
+INDICES_NOT_TESTED = (
+    "indices beyond their declared limit, and single dwells at which the table stood off, are searched for in packages "
+    "that only pitch and roll: with yaw they pass for a lack of fit or a wrong dwell, and are not told as that"
+)
 SLIPS_NOT_SEARCHED = (
-    "a slip of the table between its dwells and indices beyond their declared limit are searched for in packages that "
-    "only pitch and roll: with yaw a slip passes for a drift, a wrong dwell or a lack of fit, and is not told as that"
+    "a slip of the table between its dwells and indices beyond their declared limit are not searched for in a package "
+    "that roll does not reach: a slip passes for a drift, a wrong dwell or a lack of fit, and is not told as that"
 )
 TERMS_NOT_TESTED = (
     "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
@@ -160,7 +164,7 @@ def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> 
 def _not_tested(base: Model) -> tuple[str, ...]:
     """Return what the data are not asked for a sensor of force of another model than pitch and roll."""
     if isinstance(base, PitchYawRoll):
-        return (SLIPS_NOT_SEARCHED,)
+        return (INDICES_NOT_TESTED,) if base.package == "model" else (SLIPS_NOT_SEARCHED,)
     return () if base.convention == "SR" else (TERMS_NOT_TESTED,)
 
 

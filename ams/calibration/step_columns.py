@@ -7,11 +7,12 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.analysis.diagnostics.sensed_force import along_force, yaw_of
+from ams.analysis.diagnostics.tested_terms import base_on_table
 from ams.analysis.diagnostics.time_order import even_course
 from ams.arrays import BoolArray, FloatArray
 from ams.inputs.known_of_run import GAIN, OFFSET, ProvedChange, is_among
-from ams.surveillance.turns import BASE, PITCH, force_changes
+from ams.surveillance.turns import BASE, PITCH, YAW, force_changes
 
 LINEAR: Final = 4
 """Offset and three sensitivities."""
@@ -29,14 +30,16 @@ class Changed:
 
 def step_columns(evidence: Evidence, output: int, during: Sequence[Changed]) -> FloatArray:
     """Return (N, c) what changes do to the rows in each: of offset and sensitivities, a turn of the package included
-    in these, and of the table's pitch axis and base, which turn the package by its roll; of what is proved its own.
+    in these, and of the table's pitch and yaw axes and base, which turn the package by its roll; of what is proved its
+    own.
     """
-    linear, base = evidence.basis[evidence.layout.point, :LINEAR], linear_base(evidence.models[output])
+    linear, base = evidence.basis[evidence.layout.point, :LINEAR], base_on_table(evidence.models[output])
     known = {GAIN: evidence.sensed[:, output], OFFSET: np.ones(evidence.rows.rows)}
     if base is not None:
-        moved, k = force_changes(evidence.rows.pitch_rad, evidence.rows.roll_rad), evidence.primary[output][1:LINEAR]
+        rows, k = evidence.rows, along_force(base, evidence.primary[output])
+        moved = force_changes(rows.pitch_rad, rows.roll_rad, yaw_of(base, rows))
         known |= {name: change @ k for name, change in moved.items()}
-        linear = np.column_stack([linear, known[PITCH], known[BASE]])
+        linear = np.column_stack([linear, *(known[name] for name in (PITCH, YAW, BASE) if name in known)])
 
     def columns_of(changed: Changed) -> FloatArray:
         if not changed.parts:

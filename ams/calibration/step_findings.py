@@ -61,6 +61,7 @@ def _diagnosed(
     inside = search.course.during(change)
     variances = [search.without(change).watched[index].variance for index in search.on_table]
     pitch, roll = angles_of_points(evidence.rows, layout)
+    yaw = None if search.course.yaw_rad is None else layout.mean_by_point(search.course.yaw_rad)
     axes = [search.seen[index][0].models[search.seen[index][1]].nominal_axis for index in search.on_table]
     size = len(axes)
     watched = WatchedAxes(
@@ -81,7 +82,7 @@ def _diagnosed(
     drift, drifted = _drifts_between(search, inside, variances)
     visits = Visits(
         pitch, roll, changed - drift, layout.mean_by_point(reading), variance, float(search.course.dof),
-        drifted=drifted if search.drifting else None,
+        drifted=drifted if search.drifting else None, yaw_rad=yaw,
     )  # fmt: skip
     found = judge_visits(watched, visits, _CONTRADICTED)
     unit = evidence.models[0].measured_unit

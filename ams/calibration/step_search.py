@@ -9,23 +9,22 @@ import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.likeliest_step import changes_of, located
+from ams.analysis.diagnostics.sensed_force import along_force, sensed_along, yaw_of
 from ams.analysis.diagnostics.step_outputs import scans_of_meter, scans_of_output, scans_of_table, together
-from ams.analysis.diagnostics.step_patterns import ON_MOUNT, Watched, force_along, taken_of
+from ams.analysis.diagnostics.step_patterns import ON_MOUNT, Watched
 from ams.analysis.diagnostics.step_scan import Change, Course, Scan
 from ams.analysis.diagnostics.temperature import explained
-from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.analysis.diagnostics.tested_terms import base_on_table
 from ams.analysis.diagnostics.time_order import even_course
 from ams.arrays import BoolArray, FloatArray
-from ams.calibration.step_columns import LINEAR, Changed, moments_of, step_columns
+from ams.calibration.step_columns import Changed, moments_of, step_columns
 from ams.inputs.known_of_run import ProvedChange
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 
-_TRIED: Final = 4.0
-"""Changes for the table, for the package on its mount, for the meter and for each output: of two patterns, one that
-stayed and one that came back."""
-_OF_A_LONE_OUTPUT: Final = 2.0
-_OF_SEVERAL: Final = 3.0
-"""Times as many: one output alone shows table and mount, several together the meter as well."""
+_OF_A_PATTERN: Final = 2.0
+"""Changes of each pattern: one that stayed and one that came back."""
+_OF_OUTPUT: Final = 2
+"""Patterns of each output, and of the meter, which several together show: of offset and of sensitivity."""
 NOTHING: Final = 1e-9
 _RETURNED: Final = 16.0
 """In variances of a dwell: what a return has to explain beyond a change that stayed; the likeliest of all places does
@@ -56,7 +55,9 @@ class StepSearch:
     def course(self) -> Course:
         layout, rows = self.evidence.layout, self.evidence.rows
         dof = layout.rows - layout.points
-        return Course(layout, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof)
+        model = self.evidence.models[self.seen[0][1]]
+        yaw = yaw_of(base_on_table(model), rows)
+        return Course(layout, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof, yaw)
 
     @cached_property
     def watched(self) -> tuple[Watched, ...]:
@@ -78,7 +79,7 @@ class StepSearch:
 
     def _watched(self, at: int) -> Watched:
         evidence, index = self.seen[at]
-        base, rows = linear_base(evidence.models[index]), evidence.rows
+        base = base_on_table(evidence.models[index])
         departures, variance = evidence.departures[:, index], float(evidence.precision_variance[index])
         drift = self.drift if at in self.drifting else None
         if self.taken or drift is not None:
@@ -92,8 +93,8 @@ class StepSearch:
         variance = float(departures @ departures) / (self.course.dof - (drift is not None)) or variance
         if base is None:
             return Watched(departures, variance, None, evidence.sensed[:, index], drift)
-        along = force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
-        return Watched(departures, variance, evidence.primary[index][1:LINEAR], along, drift)
+        along = sensed_along(base, evidence.rows)
+        return Watched(departures, variance, along_force(base, evidence.primary[index]), along, drift)
 
     @cached_property
     def on_table(self) -> tuple[int, ...]:
@@ -122,8 +123,9 @@ class StepSearch:
     def chance(self, change: Change) -> float:
         """Return the p-value of a change over all that were tried: of what outputs show together, table to meter."""
         if change.output is not None:
-            return _TRIED * change.p_value
-        return _TRIED * (_OF_SEVERAL if self.share(change) > 1 else _OF_A_LONE_OUTPUT) * change.p_value
+            return _OF_A_PATTERN * _OF_OUTPUT * change.p_value
+        patterns = len(self.course.turns) + (_OF_OUTPUT if self.share(change) > 1 else 0)
+        return _OF_A_PATTERN * patterns * change.p_value
 
     def plainest(self, level: float) -> "tuple[Change, StepSearch] | None":
         """Return the change that explains most of those that are significant, and what it was found in.
@@ -224,7 +226,7 @@ class StepSearch:
         if watched.k is None or (change.what == "sensitivity" and change.output is not None):
             taken = watched.sensed if change.what != "offset" else np.ones(watched.departures.size)
         else:
-            taken = taken_of(change.what, self.course.pitch_rad, self.course.roll_rad, watched.k)
+            taken = self.course.taken_of(change.what, watched.k)
         return np.asarray(taken / self.sd(index))
 
     def left_of(self, outputs: Sequence[int], pattern: FloatArray, columns: FloatArray | BoolArray) -> FloatArray:

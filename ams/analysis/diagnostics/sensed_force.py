@@ -31,8 +31,18 @@ def sensed_force(base: Accelerometer, rows: Observations) -> FloatArray:
 def sensed_along(base: Accelerometer, rows: Observations) -> FloatArray:
     """Return the (N,) specific force along the nominal axis, g."""
     if not isinstance(base, PitchYawRoll):
-        return force_along(rows.pitch_rad, rows.roll_rad, base.nominal_axis)
+        return force_along(base.nominal_axis, rows.pitch_rad, rows.roll_rad)
     return _column(sensed_force(base, rows), base.nominal_axis)
+
+
+def along_force(base: Accelerometer, primary: FloatArray) -> FloatArray:
+    """Return the (3,) sensitivities by the specific force, per g: CR's are by gravity."""
+    return -primary[1:4] if isinstance(base, PitchYawRoll) else primary[1:4]
+
+
+def yaw_of(base: Accelerometer | None, rows: Observations) -> FloatArray | None:
+    """Return the (N,) yaw of rows where the model of a sensor takes it; None of a table without."""
+    return rows.yaw_rad if isinstance(base, PitchYawRoll) else None
 
 
 @remembered(16)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ams.analysis.diagnostics.step_paths import PatternInTime
-from ams.analysis.diagnostics.step_patterns import EACH_WITH_EACH, SLIPS, Watched, What, force
+from ams.analysis.diagnostics.step_patterns import EACH_WITH_EACH, Watched, What, force
 from ams.analysis.diagnostics.step_scan import Course, Scan, since
 from ams.arrays import FloatArray
 
@@ -78,7 +78,7 @@ def scans_of_table(seen: Together) -> Iterator[Scan]:
         return
     slips = course.slips
     sums = since(np.einsum("scn,cn->sn", slips.columns, seen.force))
-    yield from seen.scans(seen.k, *zip(SLIPS, slips.patterns, sums, strict=True))
+    yield from seen.scans(seen.k, *zip(course.turns, slips.patterns, sums, strict=True))
 
 
 def scans_of_meter(seen: Together) -> Iterator[Scan]:
@@ -89,7 +89,7 @@ def scans_of_meter(seen: Together) -> Iterator[Scan]:
     course, outputs = seen.course, len(seen.outputs)
     if not course.is_judged or outputs < 2:
         return
-    gain = course.pattern(force(course.pitch_rad, course.roll_rad), EACH_WITH_EACH)
+    gain = course.pattern(force(*course.angles_rad), EACH_WITH_EACH)
     yield from seen.scans(seen.k, ("sensitivity", gain, since(np.einsum("cn,cn->n", gain.columns, seen.force))))
     yield from seen.scans(np.ones((outputs, 1)), ("offset", course.offset, since(seen.weights @ seen.departures)))
 

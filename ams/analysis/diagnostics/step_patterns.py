@@ -7,21 +7,22 @@ from typing import Final, Literal
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_turn
+from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_turn, specific_force_by_yaw
 from ams.remembered import remembered
 
-What = Literal["roll", "pitch", "lateral axis", "normal", "offset", "sensitivity"]
+What = Literal["roll", "pitch", "yaw", "lateral axis", "normal", "offset", "sensitivity"]
 ALONE: Final = ((0, 0),)
 """Pairs of columns of a pattern of one."""
 EACH_WITH_EACH: Final = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 SLIPS: Final[dict[What, tuple[tuple[int, int], ...]]] = {
     "roll": ((1, 1), (1, 2), (2, 2)),
     "pitch": EACH_WITH_EACH,
+    "yaw": EACH_WITH_EACH,
     "lateral axis": ((0, 0), (0, 2), (2, 2)),
     "normal": ((0, 0), (0, 1), (1, 1)),
 }
 """Turns of the table, and of the package on its mount, with the pairs of columns that there are of the specific force's
-change."""
+change. That about yaw is one of a gimbal only."""
 ON_MOUNT: Final[frozenset[What]] = frozenset({"lateral axis", "normal"})
 """Turns of the package about its own axes, y and z of the table's stage. That about x is a slip of roll."""
 
@@ -58,30 +59,34 @@ def ones(rows: int) -> FloatArray:
     return np.ones(rows)
 
 
+def slips_of(yaw_rad: FloatArray | None) -> tuple[What, ...]:
+    """Return the turns that there are."""
+    return tuple(what for what in SLIPS if what != "yaw" or yaw_rad is not None)
+
+
 @remembered(16)
-def slip_pattern(what: What, pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+def slip_pattern(
+    what: What, pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None = None
+) -> FloatArray:
     """Return the (N, 3) change of specific force by a turn about one axis, per radian."""
     if what == "pitch":
-        return np.asarray(specific_force_by_pitch(pitch_rad, roll_rad))
-    about_x, about_y, about_z = specific_force_by_turn(pitch_rad, roll_rad)
+        return np.asarray(specific_force_by_pitch(pitch_rad, roll_rad, yaw_rad))
+    if what == "yaw":
+        assert yaw_rad is not None, "only a gimbal turns about it"
+        return np.asarray(specific_force_by_yaw(pitch_rad, roll_rad, yaw_rad))
+    about_x, about_y, about_z = specific_force_by_turn(pitch_rad, roll_rad, yaw_rad)
     return {"roll": about_x, "lateral axis": about_y, "normal": about_z}[what]
 
 
 @remembered(16)
-def force(pitch_rad: FloatArray, roll_rad: FloatArray) -> FloatArray:
+def force(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None = None) -> FloatArray:
     """Return the (N, 3) specific force, g: what each sensitivity takes of a step of the meter's gain, per part."""
-    return np.asarray(specific_force(pitch_rad, roll_rad))
-
-
-def taken_of(what: What, pitch_rad: FloatArray, roll_rad: FloatArray, k: FloatArray) -> FloatArray:
-    """Return (N,) what an output of (3,) sensitivities takes of a change of table or meter, in its own unit."""
-    if what == "offset":
-        return ones(pitch_rad.size)
-    pattern = force(pitch_rad, roll_rad) if what == "sensitivity" else slip_pattern(what, pitch_rad, roll_rad)
-    return np.asarray(pattern @ k)
+    return np.asarray(specific_force(pitch_rad, roll_rad, yaw_rad))
 
 
 @remembered(16)
-def force_along(pitch_rad: FloatArray, roll_rad: FloatArray, nominal_axis: str) -> FloatArray:
+def force_along(
+    nominal_axis: str, pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None = None
+) -> FloatArray:
     """Return the (N,) specific force along one nominal axis, g."""
-    return np.array(specific_force(pitch_rad, roll_rad)[:, "xyz".index(nominal_axis)])
+    return np.array(specific_force(pitch_rad, roll_rad, yaw_rad)[:, "xyz".index(nominal_axis)])

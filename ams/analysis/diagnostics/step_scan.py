@@ -24,7 +24,7 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.step_paths import Pairs, PatternInTime, in_time, least_aside, travelled
-from ams.analysis.diagnostics.step_patterns import ALONE, ON_MOUNT, SLIPS, What, ones, slip_pattern
+from ams.analysis.diagnostics.step_patterns import ALONE, ON_MOUNT, SLIPS, What, force, ones, slip_pattern, slips_of
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.remembered import remembered
 from ams.solve.layout import Layout
@@ -82,6 +82,25 @@ class Course:
     roll_rad: FloatArray
     dof: int
     """Of each output's departures."""
+    yaw_rad: FloatArray | None = None
+    """Of a gimbal."""
+
+    @property
+    def angles_rad(self) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+        """(N,) pitch, roll and yaw."""
+        return self.pitch_rad, self.roll_rad, self.yaw_rad
+
+    @property
+    def turns(self) -> tuple[What, ...]:
+        """What table and package may turn about."""
+        return slips_of(self.yaw_rad)
+
+    def taken_of(self, what: What, k: FloatArray) -> FloatArray:
+        """Return (N,) what an output of (3,) sensitivities takes of a change of table or meter, in its own unit."""
+        if what == "offset":
+            return ones(self.layout.rows)
+        pattern = force(*self.angles_rad) if what == "sensitivity" else slip_pattern(what, *self.angles_rad)
+        return np.asarray(pattern @ k)
 
     @property
     def is_judged(self) -> bool:
@@ -109,7 +128,7 @@ class Course:
     @property
     def slips(self) -> "Slips":
         """Return the patterns of all turns of the table and of the package."""
-        return _slips(self.layout.point, self.time_order, self.pitch_rad, self.roll_rad)
+        return _slips(self.layout.point, self.time_order, *self.angles_rad)
 
     @cached_property
     def _is_in_order(self) -> bool:
@@ -133,7 +152,7 @@ class Slips:
     patterns: tuple[PatternInTime, ...]
     """In the order of :data:`SLIPS`."""
     columns: FloatArray
-    """(4, 3, N) of all of them, of the specific force."""
+    """(4, 3, N) of all of them, of the specific force; five of a gimbal."""
 
 
 @dataclass(frozen=True)
@@ -244,8 +263,11 @@ def since(along: FloatArray) -> FloatArray:
 
 
 @remembered(8)
-def _slips(point: IntArray, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray) -> Slips:
-    patterns = [in_time(point, order, slip_pattern(what, pitch_rad, roll_rad), pairs) for what, pairs in SLIPS.items()]
+def _slips(
+    point: IntArray, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None
+) -> Slips:
+    turns = {what: slip_pattern(what, pitch_rad, roll_rad, yaw_rad) for what in slips_of(yaw_rad)}
+    patterns = [in_time(point, order, turn, SLIPS[what]) for what, turn in turns.items()]
     return Slips(tuple(patterns), np.array([pattern.columns for pattern in patterns]))
 
 

@@ -1,11 +1,11 @@
 """Does a dwell fit what the dwells before it say of every sensor axis: a running fit, for gross errors only.
 
-Each axis is v = b + k·f, f the specific force in table axes, fitted to the dwells so far about the declared mount and
-sensitivity. A reading further from its prediction than six standard deviations, and than what drift or a soft mount can
-do, is doubted; and the pattern of the doubted channels tells what happened: channels that changed places, an axis that
-sits on another tooth than its read-back says, a sensor that is gone. Dwells before it at which the same would not have
-shown are doubted with it.
-Source: TP (2), (4), (5) for f.
+Each axis is v = b + k·f, f the specific force in the axes of its stage, fitted to the dwells so far about the declared
+mount and sensitivity. A reading further from its prediction than six standard deviations, and than what drift or a soft
+mount can do, is doubted; and the pattern of the doubted channels tells what happened: channels that changed places, an
+axis that sits on another tooth than its read-back says, a sensor that is gone. Dwells before it at which the same would
+not have shown are doubted with it.
+Source: TP (2), (4), (5) for f, on a gimbal CR (III-B).
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ams.arrays import FloatArray
 from ams.frames import specific_force
+from ams.surveillance.turns import AXES_OF_TABLE
 from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import Sensor
 
@@ -31,7 +32,6 @@ FEWEST_DEGREES = 10
 MOST_PERMUTED = 4
 TEETH = (1, 2, 10)
 WHOLE_DEG = (1.0, 10.0)
-_AXES = ("pitch", "roll")
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,8 @@ class _Line:
     nominal_v_per_g: float
     start: FloatArray
     """(4,) offset and k of a perfect sensor."""
+    rolls: bool = True
+    """Whether the roll axis turns it."""
     information: FloatArray = field(default_factory=lambda: (LEAST_G / SIGMAS) ** 2 * np.eye(4))
     moments: FloatArray = field(default_factory=lambda: np.zeros(4))
     squares: float = 0.0
@@ -87,7 +89,7 @@ class _Seen:
 
 
 class RunningFit:
-    """Of packages on a table with pitch and roll; of anything else it knows nothing and doubts nothing."""
+    """Of packages on a table with pitch, roll and yaw; of anything else it knows nothing and doubts nothing."""
 
     def __init__(self, sensors: Mapping[str, Sensor], increments_deg: Mapping[str, float]) -> None:
         self._sensors = sensors
@@ -106,8 +108,10 @@ class RunningFit:
         if not _is_still(dwell):
             return
         seen = self._seen(dwell)
+        bases = _bases(seen.attitude_deg)
         for channel, value_g in seen.values_g.items():
-            self._lines[channel].learn(_basis(seen.attitude_deg), value_g)
+            line = self._lines[channel]
+            line.learn(bases[line.rolls], value_g)
         self._kept.append(dwell)
 
     def doubt(self, dwell: DwellRecord) -> Doubt | None:
@@ -130,8 +134,8 @@ class RunningFit:
         return _Seen(values, dwell.measured_deg)
 
     def _expected(self, attitude_deg: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-        basis = _basis(attitude_deg)
-        return {name: line.predict(basis) for name, line in self._lines.items()}
+        bases = _bases(attitude_deg)
+        return {name: line.predict(bases[line.rolls]) for name, line in self._lines.items()}
 
     def _swapped(self, seen: _Seen, doubted: Sequence[str]) -> Doubt | None:
         """Return the channels of one readout that carry one another's readings."""
@@ -211,16 +215,19 @@ def _lines(sensors: Mapping[str, Sensor]) -> Iterator[tuple[str, _Line]]:
         for axis, channel in sensor.channels.items():
             declared, start = getattr(sensor.mount, axis), np.zeros(4)
             start[1 + "xyz".index(declared[1])] = 1.0 if declared[0] == "+" else -1.0
-            yield channel, _Line(sensor.nominal_v_per_g(axis), start)
+            yield channel, _Line(sensor.nominal_v_per_g(axis), start, sensor.rolls)
 
 
 def _is_still(dwell: DwellRecord) -> bool:
-    return dwell.measured_deg.keys() <= set(_AXES)
+    return dwell.measured_deg.keys() <= set(AXES_OF_TABLE)
 
 
-def _basis(attitude_deg: Mapping[str, float]) -> FloatArray:
-    pitch_rad, roll_rad = (np.deg2rad([attitude_deg.get(axis, 0.0)]) for axis in _AXES)
-    return np.concatenate([[1.0], specific_force(pitch_rad, roll_rad)[0]])
+def _bases(attitude_deg: Mapping[str, float]) -> Mapping[bool, FloatArray]:
+    """Whether the roll axis turns a sensor to (4,), one and the specific force."""
+    pitch_rad, roll_rad, yaw_rad = (np.deg2rad([attitude_deg.get(axis, 0.0)]) for axis in ("pitch", "roll", "yaw"))
+    yaw = yaw_rad if "yaw" in attitude_deg else None
+    stands = {True: roll_rad, False: 0.0 * roll_rad}
+    return {rolls: np.append(1.0, specific_force(pitch_rad, roll, yaw)[0]) for rolls, roll in stands.items()}
 
 
 def _is_near(value_g: float, expected: tuple[float, float]) -> bool:

@@ -1,4 +1,4 @@
-"""A slip of any of a gimbal's three axes in mid-run: held at the next reference visit, with the table named."""
+"""A slip of any of a gimbal's three axes in mid-run: told by the next reference visit or dwell, the table named."""
 
 from pathlib import Path
 
@@ -45,3 +45,13 @@ def test_a_gimbal_that_stands_still_is_never_held(three: Bench, tmp_path: Path) 
     unattended = UnattendedRun(tmp_path / "run")
     assert run_unattended(three, unattended).state is State.FINISHED
     assert not common_mode_events(unattended.run_dir)
+
+
+@pytest.mark.parametrize("axis", ["pitch", "roll", "yaw"])
+def test_an_axis_of_a_gimbal_on_a_wrong_tooth_is_told_by_the_dwells_before(
+    three: Bench, tmp_path: Path, axis: str
+) -> None:
+    unattended = UnattendedRun(tmp_path / "run", after={22: slips(axis, 1.0)})
+    assert run_unattended(three, unattended).state is State.TRIPPED
+    reasons = [str(event.detail["reason"]) for event in events(unattended.run_dir, "state")]
+    assert any(f"{axis}: every sensor reads as if it stood +1° from its own read-back" in reason for reason in reasons)
