@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ams.arrays import FloatArray
 from ams.frames import specific_force
-from ams.surveillance.turns import AXES_OF_TABLE
+from procedures.plan.channels import AXES
 from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import Sensor
 
@@ -219,7 +219,7 @@ def _lines(sensors: Mapping[str, Sensor]) -> Iterator[tuple[str, _Line]]:
 
 
 def _is_still(dwell: DwellRecord) -> bool:
-    return dwell.measured_deg.keys() <= set(AXES_OF_TABLE)
+    return dwell.measured_deg.keys() <= set(AXES)
 
 
 def _bases(attitude_deg: Mapping[str, float]) -> Mapping[bool, FloatArray]:
