@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.calibration.model_choice import INDICES_NOT_TESTED, SLIPS_NOT_SEARCHED, TERMS_NOT_TESTED
 from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_texts, turned_the_table
 from ams.surveillance.turns import FIXTURE
 from procedures.journal.audit_trail import Interruption, Standstill
@@ -30,6 +31,12 @@ UNDECLARED: Final = (
     (NO_GRAVITY, "the uncertainty of local gravity"),
 )
 """How a remark begins, and what the verdict then says that the result is without."""
+UNTESTED: Final = (
+    (TERMS_NOT_TESTED, "terms of second and third order, memories and slips of the table"),
+    (SLIPS_NOT_SEARCHED, "slips of the table and indices beyond their limit"),
+    (INDICES_NOT_TESTED, "indices beyond their limit"),
+)
+"""A remark, and what the verdict then says that nobody looked for."""
 
 
 def judge(
@@ -66,13 +73,9 @@ def judge(
         *(*_rejected(counts), *_made_again(counts)),
         *stated_once((remark for sensor in sensors for remark in _remarks(sensor)), names),
     ]
-    undeclared = [
-        what for begins, what in UNDECLARED if any(text.startswith(begins) for text in _remark_texts(sensors))
-    ]
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
-    if undeclared:
-        result += f", without {' and '.join(undeclared)}, which {'is' if len(undeclared) == 1 else 'are'} not declared"
+    result += _conditions(sensors)
     if failures:
         without = [sensor.name for sensor in sensors if sensor.failure]
         whose = "any sensor" if len(without) == len(sensors) > 1 else ", ".join(without)
@@ -190,6 +193,25 @@ def _sensor_doubts(sensor: SensorView, said: Sequence[str]) -> Iterable[Statemen
         if text not in (sensor.failure or "") and text not in said
     )
     yield from ((sensor.name, "", warning) for warning in sensor.warnings if warning not in said)
+
+
+def _conditions(sensors: Sequence[SensorView]) -> str:
+    """Say without what the result is: what nobody declared, and what is not tested of its model."""
+    texts = tuple(_remark_texts(sensors))
+    undeclared, untested = (
+        [what for begins, what in known if any(text.startswith(begins) for text in texts)]
+        for known in (UNDECLARED, UNTESTED)
+    )
+    said = ""
+    if undeclared:
+        said += f", without {_in_a_row(undeclared)}, which {'is' if len(undeclared) == 1 else 'are'} not declared"
+    if untested:
+        said += f"; not tested for {'; '.join(untested)}"
+    return said
+
+
+def _in_a_row(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def _remark_texts(sensors: Sequence[SensorView]) -> Iterable[str]:

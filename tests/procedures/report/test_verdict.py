@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 from report_scene import Scene, run_view
 
+from ams.calibration.model_choice import TERMS_NOT_TESTED
 from ams.findings import Finding
 from procedures.journal.audit_trail import Interruption
-from procedures.records.declared_gaps import meter_remarks
+from procedures.records.declared_gaps import NO_GRAVITY, meter_remarks
 from procedures.report.verdict import judge
 from procedures.report.view import RunView, SensorView
 from procedures.solution.type_b import level_remarks, level_warnings
@@ -109,6 +110,24 @@ def test_a_band_without_the_meter_says_so_in_the_verdict_and_is_as_sound_as_one_
         found = replace(view, sensors=(replace(view.sensors[0], remarks=remarks), *view.sensors[1:]))
         assert _judged(found)[0] == _judged(view)[0] == "sound"
         assert _judged(found)[1].splitlines()[0].endswith(ending)
+
+
+def test_what_is_not_tested_of_a_model_stands_in_the_verdict_and_three_things_undeclared_in_one_list() -> None:
+    view = run_view(Scene())
+    rig = read_rig(EXAMPLES / "inclinometer" / "rig.toml")
+    without = rig.model_copy(update={"standards": {}, "level": Level()})
+    texts = [said.text for said in (*level_remarks(without), *meter_remarks(without, rig.sensors["SN1047"]))]
+    remarks = (*texts, f"{NO_GRAVITY}: and so on", TERMS_NOT_TESTED)
+    found = _judged(replace(view, sensors=(replace(view.sensors[0], remarks=remarks), *view.sensors[1:])))
+    assert found[0] == "sound"
+    assert (
+        found[1]
+        .splitlines()[0]
+        .endswith(
+            ", without the level of the base, the uncertainty of the meter and the uncertainty of local gravity, which are "
+            "not declared; not tested for terms of second and third order, memories and slips of the table."
+        )
+    )
 
 
 def test_what_the_stated_uncertainties_do_not_hold_is_not_called_usable_with_them() -> None:
