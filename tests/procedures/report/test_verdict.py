@@ -124,8 +124,6 @@ def test_what_is_not_tested_of_a_model_stands_in_the_verdict_and_three_things_un
         found[1]
         .splitlines()[0]
         .endswith(
-            ", without the level of the base, the uncertainty of the meter and the uncertainty of local gravity, which are "
-            "not declared; not tested for terms of second and third order, memories and slips of the table."
             ", without the level of the base, the uncertainty of the meter and the uncertainty of local gravity, which "
             "are not declared; not tested for terms of second and third order, memories and slips of the table."
         )
