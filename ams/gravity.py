@@ -42,7 +42,7 @@ class Gravity:
     def in_words(self) -> str:
         """Its value, what is declared of it and where it comes from, as pages and certificates print it."""
         u_mps2 = self.standard_uncertainty_mps2
-        known = f", standard uncertainty {u_mps2:g} m/s²" if u_mps2 else ", no uncertainty declared"
+        known = f", standard uncertainty {1e6 * u_mps2:.3g} µm/s²" if u_mps2 else ", no uncertainty declared"
         return f"{self.value_mps2} m/s²{known}{f' ({self.source})' if self.source else ''}"
 
 

@@ -18,6 +18,7 @@ from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
 from ams.observations import Observations
+from ams.sets.verdict_conditions import INDICES_NOT_TESTED, SLIPS_NOT_SEARCHED, TERMS_NOT_TESTED
 from ams.solve.extension import Extension, blocks_of_angles, judge_extension, judge_rate_terms
 from ams.solve.layout import Layout
 
@@ -33,18 +34,6 @@ RATES_NOT_ENOUGH = (
 WHICH_LINE = (
     "offset and scale factor are those of the straight line that comes closest over these rates; how far the output "
     "lies from it, its nonlinearity, stands beside them"
-)
-INDICES_NOT_TESTED = (
-    "indices beyond their declared limit, and single dwells at which the table stood off, are searched for in packages "
-    "that only pitch and roll: with yaw they pass for a lack of fit or a wrong dwell, and are not told as that"
-)
-SLIPS_NOT_SEARCHED = (
-    "a slip of the table between its dwells and indices beyond their declared limit are not searched for in a package "
-    "that roll does not reach: a slip passes for a drift, a wrong dwell or a lack of fit, and is not told as that"
-)
-TERMS_NOT_TESTED = (
-    "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
-    "model: what they do passes for a drift, for a lack of fit or for a sensitivity"
 )
 WHICH_OFFSET = (
     "offset and sensitivities are those of the linear sensor that comes closest over these points; the offset beside "

@@ -7,7 +7,9 @@ from ams.exports.dcc_elements import NOT_STATED, Element, Elements, clean, conta
 from ams.sets.canonical import Document, Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
+from ams.sets.stated_dwells import dwells_in_words, rejected_lines
 from ams.sets.stated_findings import axis_reservations, fact_of
+from ams.sets.stated_verdict import conditions_in_words
 
 UNKNOWN_COUNTRY = "XX"
 """User-assigned in ISO 3166-1, used for 'unknown'."""
@@ -103,7 +105,16 @@ def _statements(coefficients: CoefficientSet) -> Elements:
         "relative to it and of dimension one",
         "validity": json.dumps(document["validity"]),
         **{name.replace("_", " "): value for name, value in (use_of(document) or {}).items()},
-        **({"verdict of the calibration": document["verdict"]} if "verdict" in document else {}),
+        **(
+            {"verdict of the calibration": f"{document['verdict']}{conditions_in_words(document)}"}
+            if "verdict" in document
+            else {}
+        ),
+        "dwells": dwells_in_words(document),
+        **{
+            f"dwell that does not count {index}": f"{line.where}: {line.why}"
+            for index, line in enumerate(rejected_lines(document), 1)
+        },
         **{f"warning {index}": text for index, text in enumerate(_warnings(document), 1)},
     }
     return [

@@ -23,6 +23,7 @@ from ams.exports.dcc_elements import (
 from ams.exports.plain_values import columns, numeric
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.equipment import Equipment, equipment_of
 from ams.sets.provenance import NO_GRAVITY_STATED
 from ams.sets.vectors import outputs_key
 from ams.statistics.distributions import student_t_quantile
@@ -39,18 +40,14 @@ def measurement_result(coefficients: CoefficientSet, attachment: Element) -> Ele
         _test_vectors(coefficients),
         Element("dcc:result", [content("dcc:name", "the coefficient set, whole"), attached]),
     ]
-    standards = [table(standard) for standard in listed(coefficients.provenance["standards"])]
+    equipments = [_equipment(row) for row in equipment_of(coefficients)]
     return Element(
         "dcc:measurementResult",
         [
             content("dcc:name", f"calibration of {coefficients.sensor}"),
             Element("dcc:usedMethods", [_method(coefficients)]),
             Element("dcc:usedSoftware", [software(coefficients)]),
-            *(
-                [Element("dcc:measuringEquipments", [_standard(standard) for standard in standards])]
-                if standards
-                else []
-            ),
+            *([Element("dcc:measuringEquipments", equipments)] if equipments else []),
             Element("dcc:influenceConditions", _conditions(coefficients)),
             Element("dcc:results", results),
         ],
@@ -64,13 +61,15 @@ def _method(coefficients: CoefficientSet) -> Element:
     return Element("dcc:usedMethod", [name, described])
 
 
-def _standard(standard: Document) -> Element:
-    said = [f"{key}: {standard[key]}" for key in ("certificate", "due") if standard[key] is not None]
-    said += [f"uncertainty: {json.dumps(standard['uncertainty'])}"] if standard["uncertainty"] else []
+def _equipment(row: Equipment) -> Element:
+    said = [f"used for: {row.used_for}"] if row.used_for else []
+    said += [f"{key}: {value}" for key, value in (("certificate", row.certificate), ("due", row.due)) if value]
+    said += [f"uncertainty: {json.dumps(row.uncertainty)}"] if row.uncertainty else []
+    said += [] if row.is_standard else ["no certificate of its uncertainty is declared"]
     described = [content("dcc:description", *said)] if said else []
-    known = [identification("manufacturer", standard["serial"], "serial number")] if standard["serial"] else []
+    known = [identification("manufacturer", row.serial, "serial number")] if row.serial else []
     identifications = [Element("dcc:identifications", known)] if known else []
-    return Element("dcc:measuringEquipment", [content("dcc:name", standard["name"]), *described, *identifications])
+    return Element("dcc:measuringEquipment", [content("dcc:name", row.name), *described, *identifications])
 
 
 def _conditions(coefficients: CoefficientSet) -> Elements:

@@ -7,6 +7,7 @@ from ams.exports.plain_values import check_same
 from ams.sets.canonical import Document, Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
+from ams.sets.stated_verdict import conditions_in_words
 from ams.sets.vectors import LEVEL
 
 
@@ -27,7 +28,11 @@ def statement(coefficients: CoefficientSet) -> list[str]:
         _valid(validity),
         *(_axis(name, table(section)) for name, section in table(document["axes"]).items()),
         *_use(document),
-        *([f"verdict of the calibration: {document['verdict']}"] if "verdict" in document else []),
+        *(
+            [f"verdict of the calibration: {document['verdict']}{conditions_in_words(document)}"]
+            if "verdict" in document
+            else []
+        ),
         *(f"{kind_of_warning(document, text)}: {text}" for text in map(str, listed(document["warnings"]))),
     ]
 

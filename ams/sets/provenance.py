@@ -25,6 +25,8 @@ class Standard:
     due: date | None = None
     uncertainty: Mapping[str, object] | None = None
     """As declared: value with its unit in the key, kind, k."""
+    used_for: tuple[str, ...] = ()
+    """What points to it in the rig file, such as ``axes.pitch`` and ``environment.air``."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,8 @@ class Provenance:
     """Package axis to fixture axis, such as ``{"x": "+x", "y": "+y", "z": "+z", "datum": "face A"}``."""
     temperature_conversion: Mapping[str, object] | None = None
     """The sensor's own thermometer: ``{"channel": "dmm.t", "offset_degc": -273.15, "slope_degc_per_v": 100.0}``."""
+    dwells: Mapping[str, object] | None = None
+    """Of the run: how many were ``measured``, and each that was ``rejected`` or taken back; None without a run."""
     level: Mapping[str, object] | None = None
     chain: Mapping[str, object] | None = None
     job: Mapping[str, object] | None = None
@@ -172,6 +176,7 @@ def record_sections(provenance: Provenance) -> Document:
             "created_utc": utc_text(provenance.created_utc),
             "standards": [_standard_document(standard) for standard in provenance.standards],
             **{name: plain(getattr(provenance, name), name) for name in declared},
+            **({} if provenance.dwells is None else {"dwells": plain(provenance.dwells, "dwells")}),
         },
     }
 
@@ -183,4 +188,5 @@ def _standard_document(standard: Standard) -> Document:
         "certificate": standard.certificate,
         "due": plain(standard.due, "due"),
         "uncertainty": plain(standard.uncertainty, "uncertainty"),
+        **({"used_for": list(standard.used_for)} if standard.used_for else {}),
     }

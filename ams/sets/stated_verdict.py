@@ -6,8 +6,9 @@ from typing import Final
 
 from ams.finding_kinds import UNUSABLE_AXIS
 from ams.findings import is_left_to_a_person, turns_away
-from ams.sets.canonical import Document
+from ams.sets.canonical import Document, listed
 from ams.sets.findings_by_axis import findings_by_axis
+from ams.sets.verdict_conditions import verdict_conditions
 
 NOT_USABLE: Final = "not usable"
 """The verdict over which nothing is approved unless a person accepts it by this name."""
@@ -43,7 +44,13 @@ def verdict_in_words(document: Document) -> str | None:
     if verdict == NOT_USABLE:
         grounds = grounds_in_words(document)
         return f"{verdict}: {grounds}" if grounds else verdict
-    return f"{verdict}: {'the warnings must be read first' if verdict == 'usable' else 'nothing speaks against it'}"
+    said = "the warnings must be read first" if verdict == "usable" else "nothing speaks against it"
+    return f"{verdict}: {said}{conditions_in_words(document)}"
+
+
+def conditions_in_words(document: Document) -> str:
+    """Return what the verdict of a set or of a fit is without, as a verdict goes on; empty where nothing lacks."""
+    return verdict_conditions(str(text) for name in ("warnings", "remarks") for text in listed(document.get(name, [])))
 
 
 def grounds_in_words(document: Document) -> str:

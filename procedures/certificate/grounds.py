@@ -15,11 +15,10 @@ from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import NO_CERTIFICATE_WITH, StatedFinding, findings_of_set
 from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
+from ams.sets.verdict_conditions import NO_METER, NO_THERMOMETER
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import (
-    NO_METER,
-    NO_THERMOMETER,
     NOBODY_APPROVED,
     OF_A_TWIN,
     VOLTS,

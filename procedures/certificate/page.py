@@ -8,6 +8,8 @@ from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS
 from ams.rounding import to_place
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.equipment import equipment_of
+from ams.sets.stated_dwells import dwells_in_words, rejected_lines
 from ams.sets.stated_findings import (
     DAY_NOT_KNOWN,
     axis_reservations,
@@ -15,7 +17,7 @@ from ams.sets.stated_findings import (
     outside_uncertainty,
     package_reservations,
 )
-from ams.sets.stated_verdict import grounds_in_words
+from ams.sets.stated_verdict import conditions_in_words, grounds_in_words
 from ams.sets.vectors import LEVEL
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
@@ -58,6 +60,10 @@ def certificate_page(grounds: Grounds) -> str:
         lines=grounds.coefficients.is_of_lines,
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(printed_gaps(grounds)) if grounds.is_specimen else [],
+        equipment=equipment_of(grounds.coefficients),
+        dwells=dwells_in_words(grounds.coefficients.document),
+        rejected=rejected_lines(grounds.coefficients.document),
+        verdict_conditions=conditions_in_words(grounds.coefficients.document),
         meters=[said.fact for said in meters_undeclared(grounds)],
         conditions=_conditions(grounds.coefficients),
         calibrated=_calibrated(grounds),

@@ -9,20 +9,13 @@ from typing import Any
 
 from ams.findings import Said
 from ams.observations import Observations
+from ams.sets.verdict_conditions import NO_GRAVITY, NO_METER, NO_STANDARD_OF_RATES, NO_THERMOMETER
 from rig.description.rig_file import RigDescription, Sensor
 
 NOBODY_APPROVED = "nobody has signed the set as approved"
 OF_A_TWIN = "the readings come from a twin (SIMULATED)"
-NO_METER = "no uncertainty of the meter is declared"
-"""How it is said of a meter without a standard that states volts: in remark, verdict and gap."""
-NO_STANDARD_OF_RATES = "no standard of the rates is declared"
-"""How it is said of gyros that turned about an axis without a standard: in remark, verdict and gap."""
 NO_TEMPERATURE = "no temperature was recorded with the readings"
 """How it is said of a sensor whose own temperature nobody knows."""
-NO_THERMOMETER = "no uncertainty of the thermometer is declared"
-"""How it is said of temperatures without a standard that states degrees, where a result is stated over them."""
-NO_GRAVITY = "no uncertainty of local gravity is declared"
-"""How it is said of a gravity that is stated alone: in remark, verdict and gap."""
 VOLTS = "v"
 """As it is written in a key."""
 

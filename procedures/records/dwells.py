@@ -120,6 +120,12 @@ def read_back_rad(dwells: Sequence[DwellRecord]) -> tuple[FloatArray, FloatArray
     return pitch, roll, yaw if any("yaw" in dwell.measured_deg for dwell in dwells) else None
 
 
+def measured_again(dwells: Sequence[DwellRecord]) -> list[bool]:
+    """Return of each dwell whether its step was measured again later, whatever came of it."""
+    last = {dwell.step: at for at, dwell in enumerate(dwells)}
+    return [at < last[dwell.step] for at, dwell in enumerate(dwells)]
+
+
 @dataclass(frozen=True, slots=True)
 class Event:
     """One line of the audit trail, hash-chained to the line before."""

@@ -16,7 +16,7 @@ from ams.units import label_and_unit
 from procedures.journal.audit_trail import identities_in, interruptions_in, made_again_in, missing_in, notes_in
 from procedures.kinds.registry import KINDS
 from procedures.records.declared_supply import at_declared, correcting
-from procedures.records.dwells import DwellRecord
+from procedures.records.dwells import DwellRecord, measured_again
 from procedures.report.conclusions import axis_view
 from procedures.report.conditions import condition_sections
 from procedures.report.declared import declared_sections, device_rows, standard_rows
@@ -187,17 +187,14 @@ def _counts(record: RunRecord) -> Counts:
         planned=len(record.plan.dwells),
         accepted=len({dwell.step for dwell in accepted}),
         rejected=len(record.dwells) - len(accepted),
-        rejected_and_repeated=_repeated(record.dwells),
+        rejected_and_repeated=sum(
+            again and not dwell.accepted
+            for dwell, again in zip(record.dwells, measured_again(record.dwells), strict=True)
+        ),
         design_planned=len(record.plan.design_dwells),
         design_accepted=sum(dwell.purpose == "design" for dwell in accepted),
         moves_made_again=len(made_again_in(record.events)),
     )
-
-
-def _repeated(dwells: Sequence[DwellRecord]) -> int:
-    """Return of how many dwells that were rejected or taken back the step was measured again."""
-    last = {dwell.step: at for at, dwell in enumerate(dwells)}
-    return sum(not dwell.accepted and at < last[dwell.step] for at, dwell in enumerate(dwells))
 
 
 def _design_view(record: RunRecord) -> DesignView:

@@ -7,36 +7,18 @@ finding says that the stated uncertainties do not hold what it found.
 """
 
 from collections.abc import Iterable, Sequence
-from typing import Final
 
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.calibration.model_choice import INDICES_NOT_TESTED, SLIPS_NOT_SEARCHED, TERMS_NOT_TESTED
 from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_texts, turned_the_table
+from ams.sets.verdict_conditions import verdict_conditions
 from ams.surveillance.turns import FIXTURE
 from procedures.journal.audit_trail import Interruption, Standstill
 from procedures.numbers import angle, arcsec, two_digits
-from procedures.records.declared_gaps import NO_GRAVITY, NO_METER, NO_STANDARD_OF_RATES, NO_THERMOMETER
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, state_sentence
 from procedures.report.overview import Statement, stated_once, widest_arcsec
 from procedures.report.view import AxisView, Counts, SensorView, Verdict
-from procedures.solution.type_b import NO_LEVEL
-
-UNDECLARED: Final = (
-    (NO_LEVEL, "the level of the base"),
-    (NO_METER, "the uncertainty of the meter"),
-    (NO_STANDARD_OF_RATES, "a standard of the rates"),
-    (NO_THERMOMETER, "the uncertainty of the thermometer"),
-    (NO_GRAVITY, "the uncertainty of local gravity"),
-)
-"""How a remark begins, and what the verdict then says that the result is without."""
-UNTESTED: Final = (
-    (TERMS_NOT_TESTED, "terms of second and third order, memories and slips of the table"),
-    (SLIPS_NOT_SEARCHED, "slips of the table and indices beyond their limit"),
-    (INDICES_NOT_TESTED, "indices beyond their limit"),
-)
-"""A remark, and what the verdict then says that nobody looked for."""
 
 
 def judge(
@@ -75,7 +57,7 @@ def judge(
     ]
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
-    result += _conditions(sensors)
+    result += verdict_conditions(_remark_texts(sensors))
     if failures:
         without = [sensor.name for sensor in sensors if sensor.failure]
         whose = "any sensor" if len(without) == len(sensors) > 1 else ", ".join(without)
@@ -193,25 +175,6 @@ def _sensor_doubts(sensor: SensorView, said: Sequence[str]) -> Iterable[Statemen
         if text not in (sensor.failure or "") and text not in said
     )
     yield from ((sensor.name, "", warning) for warning in sensor.warnings if warning not in said)
-
-
-def _conditions(sensors: Sequence[SensorView]) -> str:
-    """Say without what the result is: what nobody declared, and what is not tested of its model."""
-    texts = tuple(_remark_texts(sensors))
-    undeclared, untested = (
-        [what for begins, what in known if any(text.startswith(begins) for text in texts)]
-        for known in (UNDECLARED, UNTESTED)
-    )
-    said = ""
-    if undeclared:
-        said += f", without {_in_a_row(undeclared)}, which {'is' if len(undeclared) == 1 else 'are'} not declared"
-    if untested:
-        said += f"; not tested for {'; '.join(untested)}"
-    return said
-
-
-def _in_a_row(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def _remark_texts(sensors: Sequence[SensorView]) -> Iterable[str]:

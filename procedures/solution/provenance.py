@@ -11,7 +11,7 @@ from ams.models.possible_temperature import impossible_temperatures
 from ams.sets.provenance import Provenance, Standard, level_ranges
 from ams.sets.sensed_quantity import FIELDS
 from procedures.journal.audit_trail import missing_in
-from procedures.records.dwells import DwellRecord
+from procedures.records.dwells import DwellRecord, measured_again
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from procedures.solution.type_b import gravity_of
@@ -58,6 +58,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         mount=sensor.mount.model_dump(mode="json"),
         temperature_conversion=sensor.temperature.model_dump(mode="json") if sensor.temperature else None,
         chain={name: rig.chain[name].model_dump(mode="json", exclude_none=True) for name in _chained(sensor, rig)},
+        dwells=_dwells(record),
         **declared_tables(rig),
     )
 
@@ -148,16 +149,11 @@ def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
 
 def standards_pointed_to(rig: RigDescription) -> Iterable[Standard]:
     """Yield the standards that a device or a resistor of this rig points to, each once."""
-    pointed = [
-        *(axis.standard for axis in rig.axes.values()),
-        *(readout.standard for readout in rig.readouts.values()),
-        *(chamber.standard for chamber in rig.environment.values()),
-        *(chain.standard for chain in rig.chain.values()),
-        *(stream.standard for stream in rig.streams.values()),
-        *(coil.standard for coil in rig.field.values()),
-        rig.attitude_reference.standard if rig.attitude_reference else None,
-    ]
-    for name in dict.fromkeys(name for name in pointed if name is not None):
+    used_for: dict[str, list[str]] = {}
+    for device, standard in _pointing(rig):
+        if standard is not None:
+            used_for.setdefault(standard, []).append(device)
+    for name, devices in used_for.items():
         declared = rig.standards[name]
         stated = {key: getattr(declared, key) for key in UNCERTAINTIES if getattr(declared, key) is not None}
         yield Standard(
@@ -166,4 +162,34 @@ def standards_pointed_to(rig: RigDescription) -> Iterable[Standard]:
             certificate=declared.certificate,
             due=declared.due,
             uncertainty={**stated, "kind": declared.kind, "k": declared.k},
+            used_for=tuple(devices),
         )
+
+
+def _pointing(rig: RigDescription) -> Iterable[tuple[str, str | None]]:
+    """Yield what may point to a standard, by its table and name, with the standard it points to."""
+    yield from ((f"axes.{name}", axis.standard) for name, axis in rig.axes.items())
+    yield from ((f"readouts.{name}", readout.standard) for name, readout in rig.readouts.items())
+    yield from ((f"environment.{name}", chamber.standard) for name, chamber in rig.environment.items())
+    yield from ((f"chain.{name}", chain.standard) for name, chain in rig.chain.items())
+    yield from ((f"streams.{name}", stream.standard) for name, stream in rig.streams.items())
+    yield from ((f"field.{name}", coil.standard) for name, coil in rig.field.items())
+    if rig.attitude_reference is not None:
+        yield "attitude_reference", rig.attitude_reference.standard
+
+
+def _dwells(record: RunRecord) -> dict[str, Any]:
+    """Return how many dwells of a run were measured, and each that was rejected or taken back."""
+    rejected = [
+        {
+            "purpose": dwell.purpose,
+            "replication": dwell.replication,
+            "point": dwell.point,
+            "attempt": dwell.attempt,
+            "reasons": list(dwell.reasons),
+            "measured_again": is_repeated,
+        }
+        for dwell, is_repeated in zip(record.dwells, measured_again(record.dwells), strict=True)
+        if not dwell.accepted
+    ]
+    return {"measured": len(record.dwells), "rejected": rejected}

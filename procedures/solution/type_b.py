@@ -14,6 +14,7 @@ from ams.findings import Said
 from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
+from ams.sets.verdict_conditions import NO_LEVEL
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
 from procedures.solution.earth_turn import earth_errors
@@ -22,8 +23,6 @@ from rig.description.index_table import IndexTable
 from rig.description.rig_file import RigDescription, Sensor, Standard
 
 Kind = Literal["limit", "standard", "expanded"]
-NO_LEVEL = "the level of the base is not declared"
-"""How the remark on an unread level begins: what a verdict states is then without it."""
 
 
 def divisor(standard: Standard | None) -> float:

@@ -19,6 +19,7 @@ from ams.exports.dcc import CHECKSUM_LINE, from_dcc, to_dcc
 from ams.exports.dcc_elements import D_SI
 from ams.exports.dcc_schema import check_against_schemas
 from ams.sets.coefficients import CoefficientSet, build_set
+from ams.sets.provenance import Standard
 from ams.units import UNITS
 
 SCHEMAS = os.environ.get("CALRIG_DCC_SCHEMAS")
@@ -48,6 +49,16 @@ def ordered() -> CoefficientSet:
     return package(job={"number": "J-7", "fields": {"cost centre": "30-221"}})
 
 
+def with_rejected_dwells() -> CoefficientSet:
+    """A set that states the uncertainty of gravity, what a standard was used for and which dwell does not count."""
+    dwell = {"purpose": "design", "replication": 2, "point": 7, "attempt": 1, "measured_again": True}
+    return package(
+        gravity_uncertainty_mps2=2e-6,
+        standards=(Standard("table", "77", "C-1", None, {"kind": "limit"}, ("axes.pitch", "axes.roll")),),
+        dwells={"measured": 40, "rejected": [{**dwell, "reasons": ["dmm.x: noise <3 µV & more>"]}]},
+    )
+
+
 def root_of(coefficients: CoefficientSet) -> Any:
     return ElementTree.fromstring(to_dcc(coefficients))
 
@@ -58,7 +69,9 @@ def quantity(root: Any, identifier: str) -> Any:
 
 
 @needs_schemas
-@pytest.mark.parametrize("make", [package, warm, quadratic, hostile, undetermined, bare, ordered, gyro_set])
+@pytest.mark.parametrize(
+    "make", [package, warm, quadratic, hostile, undetermined, bare, ordered, gyro_set, with_rejected_dwells]
+)
 def test_the_official_schemas_allow_it(make: Any, tmp_path: Path) -> None:
     path = tmp_path / "SN.xml"
     path.write_bytes(to_dcc(make()))
@@ -142,7 +155,7 @@ def test_dates_place_and_standards_are_the_runs() -> None:
     assert dates == ["2026-02-28", "2026-03-01"]
     assert root.findtext(".//dcc:countryCodeISO3166_1", namespaces=NS) == "US"
     names = [entry.text for entry in root.iterfind(".//dcc:measuringEquipment/dcc:name/dcc:content", NS)]
-    assert names == ["table", "meter"]
+    assert names == ["table", "meter", "local gravity"]
 
 
 def test_the_attachment_is_the_set() -> None:

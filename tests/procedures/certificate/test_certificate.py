@@ -24,6 +24,7 @@ from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
+from ams.sets.provenance import Standard
 from ams.sets.stated_findings import LACKING, StatedFinding, significant_findings
 from ams.solve.table_errors import TablePriors
 from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
@@ -221,6 +222,79 @@ def test_a_meter_that_the_set_names_is_a_gap_whatever_another_standard_states() 
         check_grounds(_grounds(coefficients=entry))
 
 
+def _dwell(replication: int, point: int, *reasons: str, again: bool = True) -> dict[str, object]:
+    return {
+        "purpose": "design",
+        "replication": replication,
+        "point": point,
+        "attempt": 1,
+        "reasons": list(reasons),
+        "measured_again": again,
+    }
+
+
+@pytest.mark.parametrize(
+    ("rejected", "sentence"),
+    [
+        ([], "All 40 dwells that were measured count; none was rejected or taken back."),
+        (
+            [_dwell(2, 7, "a")],
+            "measured 1 was rejected or taken back and does not count; it was measured again.",
+        ),
+        ([_dwell(1, 3, "a"), _dwell(2, 7, "b", again=False)], "2 were rejected or taken back and do not count; 1 of"),
+        ([_dwell(1, 3, "a", again=False)], "does not count; it was not measured again."),
+    ],
+)
+def test_how_many_dwells_do_not_count_stands_on_page_paper_and_dcc(
+    rejected: list[dict[str, object]], sentence: str
+) -> None:
+    grounds = _grounds(coefficients=_set(dwells={"measured": 40, "rejected": rejected}))
+    for text in (_text(grounds), _words_of_dcc(grounds)):
+        assert sentence in text
+        for dwell in rejected:
+            assert f"design, replication {dwell['replication']}, point {dwell['point']}, attempt 1" in text
+    assert "does not state how many dwells" in _text(_grounds()), "a set of before the key"
+
+
+def test_many_dwells_that_were_taken_back_for_one_reason_are_one_line_and_none_is_lost_from_the_set() -> None:
+    together = [_dwell(3, point, "taken back by B. Chief: the door stood open") for point in range(1, 13)]
+    apart = [_dwell(1, point, f"dmm.x: noise: {point}") for point in range(1, 31)]
+    entry = _set(dwells={"measured": 100, "rejected": [*together, *apart]})
+    text = _text(_grounds(coefficients=entry))
+    assert "12 dwells, replication 3, points 1 to 12 taken back by B. Chief: the door stood open" in text
+    assert "11 more each with its reasons in the coefficient set" in text
+    assert len(entry.provenance["dwells"]["rejected"]) == 42  # type: ignore[call-overload, index]
+
+
+def test_every_equipment_stands_with_what_it_was_used_for_and_a_thermometer_without_a_standard_is_named() -> None:
+    table = replace(STANDARD, used_for=("axes.pitch", "axes.roll"))
+    probe = Standard("probe", "T-9", "C-2025-30", date(2027, 2, 1), {"uncertainty_degc": 0.1}, ("environment.air",))
+    meter = replace(METER, used_for=("readouts.dmm",))
+    with_probe = _grounds(coefficients=_set(standards=(table, meter, probe)))
+    for text in (_text(with_probe), _words_of_dcc(with_probe)):
+        for said in ("attitude (pitch, roll)", "outputs (dmm)", "temperature (air)", "T-9", "C-2025-30", "2027-02-01"):
+            assert said in text, said
+        assert "local gravity" in text
+    assert "not shown to be traceable" not in _text(with_probe)
+    without = _grounds(coefficients=_set(standards=(table, meter)))
+    assert "Of air (temperature) no uncertainty is declared" in _text(without)
+    assert "no certificate of its uncertainty is declared" in _words_of_dcc(without)
+    assert "The results are traceable" not in _text(without)
+
+
+def _words_of_dcc(grounds: Grounds) -> str:
+    return " ".join(unescape(re.sub(r"<[^>]+>", " ", to_dcc(grounds.coefficients).decode("utf-8"))).split())
+
+
+def test_the_verdict_of_a_set_stands_with_what_it_is_without() -> None:
+    remarks = ("the level of the base is not declared: a tilted base", "no uncertainty of the meter is declared: 0")
+    plain = replace(solved_package(), remarks=remarks)
+    grounds = _grounds(coefficients=build_set(plain, provenance(**RELEASED)))
+    ending = "sound , without the level of the base and the uncertainty of the meter, which are not declared."
+    assert f"Verdict of the calibration: {ending}" in _text(grounds)
+    assert f"verdict of the calibration {ending[:-1].replace(' ,', ',')}" in _words_of_dcc(grounds)
+
+
 def test_a_gravity_without_an_uncertainty_is_a_gap_where_sensitivities_are_per_local_g() -> None:
     """Of a set of before the finding as well: nothing in it says how far its gravity may be wrong."""
     alone = _grounds(coefficients=_set(gravity_uncertainty_mps2=0.0))
@@ -228,7 +302,7 @@ def test_a_gravity_without_an_uncertainty_is_a_gap_where_sensitivities_are_per_l
     assert gap.startswith("no uncertainty of local gravity is declared (9.79826 m/s²)")
     assert "rig.gravity_uncertainty_mps2" in gap
     assert "9.79826 m/s², no uncertainty declared (survey 2024)" in _text(alone)
-    assert "9.79826 m/s², standard uncertainty 2e-06 m/s² (survey 2024)" in _text(_grounds())
+    assert "9.79826 m/s², standard uncertainty 2 µm/s² (survey 2024)" in _text(_grounds())
     assert not [text for text in gaps_of(_grounds(coefficients=gyro_set())) if "local gravity" in text]
 
 

@@ -26,6 +26,7 @@ from ams.archive.sign_offs import SignOff
 from ams.archive.signatures import sign_off
 from ams.calibration.calibrate import calibrate
 from ams.errors import ArchiveUnknown
+from ams.exports.dcc import to_dcc
 from ams.exports.formats import load_set
 from ams.exports.statement import statement
 from ams.inputs.observations_csv import read_csv
@@ -41,6 +42,8 @@ from procedures.delivery.deliver import deliver, run_document, solve_run
 SENSOR = "SN1047"
 SLIP_ARCSEC, SLIPPED = 72.0, 80
 """By how much, and the first step after it: in the third replication of six."""
+WITHOUT = ", without the level of the base and the uncertainty of the meter, which are not declared"
+"""What the rig of the run does not declare: no word of the verdict stands without it."""
 ROOT = Path(__file__).parents[3]
 
 
@@ -118,13 +121,20 @@ def test_set_archive_and_json_have_the_same_numbers_to_the_last_bit(forms: dict[
         assert stored["findings"] == section["findings"]
 
 
+def _flat(text: str) -> str:
+    return " ".join(unescape(re.sub(r"<[^>]+>", " ", text)).split())
+
+
 def test_the_verdict_is_one_word_in_json_set_archive_export_and_certificate(forms: dict[str, Any]) -> None:
     verdict = forms["verdict"]
     assert verdict in ("sound", "usable", "not usable")
     assert forms["stored"].document["verdict"] == verdict
-    assert f"verdict of the calibration: {verdict}" in statement(forms["stored"])
+    assert f"verdict of the calibration: {verdict}{WITHOUT}" in statement(forms["stored"])
     assert f"verdict of the calibration: {verdict}" in set_text(forms["stored"].document, "engineering")
-    assert f"Verdict of the calibration: <b>{verdict}</b>" in forms["certificate page"]
+    assert f"Verdict of the calibration: <b>{verdict}</b>{WITHOUT}" in forms["certificate page"]
+    assert f"verdict of the calibration {verdict}{WITHOUT}" in _flat(to_dcc(forms["stored"]).decode("utf-8"))
+    if verdict != "not usable":
+        assert WITHOUT in set_text(forms["stored"].document, "engineering").replace("\n", " ")
 
 
 @pytest.mark.parametrize("form", ["html", "certificate"])

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from report_scene import Scene, run_view
 
-from ams.calibration.model_choice import TERMS_NOT_TESTED
 from ams.findings import Finding
+from ams.sets.verdict_conditions import NO_GRAVITY, TERMS_NOT_TESTED
 from procedures.journal.audit_trail import Interruption
-from procedures.records.declared_gaps import NO_GRAVITY, meter_remarks
+from procedures.records.declared_gaps import meter_remarks
 from procedures.report.verdict import judge
 from procedures.report.view import RunView, SensorView
 from procedures.solution.type_b import level_remarks, level_warnings

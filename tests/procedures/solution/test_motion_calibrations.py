@@ -21,9 +21,9 @@ from ams.exports.formats import load_set
 from ams.exports.verify import verify
 from ams.sets.apply import sensed_level
 from ams.sets.canonical import listed, number, table
+from ams.sets.verdict_conditions import NO_STANDARD_OF_RATES
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, sets_of, solve_run
-from procedures.records.declared_gaps import NO_STANDARD_OF_RATES
 from procedures.records.states import State
 from procedures.report.truth import truth_of
 from procedures.run.dwell.turning import RateWatch

@@ -6,10 +6,9 @@ from pathlib import Path
 import pytest
 from planning_files import AIR, rig_file
 
+from ams.sets.verdict_conditions import NO_GRAVITY, NO_STANDARD_OF_RATES
 from procedures.description.procedure_file import Solve
 from procedures.records.declared_gaps import (
-    NO_GRAVITY,
-    NO_STANDARD_OF_RATES,
     gravity_remarks,
     meter_remarks,
     rate_remarks,

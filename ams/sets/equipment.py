@@ -1,0 +1,77 @@
+"""With what a calibration was measured: its standards, what was read without one, and local gravity, a row each.
+
+Source: ISO/IEC 17025:2017, 7.8.4.1 c), 6.4.13.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Final
+
+from ams.sets.canonical import Document, listed, table
+from ams.sets.coefficients import CoefficientSet
+
+_WHAT_FOR: Final = MappingProxyType(
+    {
+        "axes": "attitude",
+        "attitude_reference": "attitude",
+        "readouts": "outputs",
+        "streams": "outputs",
+        "environment": "temperature",
+        "field": "field",
+        "chain": "load resistor",
+    }
+)
+"""A table of the rig file to what the certificate behind it is for."""
+
+
+@dataclass(frozen=True)
+class Equipment:
+    """One row; None where nothing is declared."""
+
+    name: str
+    used_for: str
+    """Empty where a set of before does not state it."""
+    serial: str | None
+    certificate: str | None
+    due: str | None
+    is_standard: bool = True
+    """Whether a certificate stands behind it."""
+    uncertainty: Document | None = None
+
+
+def equipment_of(coefficients: CoefficientSet) -> list[Equipment]:
+    """Return the standards that a set names, then what was read without one, then local gravity where it counts."""
+    standards = [table(standard) for standard in listed(coefficients.provenance["standards"])]
+    rows = [_of_standard(standard) for standard in standards]
+    pointed = {str(text) for standard in standards for text in listed(standard.get("used_for", []))}
+    rows += _thermometers_without(coefficients, pointed)
+    gravity = coefficients.gravity
+    if coefficients.senses_gravity:
+        is_known = gravity.standard_uncertainty_mps2 > 0.0
+        rows.append(Equipment("local gravity", "unit of acceleration", None, gravity.source or None, None, is_known))
+    return rows
+
+
+def _of_standard(standard: Document) -> Equipment:
+    serial, certificate, due = (standard[key] and str(standard[key]) for key in ("serial", "certificate", "due"))
+    declared = None if standard["uncertainty"] is None else table(standard["uncertainty"])
+    used_for: dict[str, list[str]] = {}
+    for text in map(str, listed(standard.get("used_for", []))):
+        kind, _, name = text.partition(".")
+        is_thermometer = kind == "chain" and "uncertainty_degc" in (declared or {})
+        used_for.setdefault("temperature" if is_thermometer else _WHAT_FOR[kind], []).append(name)
+    words = [f"{what} ({', '.join(filter(None, names))})".removesuffix(" ()") for what, names in used_for.items()]
+    return Equipment(
+        str(standard["name"]), ", ".join(words), serial or None, certificate or None, due or None, uncertainty=declared
+    )
+
+
+def _thermometers_without(coefficients: CoefficientSet, pointed: set[str]) -> Iterator[Equipment]:
+    """Yield what told a temperature with no standard behind it; of a set of before nothing is known of it."""
+    standards = [table(standard) for standard in listed(coefficients.provenance["standards"])]
+    if any("used_for" not in standard for standard in standards):
+        return
+    for name in table(coefficients.document["environment"]):
+        if f"environment.{name}" not in pointed:
+            yield Equipment(name, "temperature", None, None, None, is_standard=False)

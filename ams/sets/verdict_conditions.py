@@ -1,0 +1,68 @@
+"""How it is said what nobody declared of a result and what is not tested of it, and how its verdict goes on then."""
+
+from collections.abc import Iterable, Sequence
+from types import MappingProxyType
+from typing import Final
+
+NO_LEVEL: Final = "the level of the base is not declared"
+"""How the remark on an unread level begins."""
+NO_METER: Final = "no uncertainty of the meter is declared"
+"""How it is said of a meter without a standard that states volts: in remark, verdict and gap."""
+NO_STANDARD_OF_RATES: Final = "no standard of the rates is declared"
+"""How it is said of gyros that turned about an axis without a standard: in remark, verdict and gap."""
+NO_THERMOMETER: Final = "no uncertainty of the thermometer is declared"
+"""How it is said of temperatures without a standard that states degrees, where a result is stated over them."""
+NO_GRAVITY: Final = "no uncertainty of local gravity is declared"
+"""How it is said of a gravity that is stated alone: in remark, verdict and gap."""
+INDICES_NOT_TESTED: Final = (
+    "indices beyond their declared limit, and single dwells at which the table stood off, are searched for in packages "
+    "that only pitch and roll: with yaw they pass for a lack of fit or a wrong dwell, and are not told as that"
+)
+SLIPS_NOT_SEARCHED: Final = (
+    "a slip of the table between its dwells and indices beyond their declared limit are not searched for in a package "
+    "that roll does not reach: a slip passes for a drift, a wrong dwell or a lack of fit, and is not told as that"
+)
+TERMS_NOT_TESTED: Final = (
+    "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
+    "model: what they do passes for a drift, for a lack of fit or for a sensitivity"
+)
+_WITHOUT: Final = MappingProxyType(
+    {
+        NO_LEVEL: "the level of the base",
+        NO_METER: "the uncertainty of the meter",
+        NO_STANDARD_OF_RATES: "a standard of the rates",
+        NO_THERMOMETER: "the uncertainty of the thermometer",
+        NO_GRAVITY: "the uncertainty of local gravity",
+    }
+)
+"""How a remark begins, and what the verdict then says that the result is without."""
+_UNTESTED: Final = MappingProxyType(
+    {
+        TERMS_NOT_TESTED: "terms of second and third order, memories and slips of the table",
+        SLIPS_NOT_SEARCHED: "slips of the table and indices beyond their limit",
+        INDICES_NOT_TESTED: "indices beyond their limit",
+    }
+)
+"""A remark, and what the verdict then says that nobody looked for."""
+
+
+def verdict_conditions(remarks: Iterable[str]) -> str:
+    """Return without what a result is, as its verdict goes on: what nobody declared, and what is not tested.
+
+    Such as ``, without …, which is not declared; not tested for …``; empty where nothing lacks.
+    """
+    texts = tuple(remarks)
+    undeclared, untested = (
+        [what for begins, what in known.items() if any(text.startswith(begins) for text in texts)]
+        for known in (_WITHOUT, _UNTESTED)
+    )
+    said = ""
+    if undeclared:
+        said += f", without {_in_a_row(undeclared)}, which {'is' if len(undeclared) == 1 else 'are'} not declared"
+    if untested:
+        said += f"; not tested for {'; '.join(untested)}"
+    return said
+
+
+def _in_a_row(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
