@@ -41,6 +41,17 @@ def order_repeats(order: IntArray, layout: Layout) -> bool:
 
 
 @remembered(16)
+def attitudes_repeat(layout: Layout, *angles_rad: FloatArray) -> bool:
+    """Return whether every replication has all points at exactly the same (N,) angles, however the rows are sorted."""
+    if not layout.is_complete:
+        return False
+    by_dwell = np.empty((layout.rows, len(angles_rad)))
+    by_dwell[layout.dwell] = np.stack(angles_rad, axis=1)
+    by_replication = by_dwell.reshape(layout.replications, -1)
+    return bool(np.all(by_replication == by_replication[0]))
+
+
+@remembered(16)
 def settling_of_rows(order: IntArray, layout: Layout) -> FloatArray:
     """Return the (N,) column of a transient at the start of every replication: one at its first dwell, fading."""
     turn, sizes = turns_in_replication(order, layout.replication, layout.replications)

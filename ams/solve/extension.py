@@ -203,13 +203,8 @@ def _point_means(observations: Observations, label: str, table: TableUncertainty
     return _PointMeans(mean(basis), quadratic, mean(level_output), readings, precision, common)
 
 
-def stands_alike(observations: Observations, layout: Layout) -> bool:
-    """Return whether replication stands below replication, each with the same points at exactly the same attitudes."""
-    return blocks_of_angles(observations, layout) is not None
-
-
 def blocks_of_angles(observations: Observations, layout: Layout) -> tuple[FloatArray, FloatArray] | None:
-    """Return the (K,) pitch and roll of the points where :func:`stands_alike` holds; None elsewhere."""
+    """Return the (K,) pitch and roll of the points; None unless replication stands below replication, all alike."""
     return _blocks_of_angles(layout, observations.pitch_rad, observations.roll_rad)
 
 

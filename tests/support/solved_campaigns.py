@@ -1,7 +1,7 @@
 """Campaigns of ``physics_scenes`` solved as columns, and how often their intervals hold the truth."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,10 +82,17 @@ def rows_of(campaign: Campaign) -> Observations:
     )
 
 
-def columns_of(campaign: Campaign, axis: str) -> FloatArray:
-    """(N, campaigns) outputs of one axis of the first sensor in the order of :func:`rows_of`."""
-    grid = campaign.grid(campaign.output_v)[:, :, :, 0, campaign.setup.axes.index(axis)]
+def columns_of(campaign: Campaign, axis: str, sensor: int = 0) -> FloatArray:
+    """(N, campaigns) outputs of one axis of a sensor in the order of :func:`rows_of`."""
+    grid = campaign.grid(campaign.output_v)[:, :, :, sensor, campaign.setup.axes.index(axis)]
     return grid.reshape(campaign.campaigns, -1).T
+
+
+def rows_of_package(campaign: Campaign, index: int = 0, sensor: int = 0) -> Observations:
+    """The rows of one campaign as one of its sensors read them, each with its time and temperature."""
+    temperature = campaign.grid(campaign.temperature_degc).reshape(campaign.campaigns, -1)[index]
+    outputs = {axis: columns_of(campaign, axis, sensor)[:, index] for axis in campaign.setup.axes}
+    return replace(rows_of(campaign), temperature_degc=temperature, outputs=outputs)
 
 
 def solved(

@@ -13,8 +13,7 @@ from ams.analysis.replication import ReplicationColumns
 from ams.arrays import FloatArray, IntArray
 from ams.models.model import Model
 from ams.observations import Observations
-from ams.solve.dwell_order import order_repeats, rows_in_time
-from ams.solve.extension import stands_alike
+from ams.solve.dwell_order import attitudes_repeat, order_repeats, rows_in_time
 from ams.solve.layout import Layout
 from ams.solve.replicated import ReplicatedSums
 
@@ -59,7 +58,9 @@ class Evidence:
     @cached_property
     def order_repeats(self) -> bool:
         """Whether every replication visits all points at the same attitudes in the same order."""
-        return stands_alike(self.rows, self.layout) and order_repeats(self.time_order, self.layout)
+        rows = self.rows
+        angles_rad = (rows.pitch_rad, rows.roll_rad, *(() if rows.yaw_rad is None else (rows.yaw_rad,)))
+        return attitudes_repeat(self.layout, *angles_rad) and order_repeats(self.time_order, self.layout)
 
     @property
     def dwell(self) -> IntArray:

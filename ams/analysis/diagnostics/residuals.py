@@ -18,7 +18,8 @@ from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, median
 
 _GONE = 1e-9
-"""Of a residual's variance: a dwell that nothing else says anything about."""
+"""Of a residual's variance: a dwell that nothing else says anything about; of a column, and of its square beside others
+of length one: nothing but rounding."""
 
 
 @dataclass(frozen=True)
@@ -109,10 +110,15 @@ class GridResiduals:
         return replace(self, residuals=residuals, taken=np.column_stack([self.taken, direction]), present=present)
 
     def beside(self, columns: FloatArray) -> "GridResiduals":
-        """Return what is left when (n K, c) further columns are known as well."""
+        """Return what is left when (n K, c) further columns are known as well.
+
+        What rounding leaves of a column that is known already has no direction: it would turn those of the others.
+        """
         left = self.projected(columns)
-        q, r = np.linalg.qr(left)
-        q = q[:, np.abs(np.diag(r)) > _GONE * max(float(np.linalg.norm(columns)), _GONE)]
+        lengths = np.linalg.norm(left, axis=0)
+        is_new = lengths > _GONE * np.linalg.norm(columns, axis=0)
+        directions, sizes, _ = np.linalg.svd(left[:, is_new] / lengths[is_new], full_matrices=False)
+        q = directions[:, sizes**2 > _GONE]
         residuals = self.residuals - q @ (q.T @ self.residuals)
         return replace(self, residuals=residuals, taken=np.column_stack([self.taken, q]))
 
