@@ -1,16 +1,16 @@
-"""What a solved calibration is: values and no behaviour beyond reading them.
+"""What a solved calibration is: values, and no behaviour beyond reading them and adding to what is found in them.
 
 The report, the coefficient set and the JSON document are all drawn from these.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 import numpy as np
 
 from ams.arrays import Centring, FloatArray
-from ams.findings import Finding, beyond_the_stated, leaves_nothing, turned_the_table
+from ams.findings import Finding, beyond_the_stated, leaves_nothing, significant_texts, turned_the_table
 
 METHOD_VERSION: Final = 4
 """Of the way from observations to a result: 1 had independent teeth and no terms of low order unless asked for; 2 has
@@ -200,3 +200,15 @@ class Calibration:
             return "not usable"
         is_reserved = self.warnings or any(axis.warnings for axis in self.axes.values())
         return "usable" if is_reserved else "sound"
+
+
+def with_findings(calibration: Calibration, findings: Sequence[Finding]) -> Calibration:
+    """Return a calibration with findings on every axis, the significant ones among the warnings."""
+    if not findings:
+        return calibration
+    sentences = significant_texts(findings)
+    axes = {
+        label: replace(axis, findings=(*axis.findings, *findings), warnings=(*axis.warnings, *sentences))
+        for label, axis in calibration.axes.items()
+    }
+    return replace(calibration, axes=axes, warnings=(*calibration.warnings, *sentences))

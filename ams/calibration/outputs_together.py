@@ -40,16 +40,6 @@ def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
     return [[next(with_gain) for _ in axes] for axes in found]
 
 
-def diagnose_packages(axes: Sequence[Group]) -> list[list[Diagnosis]]:
-    """Return the same of many packages that were measured at the same rows, axis by axis: one column a package."""
-    found = [diagnose(*axis) for axis in axes]
-    by_package = [_shown_together(package) for package in zip(*found, strict=True)]
-    by_axis = list(zip(*by_package, strict=True))
-    found = [_again(axis, of_axis, shown) for axis, of_axis, shown in zip(axes, found, by_axis, strict=True)]
-    packages = [_with_gain(package) for package in zip(*found, strict=True)]
-    return [list(of_axis) for of_axis in zip(*packages, strict=True)]
-
-
 def _shown_together(package: Sequence[Diagnosis]) -> list[BeliefTest | None]:
     """Return of each output of a package what they show together, as large as it is of this one; None: it does not."""
     memory = judge_memory([_judged(axis) for axis in package])

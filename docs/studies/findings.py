@@ -8,23 +8,21 @@ solves it, terms of second and third order included.
 """
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from physics_scenes import SCENES, Campaign, campaigns
-from solved_campaigns import columns_of, rows_of
+from solved_campaigns import columns_of, rows_of, rows_of_package
 
 from ams.arrays import FloatArray
-from ams.calibration.calibrate import calibrate
-from ams.calibration.columns import SolvedColumns, solve_columns
-from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose
+from ams.calibration.columns import solve_columns
+from ams.calibration.packages import calibrate_packages
 from ams.calibration_result import AxisCalibration
 from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
 from ams.models.extended import ExtendedPitchRoll, centring_of
-from ams.observations import Observations
 from ams.statistics.intervals import t_quantile
 
 CAMPAIGNS = 400
@@ -32,6 +30,7 @@ SEED = 20
 AXIS = "x"
 ESTIMATED = ("temperature-lag", "temperature-curvature")
 """Scenes in which temperature coefficients are asked for."""
+WITH_TEMPERATURE = CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0)
 LINES: tuple[tuple[str, tuple[float, ...]], ...] = (
     ("clean", (0.0,)),
     ("wrong-dwell", (3.0, 5.0, 6.0, 8.0, 1500.0)),
@@ -95,7 +94,8 @@ class JudgedCampaign:
 def line(name: str, size: float, count: int, chance: np.random.Generator) -> Line:
     """Return the shares of one scene at one size."""
     drawn = campaigns(name, size, chance, count)
-    judged = _estimated(drawn) if name in ESTIMATED else _plain(drawn)
+    judged = list(_solved(drawn, WITH_TEMPERATURE if name in ESTIMATED else CalibrationRequest()))
+    before = [campaign.before for campaign in judged] if name in ESTIMATED else _rang_before(drawn)
     kinds = [{finding.kind for finding in campaign.findings if finding.is_significant} for campaign in judged]
     # A wrong dwell has an axis of its own; only campaigns in which it is this axis have anything to be named.
     struck = np.ones(count, dtype=bool)
@@ -115,10 +115,22 @@ def line(name: str, size: float, count: int, chance: np.random.Generator) -> Lin
         cause=_share(bool(found & cause) for found in chosen),
         cause_or_also=_share(bool(found & right) for found in chosen),
         wrong=_share(bool(found - right) for found in kinds),
-        before=_share(campaign.before for campaign, is_struck in zip(judged, struck, strict=True) if is_struck),
+        before=_share(rang for rang, is_struck in zip(before, struck, strict=True) if is_struck),
         offset=float(held[:, 0].mean()),
         sensitivities=float(held[:, 1:].mean()),
     )
+
+
+def _rang_before(drawn: Campaign) -> Sequence[bool]:
+    """Return by campaign whether lack of fit or a drift rang over all of its dwells, a wrong one among them."""
+    rows = rows_of(drawn)
+    centring = centring_of(rows, len(drawn.points_deg), AXIS)
+    assert centring is not None
+    models = [ExtendedPitchRoll(AXIS, centring)] * drawn.campaigns
+    tests = solve_columns(rows, columns_of(drawn, AXIS), models).replication
+    assert tests is not None
+    every = (tests.lack_of_fit, *tests.drift.values())
+    return [any(bool(test.is_significant[index]) for test in every) for index in range(drawn.campaigns)]
 
 
 def _share(flags: Iterator[bool]) -> float:
@@ -132,48 +144,11 @@ def _truth(drawn: Campaign) -> FloatArray:
     return np.concatenate([offset[:, 0, index, None], k[:, 0, index]], axis=-1)
 
 
-def _rows(drawn: Campaign) -> tuple[Observations, FloatArray]:
-    """Return rows with their times, and the (n, N) recorded temperatures."""
-    time_s = drawn.schedule.time_s[drawn.schedule.grid_rows()].ravel()
-    return replace(rows_of(drawn), time_s=time_s), drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)
-
-
-def _plain(drawn: Campaign) -> list[JudgedCampaign]:
-    rows, temperature = _rows(drawn)
-    centring = centring_of(rows, len(drawn.points_deg), AXIS)
-    assert centring is not None
-    model, outputs = ExtendedPitchRoll(AXIS, centring), columns_of(drawn, AXIS)
-    judged: list[JudgedCampaign] = []
-    same = bool(np.ptp(temperature, axis=0).max() == 0.0)
-    groups = [range(drawn.campaigns)] if same else [range(index, index + 1) for index in range(drawn.campaigns)]
-    for group in groups:
-        seen = replace(rows, temperature_degc=temperature[group[0]])
-        columns = outputs[:, group[0] : group[-1] + 1]
-        solved = solve_columns(seen, columns, [model] * columns.shape[1], temperature_degc=seen.temperature_degc)
-        found = diagnose(solved, Circumstances(seen, columns, None, ()))
-        judged += [_judged(solved, index, diagnosis) for index, diagnosis in enumerate(found)]
-    return judged
-
-
-def _judged(solved: SolvedColumns, index: int, found: Diagnosis) -> JudgedCampaign:
-    half = t_quantile(0.95, solved.primary_dof[index]) * np.sqrt(np.diag(solved.primary_covariance[index]))
-    tests = solved.replication
-    assert tests is not None
-    every = (tests.lack_of_fit, *tests.drift.values())
-    return JudgedCampaign(
-        found.findings, any(bool(test.is_significant[index]) for test in every), solved.primary[index], half
-    )
-
-
-def _estimated(drawn: Campaign) -> list[JudgedCampaign]:
-    rows, temperature = _rows(drawn)
-    outputs = columns_of(drawn, AXIS)
-    request = CalibrationRequest(temperature="estimate", reference_temperature_degc=20.0)
-    judged = []
+def _solved(drawn: Campaign, request: CalibrationRequest) -> Iterator[JudgedCampaign]:
     for index in range(drawn.campaigns):
-        seen = replace(rows, temperature_degc=temperature[index], outputs={AXIS: outputs[:, index]})
-        judged.append(_of_axis(calibrate(seen, request).axes[AXIS]))
-    return judged
+        rows = rows_of_package(drawn, index)
+        seen = replace(rows, outputs={AXIS: rows.outputs[AXIS]})
+        yield _of_axis(calibrate_packages({AXIS: seen}, request)[AXIS].axes[AXIS])
 
 
 def _of_axis(axis: AxisCalibration) -> JudgedCampaign:

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from physics_scenes import Campaign, campaigns
+from physics_scenes import campaigns
 from silent_cells import JudgedCell, holds, named, offset_and_k, significant
 from silent_declared import separated
-from solved_campaigns import ARCSEC, columns_of, rows_of
+from solved_campaigns import ARCSEC, rows_of_package
 
 from ams.arrays import FloatArray
 from ams.calibration.jointly import calibrate_jointly
@@ -16,7 +16,6 @@ from ams.frames import Attitude
 from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import ExtendedPitchRoll
-from ams.observations import Observations
 from ams.solve.table_errors import TablePriors
 from ams.statistics.intervals import combined_dof, t_quantile
 
@@ -39,7 +38,7 @@ def of_joint(scene: str, size: float, count: int, seed: int, design: Mapping[str
     held: dict[str, list[FloatArray]] = {"after": [], "before": []}
     predicted: dict[str, list[FloatArray]] = {"after": [], "before": []}
     for index in range(count):
-        rows, kinds_found = _rows_of_campaign(drawn, index), set[str]()
+        rows, kinds_found = rows_of_package(drawn, index), set[str]()
         for word in held:
             wanted = replace(request, extended="yes" if word == "after" else "no")
             found = calibrate_jointly(rows, wanted, TablePriors(table))
@@ -61,11 +60,6 @@ def of_joint(scene: str, size: float, count: int, seed: int, design: Mapping[str
     rings = float(np.mean([bool(of_campaign) for of_campaign in kinds]))
     share = named(scene, size, kinds, design)
     return JudgedCell(shares["after"], shares["before"], share, rings, float(np.mean(widths)))
-
-
-def _rows_of_campaign(drawn: Campaign, index: int) -> Observations:
-    outputs = {axis: columns_of(drawn, axis)[:, index] for axis in drawn.setup.axes}
-    return replace(rows_of(drawn), outputs=outputs)
 
 
 def _holds_normal(axis: AxisCalibration, truth: FloatArray) -> FloatArray:

@@ -16,21 +16,13 @@ from silent_cells import JudgedCell, Shares, holds, named, offset_and_k, signifi
 from silent_declared import JOINT, Declared, separated
 from silent_field import of_field
 from silent_joint import of_joint
-from solved_campaigns import Coverage, columns_of, coverage, rows_of, solved
+from solved_campaigns import Coverage, coverage, rows_of_package, solved
 
-from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.arrays import BoolArray, FloatArray
-from ams.calibration.believed import evidence_of
 from ams.calibration.calibrate import calibrate
-from ams.calibration.columns import SolvedColumns
-from ams.calibration.diagnosis import Circumstances
-from ams.calibration.outputs_together import diagnose_packages
-from ams.calibration.steps import judge_steps
-from ams.calibration.table_limit import judge_table
+from ams.calibration.packages import calibrate_packages
 from ams.inference.inference import Package, inference
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.shared_errors import SharedError
-from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance
@@ -54,14 +46,9 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
     drawn = campaigns(scene, size, chance, count, **design)
     (table, teeth), errors = declared.table(scene), declared.errors
     found, plain = solved(drawn, table, errors), solved(drawn, teeth, extended=False)
-    kinds: list[set[str]] = [set() for _ in range(count)]
-    limits = [
-        judge_table([(columns, [index]) for columns in found.values()], rows_of(drawn), table) for index in range(count)
-    ]
-    for index, rows in _of_one_temperature(drawn):
-        parts = found if rows is None else solved(_only(drawn, index), table, errors)
-        for which, diagnoses in enumerate(_diagnoses(drawn, parts, index, table, errors, limits), start=index):
-            kinds[which] |= diagnoses
+    axes = drawn.setup.axes
+    request = CalibrationRequest(table=table, shared_errors=dict.fromkeys(axes, errors))
+    kinds = [_kinds_named([rows_of_package(drawn, index)], request) for index in range(count)]
     state = chance.bit_generator.state
     after = coverage(drawn, found, chance)
     chance.bit_generator.state = state
@@ -75,52 +62,11 @@ def of_columns(scene: str, size: float, count: int, seed: int, design: Mapping[s
     )
 
 
-def _diagnoses(
-    drawn: Campaign,
-    found: Mapping[str, SolvedColumns],
-    first: int,
-    table: TableUncertainty | None = None,
-    errors: Sequence[SharedError] = (),
-    limits: Sequence[Sequence[TableLimit | None]] = (),
-    family: int | None = None,
-) -> list[set[str]]:
-    """Return the kinds of what is told of each of the campaigns solved, the first of them ``first``."""
-    seen, axes = _seen(drawn, first), family or len(found)
-    evidence = {axis: evidence_of(columns, seen) for axis, columns in found.items()}
-    count = next(iter(found.values())).primary.shape[0]
-    steps = [judge_steps([(evidence[axis], index) for axis in found], axes) for index in range(count)]
-    kinds: list[set[str]] = [set() for _ in range(count)]
-    of_axes = []
-    for which, (axis, columns) in enumerate(found.items()):
-        outputs = columns_of(drawn, axis)[:, first : first + count]
-        of_table = [of_campaign[which] for of_campaign in limits[first : first + count]]
-        changed = [axis_steps[which] for axis_steps in steps]
-        under = Circumstances(seen, outputs, table, errors, of_table, axes, steps=changed)
-        of_axes.append((columns, under, evidence[axis]))
-    for diagnoses in diagnose_packages(of_axes):
-        for index, diagnosis in enumerate(diagnoses):
-            kinds[index] |= significant(diagnosis.findings)
-    return kinds
-
-
-def _of_one_temperature(drawn: Campaign) -> list[tuple[int, int | None]]:
-    """All campaigns at once where they recorded the same temperature, else one by one."""
-    if float(np.ptp(drawn.temperature_degc, axis=0).max()) == 0.0:
-        return [(0, None)]
-    return [(index, index) for index in range(drawn.campaigns)]
-
-
-def _only(drawn: Campaign, index: int) -> Campaign:
-    column = slice(index, index + 1)
-    return replace(drawn, output_v=drawn.output_v[column], temperature_degc=drawn.temperature_degc[column])
-
-
-def _seen(drawn: Campaign, index: int, axes: Sequence[str] = ()) -> Observations:
-    rows = rows_of(drawn)
-    temperature = drawn.grid(drawn.temperature_degc).reshape(drawn.campaigns, -1)[index]
-    time_s = drawn.schedule.time_s[drawn.schedule.grid_rows()].ravel()
-    outputs = {axis: columns_of(drawn, axis)[:, index] for axis in axes}
-    return replace(rows, time_s=time_s, temperature_degc=temperature, outputs=outputs)
+def _kinds_named(packages: Sequence[Observations], request: CalibrationRequest) -> set[str]:
+    """Return the kinds of what is told of the axes of packages that one table turned, as ``calrig fit`` tells it."""
+    solved_packages = calibrate_packages({f"SN{at}": rows for at, rows in enumerate(packages, start=1)}, request)
+    axes = (axis for package in solved_packages.values() for axis in package.axes.values())
+    return set[str]().union(*(significant(axis.findings) for axis in axes))
 
 
 def of_temperature(scene: str, size: float, count: int, seed: int, design: Mapping[str, float]) -> JudgedCell:
@@ -132,7 +78,7 @@ def of_temperature(scene: str, size: float, count: int, seed: int, design: Mappi
     held: dict[str, list[FloatArray]] = {"after": [], "before": []}
     kinds = []
     for index in range(count):
-        seen, kinds_found = _seen(drawn, index, drawn.setup.axes), set()
+        seen, kinds_found = rows_of_package(drawn, index), set()
         for word, extended in (("after", "yes"), ("before", "no")):
             order = declared.order if word == "after" else 1
             request = CalibrationRequest(
@@ -192,7 +138,7 @@ def of_use(scene: str, size: float, count: int, seed: int, design: Mapping[str, 
     pitch, roll = drawn.use.schedule.pitch_deg, drawn.use.schedule.roll_deg
     angles = _AnglesInUse()
     for index in range(count):
-        found = calibrate(_seen(drawn.calibration, index, axes), CalibrationRequest(shared_errors=declared.by_axis))
+        found = calibrate(rows_of_package(drawn.calibration, index), CalibrationRequest(shared_errors=declared.by_axis))
         package = Package(build_set(found, _PROVENANCE), {axis: f"{axis}_v" for axis in axes})
         readings = {f"{axis}_v": drawn.use.output_v[index, :, 0, which] for which, axis in enumerate(axes)}
         answer = replace(inference(package, reading_sd_v=noise_v), intervals=True).infer(readings)
@@ -234,7 +180,8 @@ def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str
     """Judge reference visits of all sensors one after the other as a run does, and every sensor's fit after it.
 
     What changed between any two dwells is looked for by the fit of one package, in all of its axes together; only the
-    visits see all packages. Offset and k are over the whole run, which is what a result holds that nobody stopped.
+    visits, and what the table did at single dwells, see all packages. Offset and k are over the whole run, which is
+    what a result holds that nobody stopped.
     """
     design, declared = separated(design)
     (table, _), errors = declared.table(scene), declared.errors
@@ -245,12 +192,15 @@ def of_slips(scene: str, size: float, count: int, seed: int, design: Mapping[str
         attitudes_deg, visits = _visits(drawn)
         pitch, roll = np.deg2rad(attitudes_deg)
         kinds = [_between_visits(drawn, visit, pitch, roll) for visit in visits]
-    held, family = [], drawn.setup.sensors * len(drawn.setup.axes)
-    for sensor in range(drawn.setup.sensors):
-        alone = _of_sensor(drawn, sensor)
+    axes, held = drawn.setup.axes, []
+    each = [_of_sensor(drawn, sensor) for sensor in range(drawn.setup.sensors)]
+    request = CalibrationRequest(
+        table=table, shared_errors=dict.fromkeys(axes, errors), tested_axes=len(each) * len(axes)
+    )
+    for index in range(count):
+        kinds[index] |= _kinds_named([rows_of_package(drawn, index, sensor) for sensor in range(len(each))], request)
+    for alone in each:
         found = solved(alone, table, errors)
-        for which, diagnoses in enumerate(_diagnoses(alone, found, 0, table, errors, family=family)):
-            kinds[which] |= diagnoses
         held.append([coverage(alone, columns, chance) for columns in (found, solved(alone, extended=False))])
     rings = float(np.mean([bool(of_campaign) for of_campaign in kinds]))
     after, before = (_mean_shares([pair[which] for pair in held]) for which in (0, 1))

@@ -1,6 +1,6 @@
-"""The one importer of the solvers by model: observations of a run or a file, and what is asked of them.
+"""Observations of a run's sensor, solved by the model of its procedure with everything that the rig declares.
 
-The command, the running estimate and the report all solve through here, so that the same observations always meet the
+The run, the running estimate and the report all solve through here, so that the same observations always meet the
 same model, the same table and the same treatment of temperature.
 """
 
@@ -9,13 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ams.calibration.calibrate import calibrate
 from ams.calibration.jointly import calibrate_jointly
 from ams.calibration.mountings import calibrate_mountings
-from ams.calibration.table_dwell_search import StoodPackage
-from ams.calibration.table_dwells import judge_dwells
-from ams.calibration_result import Calibration
-from ams.inputs.request import CalibrationRequest
 from ams.models.registry import MODELS
 from ams.observations import Observations
 from procedures.description.procedure_file import Solve
@@ -43,7 +38,7 @@ from procedures.solution.request import (
     reference_of,
     request_of,
 )
-from procedures.solution.run_findings import with_findings, with_run_findings
+from procedures.solution.run_findings import with_run_findings
 from procedures.solution.type_b import (
     gravity_on_gyros_remarks,
     gravity_warnings,
@@ -121,15 +116,6 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     reference = reference_of(item.rig, solve, request.shared_errors)
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets, reference=reference)
     return with_run_findings(sensor, undeclared.findings)
-
-
-def solve_observations(observations: Observations, request: CalibrationRequest) -> Calibration:
-    """Solve observations that came from a file, the table's single dwells told apart. Raises: ams.errors.AmsError."""
-    solved = calibrate(observations, request)
-    on_table = judge_dwells([StoodPackage("the package", observations, solved)], request.tested_axes)
-    if not on_table.known.has_dwells:
-        return solved
-    return with_findings(calibrate(observations, replace(request, known_of_run=on_table.known)), on_table.findings)
 
 
 def checked_by_monte_carlo(

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+from ams.calibration.packages import calibrate_packages
 from ams.findings import Said
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
@@ -18,7 +19,6 @@ from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.errors import RequestError
 from procedures.plan.channels import environment_of
 from procedures.records.declared_gaps import gravity_remarks, meter_remarks, temperature_remarks, thermometer_remarks
-from procedures.solution.by_model import solve_observations
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import EARTH_DPS
@@ -58,7 +58,7 @@ def fitted(
     if not MODELS[request.model].needs_rates:
         reach = {} if rig is None else meter_reach(rig, sensor_of(rig, name))
         refuse_impossible_outputs(observations, columns, reach)
-    solved = solve_observations(observations, request)
+    solved = calibrate_packages({name: observations}, request)[name]
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     of_rig += () if rig is None else temperature_warnings(observations, rig, sensor_of(rig, name))
     of_rig += () if rig is None else sensor_warnings(rig, name)

@@ -11,9 +11,9 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.predictions import model_of_solution
-from ams.calibration_result import AxisCalibration, Calibration
+from ams.calibration_result import AxisCalibration, Calibration, with_findings
 from ams.finding_kinds import OF_THE_METER
-from ams.findings import ALL_AFTER, ON_ONE_SIDE, SHOWN_BY, Finding, significant_texts
+from ams.findings import ALL_AFTER, ON_ONE_SIDE, SHOWN_BY, Finding
 from ams.inputs.known_of_run import GAIN, OFFSET, DwellLabels, ProvedChange
 from ams.observations import Observations
 from ams.surveillance.common_mode import CommonMode
@@ -154,15 +154,3 @@ def with_run_findings(solved: SolvedSensor, findings: Sequence[Finding]) -> Solv
     if solved.calibration is None:
         return solved
     return replace(solved, calibration=with_findings(solved.calibration, findings))
-
-
-def with_findings(calibration: Calibration, findings: Sequence[Finding]) -> Calibration:
-    """Return a calibration with findings on every axis, as :func:`with_run_findings` has them."""
-    if not findings:
-        return calibration
-    sentences = significant_texts(findings)
-    axes = {
-        label: replace(axis, findings=(*axis.findings, *findings), warnings=(*axis.warnings, *sentences))
-        for label, axis in calibration.axes.items()
-    }
-    return replace(calibration, axes=axes, warnings=(*calibration.warnings, *sentences))

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
 from ams.calibration.jointly import solve_jointly, with_level
+from ams.calibration_result import with_findings
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
 from ams.inputs.possible_outputs import refuse_impossible_outputs, refuse_overloads
@@ -20,7 +21,6 @@ from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.fitted import sensor_of, sensor_warnings
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
-from procedures.solution.run_findings import with_findings
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
 from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription

@@ -1,48 +1,63 @@
 """What the outputs of a package have in common by its cause is told together where no axis tells it alone."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 from physics_scenes import Campaign, campaigns
-from solved_campaigns import columns_of, rows_of, solved
+from solved_campaigns import rows_of, rows_of_package
 
 from ams.analysis.diagnostics.beliefs import AFTER_MOVES, CURVATURE, LEVEL, AxisTests, BeliefTest
 from ams.analysis.diagnostics.size_words import Scale
+from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
-from ams.calibration.columns import solve_columns
 from ams.calibration.common_cause import AxisShown, judge_common_cause
-from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose
-from ams.calibration.outputs_together import Group, diagnose_packages
+from ams.calibration_result import AxisCalibration
 from ams.findings import Finding
 from ams.frames import specific_force
 from ams.inputs.request import CalibrationRequest
+from ams.observations import Observations
 
+NOTHING_MORE: Mapping[str, FloatArray] = MappingProxyType({})
 TOGETHER = "told by the axes of the package together"
 
 
-def _groups(drawn: Campaign) -> list[Group]:
-    rows = rows_of(drawn)
+def _packages(drawn: Campaign, more_v: Mapping[str, FloatArray] = NOTHING_MORE) -> list[list[AxisCalibration]]:
+    """Return by axis what every campaign tells of it, its three axes solved as one package."""
+    every = [calibrate(rows, CalibrationRequest()).axes for rows in _read(drawn, more_v)]
+    return [[package[axis] for package in every] for axis in drawn.setup.axes]
+
+
+def _alone(drawn: Campaign, more_v: Mapping[str, FloatArray] = NOTHING_MORE) -> list[list[AxisCalibration]]:
+    """Return the same, each axis solved by itself at its share of the level."""
+    requests = {axis: CalibrationRequest(nominal_axes={axis: axis}, tested_axes=3) for axis in drawn.setup.axes}
     return [
-        (columns, Circumstances(rows, columns_of(drawn, axis), None, (), family=len(drawn.setup.axes)), None)
-        for axis, columns in solved(drawn).items()
+        [calibrate(rows, request).axes[axis] for rows in _read(drawn, more_v)] for axis, request in requests.items()
     ]
 
 
-def _kinds(found: Diagnosis) -> set[str]:
+def _read(drawn: Campaign, more_v: Mapping[str, FloatArray]) -> Iterator[Observations]:
+    for index in range(drawn.campaigns):
+        rows = rows_of_package(drawn, index)
+        yield replace(rows, outputs={axis: read_v + more_v.get(axis, 0.0) for axis, read_v in rows.outputs.items()})
+
+
+def _kinds(found: AxisCalibration) -> set[str]:
     return {finding.kind for finding in found.findings if finding.is_significant}
 
 
-def _told(found: Diagnosis) -> list[Finding]:
+def _told(found: AxisCalibration) -> list[Finding]:
     return [finding for finding in found.findings if finding.is_significant and TOGETHER in finding.fact]
 
 
-def _naming(of_axes: list[list[Diagnosis]], kinds: set[str]) -> np.ndarray:
+def _naming(of_axes: list[list[AxisCalibration]], kinds: set[str]) -> np.ndarray:
     """Return (axes, campaigns) whether an axis names the cause."""
     return np.array([[bool(_kinds(found) & kinds) for found in axis] for axis in of_axes])
 
 
-def _named(of_axes: list[list[Diagnosis]], kinds: set[str]) -> float:
+def _named(of_axes: list[list[AxisCalibration]], kinds: set[str]) -> float:
     """Share of the campaigns in which some axis names the cause."""
     return float(np.any(_naming(of_axes, kinds), axis=0).mean())
 
@@ -57,8 +72,7 @@ def _named(of_axes: list[list[Diagnosis]], kinds: set[str]) -> float:
 def test_three_axes_name_a_common_cause_more_often_than_the_best_of_them(scene, size, kinds, design) -> None:
     """Simulated in 400 campaigns: 0.39 and 0.62 of them, 0.69 and 0.87."""
     drawn = campaigns(scene, size, np.random.default_rng(3), 40, **design)
-    groups = _groups(drawn)
-    alone, together = [diagnose(*group) for group in groups], diagnose_packages(groups)
+    alone, together = _alone(drawn), _packages(drawn)
     assert _named(together, kinds) >= _named(alone, kinds) + 0.1
     for of_axis, singly in zip(together, alone, strict=True):
         for found, by_itself in zip(of_axis, singly, strict=True):
@@ -70,7 +84,7 @@ def test_what_is_told_together_has_the_size_of_every_axis_and_which_show_it() ->
     drawn = campaigns("after-pitch-moves", 3.0, np.random.default_rng(3), 40)
     told = [
         {axis: finding for axis, found in zip("xyz", package, strict=True) for finding in _told(found)}
-        for package in zip(*diagnose_packages(_groups(drawn)), strict=True)
+        for package in zip(*_packages(drawn), strict=True)
     ]
     told = [of_package for of_package in told if of_package]
     assert len(told) >= 5
@@ -88,16 +102,11 @@ def test_what_is_told_together_has_the_size_of_every_axis_and_which_show_it() ->
 
 def test_a_cause_of_one_axis_alone_is_told_of_it_as_often_and_not_of_the_others() -> None:
     drawn = campaigns("clean", 0.0, np.random.default_rng(8), 30)
-    outputs = columns_of(drawn, "x")
     rows = rows_of(drawn)
     force = specific_force(rows.pitch_rad, rows.roll_rad)[:, 0]
-    asymmetry = 0.5 * 2.5 * 6e-6 * np.sign(np.round(force, 9))
-    groups = _groups(drawn)
-    columns, under, _ = groups[0]
-    bent = solve_columns(rows, outputs + asymmetry[:, None], list(columns.problem.models))
-    groups[0] = (bent, replace(under, outputs=outputs + asymmetry[:, None]), None)
+    asymmetry = {"x": 0.5 * 2.5 * 6e-6 * np.sign(np.round(force, 9))}
     kinds = {"asymmetry", "cubic"}
-    alone, together = [diagnose(*group) for group in groups], diagnose_packages(groups)
+    alone, together = _alone(drawn, asymmetry), _packages(drawn, asymmetry)
     singly, jointly = _naming(alone, kinds), _naming(together, kinds)
     assert 0.3 < singly[0].mean() < 0.95
     assert np.all(singly[0] <= jointly[0])
@@ -149,7 +158,6 @@ def test_a_solved_run_says_what_its_axes_show_together() -> None:
     drawn = campaigns("after-pitch-moves", 3.0, np.random.default_rng(1), 20)
     said = 0
     for index in range(20):
-        outputs = {axis: columns_of(drawn, axis)[:, index] for axis in drawn.setup.axes}
-        solution = calibrate(replace(rows_of(drawn), outputs=outputs), CalibrationRequest())
+        solution = calibrate(rows_of_package(drawn, index), CalibrationRequest())
         said += any(TOGETHER in warning for axis in solution.axes.values() for warning in axis.warnings)
     assert said >= 2

@@ -5,19 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 from physics_scenes import Campaign, campaigns
-from solved_campaigns import columns_of, rows_of
+from solved_campaigns import columns_of, rows_of, rows_of_package
 
 from ams.arrays import FloatArray
-from ams.calibration.believed import evidence_of
 from ams.calibration.calibrate import calibrate
-from ams.calibration.columns import solve_columns
 from ams.calibration.common_gain import GAIN
-from ams.calibration.diagnosis import Circumstances
-from ams.calibration.outputs_together import Group, diagnose_packages
-from ams.calibration.steps import judge_steps
 from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest, select_rows
-from ams.models.extended import ExtendedPitchRoll, centring_of
 
 PPM = 1e-6
 Gain = Callable[[FloatArray, str], FloatArray]
@@ -25,28 +19,17 @@ Gain = Callable[[FloatArray, str], FloatArray]
 
 
 def _found(drawn: Campaign, gain: Gain, without: Sequence[int] = ()) -> list[list[Finding]]:
-    """Return what is told of the gain of the meter, campaign by campaign and axis by axis, steps looked for as well."""
-    whole, axes = rows_of(drawn), drawn.setup.axes
-    kept = ~np.isin(np.arange(whole.rows), without)
-    rows = select_rows(whole, kept)
-    replication, count = np.asarray(whole.replication), drawn.campaigns
-    outputs = {
-        axis: (columns_of(drawn, axis) * gain(replication - replication.min(), axis)[:, None])[kept] for axis in axes
-    }
-    solved = {}
-    for axis in axes:
-        centring = centring_of(rows, len(drawn.points_deg), axis)
-        assert centring is not None
-        solved[axis] = solve_columns(rows, outputs[axis], [ExtendedPitchRoll(axis, centring)] * count)
-    evidence = {axis: evidence_of(columns, rows) for axis, columns in solved.items()}
-    steps = [judge_steps([(evidence[axis], index) for axis in axes], len(axes)) for index in range(count)]
-    groups: list[Group] = []
-    for which, axis in enumerate(axes):
-        changed = [of_package[which] for of_package in steps]
-        under = Circumstances(rows, outputs[axis], None, (), family=len(axes), steps=changed)
-        groups.append((solved[axis], under, evidence[axis]))
-    packages = zip(*diagnose_packages(groups), strict=True)
-    return [[said for axis in package for said in axis.findings if said.kind == "meter-gain"] for package in packages]
+    """Return what is told of the gain of the meter, campaign by campaign, each of its axes after the other."""
+    kept = ~np.isin(np.arange(rows_of(drawn).rows), without)
+    found = []
+    for index in range(drawn.campaigns):
+        whole = rows_of_package(drawn, index)
+        replication = np.asarray(whole.replication)
+        read = {axis: values * gain(replication - replication.min(), axis) for axis, values in whole.outputs.items()}
+        rows = select_rows(replace(whole, outputs=read), kept)
+        axes = calibrate(rows, CalibrationRequest()).axes.values()
+        found.append([said for axis in axes for said in axis.findings if said.kind == "meter-gain"])
+    return found
 
 
 def _between(told: list[list[Finding]]) -> list[list[Finding]]:
