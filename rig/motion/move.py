@@ -116,7 +116,8 @@ def _approach_until_there(
             if left == 0 or beside_deg is None:
                 raise
             tell(f"{missed}; it is approached anew from {beside_deg:g}°")
-            state = _lift_to(axis, beside_deg, target_deg, clock, wait)
+            # It may rest anywhere: a start that the line swallowed leaves it where it was, far from its target.
+            state = _lift_to(axis, beside_deg, _state_or_stop(axis).position_deg, clock, wait)
     raise AssertionError("unreachable: the last attempt returns or raises")
 
 

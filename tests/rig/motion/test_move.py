@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import chain, repeat
 
 import pytest
 from table_bench import TableBench, table_bench, virtual_clock
@@ -118,6 +119,20 @@ def test_a_coupling_that_seats_at_the_second_attempt_is_told_of_and_used() -> No
     (sentence,) = messages
     assert "the coupling is not seated and locked" in sentence
     assert sentence.endswith("it is approached anew from 29°")
+
+
+def test_an_axis_that_missed_its_target_by_far_has_the_time_for_the_whole_way_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A start that was acknowledged and swallowed leaves it where it was; 149° at 5 °/s are no second and a half."""
+    bench = _homed()
+    start_move, starts = bench.pitch.start_move, chain((False,), repeat(True))
+    monkeypatch.setattr(bench.pitch, "start_move", lambda target_deg: next(starts) and start_move(target_deg))
+    arrived_deg, found = _go_telling(bench, 150.0)
+    assert arrived_deg == 150.0
+    (sentence,) = found
+    assert "came to rest at 0°" in sentence
+    assert sentence.endswith("it is approached anew from 149°")
 
 
 def test_an_axis_that_stalls_is_stopped_after_two_seconds_and_tried_once_more() -> None:
