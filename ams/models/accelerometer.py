@@ -44,28 +44,6 @@ def vector_from_angles(nominal_axis: str, sensitivity: float, coning_rad: float,
     return k
 
 
-def primary_from_parameters(nominal_axis: str, parameters: FloatArray) -> FloatArray:
-    """Return the (4,) primary parameters of (b, S, Ω, A) in volts, V/g and radians."""
-    offset_v, sensitivity, coning_rad, azimuth_rad = parameters
-    return np.concatenate([[offset_v], vector_from_angles(nominal_axis, sensitivity, coning_rad, azimuth_rad)])
-
-
-def primary_from_parameters_jacobian(nominal_axis: str, parameters: FloatArray) -> FloatArray:
-    """Return the (4, 4) derivatives of the primary parameters by (b, S, Ω, A), radians.
-
-    The last column vanishes with Ω.
-    """
-    _, sensitivity, coning_rad, azimuth_rad = parameters
-    columns = np.zeros((4, 4))
-    columns[0, 0] = 1.0
-    columns[1:, 1] = vector_from_angles(nominal_axis, 1.0, coning_rad, azimuth_rad)
-    columns[1:, 2] = vector_from_angles(nominal_axis, sensitivity, coning_rad + 0.5 * np.pi, azimuth_rad)
-    _, j, m = (1 + index for index in cyclic(nominal_axis))
-    columns[j, 3] = -sensitivity * np.sin(coning_rad) * np.sin(azimuth_rad)
-    columns[m, 3] = sensitivity * np.sin(coning_rad) * np.cos(azimuth_rad)
-    return columns
-
-
 def _not_following(k: FloatArray, covariance: FloatArray, offset_v: float) -> str:
     """Return why angles say nothing, empty where they do: an output that gravity does not move (unplugged, stuck)."""
     length, u = hypot(*k.tolist()), sqrt(max(sum(covariance.diagonal().tolist()), 0.0) / k.size)

@@ -20,7 +20,7 @@ from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
 from procedures.journal.verdict_file import read_verdict
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import Key, key_of, keys_in
-from procedures.records.states import GOING, State
+from procedures.records.states import State
 from rig.clock import Clock
 
 NEWS_KEPT = 40
@@ -77,10 +77,6 @@ class RunPage:
     def can_be_taken_back(self) -> bool:
         """Whether dwells of it can be taken back now."""
         return not self.is_alive and self.last_step is not None and self.status.state in TAKES_BACK
-
-    @property
-    def is_going(self) -> bool:
-        return self.status.state in GOING
 
 
 @dataclass

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pitch_roll_of_tp import primary_from_parameters
 
 from ams.analysis.design_variance import (
     AngleBox,
@@ -15,7 +16,7 @@ from ams.analysis.design_variance import (
 )
 from ams.errors import DesignError
 from ams.frames import Attitude
-from ams.models.accelerometer import PitchOnly, PitchRoll, primary_from_parameters
+from ams.models.accelerometer import PitchOnly, PitchRoll
 from ams.solve.linear_form import factor
 
 ROLL_DEG = -180.0 + 360.0 / 64 * np.arange(64)

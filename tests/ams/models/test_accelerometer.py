@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pitch_roll_of_tp import primary_from_parameters, primary_from_parameters_jacobian
 
 from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError
@@ -12,8 +13,6 @@ from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import (
     PitchOnly,
     PitchRoll,
-    primary_from_parameters,
-    primary_from_parameters_jacobian,
 )
 from ams.models.registry import model_named
 from ams.observations import Observations

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from pitch_roll_of_tp import primary_from_parameters, solve_pitch_roll
 from scipy.optimize import curve_fit
 
 from ams.errors import DesignError, SolveError
 from ams.frames import Attitude
-from ams.models.accelerometer import PitchRoll, primary_from_parameters
+from ams.models.accelerometer import PitchRoll
 from ams.solve.gauss_newton import gauss_newton
-from ams.solve.pitch_roll import solve_pitch_roll
 
 # NIST StRD Misra1a: y = b1 (1 − exp(−b2 x)); certified values and standard deviations from www.itl.nist.gov/div898/strd
 MISRA_Y = np.array([10.07, 14.73, 17.94, 23.93, 29.61, 35.18, 40.02, 44.82, 50.76, 55.05, 61.01, 66.40, 75.47, 81.78])

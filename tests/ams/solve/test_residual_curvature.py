@@ -4,10 +4,11 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from pitch_roll_of_tp import primary_from_parameters, primary_from_parameters_jacobian
 
 from ams.errors import SolveError
 from ams.frames import Attitude
-from ams.models.accelerometer import PitchRoll, primary_from_parameters, primary_from_parameters_jacobian
+from ams.models.accelerometer import PitchRoll
 from ams.solve.gauss_newton import gauss_newton
 from ams.solve.residual_curvature import residual_curvature
 

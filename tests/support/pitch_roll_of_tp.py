@@ -1,16 +1,38 @@
-"""TP's own estimate: Gauss-Newton in (b, S, Ω, A) with a full output covariance U_Y, TP (43) to (50).
+"""TP's own estimate, the reference for calrig's: Gauss-Newton in (b, S, Ω, A) with a full U_Y, TP (43) to (50).
 
-The linear form gives the same answer without a start; this one is for a given U_Y and for comparison with print.
+Calibrations are linear in (b, k = S·u) and need no start; this one goes the way of the print, and must agree.
 """
 
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.models.accelerometer import PitchRoll, primary_from_parameters, primary_from_parameters_jacobian
+from ams.models.accelerometer import PitchRoll, cyclic, vector_from_angles
 from ams.models.model import Stimulus
 from ams.solve.gauss_newton import GaussNewtonResult, gauss_newton
 
 NAMES = ("offset_v", "sensitivity_v_per_g", "coning_rad", "azimuth_rad")
+
+
+def primary_from_parameters(nominal_axis: str, parameters: FloatArray) -> FloatArray:
+    """Return the (4,) primary parameters of (b, S, Ω, A) in volts, V/g and radians."""
+    offset_v, sensitivity, coning_rad, azimuth_rad = parameters
+    return np.concatenate([[offset_v], vector_from_angles(nominal_axis, sensitivity, coning_rad, azimuth_rad)])
+
+
+def primary_from_parameters_jacobian(nominal_axis: str, parameters: FloatArray) -> FloatArray:
+    """Return the (4, 4) derivatives of the primary parameters by (b, S, Ω, A), radians.
+
+    The last column vanishes with Ω.
+    """
+    _, sensitivity, coning_rad, azimuth_rad = parameters
+    columns = np.zeros((4, 4))
+    columns[0, 0] = 1.0
+    columns[1:, 1] = vector_from_angles(nominal_axis, 1.0, coning_rad, azimuth_rad)
+    columns[1:, 2] = vector_from_angles(nominal_axis, sensitivity, coning_rad + 0.5 * np.pi, azimuth_rad)
+    _, j, m = (1 + index for index in cyclic(nominal_axis))
+    columns[j, 3] = -sensitivity * np.sin(coning_rad) * np.sin(azimuth_rad)
+    columns[m, 3] = sensitivity * np.sin(coning_rad) * np.cos(azimuth_rad)
+    return columns
 
 
 def solve_pitch_roll(
