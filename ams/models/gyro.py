@@ -17,7 +17,6 @@ from ams.arrays import Centring, FloatArray
 from ams.errors import ObservationsError
 from ams.frames import Attitude, body_rates_rad_s, wrap_deg
 from ams.models.accelerometer import PitchRoll
-from ams.models.cr import SensorFit, fit_package
 from ams.models.cr_sets import along_cr, cr_equation
 from ams.models.extended import linear_part
 from ams.models.model import LinearModel, Stimulus
@@ -32,17 +31,6 @@ from ams.models.sensor_model import RATE_INPUTS, Equation, SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _DEG_PER_RAD = degrees(1.0)
-
-
-def fit_gyros(
-    euler_rad: FloatArray, euler_rate_rad_s: FloatArray, outputs_v: Mapping[str, FloatArray]
-) -> dict[str, SensorFit]:
-    """Fit every gyro of the package, keyed by axis, with its covariance; sensitivities in V per (rad/s).
-
-    The covariance takes the samples' noise as white; filtered samples have fewer degrees of freedom than rows.
-    Raises: DesignError where the motion does not turn the angular velocity in three dimensions.
-    """
-    return fit_package(body_rates_rad_s(euler_rad, euler_rate_rad_s), outputs_v)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ normal matrix of the design, or arithmetic on the printed columns.
 
 import numpy as np
 import pytest
+from cr_by_hand import jacobian, predict_v
 from scipy.integrate import dblquad
 from scipy.stats import f as f_distribution
 
@@ -15,7 +16,7 @@ from ams.attitude.quaternion import from_turn, multiply, rate_matrix
 from ams.attitude.two_package import angles_from_gravity
 from ams.frames import specific_force
 from ams.models.accelerometer import PitchRoll, vector_from_angles
-from ams.models.cr import jacobian, model_gravity_g, predict_v, sting_gravity_g
+from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.linear import Line, compose
 from ams.solve.gauss_newton import gauss_newton
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from cr_by_hand import predict_v
 from cr_outputs import TABLE_4
 
 from ams.calibration.calibrate import calibrate
 from ams.errors import ObservationsError
 from ams.frames import Attitude, body_rates_rad_s
 from ams.inputs.request import CalibrationRequest
-from ams.models.cr import predict_v
 from ams.models.gyro import Gyro
 from ams.observations import Observations
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from cr_by_hand import predict_v
 
 from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError, ObservationsError
 from ams.frames import AXES, Attitude
 from ams.inputs.request import CalibrationRequest
-from ams.models.cr import CrSensor, predict_v
+from ams.models.cr import CrSensor
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.observations import Observations
 
