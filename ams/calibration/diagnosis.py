@@ -249,6 +249,7 @@ def _diagnosis(
         scale,
         tests.conviction_level,
         has_table=has_table,
+        order_repeats=evidence.order_repeats and evidence.layout.replications > 1,
         lack_is=lack_words(
             other_angles=limits.is_of_other_angles,
             is_large=LACK_OF_FIT in tests.tests and not tests.tests[LACK_OF_FIT].is_held,
@@ -263,10 +264,9 @@ def _diagnosis(
         drifts=_moves(solved, index, scale) if _some_drift(tests) else {},
     )
     findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit))
-    of_gravity = () if gravity is None else (gravity,)
     scatter = float(solved.standard_error_v[index])
     untested = () if LACK_OF_FIT in tests.tests else untested_scatter(scatter, scale.words(scatter), limits.lack_of_fit)
-    return Diagnosis((*of_gravity, *findings, *drifted, *differing, *untested), solved, index, tests)
+    return Diagnosis((*filter(None, [gravity]), *findings, *drifted, *differing, *untested), solved, index, tests)
 
 
 def _worded(

@@ -46,6 +46,8 @@ class AxisWords:
     conviction_level: float
     has_table: bool
     """Whether index errors of a table are declared."""
+    order_repeats: bool
+    """Whether every replication visits the points in the same order."""
     lack_is: Said
     """Whether a lack of fit is in the stated uncertainties."""
     drift_is: str

@@ -14,6 +14,14 @@ _SYMBOLS: Final = {name: (symbol, unit) for name, _, symbol, unit in TERMS}
 _UNTOLD: Final = "; it is plain by itself, and beside the other terms of the model the attitudes do not tell its size"
 _BARELY: Final = "; only just told: such sizes come out too large on average, and the term may be much smaller"
 _OR_THE_TABLE: Final = "; or indices of the table are wrong, of which nothing is declared"
+_OR_THE_ORDER: Final = (
+    "; or whatever repeats with the order of the points, which is the same in every replication, such as a hum that "
+    "the dwells fall into step with"
+)
+_DRAW_THE_ORDER: Final = (
+    'draw the order of the points anew for every replication (order = "random"): what goes with the order scatters '
+    "then, and what goes with the attitude stays"
+)
 _BIASED_SD: Final = 2.0
 
 
@@ -23,7 +31,8 @@ def _term(test: BeliefTest, words: AxisWords) -> Said:
         if test.unit == PPM
         else _of_accelerometer(test, words.scale) + ("" if words.has_table else _OR_THE_TABLE)
     )
-    return Said(shown + _barely_significant(test, words.conviction_level))
+    shown += _barely_significant(test, words.conviction_level)
+    return Said(shown + _OR_THE_ORDER, _DRAW_THE_ORDER) if words.order_repeats else Said(shown)
 
 
 def _of_gyro(test: BeliefTest) -> str:

@@ -106,6 +106,34 @@ def test_a_bend_that_no_asymmetry_explains_is_told_alone() -> None:
     assert not any("K₁′" in text for text in told)
 
 
+OR_THE_ORDER = "or whatever repeats with the order of the points, which is the same in every replication"
+
+
+@pytest.mark.parametrize(
+    ("order", "is_fixed"), [("raster-and-back", False), ("random", False), ("there-and-back", True)]
+)
+def test_a_bend_may_be_what_goes_with_the_order_where_that_is_the_same_in_every_replication(
+    order: str, is_fixed: bool
+) -> None:
+    told = [one for _, _, terms in _findings("K_ii", 2.5e-4, 2, 3, **SMALL, order=order) for one in terms]
+    assert told
+    assert all((OR_THE_ORDER in one.fact) == is_fixed for one in told)
+    assert all(('order = "random"' in one.what_to_do) == is_fixed for one in told)
+
+
+def test_a_hum_that_falls_into_step_with_the_order_passes_for_a_bend_and_is_told_as_what_it_may_be() -> None:
+    """Eight rolls a row: what comes round every four dwells is cos 2R, which is a bend of y and z."""
+    drawn = campaigns("clean", 0.0, np.random.default_rng(5), 1, **SMALL, order="raster")
+    rows = rows_of(drawn)
+    turn = np.concatenate([np.arange(count) for count in np.unique(rows.replication, return_counts=True)[1]])
+    hum_v = 2.5e-4 * np.cos(0.5 * np.pi * turn)
+    outputs = {axis: columns_of(drawn, axis)[:, 0] + hum_v for axis in drawn.setup.axes}
+    solved = calibrate(replace(rows, outputs=outputs), CalibrationRequest())
+    bends = [one for one in solved.axes["z"].findings if one.is_significant and one.details.get("test") in SYMBOLS]
+    assert bends
+    assert all(OR_THE_ORDER in one.fact for one in bends)
+
+
 def test_positions_that_have_one_sign_of_gravity_tell_no_asymmetry_from_a_bend() -> None:
     """At three values of a_i, −1, 0 and 1, |a| is a² in every reading."""
     positions = {"pitch_count": 3, "roll_count": 8, "replications": 6, "pitch_limit_deg": 90.0}

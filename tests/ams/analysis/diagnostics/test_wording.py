@@ -17,7 +17,15 @@ from ams.analysis.diagnostics.size_words import AxisWords, Scale
 from ams.analysis.diagnostics.wording import findings_of
 from ams.findings import EXPLAINED_BY, Finding, Said
 
-WORDS = AxisWords(Scale("V", 1.0), 0.001, has_table=False, lack_is=Said("it is held"), drift_is="it is held", drifts={})
+WORDS = AxisWords(
+    Scale("V", 1.0),
+    0.001,
+    has_table=False,
+    order_repeats=False,
+    lack_is=Said("it is held"),
+    drift_is="it is held",
+    drifts={},
+)
 
 
 @pytest.mark.parametrize("explained_by", [BY_A_DRIFT, BY_TEMPERATURE, BY_THE_DWELL_BEFORE])
