@@ -31,6 +31,12 @@ _ABOUT = {
 }
 
 
+_SEVERAL_OUTPUTS = (
+    "several outputs changed at that moment, each by an amount of its own: the sensor, or what they share (the meter, "
+    "a supply) and one of them beside it"
+)
+
+
 def findings_of(
     found: CommonMode,
     sensors: Sequence[str],
@@ -150,7 +156,8 @@ def _whose(found: CommonMode, cause: Cause, *, is_shared: bool) -> str:
         elif is_alone and _may_be_on_mount(found, cause):
             other = other | {"sensor on its mount"}
     elif cause.kind == "sensor-change":
-        whose = "the sensor"
+        outputs = {part.rpartition(" ")[2] for part in cause.parts}
+        whose = "the sensor" if len(outputs) < 2 else _SEVERAL_OUTPUTS
     elif cause.name.endswith(LIKE_AXES):
         whose, other = "what all sensors share (temperature, supply)", other - {_TEMPERATURE}
     else:

@@ -117,6 +117,20 @@ def test_one_sensitivity_that_steps_is_the_sensors(drift_arcsec: float) -> None:
     assert not told(found) & {"table-rotation", "meter-offset", "meter-gain"}
 
 
+def test_a_gain_of_the_meter_and_one_output_that_step_at_the_same_moment_are_not_told_as_the_sensor_alone() -> None:
+    """Of two causes at once the readings tell that outputs changed by amounts of their own, and not whose they are."""
+    for gain, step_v, names_meter in ((100e-6, 300e-6, True), (0.0, 300e-6, False)):
+        rows, at = campaign(45, 0.0, gain=gain)
+        z_v = rows.outputs["z"] + np.where(np.arange(rows.rows) >= at, step_v, 0.0)
+        changes = [
+            finding
+            for finding in significant(solved(replace(rows, outputs={**rows.outputs, "z": z_v})))
+            if finding.kind == "sensor-change"
+        ]
+        assert changes
+        assert all(("what they share (the meter, a supply)" in change.fact) == names_meter for change in changes)
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize(("drift_arcsec", "most"), [(0.0, 1), (0.5, 8), (1.0, 2), (3.0, 2), (10.0, 2)])
 def test_no_even_drift_is_called_a_step(drift_arcsec: float, most: int) -> None:
