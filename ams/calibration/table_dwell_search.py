@@ -14,8 +14,9 @@ from ams.analysis.diagnostics.residuals import GridResiduals, grid_residuals
 from ams.analysis.diagnostics.wrong_dwells import LEAST_DOF
 from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import Calibration
-from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
+from ams.frames import specific_force
 from ams.inputs.known_of_run import DwellLabels, ProvedChange, is_among, labels_of
+from ams.models.pitch_yaw_roll import MODEL
 from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 from ams.solve.layout import Layout, layout_of
@@ -24,6 +25,7 @@ from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_causes import ROTATION, Cause
 from ams.surveillance.common_mode_columns import Visits, WatchedAxes, whiten
 from ams.surveillance.common_mode_words import turn_in_words
+from ams.surveillance.turns import AXES_OF_TABLE, force_changes
 
 _CONTRADICTED: Final = 0.01
 _SEEN: Final = 1e-6
@@ -51,7 +53,7 @@ class SeenPackage:
     rows: Observations
     layout: Layout
     k: FloatArray
-    """(A, 3)"""
+    """(A, 3) per g of specific force."""
     reading: FloatArray
     """(N, A)"""
     plain: FloatArray
@@ -71,10 +73,9 @@ class SeenPackage:
 
     @cached_property
     def columns(self) -> FloatArray:
-        """(N, A, 2) what one radian of pitch and of roll does."""
-        by_pitch = specific_force_by_pitch(self.rows.pitch_rad, self.rows.roll_rad)
-        by_roll = specific_force_by_roll(self.rows.pitch_rad, self.rows.roll_rad)
-        return np.stack([by_pitch @ self.k.T, by_roll @ self.k.T], axis=2)
+        """(N, A, n) what one radian about each of the n axes of the table does."""
+        changes = force_changes(self.rows.pitch_rad, self.rows.roll_rad, self.rows.yaw_rad)
+        return np.stack([changes[axis] @ self.k.T for axis in AXES_OF_TABLE if axis in changes], axis=2)
 
     def without(self, labels: DwellLabels) -> "SeenPackage":
         dwell = self.dwell.get(labels)
@@ -102,19 +103,22 @@ class SeenPackage:
 def seen_package(package: StoodPackage, changes: Sequence[ProvedChange]) -> SeenPackage | None:
     rows, calibration = package.rows, package.calibration
     axes = [axis for axis in calibration.axes.values() if axis.residuals_v.size == rows.rows]
-    if calibration.convention != "TP" or rows.mounting is not None or not axes:
+    is_yawed = calibration.model == MODEL.name
+    if not (calibration.convention == "TP" or is_yawed) or rows.mounting is not None or not axes:
         return None
+    rows = rows if is_yawed else replace(rows, yaw_rad=None)
     layout = layout_of(rows)
     if layout.replications < _FEWEST_REPLICATIONS:
         return None
     plain = np.stack([axis.residuals_v for axis in axes], axis=1)
-    basis = np.column_stack([np.ones(layout.points), specific_force(*angles_of_points(rows, layout))])
+    yaw = None if rows.yaw_rad is None else layout.mean_by_point(rows.yaw_rad)
+    basis = np.column_stack([np.ones(layout.points), specific_force(*angles_of_points(rows, layout), yaw)])
     dwell = layout.replication * layout.points + layout.point
     grid = grid_residuals(basis, plain, dwell, layout.replications, layout.points)
     for change in changes:
         grid = _beside(change, grid, rows, dwell)
     reading = np.stack([axis.fitted_v for axis in axes], axis=1)
-    k = np.array([axis.sensitive_axis_v_per_g for axis in axes])
+    k = np.array([axis.sensitive_axis_v_per_g for axis in axes]) * (-1.0 if is_yawed else 1.0)
     scatters = grid.squares > 0.0
     if not (scatters.any() and np.isfinite(k).all()) or grid.dof <= LEAST_DOF:
         return None
@@ -127,7 +131,7 @@ def seen_package(package: StoodPackage, changes: Sequence[ProvedChange]) -> Seen
 def _beside(change: ProvedChange, grid: GridResiduals, rows: Observations, dwell: IntArray) -> GridResiduals:
     """Return the residuals beside what a change that is proved may have done to any output."""
     after, before = is_among(rows, change.after), is_among(rows, change.before)
-    force = np.column_stack([np.ones(rows.rows), specific_force(rows.pitch_rad, rows.roll_rad)])
+    force = np.column_stack([np.ones(rows.rows), specific_force(rows.pitch_rad, rows.roll_rad, rows.yaw_rad)])
     on_grid = np.zeros((grid.present.size, force.shape[1]))
     on_grid[dwell] = after[:, None] * force
     for between in dwell[~(after | before)]:
@@ -140,14 +144,14 @@ class Turns:
     """What each of D dwells shows of a turn of the table, beside the scatter of readings alone."""
 
     angles: FloatArray
-    """(D, 2) radians about pitch and roll; 0 where it is not seen."""
+    """(D, n) radians about each axis of the table; 0 where it is not seen."""
     covariance: FloatArray
-    """(D, 2, 2)"""
+    """(D, n, n)"""
     numbers: FloatArray
-    """(D,) how many of the two are seen."""
+    """(D,) how many of them are seen."""
 
     def squares(self, seating: FloatArray) -> FloatArray:
-        """Return (D,) what a turn explains beside readings and (2,) variances of seating, for each number."""
+        """Return (D,) what a turn explains beside readings and (n,) variances of seating, for each number."""
         whole = self.covariance + np.diag(seating)
         inverse = np.linalg.pinv(whole, rcond=_ROUNDING, hermitian=True)
         squares = np.einsum("di,dij,dj->d", self.angles, inverse, self.angles)
@@ -155,9 +159,9 @@ class Turns:
 
     @cached_property
     def seating(self) -> FloatArray:
-        """(2,) variance about pitch and roll of how the table seats from dwell to dwell, rad²."""
-        found = np.zeros(2)
-        for axis in range(2):
+        """(n,) variance about each axis of the table of how it seats from dwell to dwell, rad²."""
+        found = np.zeros(self.angles.shape[1])
+        for axis in range(found.size):
             variance = self.covariance[:, axis, axis]
             seen = variance > 0.0
             weight = float(np.sum(1.0 / variance[seen]))
@@ -192,12 +196,17 @@ class DwellSearch:
 
     @property
     def seating(self) -> FloatArray:
-        """(2,) variance about pitch and roll of how the table seats from dwell to dwell, rad²."""
+        """(n,) variance about each axis of the table of how it seats from dwell to dwell, rad²."""
         return self.alike.seating
 
+    @property
+    def _axes(self) -> int:
+        """Of the table."""
+        return int(self.packages[0].columns.shape[2])
+
     def _turns(self, variances: Sequence[FloatArray]) -> Turns:
-        count = len(self.labels)
-        normal, field = np.zeros((count, 2, 2)), np.zeros((count, 2))
+        count, axes = len(self.labels), self._axes
+        normal, field = np.zeros((count, axes, axes)), np.zeros((count, axes))
         for package, variance in zip(self.packages, variances, strict=True):
             at, row = package.locations(self.labels)
             # A residual has the variance σ² h, and a turn does h times its column to it.
@@ -228,7 +237,7 @@ class DwellSearch:
 
     def _off_the_fit(self, dwell: int) -> float:
         """Return what a turn explains of what a dwell reads off the fit, the effects of points in it."""
-        normal, field = np.zeros((2, 2)), np.zeros(2)
+        normal, field = np.zeros((self._axes, self._axes)), np.zeros(self._axes)
         for package in self.packages:
             row = package.row_of.get(self.labels[dwell])
             if row is not None:
@@ -264,9 +273,11 @@ class DwellSearch:
         watched = WatchedAxes(*names, (_METER,) * len(axes), k)
         first = self.packages[0]
         row = first.row_of[self.labels[dwell]]
+        yaw = first.rows.yaw_rad
         visits = Visits(
             first.rows.pitch_rad[row : row + 1], first.rows.roll_rad[row : row + 1], change[None], reading[None],
             variance[None], float(self.dof), float(np.sqrt(rest.seating.max())), is_momentary=True,
+            yaw_rad=None if yaw is None else yaw[row : row + 1],
         )  # fmt: skip
         common = judge_visits(watched, visits, _CONTRADICTED)
         causes = (*common.stated, *common.also) if len(common.stated) == 1 else common.stated

@@ -55,10 +55,12 @@ def judge_dwells(
 
     ``family``: axes of the run, None: those of the packages. ``changes``: of table or meter in mid-run that are proved:
     what was measured after one is looked at by itself, and what was measured meanwhile not at all. Packages without
-    replications, and those that sense no attitude of pitch and roll, say nothing of it. Where a package by itself
-    shows a slip in mid-run, that is what its dwells are off by.
+    replications, and those that sense no attitude or that roll does not reach, say nothing of it. Where a package by
+    itself shows a slip in mid-run, that is what its dwells are off by.
     """
     seen = [seen for package in packages if (seen := seen_package(package, changes)) is not None]
+    yawed = [package for package in seen if package.rows.yaw_rad is not None]
+    seen = yawed or seen  # on a gimbal what has no yaw was not turned by it
     if not seen or any(_slipped(package.calibration) for package in packages):
         return DwellsOfTable()
     search = DwellSearch(tuple(seen), tuple(labels_of(seen[0].rows)))
@@ -151,6 +153,7 @@ def _finding(off: Sequence[_Judged], search: DwellSearch) -> Finding:
         "point": float(largest.labels[1]),
         "pitch_deg": float(np.rad2deg(first.rows.pitch_rad[at])),
         "roll_deg": float(np.rad2deg(first.rows.roll_rad[at])),
+        **({} if first.rows.yaw_rad is None else {"yaw_deg": float(np.rad2deg(first.rows.yaw_rad[at]))}),
     }
     p_value = min(judged.p_value for judged in off)
     return Finding("table-rotation", fact, True, p_value, steps, details, what_to_do=what_to_do)

@@ -15,6 +15,7 @@ from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun, ProvedChange
 from ams.observations import Observations
 from procedures.errors import ProcedureError
 from procedures.kinds.registry import KINDS
+from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import design_dwells, observations_of
@@ -92,8 +93,8 @@ def solve_sensors(
 
 
 def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan, changes: Sequence[ProvedChange]) -> DwellsOfTable:
-    """Return at which dwells the table stood off, by all packages that it turns about pitch and roll."""
-    if not plan.is_at_rest or not set(plan.axes) <= {"pitch", "roll"}:
+    """Return at which dwells the table stood off, by all packages that all of its axes turn."""
+    if not plan.is_at_rest or not set(plan.axes) <= set(AXES):
         return DwellsOfTable()
     packages = [
         StoodPackage(name, sensor.observations, sensor.calibration)

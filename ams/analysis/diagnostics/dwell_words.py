@@ -8,11 +8,11 @@ from ams.observations import Observations
 def dwell_words(observations: Observations, row: int) -> str:
     """Return which dwell a row is."""
     step = "" if observations.step is None else f"step {observations.step[row]}, "
-    pitch, roll = (float(np.rad2deg(angle[row])) for angle in (observations.pitch_rad, observations.roll_rad))
-    return (
-        f"{step}replication {observations.replication[row]}, point {observations.point[row]} "
-        f"(pitch {_signed(pitch)}°, roll {_signed(roll)}°)"
+    angles = {"pitch": observations.pitch_rad, "yaw": observations.yaw_rad, "roll": observations.roll_rad}
+    stood = ", ".join(
+        f"{axis} {_signed(float(np.rad2deg(angle[row])))}°" for axis, angle in angles.items() if angle is not None
     )
+    return f"{step}replication {observations.replication[row]}, point {observations.point[row]} ({stood})"
 
 
 def _signed(value: float) -> str:

@@ -70,5 +70,6 @@ def wrong_dwell_finding(
         "point": float(observations.point[first]),
         "pitch_deg": float(np.rad2deg(observations.pitch_rad[first])),
         "roll_deg": float(np.rad2deg(observations.roll_rad[first])),
+        **({} if observations.yaw_rad is None else {"yaw_deg": float(np.rad2deg(observations.yaw_rad[first]))}),
     }
     return Finding("wrong-dwell", fact, True, test.p_value, steps, details, what_to_do=what_to_do)

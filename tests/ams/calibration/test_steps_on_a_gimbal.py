@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 from ams.calibration.calibrate import calibrate
+from ams.calibration.table_dwell_search import StoodPackage
+from ams.calibration.table_dwells import DwellsOfTable, judge_dwells
 from ams.calibration_result import Calibration
 from ams.findings import Finding
 from ams.frames import from_level_axes
+from ams.inputs.known_of_run import labels_of
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 
@@ -19,20 +22,28 @@ REPLICATIONS = 6
 AXES = ("pitch", "yaw", "roll")
 
 
-def observed(chance: np.random.Generator, slip_arcsec: dict[str, float], own_v: float = 0.0, gain: float = 0.0):
+def observed(
+    chance: np.random.Generator,
+    slip_arcsec: dict[str, float],
+    own_v: float = 0.0,
+    gain: float = 0.0,
+    at: np.ndarray | None = None,
+) -> Observations:
     """Three axes at 90 attitudes, six times in another order each; something happens in the middle, for good.
 
-    ``own_v``: what the offset of y steps by. ``gain``: what all outputs are more by.
+    ``own_v``: what the offset of y steps by. ``gain``: what all outputs are more by. ``at``: rows that it happens at
+    instead. The order of the attitudes is always the same, so that several packages stand on one gimbal.
     """
+    order = np.random.default_rng(1)
     pitch, yaw, roll = (
         np.deg2rad(angles.ravel())
         for angles in np.meshgrid(
             np.arange(-60.0, 61.0, 30.0), [-30.0, 0.0, 30.0], np.arange(-180.0, 180.0, 60.0), indexing="ij"
         )
     )
-    point = np.concatenate([chance.permutation(pitch.size) for _ in range(REPLICATIONS)])
+    point = np.concatenate([order.permutation(pitch.size) for _ in range(REPLICATIONS)])
     stood = {"pitch": pitch[point], "yaw": yaw[point], "roll": roll[point]}
-    since = np.arange(point.size) >= 0.45 * point.size
+    since = np.isin(np.arange(point.size), at) if at is not None else np.arange(point.size) >= 0.45 * point.size
     true = {axis: stood[axis] + since * slip_arcsec.get(axis, 0.0) * ARCSEC for axis in AXES}
     force = from_level_axes(true["pitch"], true["yaw"], true["roll"]) @ np.array([0.0, 0.0, -1.0])
     directions = np.eye(3) + 0.005 * chance.normal(size=(3, 3))
@@ -79,14 +90,40 @@ def test_what_one_output_does_stays_its_own_and_what_all_read_more_the_meter_s()
     assert {finding.kind for findings in meter.values() for finding in findings} == {"meter-gain"}
 
 
-def test_of_a_gimbal_that_stands_as_it_says_nothing_is_told() -> None:
-    """Each of these tests rings falsely in one campaign of a thousand or less: none of forty does."""
-    for seed in range(40):
-        kinds = {finding.kind for findings in told(solved(observed(np.random.default_rng(100 + seed), {}))).values()
-                 for finding in findings}  # fmt: skip
-        assert not kinds & {"table-rotation", "meter-gain", "meter-offset", "sensor-change"}, seed
+def test_of_a_gimbal_that_stands_as_it_says_little_is_told_and_nothing_of_the_table() -> None:
+    """All tests together ring in 5 % of the campaigns: in more than six of forty by chance once in three hundred."""
+    rings = [told(solved(observed(np.random.default_rng(100 + seed), {}))) for seed in range(40)]
+    kinds = [{finding.kind for findings in each.values() for finding in findings} for each in rings]
+    assert sum(map(bool, kinds)) <= 6
+    assert not any("table-rotation" in of_campaign for of_campaign in kinds)
 
 
 def test_of_a_package_that_roll_does_not_reach_it_is_said_that_no_slip_is_searched() -> None:
     for axis in solved(observed(np.random.default_rng(6), {}), "sting").axes.values():
         assert any("a slip of the table" in remark and "roll does not reach" in remark for remark in axis.remarks)
+
+
+STRUCK = 217
+"""A row with pitch and yaw far from zero, so that it shows every turn."""
+
+
+def dwells_judged(struck: list[Observations]) -> tuple[DwellsOfTable, Observations]:
+    packages = [StoodPackage(f"P{index}", rows, solved(rows)) for index, rows in enumerate(struck)]
+    return judge_dwells(packages), struck[0]
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_a_dwell_at_which_one_axis_of_the_gimbal_stood_off_is_the_table_s(axis: str) -> None:
+    at = np.array([STRUCK])
+    found, rows = dwells_judged([observed(np.random.default_rng(seed), {axis: 40.0}, at=at) for seed in (7, 8, 9)])
+    assert found.known.off == {labels_of(rows)[STRUCK]}
+    (finding,) = found.findings
+    assert finding.details["yaw_deg"] == pytest.approx(np.rad2deg(float(rows.yaw_rad[STRUCK])))  # type: ignore[index]
+
+
+def test_a_wrong_reading_of_one_output_is_no_dwell_of_the_table() -> None:
+    chance = np.random.default_rng(10)
+    struck = [observed(chance, {}, own_v=5e-4, at=np.array([STRUCK])), observed(chance, {}), observed(chance, {})]
+    found, _ = dwells_judged(struck)
+    assert not found.known.off
+    assert not found.findings
