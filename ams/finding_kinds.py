@@ -24,6 +24,7 @@ FindingKind = Literal[
     "meter-offset",
     "sensor-change",
     "level-undeclared",
+    "table-undeclared",
     "meter-undeclared",
     "rate-undeclared",
     "gravity-undeclared",
@@ -145,6 +146,11 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     "level-undeclared": KindOfFinding(
         "file",
         "Nobody read a level, so that gravity's direction against the table is in no uncertainty",
+        _DECLARE,
+    ),
+    "table-undeclared": KindOfFinding(
+        "file",
+        "Nothing is declared of the indices of an axis that turned, so that their errors are in no uncertainty",
         _DECLARE,
     ),
     "meter-undeclared": KindOfFinding(

@@ -35,18 +35,6 @@ WHICH_LINE = (
     "offset and scale factor are those of the straight line that comes closest over these rates; how far the output "
     "lies from it, its nonlinearity, stands beside them"
 )
-INDICES_NOT_TESTED = (
-    "indices beyond their declared limit are searched for in packages that only pitch and roll: with yaw they pass for "
-    "a lack of fit, and are not told as that"
-)
-SLIPS_NOT_SEARCHED = (
-    "a slip of the table between its dwells and indices beyond their declared limit are not searched for in a package "
-    "that roll does not reach: a slip passes for a drift, a wrong dwell or a lack of fit, and is not told as that"
-)
-TERMS_NOT_TESTED = (
-    "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
-    "model: what they do passes for a drift, for a lack of fit or for a sensitivity"
-)
 WHICH_OFFSET = (
     "offset and sensitivities are those of the linear sensor that comes closest over these points; the offset beside "
     "terms of second order with tr Q = 0 is given too"

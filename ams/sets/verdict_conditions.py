@@ -6,6 +6,8 @@ from typing import Final
 
 NO_LEVEL: Final = "the level of the base is not declared"
 """How the remark on an unread level begins."""
+NO_TABLE: Final = "no uncertainty of the table's indices is declared"
+"""How it is said of axes that turn and of whose indices nothing is known: in remark, verdict and gap."""
 NO_METER: Final = "no uncertainty of the meter is declared"
 """How it is said of a meter without a standard that states volts: in remark, verdict and gap."""
 NO_STANDARD_OF_RATES: Final = "no standard of the rates is declared"
@@ -15,8 +17,8 @@ NO_THERMOMETER: Final = "no uncertainty of the thermometer is declared"
 NO_GRAVITY: Final = "no uncertainty of local gravity is declared"
 """How it is said of a gravity that is stated alone: in remark, verdict and gap."""
 INDICES_NOT_TESTED: Final = (
-    "indices beyond their declared limit, and single dwells at which the table stood off, are searched for in packages "
-    "that only pitch and roll: with yaw they pass for a lack of fit or a wrong dwell, and are not told as that"
+    "indices beyond their declared limit are searched for in packages that only pitch and roll: with yaw they pass for "
+    "a lack of fit, and are not told as that"
 )
 SLIPS_NOT_SEARCHED: Final = (
     "a slip of the table between its dwells and indices beyond their declared limit are not searched for in a package "
@@ -29,6 +31,7 @@ TERMS_NOT_TESTED: Final = (
 _WITHOUT: Final = MappingProxyType(
     {
         NO_LEVEL: "the level of the base",
+        NO_TABLE: "the uncertainty of the table's indices",
         NO_METER: "the uncertainty of the meter",
         NO_STANDARD_OF_RATES: "a standard of the rates",
         NO_THERMOMETER: "the uncertainty of the thermometer",

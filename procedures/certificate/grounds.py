@@ -29,6 +29,7 @@ from procedures.records.declared_gaps import (
 from procedures.report.overview import shared_statements
 from rig.local_time import local_day
 
+TABLE_UNDECLARED: FindingKind = "table-undeclared"
 METER_UNDECLARED: FindingKind = "meter-undeclared"
 RATE_UNDECLARED: FindingKind = "rate-undeclared"
 GRAVITY_UNDECLARED: FindingKind = "gravity-undeclared"
@@ -117,7 +118,12 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
             level=table(grounds.coefficients.provenance["level"] or {}),
             has_standards=bool(grounds.standards),
             senses_gravity=grounds.coefficients.senses_gravity,
-            references=(*gravity_undeclared(grounds), *meters_undeclared(grounds), *rates_undeclared(grounds)),
+            references=(
+                *gravity_undeclared(grounds),
+                *table_undeclared(grounds),
+                *meters_undeclared(grounds),
+                *rates_undeclared(grounds),
+            ),
         )
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))
@@ -165,6 +171,11 @@ def meters_undeclared(grounds: Grounds) -> tuple[Said, ...]:
         "in no figure stated here"
     )
     return (Said(fact, "declare readouts.NAME.standard, and uncertainty_v of that standard"),)
+
+
+def table_undeclared(grounds: Grounds) -> tuple[Said, ...]:
+    """Return what is to be said of axes of whose indices nothing was declared, as a set of a run says it."""
+    return _stated(grounds, TABLE_UNDECLARED)
 
 
 def rates_undeclared(grounds: Grounds) -> tuple[Said, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ams.findings import Said
 from ams.observations import Observations
-from ams.sets.verdict_conditions import NO_GRAVITY, NO_METER, NO_STANDARD_OF_RATES, NO_THERMOMETER
+from ams.sets.verdict_conditions import NO_GRAVITY, NO_METER, NO_STANDARD_OF_RATES, NO_TABLE, NO_THERMOMETER
 from rig.description.rig_file import RigDescription, Sensor
 
 NOBODY_APPROVED = "nobody has signed the set as approved"
@@ -46,6 +46,27 @@ def declared_gaps(declared: Declared) -> Iterator[Said]:
     if declared.senses_gravity and not (declared.level.get("before") or declared.level.get("after")):
         yield Said("the level of the base was not read", "declare [level] before and after")
     yield from declared.references
+
+
+def table_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> tuple[Said, ...]:
+    """Say of the axes that ``turned`` that nobody declared how far their indices may be wrong, where gravity is sensed.
+
+    An axis whose attitude a reference sensor tells has the uncertainty of that.
+    """
+    referred = () if rig.attitude_reference is None else tuple(rig.attitude_reference.channels)
+    axes = {name: rig.axes[name] for name in turned if name in rig.axes and name not in referred}
+    unknown = [name for name, axis in axes.items() if not axis.uncertainty_arcsec and axis.index_table is None]
+    if sensor.measures != "acceleration" or not unknown:
+        return ()
+    return (
+        Said(
+            f"{NO_TABLE} ({', '.join(unknown)}): what they are wrong by is in no figure stated here, but as far as it "
+            "scatters from attitude to attitude; a smooth error of the table is a wrong sensitivity, offset or "
+            "direction of every sensor on it",
+            f"declare {' and '.join(f'axes.{name}.uncertainty_arcsec' for name in unknown)} of the rig file, as the "
+            "certificate of the table states it, or its list of errors (index_table)",
+        ),
+    )
 
 
 def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[Said, ...]:
@@ -138,9 +159,13 @@ def undeclared_gravity(gravity_mps2: float) -> Said:
 
 
 def undeclared_references(rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str]) -> tuple[Said, ...]:
-    """Return what is to be said of gravity, the meters of the sensors and the axes that turn, each once."""
+    """Return what is to be said of gravity, the table, the meters of the sensors and axes at a rate, each once."""
     axes, every = tuple(turned), tuple(sensors)
-    said = [text for sensor in every for text in (*meter_remarks(rig, sensor), *rate_remarks(rig, sensor, axes))]
+    said = [
+        text
+        for sensor in every
+        for text in (*table_remarks(rig, sensor, axes), *meter_remarks(rig, sensor), *rate_remarks(rig, sensor, axes))
+    ]
     of_gravity = gravity_remarks(rig, senses_gravity=any(sensor.measures == "acceleration" for sensor in every))
     return tuple(dict.fromkeys([*of_gravity, *said]))
 

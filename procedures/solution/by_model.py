@@ -20,6 +20,7 @@ from procedures.records.declared_gaps import (
     gravity_remarks,
     meter_remarks,
     rate_remarks,
+    table_remarks,
     temperature_remarks,
     thermometer_remarks,
 )
@@ -91,6 +92,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         meter_remarks(item.rig, item.sensor),
         rate_remarks(item.rig, item.sensor, item.plan.axes),
         gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
+        table_remarks(item.rig, item.sensor, item.plan.axes),
     )
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (

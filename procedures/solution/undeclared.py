@@ -18,17 +18,20 @@ class Undeclared:
     """Of a standard of them."""
     gravity: tuple[Said, ...] = ()
     """Of its uncertainty, where sensitivities are per local g."""
+    table: tuple[Said, ...] = ()
+    """Of the indices of its axes, where attitudes are told by them."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """All of them as sentences."""
-        return tuple(said.text for said in (*self.level, *self.meter, *self.rates, *self.gravity))
+        return tuple(said.text for said in (*self.level, *self.table, *self.meter, *self.rates, *self.gravity))
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Each as a finding that no test made."""
         kinds: Mapping[FindingKind, tuple[Said, ...]] = {
             "level-undeclared": self.level,
+            "table-undeclared": self.table,
             "meter-undeclared": self.meter,
             "rate-undeclared": self.rates,
             "gravity-undeclared": self.gravity,

@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 from planning_files import AIR, rig_file
 
-from ams.sets.verdict_conditions import NO_GRAVITY, NO_STANDARD_OF_RATES
+from ams.sets.verdict_conditions import NO_GRAVITY, NO_STANDARD_OF_RATES, NO_TABLE
 from procedures.description.procedure_file import Solve
 from procedures.records.declared_gaps import (
     gravity_remarks,
     meter_remarks,
     rate_remarks,
+    table_remarks,
 )
 from procedures.solution.request import reference_of
 from procedures.solution.type_b import (
@@ -108,6 +109,22 @@ def _behind(rig: RigDescription, *names: str) -> RigDescription:
     standard = {"standard": "table"}
     axes = {name: axis.model_copy(update=standard if name in names else {}) for name, axis in rig.axes.items()}
     return rig.model_copy(update={"axes": axes})
+
+
+@pytest.mark.parametrize("declares", [(), ("pitch",), ("roll",), ("pitch", "roll")])
+def test_a_table_is_told_of_wherever_an_axis_that_turned_brings_no_index_error(declares: tuple[str, ...]) -> None:
+    """The uncertainty of the table is asked: an axis is named exactly where it counts none of it."""
+    rig = read_rig(EXAMPLES / "rig.toml")
+    axes = {
+        name: axis.model_copy(update={"uncertainty_arcsec": 1.0 if name in declares else 0.0, "index_table": None})
+        for name, axis in rig.axes.items()
+    }
+    rig = rig.model_copy(update={"axes": axes})
+    said = table_remarks(rig, rig.sensors["SN1047"], ("pitch", "roll"))
+    missing = [name for name in ("pitch", "roll") if standard_uncertainty_arcsec(rig, name) == 0.0]
+    assert [gap.fact.startswith(f"{NO_TABLE} ({', '.join(missing)}): ") for gap in said] == [True] * bool(missing)
+    assert all(f"axes.{name}.uncertainty_arcsec" in gap.what_to_do for gap in said for name in missing)
+    assert table_remarks(rig, rig.sensors["SN1047"].model_copy(update={"measures": "rate"}), ("pitch",)) == ()
 
 
 def test_gravity_is_carried_with_its_uncertainty(tmp_path: Path) -> None:
