@@ -24,6 +24,7 @@ from ams.statistics.intervals import t_quantile
 from ams.units import ARCSEC_PER_DEG
 
 MOST_TERMS = 4
+"""Of a Fourier series that are named, the largest first."""
 _LARGEST_ANGLE_DEG = 10.0
 """Beyond it amplitude over sensitivity is no angle any more."""
 _SHARED_WITH_THE_TABLE = ("sin 2α", "cos 2α")

@@ -25,7 +25,9 @@ READING: Final = "reading at use"
 ADDED: Final = "extension"
 ANGLES: Final = ("pitch", "roll")
 _PITCHES: Final = 9
+"""Over the range of use, at the middles of equal steps."""
 _ROLLS: Final = 16
+"""Over the circle, at the middles of equal steps."""
 _LEAST_INFORMATION: Final = 0.25
 """Of the largest slope in the box: where an angle moves the outputs less, it is flagged at use and not counted."""
 

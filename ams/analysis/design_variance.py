@@ -18,11 +18,15 @@ from ams.models.accelerometer import PitchRoll
 from ams.solve.linear_form import RANK_TOLERANCE, factor
 
 PITCH_ROLL_TERMS = 4
+"""Offset and three sensitivities, TP (2)."""
 _NODES = 48
 """Gauss-Legendre nodes an axis: exact to rounding for second harmonics over two turns and less."""
 _GRID = 91
+"""Pitches and rolls at which the variance is looked at first."""
 _PEAKS = 12
+"""Of the grid, the largest, that are followed to their maximum."""
 _POLISHING = 24
+"""Rounds in which a maximum is followed on ever finer grids."""
 
 
 @dataclass(frozen=True)

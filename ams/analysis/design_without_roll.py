@@ -15,8 +15,11 @@ from ams.solve.linear_form import factor
 PitchRange = tuple[float, float]
 
 _TERMS = 3
+"""Offset and two sensitivities, TP (1)."""
 _NODES = 48
+"""Of Gauss and Legendre, exact for polynomials to degree 95."""
 _STATIONS = 721
+"""Pitches at which the variance is looked at before its maximum is followed."""
 
 
 def variance_without_roll(pitch_rad: FloatArray, at_pitch_rad: FloatArray) -> FloatArray:

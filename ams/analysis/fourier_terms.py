@@ -17,6 +17,7 @@ from ams.statistics.intervals import f_test, t_quantile
 _INDEPENDENT = 1e-6
 """Of a term's own length: what must be left of it beside the model for it to be told from the model."""
 _TIE = 1e-9
+"""Of a gain: equal but for rounding, and then the first term is taken."""
 
 
 @dataclass(frozen=True)

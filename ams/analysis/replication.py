@@ -21,6 +21,7 @@ from ams.statistics.intervals import FTestColumns, after_holm, f_tests
 
 _UNIT = re.compile(r"_(v_per_g[23]?|g_per_v|g|v_per_dps|v_per_degc|v_per_h|per_degc|v|deg|degc)$")
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
+"""Of the largest output: a scatter below it is of the arithmetic."""
 _LACK_OF_FIT = "lack of fit"
 
 

@@ -62,7 +62,9 @@ from ams.units import dof_words
 SolvedGroup = tuple[Sequence[str], SolvedColumns, FloatArray]
 """Labels of axes that were solved together, what was solved, and (N, m) their outputs."""
 _LARGE_CONDITION = 1e4
+"""Of the basis, its columns scaled: uncertainties are then so much larger than the noise that it is said."""
 _LONGEST_LIST = 8
+"""Points that a sentence lists; more are "…"."""
 _OF_DESIGN = ("replication", "point", "pitch_rad", "roll_rad", "yaw_rad", "time_s", "temperature_degc")
 
 

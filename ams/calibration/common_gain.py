@@ -29,9 +29,11 @@ _ALONG: Final = slice(1, 4)
 _FEWEST: Final = 2
 """Outputs."""
 _LEAST_REPLICATIONS: Final = 3
+"""Contrasts between replications that are needed."""
 _UNLIKE, _ALL_UNLIKE = 0.05, 0.01
 """Chance of outputs that differ as much and have one change together, and one gain in every replication."""
 _PPM: Final = 1e6
+"""Parts per million in one."""
 _ROUNDING: Final = 1e-9
 """Of the sensitivity: replications that a coarse meter reads alike to the digit scatter by less, and tell no gain."""
 _WAY_OUT: Final = "read a standard of voltage with the meter before and after a run, and look at the supply"

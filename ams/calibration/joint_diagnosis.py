@@ -37,6 +37,7 @@ _FAR: Final = 3.0
 _LEAST_SHARE: Final = 0.1
 """Of a prior: what the rows say less about is not judged by them."""
 _MOST_NAMED: Final = 3
+"""In one sentence."""
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from ams.solve.extension import Extension, blocks_of_angles, judge_extension, ju
 from ams.solve.layout import Layout
 
 DEFAULT_REFERENCE_DEGC = 20.0
+"""°C where no temperature was recorded and none is asked for."""
 NOT_DETERMINED = (
     "terms of second and third order are not determined by these points and not in the uncertainty: a soft mount or a "
     "nonlinearity of the sensor would bend the offset; add pitch and roll angles (five or more of each, past ±45°)"

@@ -19,6 +19,7 @@ from ams.surveillance.common_mode_words import findings_of
 from ams.surveillance.turns import FIXTURE
 
 _CONTRADICTED: Final = 0.01
+"""The chance below which a cause does not explain what changed."""
 _PACKAGE: Final = "the package"
 _METER: Final = "the meter"
 _OF_A_LONE_AXIS: Final = "an axis that turned inside its sensor would look the same, as one axis alone shows it"

@@ -22,6 +22,7 @@ _FEW_REPLICATIONS: Final = 3
 _FEW_OF_RETURN: Final = 5
 """Of so many, whose offsets are each what they are by chance, one stands by itself often enough."""
 _CONTRADICTED: Final = 0.01
+"""The chance below which parts of the run contradict a change."""
 _LARGEST_REST: Final = 0.1
 """Of what a change explains: where the same pattern does more than this elsewhere, it is a drift."""
 _BESIDE_WAVES: Final = 36.0

@@ -26,6 +26,7 @@ _OF_A_PATTERN: Final = 2.0
 _OF_OUTPUT: Final = 2
 """Patterns of each output, and of the meter, which several together show: of offset and of sensitivity."""
 NOTHING: Final = 1e-9
+"""Of a column, or of the largest singular value: less is rounding."""
 _RETURNED: Final = 16.0
 """In variances of a dwell: what a return has to explain beyond a change that stayed; the likeliest of all places does
 less by chance."""

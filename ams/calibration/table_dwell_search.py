@@ -28,11 +28,14 @@ from ams.surveillance.common_mode_words import turn_in_words
 from ams.surveillance.turns import AXES_OF_TABLE, force_changes
 
 _CONTRADICTED: Final = 0.01
+"""The chance below which a cause does not explain a dwell."""
 _SEEN: Final = 1e-6
 """Of the largest: a turn that the attitude shows less of is not seen."""
 _ROUNDING: Final = 1e-12
+"""Of the largest eigenvalue: a direction that is only rounding."""
 _METER: Final = "the meter"
 _FEWEST_REPLICATIONS: Final = 2
+"""Of which a dwell of one is held against the other."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,9 @@ from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 
 _LINEAR = 4
+"""Offset and three sensitivities, the first columns of a basis."""
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
+"""Of the largest output: a scatter below it is of the arithmetic."""
 
 
 def judge_table(

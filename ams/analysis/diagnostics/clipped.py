@@ -25,7 +25,9 @@ _MANY: Final = 4
 _CHANCE: Final = 0.002
 """That fewer are equal to the last digit at an extreme, by the meter's step and the noise."""
 _FAR_SD: Final = 10.0
+"""Standard deviations by which what the model expects at a rail must differ from dwell to dwell."""
 _FAR_STEPS: Final = 3.0
+"""Steps of the meter beside it."""
 _SAME: Final = 1e-12
 """Of the span: what differs by less is the same number."""
 _ALL_DIFFER: Final = 0.9

@@ -42,6 +42,7 @@ _ROUNDING: Final = 1e-24
 _DETERMINED: Final = 1e-6
 """Of the largest singular value: a candidate whose points leave a direction open explains nothing."""
 _MOST_NAMED: Final = 3
+"""Readings of the angles that fit alike; of more it is said that there are others."""
 
 
 class Package(NamedTuple):

@@ -25,6 +25,7 @@ PER_NUMBER: Final = 4.0
 """In twice the log likelihood, for every number that a course has to choose. By Akaike (1974) 2, by Schwarz (1978) 7
 for a thousand dwells."""
 _NOTHING: Final = 1e-12
+"""Of a share of the squares, so that its logarithm is finite."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,9 @@ from ams.solve.layout import Layout
 from ams.solve.replicated import ReplicatedSums
 
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
+"""Of the largest fitted output: a scatter below it is of the arithmetic."""
 _NOTHING = 1e-9
+"""Of the largest singular value: a direction that is only rounding."""
 _HARDLY, _PLAIN = 0.02, 3.0
 """Of columns: a combination that departures see so much less of than of another is taken out where it is plain beside
 their scatter."""

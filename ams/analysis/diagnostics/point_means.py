@@ -19,7 +19,9 @@ from ams.solve.scatter import points_scatter
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 3
+"""Degrees of freedom that a test of the means of the points needs."""
 _NOTHING_LEFT = 1e-10
+"""Of the square of a column: less is left beside the others by rounding."""
 _SMALLEST = 1e-60
 """Volts²: keeps weights finite where nothing scatters."""
 

@@ -25,10 +25,13 @@ from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 _NOTHING = 1e-9
+"""Of the square of what is left of a column, g²: nothing to divide by."""
 _LITTLE = 1e-3
+"""Of the square of a column: with less left beside points and replications its size is not estimated."""
 _LEAST_REPLICATIONS = 4
 """Whose parameters tell what they follow from what they do by themselves."""
 _DRIFTS = 0.05
+"""The chance below which the parameters that a memory moves are taken to drift beyond precision."""
 
 
 def turned_from(evidence: Evidence, output: int) -> FloatArray:

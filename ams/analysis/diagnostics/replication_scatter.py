@@ -19,11 +19,13 @@ from ams.arrays import FloatArray
 from ams.statistics.distributions import f_tail
 
 _LEAST_REPLICATIONS: Final = 3
+"""Two differ in one way only, which is no scatter."""
 _PLAIN: Final = 0.003
 """Chance of so large a scatter between replications where dwells know nothing of each other."""
 _PLAINLY: Final = 0.1
 """Of the level of a test: below it dwells are taken to know of each other, which by chance alone they never seem to."""
 _NOTHING: Final = 1e-10
+"""Of the square of a column: less is left beside the others by rounding."""
 _OF_DWELLS_BEFORE: Final = frozenset({TURNED_FROM_ALIKE, *MEMORIES})
 """What makes dwells know of each other, and is not doubted because they do."""
 

@@ -25,6 +25,7 @@ from ams.remembered import remembered
 from ams.statistics.distributions import f_tail
 
 _K: Final = 1.345
+"""Standard deviations from which on a dwell counts for less: 95 % efficient for normal noise. Source: Huber (1964)."""
 _ROUNDS: Final = 5
 """Each leaves a fifth of what the last one changed."""
 _LEAST_REPLICATIONS: Final = 3

@@ -33,6 +33,7 @@ from ams.statistics.distributions import f_tail
 LEAST_DOF: Final = 40
 """Of what differs from replication to replication: with fewer every place is its own explanation."""
 _LARGEST: Final = 1.0 - 1e-12
+"""Of the squares that a change can explain: F stays finite."""
 Moments = slice | IntArray
 """In the order of time."""
 

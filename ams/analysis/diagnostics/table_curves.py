@@ -34,12 +34,17 @@ from ams.statistics.distributions import f_tail
 _SUSPICIOUS = 0.2
 """Points that a linear sensor on an exact table explains as well as this say nothing against a limit."""
 _TERMS_NEEDED_P = 0.01
+"""The chance below which terms of low order are needed beside errors of the indices."""
 _ROUNDING = 1e-9
+"""Of the largest eigenvalue or diagonal: less is rounding."""
 _SEEN = 1e-3
+"""Of all columns together: a direction with less of them is not seen."""
 _LIKELY = 3.0
 """Limits: how large an error is believed before the points are looked at, so that what they hardly see stays small."""
 _STEPS = 4
+"""Of the search for bounds that hold, for each bound, at the most."""
 _EXPLAINED = 0.001
+"""The chance below which errors within the limit do not explain what is left."""
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,11 @@ from ams.statistics.distributions import f_tail
 LAGS_H: Final = (0.1, 0.3, 1.0)
 """Time constants tried: a package, a package in its housing, a package on a heavy sting."""
 SMALLEST_SPAN_DEGC: Final = 1.0
+"""°C: below it a chamber was not changed on purpose."""
 LEAST_PLOTS: Final = 4
 """Replications that tell what temperature does to them from what they do by chance."""
 _SURE = 0.05
+"""The chance below which a bend is more than what else the replications do."""
 
 
 @dataclass(frozen=True)

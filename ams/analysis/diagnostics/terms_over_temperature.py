@@ -25,6 +25,7 @@ from ams.models.gyro import Gyro, GyroWithTerms
 from ams.statistics.distributions import f_tail
 
 _LINEAR: Final = 4
+"""Offset and three sensitivities, the first columns of a basis."""
 _UNSTEADY: Final = 0.05
 """The chance below which terms scatter from replication to replication by more than dwells do."""
 _STILL_NEEDED: Final = 0.002

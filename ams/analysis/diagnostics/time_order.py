@@ -23,6 +23,7 @@ from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import f_tail
 
 LEAST_DOF = 12
+"""Degrees of freedom that a test between dwells needs."""
 LARGEST_CORRELATION = 0.8
 """Of time with what the linear sensor takes from the attitude; the same as of time with temperature."""
 _LARGEST: Final = 1.0 - 1e-12
@@ -289,8 +290,11 @@ def _time_left(basis: FloatArray, time_s: FloatArray) -> tuple[FloatArray, Float
 
 
 _NOTHING = 1e-18
+"""Of the square of a column: less is left by rounding."""
 _NOTHING_LEFT = 1e-9
+"""Of the largest singular value, and of the square of a time in seconds: less is rounding."""
 _LITTLE = 1e-3
+"""Of the square of a column: with less left beside points and replications its size is not estimated."""
 _ROUNDING = 1e-13
 """Of the largest output."""
 _NO_CHANGE = 1e-6

@@ -21,6 +21,7 @@ from ams.solve.layout import Layout
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
 
 _LEAST_REPLICATIONS: Final = 3
+"""Of two nobody tells which one is louder than usual."""
 _LEAST_DWELLS: Final = 40
 """Of a replication, beside its parameters: of fewer, replications seem to differ too often."""
 _DRAWN_IN: Final = 2.5

@@ -25,7 +25,9 @@ from ams.analysis.diagnostics.time_order import settling
 from ams.arrays import FloatArray
 
 _LAGS: Final = 60
+"""Dwells apart, at the most, over which neighbours are compared."""
 _FADING: Final = np.linspace(0.0, 0.98, 50)
+"""Correlations from one dwell to the next that are tried."""
 
 
 def beside_wander(evidence: Evidence, output: int, tests: AxisTests, made: frozenset[str]) -> AxisTests:

@@ -18,6 +18,7 @@ from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import t_factor
 
 LEAST_DOF = 4
+"""Degrees of freedom that are needed to hold a dwell against the others."""
 LARGEST_SHARE = 0.1
 """Of the dwells: when more than these are convicted, it is no matter of single dwells."""
 _UNSTEADY: Final = 0.05
