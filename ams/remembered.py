@@ -78,6 +78,8 @@ def _hand_out(found: object) -> None:
     for part in found if isinstance(found, tuple) else (found,):
         if is_dataclass(part):
             _hand_out(tuple(getattr(part, entry.name) for entry in fields(part)))
+        elif isinstance(part, tuple):
+            _hand_out(part)
         elif isinstance(part, np.ndarray) and not _is_handed_out(part):
             part.flags.writeable = False
             _HANDED_OUT[id(part)] = (ref(part, partial(_forget, id(part))), next(_NUMBERS))

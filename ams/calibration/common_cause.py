@@ -7,7 +7,7 @@ belongs to, whose sum is tested. What a single output shows by itself is told of
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isfinite
 from typing import Final, NamedTuple
 
@@ -70,7 +70,7 @@ def judge_common_cause(package: Sequence[AxisShown]) -> Sequence[BeliefTest | No
         return nothing
     said = _of_each(best.name, package)
     return [
-        replace(test, p_value=best.p_value, axes=best.axes, in_package=said)
+        test._replace(p_value=best.p_value, axes=best.axes, in_package=said)
         if (test := shown.tests.tests.get(best.name)) is not None and test.p_value <= _SHOWS
         else None
         for shown in package

@@ -80,4 +80,4 @@ def _again(group: Group, found: list[Diagnosis], shown: Sequence[BeliefTest | No
 
 def _as_large_as(memory: BeliefTest, k: float) -> BeliefTest:
     """Return what is known per g of force as an output of k volts a g has it."""
-    return replace(memory, size=k * memory.size, uncertainty=k * memory.uncertainty)
+    return memory._replace(size=k * memory.size, uncertainty=k * memory.uncertainty)

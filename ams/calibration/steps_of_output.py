@@ -33,7 +33,7 @@ def with_steps(tests: AxisTests, steps: StepsOfOutput) -> AxisTests:
         return tests
     flags = {**tests.is_significant, **{name: name in steps.named for name in searched}}
     explained = {
-        name: replace(tests.tests[name], explained_by=BY_A_DRIFT if tests.is_significant[name] else "")
+        name: tests.tests[name]._replace(explained_by=BY_A_DRIFT if tests.is_significant[name] else "")
         for name in searched
         if name not in steps.named
     }

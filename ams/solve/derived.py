@@ -61,7 +61,7 @@ def derive(
     primary_covariance = np.asarray(sum(component.covariance for component in components))
     rows = list(zip(models, primary, primary_covariance, strict=True))
     undetermined = tuple(model.undetermined(primary, covariance) for model, primary, covariance in rows)
-    directions = np.stack([model.parameters_jacobian(primary) for model, primary, _ in rows])
+    directions = np.array([model.parameters_jacobian(primary) for model, primary, _ in rows])
     values, names = _parameters(models, primary), models[0].parameter_names
     if any(undetermined):
         null = np.array([[name in reasons for name in names] for reasons in undetermined])
@@ -70,9 +70,9 @@ def derive(
     turned = np.swapaxes(directions, -1, -2)
     covariance = directions @ primary_covariance @ turned
     uncertainty = _root_of_diagonal(covariance)
-    parts = np.stack([component.covariance for component in components])
+    parts = np.array([component.covariance for component in components])
     variances = np.concatenate([_diagonal(directions @ parts @ turned), _diagonal(parts)], axis=-1)
-    every_dof = combined_dof(variances, np.stack([component.dof for component in components])[:, :, None])
+    every_dof = combined_dof(variances, np.array([component.dof for component in components])[:, :, None])
     dof = every_dof[:, : len(names)]
     return DerivedParameters(
         names=names,

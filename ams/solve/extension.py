@@ -29,6 +29,7 @@ from ams.statistics.intervals import f_test
 
 _TERMS: Final = 9
 _BISECTIONS: Final = 40
+_TINY: Final = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def _of_alike(joined: FloatArray, means: _PointMeans, within_v2: float, level: f
     along = q.T @ means.output_v
     left = means.output_v - q @ along
     terms, square, dof = along[4:], n * float(left @ left), points - _TERMS
-    variance = max(square / dof, means.precision_v2, float(np.finfo(float).tiny))
+    variance = max(square / dof, means.precision_v2, _TINY)
     explained, after = n * float(terms @ terms), within_v2 + square
     test = f_test(explained / variance / terms.size, terms.size, dof, level)
     before_v, after_v = (
@@ -338,7 +339,7 @@ def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) 
     """
     p = generalised.ordinary.size
     upper = float(generalised.gram[p, p]) / dof
-    lower = max(precision_v2, 1e-12 * upper, float(np.finfo(float).tiny))
+    lower = max(precision_v2, 1e-12 * upper, _TINY)
     if generalised.gram.shape[0] == p + 1:  # without teeth χ² is in inverse proportion to the variance
         return max(lower, upper)
     if upper <= lower or generalised.at(lower)[2] <= dof:

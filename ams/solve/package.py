@@ -9,7 +9,7 @@ another's.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -46,7 +46,7 @@ def package_covariance(axes: Sequence[SolvedAxis]) -> PackageCovariance:
 
 
 def _component(name: str, axes: Sequence[SolvedAxis]) -> VarianceComponent:
-    edges = np.concatenate([[0], np.cumsum([len(axis.primary_names) for axis in axes])])
+    edges = list(accumulate((len(axis.primary_names) for axis in axes), initial=0))
     slices = [slice(low, high) for low, high in pairwise(edges)]
     covariance = np.zeros((edges[-1], edges[-1]))
     there = [(block, axis, part) for block, axis in zip(slices, axes, strict=True) if (part := axis.part(name))]

@@ -57,7 +57,7 @@ def recorded_temperature(
         warm = _warm(form.basis, form.estimator, recorded)
         swung = warm.column * (fitted[:, index] - float(warm.departing @ fitted[:, index]))
         swing = form.estimator @ swung
-        taken_up = np.stack([warm.taken_up, swing], axis=1)
+        taken_up = np.array([warm.taken_up, swing]).T
         slopes = _slopes(warm, swung, swung - form.fitted(swing), left[:, index])
         if estimator is form.estimator:
             answer = taken_up

@@ -66,7 +66,7 @@ class ReplicatedSums:
         if self.is_balanced:
             n = along.shape[-1]
             per_replication = self.contrast_covariance[0, :, 0, :] / (1.0 - 1.0 / n)
-            return np.asarray(np.sum(along**2, axis=-1) / np.sum((directions @ per_replication) * directions, axis=-1))
+            return np.asarray((along**2).sum(axis=-1) / ((directions @ per_replication) * directions).sum(axis=-1))
         covariance = np.einsum("mqi,risj,mqj->mqrs", directions, self.contrast_covariance, directions, optimize=True)
         trace = np.trace(covariance, axis1=-2, axis2=-1)[..., None, None]
         covariance = covariance + trace / along.shape[-1] ** 2  # the null vector, all ones, that contrasts do not touch

@@ -52,7 +52,7 @@ def _may_repeat(columns: FloatArray) -> BoolArray:
     low = columns.min(axis=1, keepdims=True)
     span = columns.max(axis=1, keepdims=True) - low
     scaled = columns - low
-    scaled *= np.divide(_PARTS_OF_SPAN, span, out=np.zeros_like(span), where=span > 0.0)
+    scaled *= _PARTS_OF_SPAN / np.where(span > 0.0, span, np.inf)
     parts = scaled.astype(np.int32)
     parts.sort(axis=1)
     alike = parts[:, 1:] - parts[:, :-1] <= int(_SAME * _PARTS_OF_SPAN + 1.0)

@@ -4,10 +4,9 @@ Source: TP (72) to (74) for the intervals, GUM G.4.1 (Welch-Satterthwaite) for e
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from math import isnan, nan
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -96,8 +95,7 @@ def _t_table(level: float) -> tuple[FloatArray, FloatArray]:
         return share, np.log(t_quantile(level, 1.0 / share))
 
 
-@dataclass(frozen=True)
-class FTestColumns:
+class FTestColumns(NamedTuple):
     """The same variance ratio of m sensor axes against one limit."""
 
     t: FloatArray
@@ -112,7 +110,7 @@ class FTestColumns:
 
     def judged(self, is_significant: BoolArray) -> "FTestColumns":
         """Return the same tests, significant as it is said."""
-        return FTestColumns(self.t, self.f_95, self.p_value, self.numerator_dof, self.denominator_dof, is_significant)
+        return self._replace(is_significant=is_significant)
 
     def of(self, column: int, *, is_significant: bool | None = None, p_value: float | None = None) -> FTest:
         """Return the test of one axis; all NaN where there is none.
@@ -200,7 +198,7 @@ def combined_dof(variances: FloatArray, dof: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         spread = np.where(there, variances**2 / dof, 0.0).sum(axis=0)
         effective = np.where(spread > 0.0, total**2 / spread, np.inf)
-        few = np.any(there & (dof < _FEW_DOF), axis=0)
+        few = (there & (dof < _FEW_DOF)).any(axis=0)
         if few.any():
             factor = np.where(there, variances * t_quantile(0.95, dof), 0.0).sum(axis=0) / total
             effective = np.where(

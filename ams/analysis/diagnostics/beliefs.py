@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import isfinite
-from typing import Final
+from typing import Final, NamedTuple
 
 from ams.analysis.diagnostics.low_order import OF_GYROS, PPM, TERMS
 from ams.analysis.diagnostics.residuals import GridResiduals
@@ -92,8 +92,7 @@ class TermChange:
     standard_uncertainty: float
 
 
-@dataclass(frozen=True)
-class BeliefTest:
+class BeliefTest(NamedTuple):
     """One belief, tested."""
 
     name: str

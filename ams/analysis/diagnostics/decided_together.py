@@ -67,7 +67,7 @@ def decided_together(
             if name in made and name not in known and name not in convicted:
                 tested = column_test(tested_columns[column_index], scatter.terms.test(column_index, beside), dof)
                 tested = between.with_means(scatter.referred(tested, column_index, beside))
-                made[name] = replace(tested, p_value=tested.p_value if isfinite(tested.p_value) else 1.0)
+                made[name] = tested._replace(p_value=tested.p_value if isfinite(tested.p_value) else 1.0)
 
 
 def _next(
@@ -106,11 +106,11 @@ def explained_by_temperature(evidence: Evidence, output: int, decided: AxisTests
     between = by_temperature.between_replications(evidence, output, lag_h, curved=bool(flags.get(CURVATURE)))
     if flags.get(LAG) and flags.get(CURVATURE) and not between.curvature.p_value <= decided.conviction_level:
         flags[CURVATURE] = False
-        tests[CURVATURE] = replace(tests[CURVATURE], explained_by=BY_TEMPERATURE)
+        tests[CURVATURE] = tests[CURVATURE]._replace(explained_by=BY_TEMPERATURE)
     turning = axis_over_temperature(evidence, output, lag_h) if flags.get(AXIS_OVER_TEMPERATURE) else None
     left = between.unexplained if turning is None else turning.unexplained
     if flags.get(LAG) or not left <= decided.conviction_level:
         for name, test in tests.items():
             if test.kind == "drift" and flags[name]:
-                flags[name], tests[name] = False, replace(test, explained_by=BY_TEMPERATURE)
+                flags[name], tests[name] = False, test._replace(explained_by=BY_TEMPERATURE)
     return replace(decided, tests=tests, is_significant=flags)

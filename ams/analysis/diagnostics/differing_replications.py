@@ -8,6 +8,7 @@ differ, and where no more than half agree, nothing says which is wrong.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import sqrt
 from typing import Final
 
 import numpy as np
@@ -24,6 +25,7 @@ from ams.statistics.distributions import f_tail, median
 DIFFERING: Final = "replication against the others"
 LARGEST: Final = 0.01
 """Of the sensitivity, and of one g as the output senses it: replications that differ by more are no calibration."""
+_TINY: Final = float(np.finfo(float).tiny)
 _OFFSET: Final = "offset_v"
 _EXPANDED: Final = 2.0
 """Standard uncertainties that a difference is beyond its limit by."""
@@ -59,7 +61,7 @@ class _Quantity:
 
     def differing(self, level: float) -> IntArray:
         """Return the places of the replications that differ by more than the limit, the farthest first."""
-        sizes, u = np.abs(self.sizes), np.maximum(self.uncertainties, np.finfo(float).tiny)
+        sizes, u = np.abs(self.sizes), np.maximum(self.uncertainties, _TINY)
         with np.errstate(over="ignore"):
             is_significant = f_tail((sizes / u) ** 2, 1.0, self.dof) * sizes.size <= level
         found = np.flatnonzero((sizes - _EXPANDED * self.uncertainties > self.limit) & is_significant)
@@ -91,7 +93,7 @@ def _quantities(evidence: Evidence, output: int, limits: ShiftLimits) -> Iterato
     names = free[: evidence.alone.shape[0]]
     at = list(component_indices(names).values())
     k = evidence.alone[at, output]
-    k /= max(float(np.sqrt(k @ k)), np.finfo(float).tiny)
+    k /= max(sqrt(k @ k), _TINY)
     length = median(sums.separate[:, at, output] @ k)
     if not length > 0.0:
         return

@@ -36,11 +36,10 @@ def likeliest(scans: Sequence[Scan], earliest: int = 0, latest: int | None = Non
         return []
     first, moments = scans[0].pattern.paths.first, scans[0].pattern.paths.squares.shape[1]
     begin, end = max(earliest - first, 0), moments if latest is None else max(latest - first + 1, 0)
-    sums, sizes = np.array([scan.since[first : first + moments] for scan in scans]), [scan.sizes for scan in scans]
-    explained = _explained(sums, np.array(sizes))[:, begin:end]
-    if explained.size == 0:
+    if begin >= min(end, moments):
         return [None] * len(scans)
-    most = _most(explained)
+    explained = [_explained(scan.since[first : first + moments], scan.sizes)[begin:end] for scan in scans]
+    most = [_most(squares) for squares in explained]
     p_values = _anywhere(scans, [scan.share(square) for scan, (_, square) in zip(scans, most, strict=True)])
     return [
         _steadied(scan, scan.change(first + begin + at, p_value, square), _at_any_moment)
@@ -48,10 +47,10 @@ def likeliest(scans: Sequence[Scan], earliest: int = 0, latest: int | None = Non
     ]
 
 
-def _most(explained: FloatArray) -> list[tuple[int, float]]:
-    """Return which of (S, n) changes explains most, and how much, row by row."""
-    at = explained.argmax(axis=1)
-    return list(zip(at.tolist(), explained[np.arange(at.size), at].tolist(), strict=True))
+def _most(explained: FloatArray) -> tuple[int, float]:
+    """Return which of (n,) changes explains most, and how much."""
+    at = int(explained.argmax())
+    return at, float(explained[at])
 
 
 def _anywhere(scans: Sequence[Scan], shares: Sequence[float]) -> list[float]:
@@ -74,11 +73,11 @@ def _came_back(scans: Sequence[Scan]) -> list[Change | None]:
     if not scans or scans[0].pattern.intervals.begin.size == 0:
         return [None] * len(scans)
     grid = scans[0].pattern.intervals
-    since, sizes = np.array([scan.since[grid.bounds] for scan in scans]), [scan.interval_sizes for scan in scans]
-    explained = _explained(since.take(grid.begin, axis=1) - since.take(grid.end, axis=1), np.array(sizes))
+    first, last = grid.bounds[grid.begin], grid.bounds[grid.end]
+    most = [_most(_explained(scan.since[first] - scan.since[last], scan.interval_sizes)) for scan in scans]
     return [
         _returned(scan, which, square) if scan.share(square) * scan.dof >= _SEEN else None
-        for scan, (which, square) in zip(scans, _most(explained), strict=True)
+        for scan, (which, square) in zip(scans, most, strict=True)
     ]
 
 
@@ -118,17 +117,14 @@ def located(scan: Scan, change: Change) -> Change:
             dwells = np.arange(first, fixed - aside + 1 if is_begin else first + size.size)
             dwells = dwells if is_begin else dwells[dwells >= fixed + aside]
             lengths = size[dwells - first] + size[fixed - first] - 2.0 * scan.overlap(fixed)[dwells]
-            ((best, explained),) = _most(_explained((scan.since[dwells] - scan.since[fixed])[None], lengths[None]))
+            best, explained = _most(_explained(scan.since[dwells] - scan.since[fixed], lengths))
             begin, end = (int(dwells[best]), fixed) if is_begin else (fixed, int(dwells[best]))
     return scan.change(begin, change.p_value, explained, end)
 
 
 def _explained(sums: FloatArray, sizes: FloatArray) -> FloatArray:
-    """Return (S, n) what changes explain, of the sums that each is shown by and the squares of its column.
-
-    ``sums`` is overwritten.
-    """
-    least, square = NOTHING * sizes.max(axis=1, keepdims=True), np.multiply(sums, sums, out=sums)
-    if (sizes.min(axis=1, keepdims=True) > least).all():
+    """Return (n,) what changes explain, of the sums that each is shown by and the squares of its column."""
+    least, square = NOTHING * sizes.max(), sums * sums
+    if sizes.min() > least:
         return np.divide(square, sizes, out=square)
     return np.where(sizes > least, square / np.maximum(sizes, least), 0.0)

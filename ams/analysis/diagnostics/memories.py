@@ -47,7 +47,7 @@ def with_those_that_fit_as_well(best: BeliefTest, tests: Sequence[BeliefTest]) -
     dof = min((test.dof for test in tests), default=1.0)
     gains = {test.name: dof * log1p((test.size / test.uncertainty) ** 2 / dof) for test in tests}
     least = gains.get(best.name, inf) - _FITS_AS_WELL
-    return replace(best, fit_as_well=tuple(name for name, gain in gains.items() if name != best.name and gain >= least))
+    return best._replace(fit_as_well=tuple(name for name, gain in gains.items() if name != best.name and gain >= least))
 
 
 def without_lesser_memories(tests: AxisTests) -> AxisTests:
@@ -67,5 +67,5 @@ def without_lesser_memories(tests: AxisTests) -> AxisTests:
         if others and not made[best].fit_as_well:
             made[best] = with_those_that_fit_as_well(made[best], tests.memories)
     for name, by in explained.items():
-        made[name], flags[name] = replace(made[name], explained_by=by), False
+        made[name], flags[name] = made[name]._replace(explained_by=by), False
     return replace(tests, tests=made, is_significant=flags)

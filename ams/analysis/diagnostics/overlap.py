@@ -7,7 +7,7 @@ terms so alike that the points hold either, the one that is told has the name of
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -91,5 +91,5 @@ def with_neighbours(
         beside = tuple(names[term] for term in known if term != name)
         is_there = np.isfinite(terms.test(names[other], beside).p_value)
         if is_there and not terms.test(names[name], (*beside, names[other])).p_value <= _APART:
-            found[name] = replace(found[name], fit_as_well=(other,))
+            found[name] = found[name]._replace(fit_as_well=(other,))
     return found

@@ -6,7 +6,7 @@ replications by more than that. It is then an estimate from n values, with n −
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -65,7 +65,7 @@ class ReplicationScatter:
         # What the means scatter by beyond the dwells, of the table and of lack of fit, no replication shows.
         square = between + max(test.uncertainty**2 - white, 0.0)
         p_value = float(f_tail(test.size**2 / square, 1.0, float(dof)))
-        return replace(test, p_value=max(test.p_value, p_value), uncertainty=float(np.sqrt(square)), dof=float(dof))
+        return test._replace(p_value=max(test.p_value, p_value), uncertainty=float(np.sqrt(square)), dof=float(dof))
 
     @cached_property
     def _do_all_scatter(self) -> bool:

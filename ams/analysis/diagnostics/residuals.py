@@ -9,6 +9,7 @@ again.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,23 +49,34 @@ class GridResiduals:
         return np.asarray(np.einsum("im,im->m", self.residuals, self.residuals))
 
     @cached_property
+    def _judgement(self) -> "_Judgement":
+        if self.taken.shape[1] == 0 and self._are_all_present:
+            return _of_whole_grid(self.replications, self.q)
+        left = _leverages(self.replications, self.q)
+        if self.taken.shape[1] > 0:
+            left = left - np.einsum("id,id->i", self.taken, self.taken)
+            left = np.where(left > _GONE, left, 0.0)
+        return _judgement(left * self.present)
+
+    @property
     def leverages(self) -> FloatArray:
         """(n K,) variance of each residual for dwells of unit variance."""
-        left = _leverages(self.replications, self.q)
-        if self.taken.shape[1] == 0:
-            return left * self.present
-        left = left - np.einsum("id,id->i", self.taken, self.taken)
-        return np.where(left > _GONE, left, 0.0) * self.present
+        return self._judgement.leverages
 
-    @cached_property
+    @property
     def judged(self) -> BoolArray:
         """(n K,) whether others say anything about a dwell."""
-        return self.leverages > 0.0
+        return self._judgement.judged
 
-    @cached_property
+    @property
+    def weights(self) -> FloatArray:
+        """(n K,) one over the leverages; 0 where a dwell is not judged."""
+        return self._judgement.weights
+
+    @property
     def spread(self) -> FloatArray:
         """(n K,) standard deviation of each residual for dwells of unit variance; one where a dwell is not judged."""
-        return np.sqrt(np.where(self.judged, self.leverages, 1.0))
+        return self._judgement.spread
 
     @cached_property
     def away(self) -> FloatArray:
@@ -77,9 +89,9 @@ class GridResiduals:
         """Standard deviation of a dwell of the first output, by the median of those that are judged."""
         return SD_PER_MEDIAN_DEVIATION * median(self.away if self._are_all_judged else self.away[self.judged])
 
-    @cached_property
+    @property
     def _are_all_judged(self) -> bool:
-        return bool(self.judged.all())
+        return self._judgement.are_all_judged
 
     @cached_property
     def _are_all_present(self) -> bool:
@@ -153,6 +165,27 @@ def _between(replications: int, apart: int) -> float:
     if replications == 1:
         return 1.0
     return (1.0 if apart == 0 else 0.0) - 1.0 / replications
+
+
+class _Judgement(NamedTuple):
+    """What the dwells of a grid are judged by, whatever the outputs are."""
+
+    leverages: FloatArray
+    judged: BoolArray
+    weights: FloatArray
+    spread: FloatArray
+    are_all_judged: bool
+
+
+def _judgement(leverages: FloatArray) -> _Judgement:
+    judged = leverages > 0.0
+    weights = np.divide(1.0, leverages, out=np.zeros_like(leverages), where=judged)
+    return _Judgement(leverages, judged, weights, np.sqrt(np.where(judged, leverages, 1.0)), bool(judged.all()))
+
+
+@remembered(16)
+def _of_whole_grid(replications: int, q: FloatArray) -> _Judgement:
+    return _judgement(_leverages(replications, q))
 
 
 @remembered(16)

@@ -6,7 +6,7 @@ tells it for itself. Both speak of one coefficient, and each has the weight of i
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -70,7 +70,7 @@ class Between:
 def of_estimate(test: BeliefTest, estimate: Estimate) -> BeliefTest:
     """Return a test as one estimate has it."""
     size, uncertainty, dof = estimate.size, estimate.uncertainty, estimate.dof
-    return replace(test, p_value=estimate.p_value, size=size, uncertainty=uncertainty, dof=dof)
+    return test._replace(p_value=estimate.p_value, size=size, uncertainty=uncertainty, dof=dof)
 
 
 def slope_test(

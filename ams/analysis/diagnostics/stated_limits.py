@@ -39,4 +39,4 @@ class StatedLimits:
             is_held = MOST_MOVED * abs(test.size) <= self.offset_expanded
         elif self.is_differing and test.name.startswith(DRIFT_OF):
             is_held = False
-        return test if is_held == test.is_held else replace(test, is_held=is_held)
+        return test if is_held == test.is_held else test._replace(is_held=is_held)

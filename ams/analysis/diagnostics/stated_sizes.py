@@ -7,7 +7,6 @@ parameters are.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -48,9 +47,9 @@ def stated_sizes(
         if not np.isfinite(tested.p_value):
             continue
         size, uncertainty = tested.coefficient, tested.standard_uncertainty
-        alone = replace(made[name], size=size, uncertainty=uncertainty, dof=scatter.terms.dof)
+        alone = made[name]._replace(size=size, uncertainty=uncertainty, dof=scatter.terms.dof)
         stated = between.with_means(scatter.referred(alone, index, beside))
-        found[name] = replace(stated, p_value=made[name].p_value)
+        found[name] = stated._replace(p_value=made[name].p_value)
     return found
 
 

@@ -7,7 +7,7 @@ each term is referred to its own scatter instead: what a visit does by chance is
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -132,7 +132,7 @@ def _of_each_term(changes: _Changes) -> BeliefTest:
 
 def _test(p_value: float, size: float, changes: tuple[TermChange, ...]) -> BeliefTest:
     test = BeliefTest(TERMS_OVER_TEMPERATURE, "temperature-curvature", p_value, size, is_held=False)
-    return replace(test, changes=changes)
+    return test._replace(changes=changes)
 
 
 @dataclass(frozen=True)

@@ -128,7 +128,8 @@ def autocorrelation(grid: GridResiduals, pairs: tuple[IntArray, IntArray, IntArr
     size, dof = grid.squares.size, grid.dof
     if dof < LEAST_DOF or replication.size == 0:
         return Autocorrelation(np.full(size, np.nan), np.full(size, np.nan))
-    first, second = (grid.residuals[replication * grid.points + point] for point in (here, following))
+    start = replication * grid.points
+    first, second = (grid.residuals.take(start + point, axis=0) for point in (here, following))
     with np.errstate(invalid="ignore", divide="ignore"):
         r = np.einsum("im,im->m", first, second) / grid.squares
     trace, trace_of_square = _moments(grid.replications, grid.q, replication, here, following)

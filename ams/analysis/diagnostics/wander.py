@@ -47,7 +47,7 @@ def beside_wander(evidence: Evidence, output: int, tests: AxisTests, made: froze
         flags[name] = p_value <= tests.conviction_level
         explained_by = "" if flags[name] else BY_THE_DWELL_BEFORE
         uncertainty = found[name].uncertainty * less**0.5
-        found[name] = replace(found[name], p_value=p_value, uncertainty=uncertainty, explained_by=explained_by)
+        found[name] = found[name]._replace(p_value=p_value, uncertainty=uncertainty, explained_by=explained_by)
     return replace(tests, tests=found, is_significant=flags)
 
 

@@ -21,6 +21,7 @@ LEAST_DOF = 4
 """Degrees of freedom that are needed to hold a dwell against the others."""
 LARGEST_SHARE = 0.1
 """Of the dwells: when more than these are convicted, it is no matter of single dwells."""
+_TINY: Final = float(np.finfo(float).tiny)
 _UNSTEADY: Final = 0.05
 """Chance of what differs between replications beside their offsets: where it is less, they differ by more."""
 
@@ -43,20 +44,19 @@ class WrongDwells:
 
 def largest_p_values(residuals: GridResiduals) -> tuple[FloatArray, IntArray]:
     """Return (m,) the Bonferroni-corrected p-value of the largest studentised residual, and its dwell."""
-    leverages, squares, dof = residuals.leverages, residuals.squares, residuals.dof
+    squares, dof = residuals.squares, residuals.dof
     size = squares.size
     if dof < LEAST_DOF:
         return np.full(size, np.nan), np.zeros(size, dtype=np.int64)
-    judged = residuals.judged
     share = np.square(residuals.residuals)
-    share *= np.divide(1.0, leverages, out=np.zeros_like(leverages), where=judged)[:, None]
+    share *= residuals.weights[:, None]
     index = np.argmax(share, axis=0)
     largest = share[index, np.arange(size)]
-    rest = np.maximum(squares - largest, np.finfo(float).tiny)
+    rest = np.maximum(squares - largest, _TINY)
     with np.errstate(over="ignore"):
         t_square = largest * (dof - 1) / rest
     pairs = 2 if residuals.replications == 2 else 1  # of two, both are as far from their mean
-    p_value = np.count_nonzero(judged) / pairs * f_tail(t_square, 1.0, float(dof - 1))
+    p_value = np.count_nonzero(residuals.judged) / pairs * f_tail(t_square, 1.0, float(dof - 1))
     return np.where(squares > 0.0, np.minimum(p_value, 1.0), np.nan), index
 
 
