@@ -63,8 +63,9 @@ def logged(arguments: Sequence[str], environment: Mapping[str, str] = os.environ
             _LOG.removeHandler(handler)
             handler.close()
         closing = Thread(target=_closed, args=(listener,), daemon=True)
-        closing.start()
-        closing.join(CLOSING_S)
+        with suppress(RuntimeError):  # no thread begins without memory; the words of the command are worth more
+            closing.start()
+            closing.join(CLOSING_S)
 
 
 def tell(what: str, message: str, level: str = "info") -> None:

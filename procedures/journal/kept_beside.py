@@ -21,14 +21,15 @@ class KeptBeside:
     file: str
     form: str
 
-    def keep(self, run_dir: Path, second_folder: Path | None, document: Mapping[str, object]) -> None:
-        """Write it where a disk takes it, the run's own first; where none does, it is not kept."""
+    def keep(self, run_dir: Path, second_folder: Path | None, document: Mapping[str, object]) -> bool:
+        """Write it where a disk takes it, the run's own first; False where none does."""
         content = json.dumps({"format": self.form, **document}, ensure_ascii=False).encode("utf-8")
         for folder in _folders(run_dir, second_folder):
             with suppress(WriteFailed, OSError):
                 make_beside(folder, run_dir)
                 write_whole(folder / self.file, content)
-                return
+                return True
+        return False
 
     def read(self, run_dir: Path, second_folder: Path | None, parse: Callable[[Any], Value]) -> Value | None:
         """Return what ``parse`` makes of it; None where nothing is kept that can be read."""

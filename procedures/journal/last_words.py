@@ -49,10 +49,10 @@ def refusal(run_dir: Path, error: Exception) -> tuple[str, str]:
     )
 
 
-def keep_last_words(run_dir: Path, second_folder: Path | None, words: LastWords) -> None:
-    """Write them where a disk takes them, the run's own first; where none does, the alert has told them."""
+def keep_last_words(run_dir: Path, second_folder: Path | None, words: LastWords) -> bool:
+    """Write them where a disk takes them, the run's own first; False where none does: the alert has told them."""
     moment = words.stopped_utc.isoformat()
-    _KEPT.keep(run_dir, second_folder, {"reason": words.reason, "stopped_utc": moment, "cause": words.cause})
+    return _KEPT.keep(run_dir, second_folder, {"reason": words.reason, "stopped_utc": moment, "cause": words.cause})
 
 
 def read_last_words(run_dir: Path, second_folder: Path | None) -> LastWords | None:

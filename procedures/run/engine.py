@@ -144,11 +144,13 @@ def run(
         except BaseException:
             # A defect of ours: the rig is safe, the page tells of it, and it goes on its way.
             explain(progress_log.folder, second_folder=services.second_folder)
+            if progress_log.state not in ACTIVE:
+                services.ended()
             raise
         finally:
             live.remove()
             keep_outcomes(progress_log.folder, services.second_folder, pulse.unwritten_alerts)
-        return _explained(outcome, progress_log.folder, services.second_folder, rig.clock)
+        return _explained(outcome, progress_log.folder, services, rig.clock)
 
 
 def _take_request(progress_log: ProgressLog, live: LiveFile, taken: Taken) -> None:
@@ -165,14 +167,18 @@ def _counts_so_far(plan: Plan, history: History) -> tuple[int, int, int, int]:
     return done, rejected, len(plan.design_dwells), plan.replications
 
 
-def _explained(outcome: Outcome, folder: Path, second_folder: Path | None, clock: Clock) -> Outcome:
+def _explained(outcome: Outcome, folder: Path, services: RunServices, clock: Clock) -> Outcome:
     """Leave the last words and the page of an ending that nobody asked for; the outcome says where, if elsewhere."""
+    second_folder, is_on_record = services.second_folder, True
     if outcome.state is State.INTERRUPTED:
-        keep_last_words(folder, second_folder, LastWords(outcome.reason, clock.now_utc(), outcome.cause))
+        words = LastWords(outcome.reason, clock.now_utc(), outcome.cause)
+        is_on_record = keep_last_words(folder, second_folder, words)
     if outcome.state in UNASKED or outcome.cause in ENDED_BY:
         page = explain(folder, outcome.reason, outcome.positions_deg, second_folder, outcome.cause)
         if page is not None and page.parent != folder:
-            return replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
+            outcome = replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
+    if is_on_record:
+        services.ended()
     return outcome
 
 

@@ -90,7 +90,7 @@ def resume(
             write=replace_file,
             claim=services.claim,
         ) as rig:
-            rig.belongs_to(run_dir, services.ring)
+            services = replace(services, ended=rig.belongs_to(run_dir, services.ring))
             _require_nobody_else(rig)
             return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
 

@@ -44,6 +44,9 @@ class RunServices:
     """Of the disk that holds a folder."""
     begun: Callable[[], None] = _tell_nobody
     """Called when nothing refuses the run any more: it is owned and its journal is open, and nothing has moved."""
+    ended: Callable[[], None] = _tell_nobody
+    """Called when the end of the run is on record, in its journal or as last words beside it, with the page that is
+    due: who closes the rig before that has it told as the run's death."""
     second_folder: Path | None = None
     """Where an emergency copy of the journal goes when its own disk fails."""
     claim: Claim = claimed_by_nobody_else

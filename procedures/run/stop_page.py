@@ -25,7 +25,7 @@ from procedures.journal.storage import JOURNAL_FILE
 from procedures.pages import page_environment
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import State
-from procedures.run.ending import NO_RUN, PROCESS
+from procedures.run.ending import DIED, NO_RUN, PROCESS
 from procedures.run.sparkline import Sparkline, sparkline
 from rig.clock import SystemClock
 from rig.local_time import at_both, local_clock
@@ -125,7 +125,7 @@ def read_why(
         known = [] if positions_deg else _known_motion(reader)
         done = len(reader.accepted_steps() & {dwell.step for dwell in plan.design_dwells})
         cause = cause or str(state.detail.get("cause", ""))
-        stands = derived_state(reader.state(), is_alive=is_owned(run_dir))
+        stands = derived_state(reader.state(), is_alive=cause != DIED and is_owned(run_dir))
         return Why(
             run=run_dir.name,
             title=reader.header.title,

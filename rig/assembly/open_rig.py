@@ -133,9 +133,7 @@ class Rig:
         return self._devices.chance
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
-        """Return what happened on every line since it was opened, by its table (``axes.pitch``), or by device where
-        several share it (``axes.pitch, unit 2``).
-        """
+        """Return the counts of every line, by table, or by device where several share it (``axes.pitch, unit 2``)."""
         return self._devices.counts()
 
     def reconnect(self) -> None:
@@ -167,10 +165,12 @@ class Rig:
         if self._guard is not None:
             self._guard.take_trouble()
 
-    def belongs_to(self, run_dir: Path, ring: Sequence[str] = ()) -> None:
-        """Whoever stops these axes from elsewhere tells of it in the run's folder, and to people by ``ring``."""
-        if self._guard is not None:
-            self._guard.belongs_to(run_dir, ring)
+    def belongs_to(self, run_dir: Path, ring: Sequence[str] = ()) -> Callable[[], None]:
+        """Whoever stops these axes from elsewhere tells of it in the run's folder, and to people by ``ring``.
+
+        Return what is called once the run's end is on record: to close this before is told as the run's death.
+        """
+        return (lambda: None) if self._guard is None else self._guard.belongs_to(run_dir, ring)
 
     def identities(self) -> dict[str, str]:
         """Return who every device says it is, by table (``axes.pitch``).

@@ -1,7 +1,8 @@
 """The stop guard, a process of its own: started as a file, with the standard library and one codec.
 
 It holds the lines of an engine (the same open descriptors), the bytes that stop every axis, and one end of a channel.
-It sends the stops when the engine is gone without a goodbye, and, while anything may move, when the engine is frozen
+It sends the stops when the engine is gone without a goodbye, or gives the rig back before the end of its run is on
+record, and, while anything may move, when the engine is frozen
 (SIGSTOP), gives no sign of life, or the machine was suspended; then it ends the engine, since an engine that thaws
 would go on with a motion that is over. While every axis stands an engine may stall as long as it likes.
 
@@ -41,6 +42,8 @@ TIMES, AGAIN_S = 3, 0.15
 ANSWER_S, LINE_S = 0.3, 2.0
 GIVEN_BACK = -1
 GONE = "the engine ended without a word"
+UNENDED = "the engine gave the axes back before the end of its run was on record"
+"""It cannot go on as it is, as one without memory or open files; it may still say so on its screen."""
 
 
 class Line:
@@ -186,7 +189,7 @@ class Guard:
                 return
 
     def hear(self) -> bool:
-        """Take what the engine says; False after a goodbye. An end without one is a death."""
+        """Take what the engine says; False after a goodbye. An end without one, or before a run's, is a death."""
         try:
             data, descriptors, _, _ = socket.recv_fds(self.channel, 65536, 64)
         except OSError:
@@ -199,6 +202,9 @@ class Guard:
         *lines, self.pending = (self.pending + data).split(b"\n")
         for line in lines:
             message = json.loads(line)
+            if message.get("goodbye") is False:
+                self.stop_for_good(UNENDED)
+                return False
             if "goodbye" in message:
                 for _ in range(TIMES if self.moving else 0):
                     self.stop_axes()
@@ -257,7 +263,7 @@ class Guard:
         moving, stopped_utc = self.moving, CLOCK.now_utc().isoformat(timespec="seconds")
         outcomes = self.stop_axes()
         # An engine that thaws would go on with a plan whose axes were stopped behind its back.
-        if os.getppid() == self.engine:
+        if why != UNENDED and os.getppid() == self.engine:
             with suppress(OSError):
                 os.kill(self.engine, signal.SIGKILL)
             why = why if why == GONE else f"{why}; it was ended"
@@ -273,7 +279,7 @@ class Guard:
             "axes": outcomes,
         }
         self.ring(document)
-        if moving:
+        if moving or why == UNENDED:
             self.write_record(document)
 
     def ring(self, document: dict[str, Any]) -> None:

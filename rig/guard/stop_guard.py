@@ -8,7 +8,7 @@ import select
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import RLock
@@ -71,6 +71,7 @@ class StopGuard:
         self._pending = b""
         self._moving: list[str] = []
         self._ring: tuple[str, ...] = ()
+        self._owes_end = False
         self._beaten_s = self._heard_s = self._resumed_s = 0.0
         self._trouble: RigError | None = None
         self._turn = RLock()
@@ -80,15 +81,21 @@ class StopGuard:
         """Of the guard; None before the first motion."""
         return None if self._process is None else self._process.pid
 
-    def belongs_to(self, run_dir: Path, ring: Sequence[str] = ()) -> None:
+    def belongs_to(self, run_dir: Path, ring: Sequence[str] = ()) -> Callable[[], None]:
         """From the next motion on it is a run's: what it does is told in the run's folder.
 
         ``ring``: the command that tells people of an end without a goodbye; it gets what the guard knows as its last
-        word.
+        word. Return what is called when the end of the run is on record: a goodbye before that is none.
         """
+
+        def end_is_on_record() -> None:
+            self._owes_end = False
+
+        self._owes_end = True
         self._record = run_dir.resolve() / RECORD
         self._rig["run"] = str(run_dir.resolve())
         self._ring = tuple(ring)
+        return end_is_on_record
 
     def hold(self, lines: Sequence[GuardedLine]) -> None:
         """Hold the lines as they are open now."""
@@ -160,11 +167,15 @@ class StopGuard:
         return "" if trouble is None else str(trouble)
 
     def close(self) -> None:
-        """Say goodbye; where something is not known to stand, the guard stops it on its way out."""
+        """Say goodbye; where something is not known to stand, the guard stops it on its way out.
+
+        That of a run whose end is not on record is no goodbye: the guard does all that it does after a death, except
+        that it ends nobody.
+        """
         with self._turn:
             if self._channel is None or self._process is None:
                 return
-            self._send({"goodbye": True})
+            self._send({"goodbye": not self._owes_end})
             if self._channel is not None:
                 self._channel.close()
                 self._channel = None

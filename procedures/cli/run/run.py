@@ -159,8 +159,8 @@ def _perform(
             with left_out_where_empty(folder), attended(begins, alerts, folder) as attendance:
                 at_last.callback(attendance.ring_out, folder)
                 kept = as_kept(archive, is_simulated=performed.is_simulated)
-                services = replace(attendance.services, lease_news=lease.news, archive=kept)
-                opened.belongs_to(folder, services.ring)
+                ended = opened.belongs_to(folder, attendance.services.ring)
+                services = replace(attendance.services, lease_news=lease.news, archive=kept, ended=ended)
                 outcome = begin(folder, header, plan, opened, attendance.observer, services=services)
         return conclude(folder, outcome, archive, attendance, json=json)
 

@@ -47,6 +47,21 @@ def test_text_is_one_line_whatever_a_message_holds(tmp_path: Path) -> None:
     assert line.endswith("command: calrig note a<U+000A>b<U+202E>")
 
 
+def test_a_command_that_has_no_memory_for_a_thread_ends_with_its_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(_thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    def work() -> None:
+        with logged([], {"CALRIG_LOG": str(tmp_path / "calrig.log")}):
+            monkeypatch.setattr(threading.Thread, "start", refused)
+            raise MemoryError
+
+    with pytest.raises(MemoryError):
+        work()
+
+
 @pytest.mark.parametrize("level", ["info", "debug"])
 def test_what_a_run_tells_is_logged_and_told_on_and_dwells_to_those_who_ask(tmp_path: Path, level: str) -> None:
     path = tmp_path / "calrig.log"
