@@ -1,14 +1,13 @@
 """Between which dwells a change was, and how the dwells in doubt are measured again, in words."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-import numpy as np
-
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.step_scan import Change, Course
-from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.analysis.diagnostics.take_back import ways_back_of
+from ams.arrays import BoolArray
 from ams.findings import Finding, Said
 from ams.observations import Observations
 from ams.rounding import significant, two_digits
@@ -70,13 +69,20 @@ def doubted_steps(change: Change, course: Course, rows: Observations) -> tuple[i
 
 
 def doubt(change: Change, course: Course, rows: Observations) -> Said:
-    """Return how many dwells are in it, and what can be done about them."""
+    """Return how many dwells are in it, and what can be done: either side can be measured again.
+
+    No command solves a part of a run, and which side stands as it should is not known here.
+    """
     changed = course.during(change)
-    where, which = ("since", "of one side") if change.end is None else ("in between", "outside")
-    return Said(
-        f"{int(changed.sum())} of {changed.size} dwells were measured {where}",
-        f"measure them again{_command(change, course, rows)}, or solve those {which}",
+    where, which, others = (
+        ("since", "of one side", "before") if change.end is None else ("in between", "outside", "outside")
     )
+    fact = f"{int(changed.sum())} of {changed.size} dwells were measured {where}"
+    if rows.step is None:
+        return Said(fact, f"measure them again, or solve those {which}")
+    as_others = ", with the table as it stood for the other" if change.is_of_table else ""
+    sides = [*_side(changed, where, rows), *_side(~changed, others, rows)]
+    return Said(fact, f"measure one side again{as_others}: {', or '.join(sides)}" if sides else "measure all again")
 
 
 def with_size(finding: Finding, step: Step, unit: str) -> Finding:
@@ -104,11 +110,8 @@ def as_stated(finding: Finding) -> Finding:
     return finding if finding.is_held else finding.adding("the result is a mixture of both")
 
 
-def _command(change: Change, course: Course, rows: Observations) -> str:
-    steps = doubted_steps(change, course, rows)
-    if not steps:
-        return ""
-    if change.end is None:
-        return f" ({void_command(min(steps), rows.run)})"
-    touched = np.unique(rows.replication[course.during(change)])
-    return f" ({', '.join(redo_command(label, rows.run) for label in touched)})"
+def _side(which: BoolArray, where: str, rows: Observations) -> Iterator[str]:
+    """Yield how the dwells of one side are measured again; nothing where that takes back every dwell of the run."""
+    for way in ways_back_of(which, rows)[:1]:
+        if way.dwells < rows.rows:
+            yield f"the {int(which.sum())} {where} ({way.text})"

@@ -24,7 +24,7 @@ import numpy as np
 from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL, SLIP
 from ams.analysis.diagnostics.dwell_words import dwell_words
-from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.analysis.diagnostics.take_back import ways_back_of, ways_in_words
 from ams.analysis.diagnostics.wrong_dwell_words import MOST_LISTED
 from ams.analysis.diagnostics.wrong_dwells import LARGEST_SHARE, LEAST_DOF
 from ams.calibration.table_dwell_search import Behind, DwellSearch, StoodPackage, seen_package
@@ -127,10 +127,10 @@ def _finding(off: Sequence[_Judged], search: DwellSearch) -> Finding:
     more = len(turns) - MOST_LISTED
     listed = "; ".join(turns[:MOST_LISTED]) + (f"; and at {more} more" if more > 0 else "")
     steps = () if first.rows.step is None else tuple(int(first.rows.step[row]) for row in rows)
-    replications = dict.fromkeys(replication for replication, _ in sorted(judged.labels for judged in off))
-    redo = ", ".join(redo_command(label, first.rows.run) for label in replications)
+    meant = np.zeros(first.rows.rows, dtype=bool)
+    meant[rows] = True
     what_to_do = (
-        f"measure again ({redo}, or {void_command(min(steps), first.rows.run)})"
+        f"measure again ({ways_in_words(ways_back_of(meant, first.rows))})"
         if steps
         else f"measure again, or take {'its row' if len(rows) == 1 else 'their rows'} out of {first.rows.source} and "
         "solve it again"

@@ -378,13 +378,13 @@ def since_check_set(epoch: int) -> str:
     return f"since the check set of epoch {epoch}"
 
 
-def way_out(judged: Judged, plan: Plan, folder: Path) -> str:
-    """Name the dwells in doubt, and what takes them back."""
+def way_out(judged: Judged, dwells: Iterable[DwellRecord], folder: Path) -> str:
+    """Name the dwells in doubt, and what takes them back of all ``dwells`` that count."""
     run = shlex.quote(str(folder))
     if not judged.doubtful:
         return f"calrig continue {run} goes on, and compares with this visit from then on"
     return (
         f"{in_doubt(judged.doubtful)}; {TO_MEASURE_AGAIN}put the table right, calrig stop {run}, then "
-        f"{take_back_commands(judged.doubtful, plan, run)}, and calrig resume {run}; "
+        f"{take_back_commands(judged.doubtful, dwells, run)}; then calrig resume {run}; "
         f"calrig continue {run} keeps them and compares with this visit from then on"
     )

@@ -1,11 +1,10 @@
 """Which dwells a change of table or meter leaves in doubt, and the commands that have them measured again."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Final
 
-from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.analysis.diagnostics.take_back import ways_back, ways_in_words
 from ams.findings import Said
-from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
 
 Moment = tuple[int, float]
@@ -25,25 +24,28 @@ def in_doubt(steps: Collection[int]) -> str:
     )
 
 
-def take_back_commands(steps: Collection[int], plan: Plan, run: str) -> str:
-    """Return the commands that take back the dwells in doubt: from the first on, or the replications they are of."""
-    labels = sorted({dwell.replication for dwell in plan.design_dwells if dwell.step in set(steps)})
-    redone = " and ".join(redo_command(label, run) for label in labels)
-    return f"{void_command(min(steps), run)}{f', or {redone}' if redone else ''}"
+def take_back_commands(steps: Collection[int], dwells: Iterable[DwellRecord], run: str) -> str:
+    """Return the commands that take back the dwells in doubt, with what each takes back, the cheapest first.
+
+    ``dwells``: all of the run; those of the design that count are taken back.
+    """
+    design = sorted(
+        (dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"),
+        key=lambda dwell: (dwell.epoch, dwell.ended_s),
+    )
+    return ways_in_words(ways_back(set(steps), [(dwell.step, dwell.replication) for dwell in design], run))
 
 
-def measured_again(steps: Collection[int], plan: Plan, run: str) -> Said:
+def measured_again(steps: Collection[int], dwells: Iterable[DwellRecord], run: str) -> Said:
     """Return how dwells that a change of the meter leaves in doubt are measured again, or what else can be done."""
     return Said(
         in_doubt(steps),
-        f"{TO_MEASURE_AGAIN}put the meter right, then {take_back_commands(steps, plan, run)}, and calrig resume {run}; "
-        f"{_ACCEPTED}",
+        f"{TO_MEASURE_AGAIN}put the meter right, then {take_back_commands(steps, dwells, run)}; then calrig resume "
+        f"{run}; {_ACCEPTED}",
     )
 
 
-def meter_way_out(
-    steps: Sequence[int], since: Moment, until: Moment, dwells: Sequence[DwellRecord], plan: Plan, run: str
-) -> Said:
+def meter_way_out(steps: Sequence[int], since: Moment, until: Moment, dwells: Sequence[DwellRecord], run: str) -> Said:
     """Say what a change of the meter leaves in doubt of the design, and the way out.
 
     ``steps``: measured in between, where visits tell it; else those that count and were. ``since`` and ``until``: when
@@ -55,9 +57,9 @@ def meter_way_out(
     counting = {dwell.step for dwell in design}
     between = [step for step in steps if step in counting] or sorted(counting - set(before) - set(after))
     if between:
-        return measured_again(between, plan, run)
+        return measured_again(between, design, run)
     if not before or not after:
         return Said("all dwells that count stand on one side of it: none is in doubt by it")
-    again = measured_again(after, plan, run)
+    again = measured_again(after, design, run)
     mixture = f"{len(after)} of {len(design)} dwells were measured after it, and the result is a mixture"
     return again._replace(fact=f"{mixture}: {again.fact}")

@@ -255,7 +255,8 @@ class Epoch:
         self._progress_log.event(COMMON_MODE, {**detail, "doubtful": list(judged.doubtful)})
         self._progress_log.tell(COMMON_MODE, sentence)
         if judged.holds:
-            self._context.hold(Alarm(TABLE, f"{sentence}; {way_out(judged, self._plan, folder)}", "ask"))
+            known = [*self._history.dwells, *self._accepted]
+            self._context.hold(Alarm(TABLE, f"{sentence}; {way_out(judged, known, folder)}", "ask"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Learn from a dwell: accepted ones judge later ones, in the order in which an uninterrupted run takes them."""

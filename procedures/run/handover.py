@@ -16,7 +16,6 @@ from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
 from procedures.journal.stop_advice import StopNumbers, held_before, left_in_doubt, next_step, numbers_of
 from procedures.journal.verdict_file import hindered_in, read_verdict, rows_in
-from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, MADE_AGAIN
 from procedures.records.states import ACTIVE, State, state_sentence
@@ -32,13 +31,12 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
     stands = status(run_dir)
     with JournalReader.open(run_dir) as reader:
         header, stamped = reader.header, list(reader.events())
-        plan = header.plan
         events = list(on_one_clock(stamped))
         dwells = list(dwells_on_one_clock(reader.dwells(with_samples=False), stamped))
         quarantined = reader.quarantined()
     last = next(event for event in reversed(events) if event.kind == "state")
     cause = str(last.detail.get("cause", ""))
-    doubts, numbers = _meter_doubts(run_dir, events, plan), numbers_of(str(run_dir), events, dwells)
+    doubts, numbers = _meter_doubts(run_dir, events, dwells), numbers_of(str(run_dir), events, dwells)
     lines = [
         one_line(header.title),
         f"run        {run_dir}",
@@ -126,10 +124,10 @@ def _next(run_dir: Path, state: State, cause: str, before: str, meter_doubts: st
     return f"it is solved; read the verdict and its grounds in the report first: each says what it leaves open; {solve}"
 
 
-def _meter_doubts(run_dir: Path, events: Sequence[Event], plan: Plan) -> str:
+def _meter_doubts(run_dir: Path, events: Sequence[Event], dwells: Sequence[DwellRecord]) -> str:
     """Return how the dwells are measured again that a change of the meter left in doubt and nobody took back since."""
     doubtful = set[int]().union(*left_in_doubt(events, _is_of_meter))
-    return measured_again(doubtful, plan, shlex.quote(str(run_dir))).text if doubtful else ""
+    return measured_again(doubtful, dwells, shlex.quote(str(run_dir))).text if doubtful else ""
 
 
 def _is_of_meter(event: Event) -> bool:

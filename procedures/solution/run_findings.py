@@ -102,7 +102,7 @@ def _with_way_out(finding: Finding, judged: Judged, record: RunRecord) -> Findin
     if not finding.is_significant or finding.kind not in OF_THE_METER:
         return finding
     run = shlex.quote(record.run_id)
-    return finding.adding(*meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, record.plan, run))
+    return finding.adding(*meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, run))
 
 
 def proved_changes(record: RunRecord) -> tuple[ProvedChange, ...]:

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from ams.analysis.diagnostics.dwell_words import dwell_words
-from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.analysis.diagnostics.take_back import ways_back_of, ways_in_words
 from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.inputs.request import select_rows
@@ -51,7 +51,9 @@ def without_wild_temperatures(item: SensorRows) -> SetAside:
         return SetAside(item)
     kept = tuple(dwell for dwell, wild in zip(dwells, is_wild.tolist(), strict=True) if not wild)
     rows = observations_of(dwells, item.channels, None, item.source, run=item.run)
-    return SetAside(replace(item, dwells=kept), (_finding(select_rows(rows, is_wild), read_degc[is_wild].tolist()),))
+    ways = ways_in_words(ways_back_of(is_wild, rows))
+    finding = _finding(select_rows(rows, is_wild), read_degc[is_wild].tolist(), ways)
+    return SetAside(replace(item, dwells=kept), (finding,))
 
 
 def _read_degc(item: SensorRows, dwells: Sequence[DwellRecord]) -> FloatArray:
@@ -70,7 +72,7 @@ def _resistors_at(item: SensorRows) -> Sequence[str]:
     return tuple(dict.fromkeys(chain.load_resistor_at for chain in chains if chain.load_resistor_at is not None))
 
 
-def _finding(rows: Observations, read_degc: Sequence[float]) -> Finding:
+def _finding(rows: Observations, read_degc: Sequence[float], ways: str) -> Finding:
     each = [f"{dwell_words(rows, row)} with {read:.4g} °C" for row, read in enumerate(read_degc[:_MOST_LISTED])]
     more = rows.rows - len(each)
     listed = "; ".join(each) + (f"; and {more} more" if more else "")
@@ -87,6 +89,5 @@ def _finding(rows: Observations, read_degc: Sequence[float]) -> Finding:
         "replication": float(rows.replication[0]),
         "point": float(rows.point[0]),
     }
-    redo, void = redo_command(rows.replication[0], rows.run), void_command(min(steps), rows.run)
-    what_to_do = f"look at the thermometer and its wiring, and measure again ({redo}, or {void})"
+    what_to_do = f"look at the thermometer and its wiring, and measure again ({ways})"
     return Finding("wrong-dwell", fact, True, None, steps, details, what_to_do=what_to_do)

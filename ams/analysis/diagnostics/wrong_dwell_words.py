@@ -9,7 +9,7 @@ import numpy as np
 from ams.analysis.diagnostics.beliefs import BeliefTest
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.size_words import Scale
-from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.analysis.diagnostics.take_back import ways_back_of, ways_in_words
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
 from ams.inputs.known_of_run import DwellLabels
@@ -51,9 +51,10 @@ def wrong_dwell_finding(
     listed = "; ".join(dwells[:MOST_LISTED]) + (f"; and {more} more" if more > 0 else "")
     first = rows[0]
     steps = () if observations.step is None else tuple(int(observations.step[row]) for row in rows)
-    redo = redo_command(observations.replication[first], observations.run)
+    meant = np.zeros(observations.rows, dtype=bool)
+    meant[list(rows)] = True
     what_to_do = (
-        f"measure it again ({redo}, or {void_command(min(steps), observations.run)})"
+        f"measure {'it' if len(rows) == 1 else 'them'} again ({ways_in_words(ways_back_of(meant, observations))})"
         if steps
         else f"look at it, or take {'its row' if len(rows) == 1 else 'their rows'} out of {observations.source} and "
         "solve it again"

@@ -251,7 +251,7 @@ def test_a_change_of_the_meter_names_the_dwells_in_doubt_and_what_measures_them_
     assert f"in doubt are the {len(doubtful)} dwells of steps {min(doubtful)} to {max(doubtful)}" in finding.text
     run = shlex.quote(solved.record.run_id)
     assert f"calrig void {run} --from {min(doubtful)} --operator NAME --reason TEXT" in finding.text
-    assert f"and calrig resume {run};" in finding.text
+    assert f"; then calrig resume {run};" in finding.text
     assert "accept the finding by name and reason" in finding.text
     page = handover(run_dir).partition("\nnext ")[2]
     assert "nothing, it is solved" not in page
