@@ -46,10 +46,10 @@ class Authorisation:
                 raise RequestError(f"{name}: {complaint}; nothing was changed")
 
 
-def void_from(run_dir: Path, step: int, authorisation: Authorisation, clock: Clock | None = None) -> int:
-    """Take back the dwell of ``step`` and everything measured after it, in the order of time; returns how many.
+def measured_from(run_dir: Path, step: int) -> list[DwellRecord]:
+    """Return the accepted dwell of ``step`` and all that were measured after it, in the order of time.
 
-    Raises: RequestError (a process runs the run, no such dwell, no reason), JournalError, StorageFailed.
+    Raises: RequestError where no dwell of it counts, JournalError.
     """
     accepted = _accepted(run_dir)
     index = next((index for index, dwell in enumerate(accepted) if dwell.step == step), None)
@@ -59,17 +59,30 @@ def void_from(run_dir: Path, step: int, authorisation: Authorisation, clock: Clo
             f"{run_dir}: no accepted dwell of step {step} (accepted steps: {known}); nothing was changed; the report "
             "and calrig handover name steps"
         )
-    return _void(run_dir, accepted[index:], "void", authorisation, clock)
+    return accepted[index:]
 
 
-def redo(run_dir: Path, replication: int, authorisation: Authorisation, clock: Clock | None = None) -> int:
-    """Take back every dwell of one replication, to be measured again. Returns and raises as :func:`void_from`."""
+def measured_of(run_dir: Path, replication: int) -> list[DwellRecord]:
+    """Return the accepted dwells of one replication. Raises: as :func:`measured_from`."""
     dwells = [dwell for dwell in _accepted(run_dir) if dwell.replication == replication]
     if not dwells:
         raise RequestError(
             f"{run_dir}: replication {replication} has no accepted dwell, so it is measured anyway; nothing was changed"
         )
-    return _void(run_dir, dwells, "redo", authorisation, clock)
+    return dwells
+
+
+def void_from(run_dir: Path, step: int, authorisation: Authorisation, clock: Clock | None = None) -> int:
+    """Take back the dwell of ``step`` and everything measured after it, in the order of time; returns how many.
+
+    Raises: RequestError (a process runs the run, no such dwell, no reason), JournalError, StorageFailed.
+    """
+    return _void(run_dir, measured_from(run_dir, step), "void", authorisation, clock)
+
+
+def redo(run_dir: Path, replication: int, authorisation: Authorisation, clock: Clock | None = None) -> int:
+    """Take back every dwell of one replication, to be measured again. Returns and raises as :func:`void_from`."""
+    return _void(run_dir, measured_of(run_dir, replication), "redo", authorisation, clock)
 
 
 def add_note(

@@ -250,13 +250,12 @@ class Epoch:
         if judged is None or not judged.findings:
             return
         sentence, folder = judged.sentence, self._progress_log.folder
-        kinds = [finding.kind for finding in judged.findings]
-        detail = {"step": judged.step, "text": sentence, "kinds": kinds, "held": judged.holds}
-        self._progress_log.event(COMMON_MODE, {**detail, "doubtful": list(judged.doubtful)})
+        detail = {"step": judged.step, "text": sentence, "held": judged.holds, "doubtful": list(judged.doubtful)}
+        self._progress_log.event(COMMON_MODE, {**detail, "kinds": [finding.kind for finding in judged.findings]})
         self._progress_log.tell(COMMON_MODE, sentence)
         if judged.holds:
-            known = [*self._history.dwells, *self._accepted]
-            self._context.hold(Alarm(TABLE, f"{sentence}; {way_out(judged, known, folder)}", "ask"))
+            out = way_out(judged, [*self._history.dwells, *self._accepted], folder)
+            self._context.hold(Alarm(TABLE, f"{sentence}; {out}", "ask"))
 
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Learn from a dwell: accepted ones judge later ones, in the order in which an uninterrupted run takes them."""

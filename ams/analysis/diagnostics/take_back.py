@@ -48,10 +48,10 @@ def ways_back(steps: Collection[int], measured: Sequence[Measured], run: str = "
     ``measured``: every dwell of the design that counts, in the order of time, which is that of a void: a replication
     that was measured again comes last, whatever its steps.
     """
-    meant = [place for place, (step, _) in enumerate(measured) if step in steps]
+    meant = [index for index, (step, _) in enumerate(measured) if step in steps]
     if not meant:
         return ()
-    labels = sorted({measured[place][1] for place in meant})
+    labels = sorted({measured[index][1] for index in meant})
     whole = sum(replication in labels for _, replication in measured)
     redo = WayBack(tuple(redo_command(label, run) for label in labels), whole)
     void = WayBack((void_command(measured[meant[0]][0], run),), len(measured) - meant[0])

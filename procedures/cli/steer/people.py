@@ -1,5 +1,7 @@
 """``calrig note``, ``ack``, ``void``, ``redo``, ``handover``, ``salvage``: what people do beside steering a run."""
 
+import sys
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -17,16 +19,26 @@ from procedures.cli.options import (
     Operator,
     RunsFolder,
 )
+from procedures.cli.output import note as tell
 from procedures.cli.output import say
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.errors import RequestError
 from procedures.journal.alert_record import is_known_elsewhere, keep_acknowledgement
-from procedures.journal.corrections import TAKES_BACK, Authorisation, acknowledge, add_note, void_from
+from procedures.journal.corrections import (
+    TAKES_BACK,
+    Authorisation,
+    acknowledge,
+    add_note,
+    measured_from,
+    measured_of,
+    void_from,
+)
 from procedures.journal.corrections import redo as redo_replication
 from procedures.journal.owner import is_owned
 from procedures.journal.salvage import salvage as rescue
 from procedures.journal.second_folder import second_folder
 from procedures.journal.spool import ask
+from procedures.records.dwells import DwellRecord
 from procedures.run.handover import handover as page
 
 Remounted = Annotated[
@@ -99,6 +111,7 @@ def void(
     """Take back a dwell and everything measured after it; `calrig resume` measures it again.
 
     Nothing is deleted: the journal keeps the dwells and says who took them back and why. No process may run the run.
+    How many it takes back is said before; at a terminal, those of more than one replication only after a yes.
 
     Parameters
     ----------
@@ -106,6 +119,7 @@ def void(
         Step of the first dwell that counts no more, as the report and `calrig handover` name it.
     """
     folder = run_in_state(run, out, TAKES_BACK, "taken back from")
+    _require_leave(folder, measured_from(folder, from_))
     count = void_from(folder, from_, Authorisation(person_named(operator), reason, remounted))
     say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
 
@@ -122,12 +136,15 @@ def redo(
 ) -> None:
     """Take back one replication; `calrig resume` measures it again. No process may run the run.
 
+    How many dwells it takes back is said before.
+
     Parameters
     ----------
     replication
         Number of the replication, from 1.
     """
     folder = run_in_state(run, out, TAKES_BACK, "taken back from")
+    _require_leave(folder, measured_of(folder, replication))
     count = redo_replication(folder, replication, Authorisation(person_named(operator), reason, remounted))
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
 
@@ -152,6 +169,23 @@ def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS)
         say(f"lost: {found.events_promised - found.events} events that were committed")
     for name in found.quarantined:
         say(f"damaged, to be measured again: {name}")
+
+
+def _require_leave(folder: Path, dwells: Sequence[DwellRecord]) -> None:
+    """Say what is about to be taken back; at a terminal ask where it is more than one replication.
+
+    Raises: RequestError where the answer is not yes.
+    """
+    design = [dwell for dwell in dwells if dwell.purpose == "design"]
+    touched = sorted({dwell.replication for dwell in design})
+    of = f"replication{'' if len(touched) == 1 else 's'} {', '.join(map(str, touched))}"
+    whose = f", {len(design)} of the design in {of}" if design else ", none of the design"
+    tell(f"{folder}: takes back {len(dwells)} dwell{'' if len(dwells) == 1 else 's'}{whose}")
+    if len(touched) <= 1 or not sys.stdin.isatty():
+        return
+    tell("Type yes to take them back:")
+    if sys.stdin.readline().strip().lower() != "yes":
+        raise RequestError(f"{folder}: not confirmed; nothing was taken back")
 
 
 def _is_run(word: str, runs: Path) -> bool:

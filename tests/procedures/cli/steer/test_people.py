@@ -1,5 +1,6 @@
 """The commands for people, as they call them: note, void, redo, handover, salvage, and what they refuse."""
 
+import io
 import shlex
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from job_files import job
 from journals import note_of_an_older_version
 
 from ams.analysis.diagnostics.take_back import redo_command, void_command
+from procedures.journal.journal_reader import JournalReader
 
 pytestmark = pytest.mark.usefixtures("no_report")
 
@@ -130,3 +132,32 @@ def test_a_command_that_a_finding_or_a_hold_prints_is_taken_as_it_stands(
         assert (program, refused.status) == ("calrig", 2)
         assert "requires an argument" not in refused.err, refused.err
         assert str(tmp_path) in refused.err, refused.err
+
+
+def test_more_than_a_replication_is_taken_back_at_a_terminal_only_after_a_yes(
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A void from the first dwell was the whole night, without a word. Nobody is asked where nobody can answer."""
+    run = finished_job.copied_to(tmp_path)
+    with JournalReader.open(run) as reader:
+        design = [dwell for dwell in reader.dwells(accepted_only=True) if dwell.purpose == "design"]
+    last = max(dwell.replication for dwell in design)
+    of_last = [dwell.step for dwell in design if dwell.replication == last]
+    signed = ("--reason", "door", "--operator", "anna")
+    monkeypatch.setattr("sys.stdin", Terminal("no\n"))
+    refused = call(capsys, "void", run, "--from", design[0].step, *signed)
+    assert (refused.status, "nothing was taken back" in refused.err) == (2, True)
+    assert f"{len(design)} of the design in replications 1, " in refused.err
+    assert call(capsys, "status", run, "--json").document["state"] == "finished"
+    monkeypatch.setattr("sys.stdin", Terminal(""))
+    assert call(capsys, "void", run, "--from", of_last[-1], *signed).status == 0, "of one replication: not asked"
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
+    assert call(capsys, "void", run, "--from", design[1].step, *signed).status == 0
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    redone = call(capsys, "redo", run, "--replication", 1, *signed)
+    assert (redone.status, "takes back 1 dwell, 1 of the design in replication 1" in redone.err) == (0, True)
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
