@@ -18,6 +18,7 @@ from physics_scenes.tables import (
 )
 from physics_scenes.world import Build, World
 
+BACKLASH_ARCSEC = (0.0, 0.5, 1.0, 2.0, 4.0, 10.0, 20.0)
 LIMITS_ARCSEC = (0.0, 0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 2.0, 5.0)
 CurveOf = Callable[[float, int, np.random.Generator], Curve]
 
@@ -101,6 +102,37 @@ def orthogonality(world: World, size: float, chance: np.random.Generator) -> Wor
     return replace(world, table=world.table.moved(orthogonality_rad=arcsec(size) * sign))
 
 
+def pitch_backlash(world: World, size: float, chance: np.random.Generator) -> World:
+    """The pitch axis comes to rest on either side of where it says, the size apart, by the way it came.
+
+    A worm or a gear with play: half the size to the side that its last move came from or went to, one and the same in
+    a campaign. An axis that did not move stays where it lay. Not gravity decides, as with a loose fixture.
+    """
+    schedule = world.schedule
+    side = last_way(schedule.pitch_deg, schedule.previous_pitch_deg)
+    return replace(world, table=world.table.moved(pitch_rad=0.5 * arcsec(size) * side * _leading(world, chance)))
+
+
+def roll_backlash(world: World, size: float, chance: np.random.Generator) -> World:
+    """The roll axis comes to rest on either side of where it says, the size apart, by the way it came."""
+    schedule = world.schedule
+    side = last_way(schedule.roll_deg, schedule.previous_roll_deg)
+    return replace(world, table=world.table.moved(roll_rad=0.5 * arcsec(size) * side * _leading(world, chance)))
+
+
+def last_way(angle_deg: np.ndarray, previous_deg: np.ndarray) -> np.ndarray:
+    """Return +1 or −1 for every dwell, the sense of the last move; upwards before the first one."""
+    ways, way = [], 1.0
+    for here, before in zip(angle_deg.tolist(), previous_deg.tolist(), strict=True):
+        way = way if here == before else (1.0 if here > before else -1.0)
+        ways.append(way)
+    return np.array(ways)
+
+
+def _leading(world: World, chance: np.random.Generator) -> np.ndarray:
+    return chance.choice([-1.0, 1.0], (world.campaigns, 1))
+
+
 def with_curves(world: World, size: float, chance: np.random.Generator, curve_of: CurveOf) -> World:
     """Draw a curve for pitch and another for roll."""
     pitch = curve_of(arcsec(size), world.campaigns, chance)
@@ -145,4 +177,6 @@ TABLE_SCENES = (
         "lack-of-fit",
         also=("level-undeclared",),
     ),
+    Scene("table-backlash-pitch", pitch_backlash, "arcsec", BACKLASH_ARCSEC, "table-rotation"),
+    Scene("table-backlash-roll", roll_backlash, "arcsec", BACKLASH_ARCSEC, "table-rotation"),
 )
