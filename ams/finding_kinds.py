@@ -121,9 +121,10 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     ),
     "table-rotation": KindOfFinding(
         "table",
-        "The table, its base or the common fixture turned while it was measured, or stood off all the while",
-        "Look at coupling, base and fixture; measure again what stands behind the turn, or release by name what was "
-        "put in quarantine",
+        "The table, its base or the common fixture turned while it was measured, stood off all the while, or comes to "
+        "rest by the way that it came (backlash)",
+        "Look at coupling, base and fixture; measure again what stands behind the turn, of an axis with backlash with "
+        "an approach from one side, or release by name what was put in quarantine",
         together="the table, its base or the common fixture",
     ),
     "meter-gain": KindOfFinding(

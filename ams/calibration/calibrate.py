@@ -161,8 +161,9 @@ def _diagnosed(
         alike = request.known_of_run.alike
         contradicted = [(*mistaken.get(label, ()), *signs.get(label, ())) for label in group]
         under = Circumstances(
-            rows, outputs, request.table, errors, limits, family, (), changed, said, alike=alike, signs=contradicted
-        )
+            rows, outputs, request.table, errors, limits, family, (), changed, said,
+            alike=alike, single_approach=request.single_approach, signs=contradicted,
+        )  # fmt: skip
         every.append((solved, under, evidence))
     return diagnose_together(every)
 

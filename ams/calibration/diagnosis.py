@@ -36,9 +36,10 @@ from ams.analysis.diagnostics.table_limit_wording import of_table_limit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.wording import findings_of
 from ams.analysis.diagnostics.wrong_dwell_words import Convicted, wrong_dwell_finding
-from ams.analysis.replication import quantity
 from ams.arrays import FloatArray
 from ams.calibration import step_words
+from ams.calibration.backlash_found import Play, backlash_findings, taken_by, test_of
+from ams.calibration.backlash_shown import SENSITIVITIES
 from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.explained import (
@@ -48,19 +49,17 @@ from ams.calibration.explained import (
     without_transient,
     without_wrong_dwells,
 )
+from ams.calibration.moved_quantities import moves_between
 from ams.calibration.step_columns import beside_of, step_columns
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput, with_steps
 from ams.calibration_result import FTest
 from ams.findings import Finding
-from ams.frames import wrap_deg
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.known_of_run import DwellLabels
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.observations import Observations
-from ams.rounding import two_digits
-from ams.units import in_words, label_and_unit
 
 
 @dataclass(frozen=True)
@@ -104,12 +103,21 @@ class Circumstances:
     alike: Mapping[DwellLabels, str] = field(default_factory=dict)
     """Dwells at which the table may have stood off, and by how much."""
 
+    single_approach: frozenset[str] = frozenset()
+    """Axes of the table that the machine lets come from one side always."""
+
+    plays: Sequence[Sequence[Play]] = ()
+    """Of each output, the play of the table that its package shows; empty: none."""
+
     signs: Sequence[Sequence[Finding]] = ()
     """Of each output, what says that the angles or the outputs have another sign or order, all through the run or in a
     replication; empty: not asked."""
 
     def together_of(self, index: int) -> BeliefTest | None:
         return self.together[index] if self.together else None
+
+    def plays_of(self, index: int) -> Sequence[Play]:
+        return self.plays[index] if self.plays else ()
 
     def signs_of(self, index: int) -> Sequence[Finding]:
         return self.signs[index] if self.signs else ()
@@ -146,23 +154,28 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     """Return the diagnosis of one output; ``index`` is its own among those of the group."""
     limit, steps = circumstances.limit_of(index), circumstances.steps_of(index)
     clipped, seen = _without_clipped(seen)
+    plays = circumstances.plays_of(index)
     if clipped:
-        steps = NO_STEPS
+        steps, plays = NO_STEPS, ()
     if steps.during:
         columns = step_columns(seen.evidence, seen.index, steps.during)
         beside = beside_of(seen.evidence, drifts=steps.drifts)
         before, seen = seen, seen.without(columns, beside)
         part, model = before.part_of(columns, beside), before.solved.problem.models[before.index]
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
-    together = circumstances.together_of(index)
-    made = {test.name: test for test in (*steps.tests, *but_for_memories(together))}
+    if plays:
+        seen = seen.less(taken_by(plays, seen.evidence, seen.solved.primary[seen.index][SENSITIVITIES]))
+    together, of_plays = circumstances.together_of(index), [test_of(play, circumstances.table) for play in plays]
+    limit = limit if all(test.is_held for test in of_plays) else None  # it is told to be broken, and by what
+    made = {test.name: test for test in (*steps.tests, *but_for_memories(together), *of_plays)}
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
     left = without_memory(without_transient(left), together)
     tests = without_lesser_memories(with_steps(left.tests, steps))
     diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit)
     changes = map(step_words.as_stated, steps.findings)
-    return replace(diagnosis, findings=(*clipped, *changes, *diagnosis.findings))
+    backlash = backlash_findings(plays, tests, circumstances.table)
+    return replace(diagnosis, findings=(*clipped, *backlash, *changes, *diagnosis.findings))
 
 
 def _within_declared(
@@ -261,7 +274,7 @@ def _diagnosis(
         drift_is=drift_words(
             (*circumstances.order, *drifted), is_remembering=tests.is_remembering, is_differing=bool(differing)
         ),
-        drifts=_moves(solved, index, scale) if _some_drift(tests) else {},
+        drifts=moves_between(solved, index, scale) if _some_drift(tests) else {},
     )
     findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit))
     scatter = float(solved.standard_error_v[index])
@@ -367,34 +380,3 @@ def scale_of(solved: SolvedColumns, index: int) -> Scale:
     ]
     per_radian = hypot(*along)
     return Scale(model.measured_unit, per_radian if per_radian > 0.0 else None)
-
-
-def _moves(solved: SolvedColumns, index: int, scale: Scale) -> dict[str, str]:
-    """Return how far each quantity moved from replication to replication, in words."""
-    if solved.replication is None:
-        return {}
-    found: dict[str, list[float]] = {}
-    units: dict[str, str] = {}
-    for estimates in solved.per_replication(index).values():
-        for name, value in estimates.items():
-            found.setdefault(quantity(name), []).append(value)
-            units[quantity(name)] = name
-    return {
-        name: _move(units[name], _span(name, np.array(values)), float(np.mean(values)), scale)
-        for name, values in found.items()
-        if name in solved.replication.drift
-    }
-
-
-def _span(name: str, values: FloatArray) -> float:
-    if name.startswith("azimuth"):
-        values = values[0] + wrap_deg(values - values[0])
-    return float(np.ptp(values)) if np.isfinite(values).all() else float("nan")
-
-
-def _move(name: str, span: float, mean: float, scale: Scale) -> str:
-    if name == "offset_v":
-        return scale.words(span)
-    if name.startswith("sensitivity_v") and mean != 0.0:
-        return f"{two_digits(1e6 * span / abs(mean))} ppm"
-    return in_words(span, label_and_unit(name)[1], 3 if name.endswith("_deg") else 2)

@@ -59,10 +59,11 @@ def diagnose_joint(
     tested_axes: int | None = None,
     declared: Mapping[str, DeclaredDirection] = NOTHING_DECLARED,
     known_of_run: KnownOfRun = NOTHING_KNOWN,
+    single_approach: frozenset[str] = frozenset(),
 ) -> JointDiagnosis:
     """Test every mounting of a joint fit, axis by axis; ``tested_axes`` of the run, None: those of the fit.
 
-    ``known_of_run``: what is known of the table by all packages of a run.
+    ``known_of_run``: what is known of the table by all packages of a run. ``single_approach``: as of a request.
     """
     found: dict[str, list[Finding]] = {axis: [] for axis in fit.axes}
     untested, replications = [], dict[str, Replication | None]()
@@ -74,6 +75,7 @@ def diagnose_joint(
         extended="yes" if fit.has_terms else "no",
         tested_axes=family,
         known_of_run=known_of_run,
+        single_approach=single_approach,
     )
     for number, mounting in enumerate(mountings, start=1):
         name = f"mounting {number}: " if len(mountings) > 1 else ""

@@ -67,7 +67,8 @@ def solve_jointly(
     ``priors``: of the table, its level among them. Raises: as :func:`ams.solve.joint.joint_fit`.
     """
     fit = joint_fit(mountings, axes, priors, has_terms=request.extended == "yes")
-    diagnosis = diagnose_joint(mountings, fit, priors, request.tested_axes, request.declared, request.known_of_run)
+    of_run = (request.known_of_run, request.single_approach)
+    diagnosis = diagnose_joint(mountings, fit, priors, request.tested_axes, request.declared, *of_run)
     fit = _with_channels(fit, request.shared_errors)
     if any(error.effect in COURSES for errors in request.shared_errors.values() for error in errors):
         fit = _with_courses(fit, _in_package(mountings, fit, priors), request.shared_errors)

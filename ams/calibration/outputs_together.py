@@ -1,4 +1,7 @@
-"""The findings of all outputs of a package: each by itself, and again where they show something together."""
+"""The findings of all outputs of a package: each by itself, and again where they show something together.
+
+Play of the table, which turns all of them, is looked for first, and is in no test of a sensor.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,12 +9,11 @@ from typing import Final
 
 from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import AxisTests, BeliefTest
-from ams.analysis.diagnostics.evidence import Evidence
-from ams.calibration.columns import SolvedColumns
 from ams.calibration.common_cause import AxisShown, judge_common_cause
 from ams.calibration.common_gain import OutputOfPackage, gain_finding
-from ams.calibration.diagnosis import Circumstances, Diagnosis, diagnose, scale_of, sensitivity_of
+from ams.calibration.diagnosis import Diagnosis, diagnose, scale_of, sensitivity_of
 from ams.calibration.memory import judge_memory
+from ams.calibration.package_play import Group, outputs_of, plays_of_package, with_evidence, with_plays
 from ams.finding_kinds import FindingKind
 from ams.findings import Finding
 
@@ -27,12 +29,13 @@ _LIKE_A_GAIN: Final[frozenset[FindingKind]] = frozenset(
     }
 )
 """Of what is told as a gain already, or passes for one."""
-Group = tuple[SolvedColumns, Circumstances, Evidence | None]
-"""Axes that were solved as one, what they were solved under, and what the tests look at."""
 
 
 def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
     """Return the findings of every axis of the groups of one package; again, where they show something together."""
+    groups = [with_evidence(group) for group in groups]
+    plays = plays_of_package([output for group in groups for output in outputs_of(group)])
+    groups = [with_plays(group, [plays] * len(outputs_of(group))) for group in groups]
     found = [diagnose(*group) for group in groups]
     shown = iter(_shown_together([axis for group in found for axis in group]))
     found = [_again(group, axes, [next(shown) for _ in axes]) for group, axes in zip(groups, found, strict=True)]

@@ -62,6 +62,10 @@ class CalibrationRequest:
     tested_axes: int | None = None
     """How many sensor axes the run has: the tests of all of them are one family. None: those that are solved here."""
 
+    single_approach: frozenset[str] = frozenset()
+    """Axes of the table (``pitch``, ``roll``) that the machine lets come from one side always: their play cannot show.
+    """
+
     known_of_run: KnownOfRun = NOTHING_KNOWN
     """What runs and other packages have shown of the table, so that no axis is blamed for it."""
 

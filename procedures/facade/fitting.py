@@ -31,7 +31,7 @@ from procedures.solution.fit_options import (
 )
 from procedures.solution.fitted import errors_of_file, fitted, named_sensor, require_sensor, sensor_of
 from procedures.solution.request import SolvedSensor
-from procedures.solution.type_b import table_uncertainty
+from procedures.solution.type_b import on_table
 from rig.local_time import local_day
 
 
@@ -83,9 +83,9 @@ def fit(
         extended=extended,
         time_term=time_term == "linear",
         declared={} if described is None else declared_directions(sensor_of(described, sensor)),
-        table=None if described is None else table_uncertainty(described),
         shared_errors=of_gyros if described is None else errors_of_file(described, sensor),
     )
+    request = on_table(request, described)
     if isinstance(observations, pd.DataFrame):
         table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")
     else:

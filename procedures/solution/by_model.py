@@ -45,6 +45,7 @@ from procedures.solution.type_b import (
     gravity_warnings,
     level_remarks,
     level_warnings,
+    single_approach,
     use_warnings,
 )
 from procedures.solution.undeclared import Undeclared
@@ -79,6 +80,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         tested_axes=item.tested_axes,
         counts_temperature=item.plan.counts_temperature,
         known_of_run=item.known_of_run,
+        single_approach=single_approach(item.rig),
     )
     if solve.joint:
         solved = calibrate_jointly(observations, request, joint_priors(item.rig, solve))

@@ -7,11 +7,13 @@ unknown sign up to that size. Source: GUM 4.3, F.2.4.5.
 """
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from math import degrees, hypot, radians, sqrt
 from typing import Literal
 
 from ams.findings import Said
 from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
+from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.sets.verdict_conditions import NO_LEVEL
@@ -47,6 +49,11 @@ def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:
     return settings.uncertainty_arcsec / divisor(rig.standards.get(settings.standard) if settings.standard else None)
 
 
+def single_approach(rig: RigDescription) -> frozenset[str]:
+    """Return the axes that come to every target from one side, so that their play does not show."""
+    return frozenset(name for name, axis in rig.axes.items() if axis.approach_deg != 0.0)
+
+
 def table_uncertainty(rig: RigDescription) -> TableUncertainty | None:
     """Return the rig's indices as its axes and their standards declare them; None where no axis has any uncertainty."""
     names = ("pitch", "roll", "yaw")
@@ -55,6 +62,13 @@ def table_uncertainty(rig: RigDescription) -> TableUncertainty | None:
     if pitch_rad == roll_rad == yaw_rad == 0.0 and not errors:
         return None
     return TableUncertainty(pitch_rad, roll_rad, kind="standard", yaw_rad=yaw_rad, errors=errors)
+
+
+def on_table(request: CalibrationRequest, rig: RigDescription | None) -> CalibrationRequest:
+    """Return a request with what a rig declares of its table; as it is where there is no rig."""
+    if rig is None:
+        return request
+    return replace(request, table=table_uncertainty(rig), single_approach=single_approach(rig))
 
 
 def _index_errors(rig: RigDescription, name: str) -> IndexErrors | None:

@@ -13,12 +13,17 @@ from small_run import QUICK_SETTLE, Bench, bench, dwells_of, measured
 from standstill import STRIKES, RigReopenedLate, StruckRun, standstill_s
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
+from ams.calibration.mountings import calibrate_mountings
+from ams.calibration_result import Calibration
+from ams.inputs.request import CalibrationRequest
+from ams.observations import Observations
 from procedures.delivery.deliver import solve_run
 from procedures.errors import PlanError
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.resume import resume_on
 from procedures.run.services import RunServices
+from procedures.solution import by_model
 from rig.assembly.open_rig import Rig, open_rig
 from rig.devices.abilities import AxisState
 from rig.errors import DeviceFault, RequestRefused
@@ -219,10 +224,12 @@ MANY = (("replications = 2", "replications = 4"), ("samples = 5", "samples = 20"
 
 @pytest.mark.parametrize("approach_deg", [0.0, -3.0])
 def test_fault_49_a_one_sided_approach_keeps_backlash_out_of_the_parameters(
-    tmp_path: Path, approach_deg: float
+    tmp_path: Path, approach_deg: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Detected: it cannot be; the rig file says on which side the machine must arrive (`approach_deg`).
-    Response: the last approach always comes from that side; without it there-and-back shows as lack of fit and drift.
+    """Detected: reference visits see turns of the table to and fro; from some thirty attitudes on the dwells tell the
+    play itself, by what all axes of a package do with the way that an axis of the table came.
+    Response: findings name the table, those of the dwells with the size of its play; with `approach_deg` the last
+    approach always comes from one side, and there is nothing to find.
     """
     text = (
         (
@@ -233,10 +240,19 @@ def test_fault_49_a_one_sided_approach_keeps_backlash_out_of_the_parameters(
     small = bench(tmp_path, rig=text, procedure=MANY)
     unattended = UnattendedRun(tmp_path / "run", at={n: asks("continue") for n in range(20, 2000, 20)})
     assert run_unattended(small, unattended, rig_of=Backlash).state is State.FINISHED
-    scatter_v = {
-        axis: solved_axis.standard_error_v
-        for axis, solved_axis in solve_run(unattended.run_dir).sensors["SN1"].calibration.axes.items()  # type: ignore[union-attr]
-    }
+    requests = list[CalibrationRequest]()
+
+    def calibrated(rows: Observations, request: CalibrationRequest) -> Calibration:
+        requests.append(request)
+        return calibrate_mountings(rows, request)
+
+    monkeypatch.setattr(by_model, "calibrate_mountings", calibrated)
+    solved = solve_run(unattended.run_dir).sensors["SN1"].calibration
+    assert solved is not None
+    assert {request.single_approach for request in requests} == {frozenset({"pitch"} if approach_deg else ())}
+    kinds = {finding.kind for axis in solved.axes.values() for finding in axis.findings if finding.is_significant}
+    assert ("table-rotation" in kinds) is (approach_deg == 0.0)
+    scatter_v = {axis: solved_axis.standard_error_v for axis, solved_axis in solved.axes.items()}
     if approach_deg:
         assert _away_in_u(unattended.run_dir) < 5.0
         assert scatter_v["x"] < 2e-5

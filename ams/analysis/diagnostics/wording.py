@@ -5,6 +5,7 @@ from typing import Final
 
 from ams.analysis.diagnostics import order_words, residual_words, temperature_words, term_words
 from ams.analysis.diagnostics.beliefs import (
+    BACKLASH,
     DRIFT_OF,
     ROBUST,
     SLIP,
@@ -16,6 +17,7 @@ from ams.analysis.diagnostics.residual_words import robust_size
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
 from ams.findings import EXPLAINED_BY, Finding, Said
 
+_DIAGNOSED: Final = frozenset({SLIP, STEP, *BACKLASH.values()})
 _TOGETHER: Final = "told by the axes of the package together"
 _WORDS: Final = {**term_words.WORDS, **residual_words.WORDS, **order_words.WORDS, **temperature_words.WORDS}
 """Of every test but for those of a drift of a quantity, and for what has words of its own."""
@@ -24,14 +26,14 @@ _WORDS: Final = {**term_words.WORDS, **residual_words.WORDS, **order_words.WORDS
 def findings_of(tests: AxisTests, words: AxisWords, worded: Mapping[str, Finding]) -> tuple[Finding, ...]:
     """Return a finding for every test that was made.
 
-    ``worded``: by the name of their test, the findings that have words of their own. A change in mid-run, where it is
-    significant, is told by its diagnosis.
+    ``worded``: by the name of their test, the findings that have words of their own. A change in mid-run and
+    a play of the table, where they are significant, are told by their diagnosis.
     """
     tested = ((name, test, tests.is_significant[name]) for name, test in tests.tests.items())
     return tuple(
         worded[name] if name in worded else _finding(test, words, is_significant=is_significant)
         for name, test, is_significant in tested
-        if name in worded or not (is_significant and name in (SLIP, STEP))
+        if name in worded or not (is_significant and name in _DIAGNOSED)
     )
 
 

@@ -40,7 +40,7 @@ from procedures.solution.fit_options import (
     refuse_reference_temperature,
 )
 from procedures.solution.fitted import errors_of_file, fitted, named_sensor, require_sensor, sensor_of
-from procedures.solution.type_b import table_uncertainty
+from procedures.solution.type_b import on_table
 from rig.description.rig_file import RigDescription
 from rig.local_time import local_day
 
@@ -170,9 +170,9 @@ def fit(
         time_term=time_term == "linear",
         residual_curvature=hessian,
         declared={} if description is None else declared_directions(sensor_of(description, sensor)),
-        table=None if description is None else table_uncertainty(description),
         shared_errors=of_gyros if description is None else errors_of_file(description, sensor),
     )
+    request = on_table(request, description)
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
     if (prior or mount) and not joint:
         raise RequestError("--prior and --mount: belong to --joint, which is missing")

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from planning_files import AIR, rig_file
 
+from ams.inputs.request import CalibrationRequest
 from ams.sets.verdict_conditions import NO_GRAVITY, NO_STANDARD_OF_RATES, NO_TABLE
 from procedures.description.procedure_file import Solve
 from procedures.records.declared_gaps import (
@@ -17,7 +18,9 @@ from procedures.records.declared_gaps import (
 from procedures.solution.request import reference_of
 from procedures.solution.type_b import (
     gravity_of,
+    on_table,
     shared_errors,
+    single_approach,
     standard_uncertainty_arcsec,
     table_in_words,
     table_uncertainty,
@@ -164,6 +167,15 @@ def test_an_index_without_a_certificate_is_a_limit(tmp_path: Path) -> None:
     assert standard_uncertainty_arcsec(rig, "pitch") == pytest.approx(1.0 / sqrt(3.0))
     assert standard_uncertainty_arcsec(rig, "yaw") == 0.0
     assert table_in_words(rig) == ("pitch u 0.58″ (shape unknown: 0.9 of the limit as teeth, once and twice a turn)")
+
+
+def test_an_axis_with_an_approach_comes_from_one_side_either_way(tmp_path: Path) -> None:
+    assert single_approach(rig_file(tmp_path)) == frozenset()
+    assert on_table(CalibrationRequest(), None) == CalibrationRequest()
+    for approach_deg in (2.0, -2.0):
+        changed = ("increment_deg = 1.0", f"increment_deg = 1.0\napproach_deg = {approach_deg}")
+        rig = rig_file(tmp_path, changed)
+        assert on_table(CalibrationRequest(), rig).single_approach == single_approach(rig) == {"pitch"}
 
 
 def test_a_list_of_index_errors_is_turned_with_the_sign_of_its_axis(tmp_path: Path) -> None:

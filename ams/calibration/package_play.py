@@ -1,0 +1,64 @@
+"""The play of the table as the outputs of a package show it, what changed in mid-run taken out of each of them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ams.analysis.diagnostics.axis_tests import MOST_TESTS, shared_tests
+from ams.analysis.diagnostics.beliefs import LEVEL
+from ams.analysis.diagnostics.evidence import Evidence
+from ams.calibration.backlash import judge_play
+from ams.calibration.backlash_found import Play
+from ams.calibration.believed import Believed, evidence_of
+from ams.calibration.columns import SolvedColumns
+from ams.calibration.diagnosis import Circumstances
+from ams.calibration.step_columns import beside_of, step_columns
+
+Group = tuple[SolvedColumns, Circumstances, Evidence | None]
+"""Axes that were solved as one, what they were solved under, and what the tests look at."""
+OutputOfGroup = tuple[SolvedColumns, Circumstances, Evidence | None, int]
+"""One of them."""
+
+
+def with_evidence(group: Group) -> Group:
+    """Return a group with what the tests look at; without it where rows are weighted, of which nothing is tested."""
+    solved, under, evidence = group
+    if evidence is not None or solved.problem.form.weights is not None:
+        return group
+    return solved, under, evidence_of(solved, under.rows)
+
+
+def outputs_of(group: Group) -> list[OutputOfGroup]:
+    """Return the outputs of a group."""
+    return [(*group, index) for index in range(len(group[0].problem.models))]
+
+
+def plays_of_package(package: Sequence[OutputOfGroup]) -> Sequence[Play]:
+    """Return the play of the table that the outputs of a package show together, at the share of a test of each."""
+    _, under, evidence, _ = package[0]
+    if evidence is None:
+        return ()
+    level = len(package) * LEVEL / under.family / MOST_TESTS
+    return judge_play([_without_steps(*output) for output in package], level, under.single_approach)
+
+
+def with_plays(group: Group, plays: Sequence[Sequence[Play]]) -> Group:
+    """Return a group of whose outputs the plays of the table are known."""
+    solved, under, evidence = group
+    return (solved, replace(under, plays=plays), evidence) if any(plays) else group
+
+
+def _without_steps(
+    solved: SolvedColumns, under: Circumstances, evidence: Evidence | None, index: int
+) -> tuple[Evidence, int]:
+    """Return what the tests look at without what changed in mid-run, and where the output is in it."""
+    assert evidence is not None, "rows of a package are weighted all or none"
+    steps = under.steps_of(index)
+    if not steps.during:
+        return evidence, index
+    nothing, still = np.zeros((under.rows.rows, 0)), np.zeros(under.rows.rows)
+    given = (under.outputs, under.rows, under.table, under.shared)
+    seen = Believed(evidence, shared_tests(evidence), solved, index, *given, nothing, still)
+    columns, beside = step_columns(evidence, index, steps.during), beside_of(evidence, drifts=steps.drifts)
+    return seen.without(columns, beside).evidence, 0
