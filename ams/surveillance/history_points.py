@@ -23,7 +23,9 @@ def pack(numbers: PackageNumbers) -> bytes:
 
 
 def unpack(axes: Sequence[str], packed: Sequence[bytes], sensitivity_name: str) -> PackageNumbers:
-    """Return the calibrations of packages with the same axes."""
+    """Return the calibrations of packages with the same axes. Raises: ValueError for axes or numbers that are none."""
+    if len(set(axes)) != len(axes) or not set(axes) <= set("xyz"):
+        raise ValueError(f"axes of a point: got {','.join(axes)!r}, allowed are x, y and z, each once")
     count = len(packed)
     flat = np.frombuffer(b"".join(packed), dtype="<f8").reshape(count, len(axes), _DOUBLES)
     square = (count, len(axes), 4, 4)

@@ -58,6 +58,8 @@ def _publish_another(url: str) -> object:
         ("DROP TABLE verdicts", _publish_another, "verdicts: cannot be read"),
         ("UPDATE sets SET document = x'00ff'", lambda url: show(url, "SN1"), "sets [0-9a-f]{64}: is not as it was"),
         ("UPDATE sets SET sensor = CAST(x'8c' AS TEXT)", list_sets, "sets [0-9a-f]{64}: cannot be read"),
+        ("UPDATE points SET axes = axes || ' '", lambda url: history(url, "SN1"), "points .*: is not as it was"),
+        ("UPDATE points SET axes = 'x,y,x'", lambda url: history(url, "SN1"), "points .*: is not as it was"),
         ("UPDATE points SET numbers = x'00'", lambda url: history(url, "SN1"), "points .*: is not as it was"),
         ("UPDATE adjustments SET document = '{'", lambda url: adjustment_of(url, "SN1"), "adjustments .*: is not as"),
         ("UPDATE runs SET started_utc = 'x'", list_runs, "runs .*: cannot be read"),
