@@ -49,7 +49,7 @@ class Acting:
         back: str,
         at_once: Callable[[Action], object] = id,
     ) -> Response:
-        """Do an act for whoever may; the same key again is answered as before. Raises: HTTPException.
+        """Do an act for whoever may; the same act by the same key is answered as before. Raises: HTTPException.
 
         ``at_once`` is done before it, in this thread, also for a key that came before.
         """
@@ -61,15 +61,16 @@ class Acting:
             action = read_act(act, fields, visitor.name, address)
         except RequestError as error:
             return self._reply(request, Answer(WRONG, str(error)), back)
-        if not console.is_known(visitor, action.key):
+        slot, is_stop = (visitor.token, request.url.path, action.key), act in STOPS
+        if not console.will_repeat(slot, is_stop=is_stop):
             is_elsewhere = console.site.is_elsewhere(request.scope)
             known_rig = await run_sync(rig) if is_elsewhere and act in BEGINS_MOTION else None
             if forbidden := refusal(act, visitor, known_rig, is_elsewhere=is_elsewhere):
                 return self._reply(request, Answer(FORBIDDEN, forbidden), back)
-            if act not in STOPS and not console.sessions.counts_act(visitor):
+            if not is_stop and not console.sessions.counts_act(visitor):
                 return self._reply(request, Answer(TOO_MANY, "too many acts within a minute; nothing was done"), back)
         at_once(action)
-        return self._reply(request, await console.once(visitor, action.key, partial(do, action)), back)
+        return self._reply(request, await console.once(slot, partial(do, action), is_stop=is_stop), back)
 
     def _reply(self, request: Request, answer: Answer, back: str) -> Response:
         if "text/html" in request.headers.get("accept", ""):

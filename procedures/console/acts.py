@@ -77,27 +77,32 @@ def read_act(act: Act, fields: Mapping[str, str], by: str, address: str) -> Acti
         by,
         address,
         key,
-        _number(act, "expects", fields),
+        whole_number(act, "expects", fields),
         text,
-        _number(act, "number", fields),
+        whole_number(act, "number", fields),
         fields.get("remounted", "") in ("1", "true", "on"),
         fields,
     )
 
 
-def _number(act: Act, name: str, fields: Mapping[str, str]) -> int | None:
+def whole_number(act: Act, name: str, fields: Mapping[str, str]) -> int | None:
+    """Return a number that was sent; None where none was. Raises: RequestError."""
     given = fields.get(name, "")
     if not given:
         return None
     if not given.isascii() or not given.isdigit() or len(given) > 12:
-        what = "the state of the run that was seen" if name == "expects" else _counted(act)
-        raise RequestError(f"{act}: {what}: got {given[:20]!r}, needed is a whole number; nothing was done")
+        what = "the state that was seen" if name == "expects" else _counted(act, name)
+        raise RequestError(
+            f"{act}: {what}: got {given[:20]!r}, needed is a whole number of at most 12 digits; nothing was done"
+        )
     return int(given)
 
 
-def _counted(act: Act) -> str:
+def _counted(act: Act, name: str = "number") -> str:
     """Return what an act counts, in words."""
-    return "the replication to measure again" if act == "redo" else "the step to take back from"
+    if name == "to":
+        return "the item to put it before"
+    return {"redo": "the replication to measure again", "void": "the step to take back from"}.get(act, "its number")
 
 
 def perform(folder: Path, action: Action, clock: Clock) -> Answer:

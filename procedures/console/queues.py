@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from procedures.console.acting import Acting, new_key
-from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Action, Answer
+from procedures.console.acts import ACCEPTED, REFUSED, WRONG, Action, Answer, whole_number
 from procedures.console.additions import offered
 from procedures.console.rights import Act
 from procedures.console.shared import Console
@@ -172,7 +172,7 @@ def _say(store: QueueStore, action: Action, now_utc: datetime) -> None:
         case "disarm":
             people.disarm(store, action.by)
         case "move":
-            people.move(store, number, int(action.fields.get("to", "0") or "0"), action.by)
+            people.move(store, number, whole_number(action.act, "to", action.fields) or 0, action.by)
         case "remove":
             people.remove(store, number, action.by)
         case "attest":

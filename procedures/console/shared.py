@@ -11,7 +11,7 @@ from threading import Lock
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
 
-from procedures.console.acts import Answer
+from procedures.console.acts import ACCEPTED, Answer
 from procedures.console.gate import Site, token_of
 from procedures.console.live_pages import LivePages
 from procedures.console.sessions import Sessions, Visitor
@@ -25,6 +25,8 @@ from rig.description.rig_file import RigDescription
 
 MOST_WATCHED = 8
 MOST_ANSWERS = 1000
+Slot = tuple[str, str, str]
+"""Of an answer: the session, the path that was asked, which says the act and its run, queue or rig, and the key."""
 
 
 @dataclass
@@ -48,7 +50,7 @@ class Console:
     hands: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(8, "acts"))
     """For acts alone: a stop waits for no page that is being read."""
     live_pages: LivePages = field(default_factory=LivePages)
-    _answers: OrderedDict[tuple[str, str], asyncio.Future[Answer]] = field(default_factory=OrderedDict)
+    _answers: OrderedDict[Slot, asyncio.Future[Answer]] = field(default_factory=OrderedDict)
     _watched: dict[str, WatchedRun] = field(default_factory=dict)
     _lock: Lock = field(default_factory=Lock)
 
@@ -98,18 +100,23 @@ class Console:
         readable = [run for run in self.listed() if not run.trouble]
         return next((run.path.name for run in (*(run for run in readable if run.is_alive), *readable)), None)
 
-    async def once(self, visitor: Visitor, key: str, do: Callable[[], Answer]) -> Answer:
+    async def once(self, slot: Slot, do: Callable[[], Answer], *, is_stop: bool) -> Answer:
         """Do an act in a thread; a page that heard nothing asks again with the same key, and the act counts once."""
-        slot = (visitor.token, key)
-        if slot not in self._answers:
+        if not self.will_repeat(slot, is_stop=is_stop):
             self._answers[slot] = asyncio.get_running_loop().run_in_executor(self.hands, do)
             while len(self._answers) > MOST_ANSWERS:
                 self._answers.popitem(last=False)
         return await asyncio.shield(self._answers[slot])
 
-    def is_known(self, visitor: Visitor, key: str) -> bool:
-        """Return whether an act came before with this key."""
-        return (visitor.token, key) in self._answers
+    def will_repeat(self, slot: Slot, *, is_stop: bool) -> bool:
+        """Return whether this act came before, so that its answer is told again.
+
+        ``is_stop``: one that was refused, or failed, is done anew: what refused it may be over.
+        """
+        before = self._answers.get(slot)
+        if before is None or not (is_stop and before.done()):
+            return before is not None
+        return not before.cancelled() and before.exception() is None and before.result().status == ACCEPTED
 
     def close(self) -> None:
         self.hands.shutdown(wait=False, cancel_futures=True)

@@ -73,11 +73,16 @@ def add(
 
 
 def move(store: QueueStore, number: int, to: int, by: str) -> Queue:
-    """Put an item before another, or at the end where there is none of that number. Raises: RequestError."""
+    """Put an item before another, or at the end (``to`` 0). Raises: RequestError."""
     _require_name("move", by)
 
     def decide(queue: Queue) -> Change:
         _require(queue, number, MOVABLE, "move")
+        if to != 0 and (to == number or queue.item(to) is None):
+            raise RequestError(
+                f"queue move: there is no other item {to} to put item {number} before; nothing was changed; "
+                "calrig queue list"
+            )
         return "move", {"item": number, "to": to, "by": by}
 
     return store.change(decide)

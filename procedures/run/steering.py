@@ -65,8 +65,8 @@ class Steering:
         """Told, at the next look, that the terminal was closed."""
         self._state_sequence = state_sequence
         """Of the state in which the run is; None where no state is known and every request is taken."""
-        self._keys: set[str] = set()
-        """Of the requests that were obeyed."""
+        self._obeyed: set[tuple[str, str]] = set()
+        """Kind and key of every request that was obeyed."""
         self._signals: deque[int] = deque()
         self._interrupts = 0
         self.pause: Request | None = None
@@ -153,11 +153,11 @@ class Steering:
         request = taken.request
         if request is None or taken.complaint:
             return taken
-        if request.key and request.key in self._keys:
+        if request.key and (request.kind, request.key) in self._obeyed:
             return Taken(taken.file, request, f"{request.kind} with the key {request.key} was taken already")
         complaint = "" if self._state_sequence is None else request.complaint(self._state_sequence())
         if not complaint and request.key:
-            self._keys.add(request.key)
+            self._obeyed.add((request.kind, request.key))
         return Taken(taken.file, request, complaint)
 
     def _take_signal(self, number: signal.Signals) -> None:

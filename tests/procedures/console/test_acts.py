@@ -7,6 +7,7 @@ from html import unescape
 from pathlib import Path
 
 import pytest
+from run_folders import make_run
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.testclient import TestClient, WebSocketTestSession
@@ -81,6 +82,31 @@ def test_an_abort_is_heard_by_the_guard_before_anything_is_written(
     assert answer.json()["told"] == "abort was asked for (pitch: told to stop)"
     assert messages == [("Anna Ray", 0)]
     assert json.loads(alive.requests()[0])["kind"] == "abort"
+
+
+def test_an_abort_is_answered_from_no_memory_of_another_act(alive: Visited) -> None:
+    """A program may use a key again; whatever it asked by it before, of this run or of another, an abort aborts."""
+    browser = alive.enter()
+    assert browser.post(f"{RUN}/note", data=alive.fields(browser, text="x"), headers=OWN).status_code == 202
+    other = make_run(alive.run.parent / "night-2", State.PAUSED)
+    with owning(other):
+        path = "/api/v1/runs/night-2/abort"
+        assert browser.post(path, data=alive.fields(browser), headers=OWN).status_code == 202
+    for _ in range(2):
+        assert browser.post(f"{RUN}/abort", data=alive.fields(browser), headers=OWN).status_code == 202
+    kinds = [json.loads(request)["kind"] for request in alive.requests()]
+    assert sorted(kinds) == ["abort", "note"], "the same act by the same key counts once"
+
+
+@pytest.mark.parametrize("act", ["abort", "stop"])
+def test_a_stop_that_was_refused_is_done_anew(alive: Visited, act: str) -> None:
+    (alive.run / "requests").write_text("no folder")
+    browser = alive.enter()
+    fields = alive.fields(browser)
+    assert browser.post(f"{RUN}/{act}", data=fields, headers=OWN).status_code == 409
+    (alive.run / "requests").unlink()
+    assert browser.post(f"{RUN}/{act}", data=fields, headers=OWN).status_code == 202
+    assert json.loads(alive.requests()[0])["kind"] == act
 
 
 def test_a_spool_that_takes_nothing_stops_the_axes_all_the_same(

@@ -69,6 +69,16 @@ def test_a_night_is_armed_and_decided_in_the_browser(visited: Visited, scene: Sc
     assert (code, "needed is needs a decision" in found) == (409, True)
 
 
+@pytest.mark.parametrize("to", ["abc", "-1", "1.0", "²", "1" * 30, "7", "2"])
+def test_an_item_is_put_before_another_that_is_there_or_nowhere(visited: Visited, scene: Scene, to: str) -> None:
+    before = scene.queue()
+    code, found = _post(visited, scene, visited.enter(), "move", number="2", to=to)
+    assert code in (400, 409)
+    assert "to put" in found
+    assert "nothing was" in found
+    assert scene.queue() == before
+
+
 def test_a_run_that_the_queue_waits_for_is_decided_on_its_page(tmp_path: Path) -> None:
     """What ``calrig resume`` beside it would do, nobody on a phone can type, and the queue would go on waiting."""
     visited = Visited(tmp_path, State.STOPPED)

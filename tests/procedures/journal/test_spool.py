@@ -71,6 +71,15 @@ def test_a_request_that_comes_twice_is_taken_once(tmp_path: Path) -> None:
     assert found[1].complaint == "pause with the key a-key was taken already"
 
 
+def test_an_abort_by_the_key_of_another_request_is_taken(tmp_path: Path) -> None:
+    steering, spool, _ = _steered(tmp_path)
+    spool.submit(WHOLE)
+    steering.look()
+    spool.submit(Request("abort", "anna", WHOLE.at_utc, key=WHOLE.key))
+    with pytest.raises(WaitEnded, match="abort, asked for by anna"):
+        steering.look()
+
+
 @pytest.mark.parametrize("expects", [True, "41", 4.1, [41]])
 def test_an_expectation_that_is_no_number_of_an_event_is_no_request(tmp_path: Path, expects: object) -> None:
     steering, spool, found = _steered(tmp_path)
