@@ -242,7 +242,7 @@ def shared_errors(
     common = (
         *level,
         *_thermometer(rig, sensor, temperature),
-        *_use(sensor, calibrated_degc),
+        *use_errors(sensor, calibrated_degc),
         *_nonlinearity(sensor),
         *_g_sensitivity(sensor),
         *(_shift(sensor) if counts_shift else ()),
@@ -301,7 +301,7 @@ def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -
         yield SharedError("thermometer", "temperature", u_degc, probe[1].kind, stated)
 
 
-def _use(sensor: Sensor, calibrated_degc: float | None) -> Iterator[SharedError]:
+def use_errors(sensor: Sensor, calibrated_degc: float | None) -> Iterator[SharedError]:
     """Yield what use at other temperatures than that of the calibration does at most, by the sensor's data sheet."""
     used = sensor.use_temperature_degc
     if used is None or calibrated_degc is None:

@@ -45,6 +45,8 @@ class WishedSet:
     """The level, the job and what else the rig file declares of a calibration; nothing without one."""
     measured_utc: datetime | None = None
     """When the readings were taken; None where nothing says it."""
+    use_degc: tuple[float, float] | None = None
+    """Temperatures that the sensor is to be used at, as the rig file declares them."""
 
 
 def wished_set(
@@ -81,6 +83,7 @@ def wished_set(
             tuple(standards_pointed_to(rig)),
             {**declared_tables(rig), "sensor_model": rig.sensors[sensor].model},
             measured_utc,
+            rig.sensors[sensor].use_temperature_degc,
         )
     if gravity_mps2 is None:
         return WishedSet(path, sensor, None, "", measured_utc=measured_utc)
@@ -115,6 +118,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         yaw = np.zeros(rows.rows) if rows.yaw_rad is None else rows.yaw_rad
         euler = np.stack([rows.pitch_rad, yaw, rows.roll_rad], axis=-1)
         rates = _range(np.rad2deg(body_rates_rad_s(euler, rows.euler_rate_rad_s)))
+    degc = None if rows.temperature_degc is None else _range(rows.temperature_degc)
     gravity = wish.gravity or Gravity(STANDARD_GRAVITY_MPS2, 0.0, NO_GRAVITY_STATED)
     return Provenance(
         sensor=wish.sensor,
@@ -126,7 +130,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         yaw_range_deg=_yaw_range(rows, calibration),
         rate_range_dps=rates,
         level_ranges=level_ranges(calibration),
-        temperature_range_degc=None if rows.temperature_degc is None else _range(rows.temperature_degc),
+        temperature_range_degc=degc and (wish.use_degc or degc),
         created_utc=wish.measured_utc or datetime.now(UTC),
         software_version=version("calrig"),
         rig=wish.rig,

@@ -8,7 +8,9 @@ import pandas as pd
 import pytest
 from example_files import EXAMPLE_RIG
 
+from ams.exports.formats import load_set
 from ams.frames import specific_force
+from procedures.cli.main import run_command
 
 PLATEAUS_DEGC = (10.0, 25.0, 40.0, 40.0, 25.0, 10.0)
 LIMIT_DEGC, OFFSET_V_PER_DEGC = 0.6, 2e-5
@@ -58,6 +60,48 @@ def test_a_thermometer_with_a_certificate_is_counted_and_one_without_is_said(tmp
     else:
         assert SAID in remarks
         assert offset.standard_uncertainty < of_probe
+
+
+USED_DEGC, AT_DEGC = (10.0, 30.0), 22.0
+OFFSET_LIMIT = 3e-5
+"""V/°C, as a data sheet limits it."""
+
+
+def _used(folder: Path, limits: str) -> Path:
+    text = EXAMPLE_RIG.read_text(encoding="utf-8")
+    sensor = "[sensors.SN1047]\n"
+    assert text.count(sensor) == 1
+    path = folder / "rig.toml"
+    path.write_text(
+        text.replace(sensor, f"{sensor}use_temperature_degc = {list(USED_DEGC)}\n{limits}"), encoding="utf-8"
+    )
+    return path
+
+
+def test_what_a_sensor_does_where_it_is_used_is_counted_or_said(tmp_path: Path) -> None:
+    """GUM 4.3.7: a limit of 3e-5 V/°C over the 12 °C to the farther end of its use is a rectangle."""
+    rows, axes = _readings().assign(temperature_degc=AT_DEGC), {"x": "sx_v"}
+    found = {
+        limits: next(iter(calrig.fit(rows, axes, rig=_used(tmp_path, limits)).sensors.values())).calibration
+        for limits in ("", f"largest_offset_tc_v_per_degc = {OFFSET_LIMIT}\n")
+    }
+    unknown, limited = (
+        next(p for p in solved.axes["x"].parameters if p.name == "offset_v").standard_uncertainty
+        for solved in found.values()
+    )
+    added = np.sqrt(limited**2 - unknown**2)
+    assert added == pytest.approx(OFFSET_LIMIT * (AT_DEGC - USED_DEGC[0]) / np.sqrt(3.0), rel=1e-6)
+    said = ["is to be used at 10 to 30 °C" in " ".join(solved.warnings) for solved in found.values()]
+    assert said == [True, False]
+
+
+def test_the_set_of_a_file_is_valid_where_the_sensor_is_used(tmp_path: Path) -> None:
+    csv, stored = tmp_path / "obs.csv", tmp_path / "set.json"
+    _readings().assign(temperature_degc=AT_DEGC).to_csv(csv, index=False)
+    rig = _used(tmp_path, f"largest_offset_tc_v_per_degc = {OFFSET_LIMIT}\n")
+    line = ["fit", csv, "--axis", "x=sx_v", "--rig", rig, "--sensor", "SN1047", "--set", stored]
+    assert run_command([str(word) for word in line]) == 0
+    assert load_set(stored).validity.temperature_degc == USED_DEGC
 
 
 def test_without_terms_of_temperature_nothing_is_said_of_the_thermometer(tmp_path: Path) -> None:
