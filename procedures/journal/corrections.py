@@ -16,7 +16,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned, owning
 from procedures.journal.spool import words_complaint
 from procedures.journal.storage import JOURNAL_FILE
-from procedures.journal.voids import KIND, void_detail
+from procedures.journal.voids import KIND, key_of, void_detail
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import ACTIVE, RESUMABLE, State, is_unasked, require_transition
 from rig.clock import Clock, SystemClock
@@ -176,9 +176,8 @@ def _void(
             raise RequestError(
                 f"{run_dir}: the run is {state}, nothing follows it; nothing was changed; begin a new run"
             )
-        detail = void_detail(
-            dwells, authorisation.operator, authorisation.reason, cause, is_remounted=authorisation.is_remounted
-        )
+        by, reason, is_remounted = authorisation.operator, authorisation.reason, authorisation.is_remounted
+        detail = void_detail(map(key_of, dwells), by, reason, cause, is_remounted=is_remounted)
         journal.append_event(KIND, {**detail, **_whence(authorisation.via, authorisation.address)}, clock)
         if state is State.FINISHED:
             _enter(journal, state, State.STOPPED, authorisation.operator, f"{cause}: {authorisation.reason}", clock)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from procedures.errors import JournalError
 from procedures.journal.encoding import decode_dwell, decode_event, hash_dwell, hash_event
 from procedures.journal.header import RunHeader, sha256
+from procedures.journal.lost_events import LOST, first_unanswered
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount, open_for_reading, storage_errors_of
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, keys_in, voided_in
@@ -240,10 +241,12 @@ class JournalReader:
             sequence, utc, monotonic_s, kind, detail, digest = row
             if sequence != expected:
                 raise JournalError(f"{self.path}: event {expected} is missing from the audit trail; {_LEFT}")
-            if hash_event(previous, sequence, utc, monotonic_s, kind, detail) != digest:
+            if kind != LOST and hash_event(previous, sequence, utc, monotonic_s, kind, detail) != digest:
                 raise JournalError(f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}")
-            events.append(decode_event(*row))
+            events.append(self._event(row))
             previous, expected = digest, expected + 1
+        if (gap := first_unanswered(events)) is not None:
+            raise JournalError(f"{self.path}: event {gap.sequence} ({LOST}) is not as it was written; {_LEFT}")
         return events
 
     def _verify_dwells(self, digests: Mapping[Key, str], voided: Mapping[Key, str]) -> Iterator[DwellRecord]:

@@ -1,13 +1,14 @@
 """Take out of a damaged journal whatever is provably as it was written, into a new file; the old one stays untouched.
 
-The header must be whole. Events are taken as long as their chain holds; a dwell is taken where its SHA-256 is that
-which a kept event tells. Dwells that are told of but damaged are named in an event, ``quarantined``, and a finished
-run that lost some is stopped: a resume on the new file measures them again.
+The header must be whole. An event is taken where the chain proves it, a dwell where its SHA-256 is that which a kept
+event tells; an event that is lost is marked in its place. What is lost is named in an event, ``quarantined``. What a
+damaged event took back, as far as it can be read, is taken back again, and a finished run that has dwells to measure
+after that is stopped: a resume on the new file measures them again.
 """
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,6 +19,8 @@ import apsw
 from procedures.errors import JournalError
 from procedures.journal.encoding import compact_json, hash_dwell, hash_event
 from procedures.journal.header import sha256
+from procedures.journal.intact_events import DamagedEvent, RawEvent, StoredEvent, Trail, intact_events
+from procedures.journal.lost_events import UNREADABLE, LostEvent
 from procedures.journal.storage import (
     JOURNAL_FILE,
     SCHEMA,
@@ -29,16 +32,20 @@ from procedures.journal.storage import (
     require_our_schema,
     storage_errors_of,
 )
-from procedures.journal.voids import QUARANTINED, Key
+from procedures.journal.voids import KIND as VOIDED
+from procedures.journal.voids import QUARANTINED, Key, void_detail
 from procedures.records.states import State
 from rig.clock import Clock, SystemClock
 
 if TYPE_CHECKING:
     import apsw
 
-_DWELL = (
-    "SELECT number, step, attempt, epoch, accepted, record, CAST(samples AS BLOB), sha256 FROM dwells WHERE number = ?"
+_DWELL = "SELECT number, record, CAST(samples AS BLOB), sha256 FROM dwells WHERE number = ?"
+_EVENT = (
+    "SELECT sequence, CAST(utc AS BLOB), monotonic_s, CAST(kind AS BLOB), CAST(detail AS BLOB), CAST(sha256 AS BLOB) "
+    "FROM events WHERE sequence = ?"
 )
+"""As bytes: what is no text any more still tells the SHA-256 that the event behind it is chained to."""
 _FURTHEST_MISS = 1000
 """Rows that are missing one after the other before a table counts as ended."""
 
@@ -49,11 +56,17 @@ class Salvaged:
 
     path: Path
     events: int
+    """That are as they were written."""
     dwells: int
     quarantined: tuple[str, ...]
-    """Dwells that were committed and are damaged, by name."""
+    """Dwells that were committed and are damaged, or of which no event tells any more, by name."""
     events_promised: int
     """How many the count beside the journal tells of; 0 where there is none."""
+    lost: tuple[LostEvent, ...] = ()
+    behind: int = 0
+    """Events that were committed behind the last one that can be read."""
+    taken_back: tuple[str, ...] = ()
+    """Dwells that damaged events name as taken back, and that stay out, by name."""
 
 
 def salvage(source: Path, target: Path, clock: Clock | None = None) -> Salvaged:
@@ -112,21 +125,18 @@ class _Rows:
     def __exit__(self, *_: object) -> None:
         self._connection.close()
 
-    def events(self) -> Iterator[tuple[Any, ...]]:
-        """Yield the events as long as the chain holds."""
-        previous = self.header[1]
-        sequence = 1
-        while (row := self._row("SELECT * FROM events WHERE sequence = ?", sequence)) is not None:
-            if hash_event(previous, *row[:5]) != row[5]:
-                return
-            yield row
-            previous, sequence = row[5], sequence + 1
+    def events(self) -> dict[int, RawEvent]:
+        """Return every event that can be read, by its number, whatever lies between."""
+        return {row[0]: RawEvent(*row) for row in self._every(_EVENT)}
 
     def dwells(self) -> Iterator[tuple[Any, ...]]:
-        """Yield every row that can be read, whatever lies between."""
+        """Yield number, record, samples and SHA-256 of every dwell that can be read."""
+        yield from self._every(_DWELL)
+
+    def _every(self, query: str) -> Iterator[tuple[Any, ...]]:
         number, missed = 1, 0
         while missed < _FURTHEST_MISS:
-            row = self._row(_DWELL, number)
+            row = self._row(query, number)
             missed = 0 if row is not None else missed + 1
             if row is not None:
                 yield row
@@ -152,19 +162,19 @@ def _opened(copy: Path, source: Path) -> _Rows:
 
 
 def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
-    kept = list(rows.events())
-    digests = _kept_digests(kept)
-    whole = [
-        row for row in rows.dwells() if hash_dwell(row[5], row[6]) == row[7] == digests.get((row[1], row[2], row[3]))
-    ]
-    lost = sorted(digests.keys() - {(row[1], row[2], row[3]) for row in whole})
+    document = json.loads(rows.header[0])
+    trail = intact_events(rows.events(), rows.header[1], str(document["created_utc"]))
+    digests = _kept_digests(trail.intact)
+    whole, untold = _sorted_dwells(rows.dwells(), digests)
+    lost = sorted((digests.keys() - whole.keys()) | untold)
     promised = _promised(source)
-    keys = [list(key) for key in lost]
-    detail = {"dwells": keys, "from": str(source), "events_kept": len(kept), "events_promised": promised}
-    events = [*kept, _next_event(kept, rows.header[1], QUARANTINED, detail, clock)]
-    if lost and _state(kept) is State.FINISHED:
-        stopped = {"from": State.FINISHED, "to": State.STOPPED, "by": "", "reason": "salvage left dwells to measure"}
-        events.append(_next_event(events, rows.header[1], "state", stopped, clock))
+    events = _Appended(trail.rows, rows.header[1], clock)
+    events.add(QUARANTINED, _quarantined_detail(lost, trail, source, promised))
+    taken_back = _taken_back_again(trail, whole, events)
+    may_lack_dwells = lost or _is_void_last(events.rows) or any(map(_may_be_of_a_dwell, trail.damaged))
+    if may_lack_dwells and _state(events.rows) is State.FINISHED:
+        reason = "salvage left dwells to measure"
+        events.add("state", {"from": State.FINISHED, "to": State.STOPPED, "by": "", "reason": reason})
     path.parent.mkdir(parents=True, exist_ok=True)
     new_file = path.with_name(path.name + ".new")
     new_file.unlink(missing_ok=True)
@@ -173,46 +183,125 @@ def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
         connection.execute("BEGIN IMMEDIATE")
         connection.execute(SCHEMA)
         connection.execute("INSERT INTO header VALUES (1, ?, ?)", rows.header)
-        connection.executemany("INSERT INTO events VALUES (?, ?, ?, ?, ?, ?)", events)
-        connection.executemany("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", _renumbered(whole))
+        connection.executemany("INSERT INTO events VALUES (?, ?, ?, ?, ?, ?)", events.rows)
+        connection.executemany("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", _numbered(whole))
         connection.execute("COMMIT")
     fold(new_file, connection)
     put_under_name(new_file, path)
-    CommittedCount(path).write(str(json.loads(rows.header[0])["run_id"]), len(events), len(whole))
-    names = tuple(f"step {step}, attempt {attempt}, epoch {epoch}" for step, attempt, epoch in lost)
-    return Salvaged(path, len(kept), len(whole), names, promised)
+    CommittedCount(path).write(str(document["run_id"]), len(events.rows), len(whole))
+    return Salvaged(
+        path,
+        len(trail.intact),
+        len(whole),
+        _names(lost),
+        promised,
+        tuple(event.lost for event in trail.damaged),
+        max(0, promised - len(trail.rows)),
+        _names(taken_back),
+    )
 
 
-def _kept_digests(events: list[tuple[Any, ...]]) -> dict[Key, str]:
+class _Appended:
+    """The audit trail of the new journal, with what the salvage itself says behind it."""
+
+    def __init__(self, rows: Iterable[StoredEvent], header_sha256: str, clock: Clock) -> None:
+        self.rows = list(rows)
+        self._header_sha256 = header_sha256
+        self._clock = clock
+
+    def add(self, kind: str, detail: Mapping[str, object]) -> None:
+        previous = self.rows[-1].sha256 if self.rows else self._header_sha256
+        utc, monotonic_s, text = self._clock.now_utc().isoformat(), self._clock.monotonic_s(), compact_json(detail)
+        sequence = len(self.rows) + 1
+        digest = hash_event(previous, sequence, utc, monotonic_s, kind, text)
+        self.rows.append(StoredEvent(sequence, utc, monotonic_s, kind, text, digest))
+
+
+def _quarantined_detail(lost: Sequence[Key], trail: Trail, source: Path, promised: int) -> dict[str, object]:
+    """Return what the new journal keeps of what was lost; ``promised``: by the count beside the old one."""
+    return {
+        "dwells": [list(key) for key in lost],
+        "events_lost": [[event.lost.sequence, event.lost.kind] for event in trail.damaged],
+        "from": str(source),
+        "events_kept": len(trail.rows) - len(trail.damaged),
+        "events_promised": promised,
+    }
+
+
+def _taken_back_again(trail: Trail, whole: Mapping[Key, tuple[Any, ...]], events: _Appended) -> list[Key]:
+    """Take back what damaged events name: whatever byte of such a line was changed, its dwells were taken back."""
+    found: list[Key] = []
+    for event in trail.damaged:
+        keys = [key for key in event.took_back if key in whole]
+        if not keys:
+            continue
+        reason = f"event {event.lost} is damaged, and names them as taken back as far as it can be read"
+        detail = void_detail(keys, "calrig salvage", reason, "salvage", is_remounted=event.is_remounted)
+        events.add(VOIDED, detail)
+        found += keys
+    return found
+
+
+def _kept_digests(events: Iterable[StoredEvent]) -> dict[Key, str]:
     """Return the SHA-256 of every dwell that the kept events tell of, but for those quarantined before."""
     digests: dict[Key, str] = {}
-    for *_, kind, text, _ in events:
-        detail = json.loads(text)
-        if kind == "dwell":
+    for event in events:
+        if event.kind not in ("dwell", QUARANTINED):
+            continue
+        detail = json.loads(event.detail)
+        if event.kind == "dwell":
             digests[(detail["step"], detail["attempt"], detail["epoch"])] = detail["sha256"]
-        elif kind == QUARANTINED:
-            for key in detail["dwells"]:
-                digests.pop((key[0], key[1], key[2]), None)
+            continue
+        for key in detail["dwells"]:
+            digests.pop((key[0], key[1], key[2]), None)
     return digests
 
 
-def _renumbered(rows: list[tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
-    for number, row in enumerate(rows, start=1):
-        yield (number, *row[1:])
+def _sorted_dwells(
+    rows: Iterable[tuple[Any, ...]], digests: Mapping[Key, str]
+) -> tuple[dict[Key, tuple[Any, ...]], set[Key]]:
+    """Return the dwells that the events prove, as rows without their number, and the keys of those without an event.
+
+    Key and acceptance are those of the record, which its SHA-256 covers; the columns beside it can be damaged alone.
+    """
+    whole: dict[Key, tuple[Any, ...]] = {}
+    untold: set[Key] = set()
+    for _, text, samples, stored in rows:
+        digest = hash_dwell(text, samples) if isinstance(text, str | bytes) else ""
+        if digest != stored and digest not in digests.values():
+            continue
+        document = json.loads(text)
+        key = document["step"], document["attempt"], document["epoch"]
+        if digests.get(key) == digest:
+            whole[key] = (*key, int(document["accepted"]), text, samples, digest)
+        elif key not in digests:
+            untold.add(key)
+    return whole, untold
 
 
-def _next_event(
-    events: list[tuple[Any, ...]], header_sha256: str, kind: str, detail: Mapping[str, object], clock: Clock
-) -> tuple[Any, ...]:
-    previous, sequence = (events[-1][5], len(events) + 1) if events else (header_sha256, 1)
-    utc, monotonic_s, text = clock.now_utc().isoformat(), clock.monotonic_s(), compact_json(dict(detail))
-    digest = hash_event(previous, sequence, utc, monotonic_s, kind, text)
-    return sequence, utc, monotonic_s, kind, text, digest
+def _numbered(whole: Mapping[Key, tuple[Any, ...]]) -> Iterator[tuple[Any, ...]]:
+    for number, row in enumerate(whole.values(), start=1):
+        yield (number, *row)
 
 
-def _state(events: list[tuple[Any, ...]]) -> State | None:
-    states = [json.loads(text)["to"] for *_, kind, text, _ in events if kind == "state"]
-    return State(states[-1]) if states else None
+def _names(keys: Iterable[Key]) -> tuple[str, ...]:
+    return tuple(f"step {step}, attempt {attempt}, epoch {epoch}" for step, attempt, epoch in keys)
+
+
+def _may_be_of_a_dwell(event: DamagedEvent) -> bool:
+    """Return whether a dwell can be lost with an event that nobody can name."""
+    return event.lost.kind in ("dwell", UNREADABLE)
+
+
+def _is_void_last(events: Sequence[StoredEvent]) -> bool:
+    """Return whether dwells were taken back behind the last state: what stopped the run for it is lost."""
+    last = next((event.kind for event in reversed(events) if event.kind in ("state", VOIDED)), "")
+    return last == VOIDED
+
+
+def _state(events: Sequence[StoredEvent]) -> State | None:
+    last = next((event.detail for event in reversed(events) if event.kind == "state"), None)
+    return None if last is None else State(json.loads(last)["to"])
 
 
 def _promised(source: Path) -> int:

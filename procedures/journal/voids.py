@@ -5,7 +5,7 @@ reader sees them as rejected, for that reason, and a resume measures their steps
 the event also begins a new mounting: its azimuth and coning angle are its own.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from procedures.records.dwells import DwellRecord, Event
 
@@ -24,14 +24,15 @@ def key_of(dwell: DwellRecord) -> Key:
 
 
 def void_detail(
-    dwells: Sequence[DwellRecord], by: str, reason: str, cause: str, *, is_remounted: bool = False
+    dwells: Iterable[Key], by: str, reason: str, cause: str, *, is_remounted: bool = False
 ) -> dict[str, object]:
     """Return what the journal keeps of dwells taken back.
 
-    ``cause``: ``void``, ``redo`` or what in the run itself took them back.
+    ``cause``: ``void``, ``redo``, ``salvage`` or what in the run itself took them back.
     """
-    keys = [list(key_of(dwell)) for dwell in dwells]
-    return {"by": by, "reason": reason, "cause": cause, "remounted": is_remounted, "dwells": keys}
+    return {
+        "by": by, "reason": reason, "cause": cause, "remounted": is_remounted, "dwells": [list(key) for key in dwells],
+    }  # fmt: skip
 
 
 def voided_in(events: Iterable[Event]) -> dict[Key, str]:

@@ -16,7 +16,7 @@ from functools import partial
 from itertools import count
 
 from procedures.common_mode.visit_watch import Judged, VisitWatch, way_out
-from procedures.journal.voids import DROPPED, void_detail
+from procedures.journal.voids import DROPPED, key_of, void_detail
 from procedures.plan.adaptive import Readings
 from procedures.plan.steps import Dwell, Soak, Step
 from procedures.records.dwells import DwellRecord, Measurement
@@ -224,7 +224,7 @@ class Epoch:
         )
         record, doubt = self._suspects.examine(record)
         if doubt is not None and doubt.dubious:  # before the dwell is kept: a kill in between leaves nothing in doubt
-            detail = void_detail(doubt.dubious, "", "; ".join(doubt.reasons), doubt.kind)
+            detail = void_detail(map(key_of, doubt.dubious), "", "; ".join(doubt.reasons), doubt.kind)
             self._progress_log.void_dwells(doubt.dubious, detail)
         self._watch.saw(measured, is_accepted=record.accepted)
         self._live.saw(measured)
@@ -379,7 +379,7 @@ class Epoch:
         for record in voided:
             self._checks.pop(record.step, None)
         self._visits.take_back(record.step for record in voided)
-        self._progress_log.void_dwells(voided, void_detail(voided, "", alarm.reason, alarm.cause))
+        self._progress_log.void_dwells(voided, void_detail(map(key_of, voided), "", alarm.reason, alarm.cause))
         steps = {record.step for record in voided}
         return [step for step in self._plan.steps if step.step in steps]
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from ams.finding_kinds import OF_THE_TABLE
 from procedures.common_mode.visit_watch import VisitWatch, since_check_set
 from procedures.journal.voids import KIND as VOIDED
-from procedures.journal.voids import void_detail
+from procedures.journal.voids import key_of, void_detail
 from procedures.records.declared_supply import at_declared
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
@@ -29,7 +29,8 @@ def require_declared_mounts(
     found = [sentence for name, sensor in sensors.items() for sentence in contradictions(name, sensor, dwells)]
     if found:
         sentence = f"mount check: {'; '.join(found)}; correct mount, wiring or rig file"
-        progress_log.event(VOIDED, void_detail(dwells, "", "the mount check found a contradiction", "mount"))
+        reason = "the mount check found a contradiction"
+        progress_log.event(VOIDED, void_detail(map(key_of, dwells), "", reason, "mount"))
         raise RunEnds(Ending(State.TRIPPED, sentence, cause="mount"))
 
 

@@ -165,10 +165,14 @@ def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS)
     folder = find_run(run, out)
     found = rescue(folder, to or folder.with_name(f"{folder.name}-salvaged"))
     say(f"{found.path.parent}: {found.dwells} dwells and {found.events} events are intact")
-    if found.events_promised > found.events:
-        say(f"lost: {found.events_promised - found.events} events that were committed")
+    for event in found.lost:
+        say(f"lost: event {event}")
+    if found.behind:
+        say(f"lost: {found.behind} events that were committed behind the last that can be read; nobody can tell which")
     for name in found.quarantined:
         say(f"damaged, to be measured again: {name}")
+    for name in found.taken_back:
+        say(f"stays taken back, as a damaged event says: {name}")
 
 
 def _require_leave(folder: Path, dwells: Sequence[DwellRecord]) -> None:
