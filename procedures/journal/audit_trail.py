@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
+from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.records.axes_at_rest import axes_in_words
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import MADE_AGAIN
@@ -11,8 +12,11 @@ from procedures.records.progress import MADE_AGAIN
 GOING = "running"
 SAFE = "safe"
 """Kind of the event that says where the axes rest, before the state that they were stopped for."""
-OF_OTHERS = ("opened", "note", "ack", "voided", "override", "stop_guard")
+OF_OTHERS = ("note", "ack", "voided", "override")
 """Events that the process which ran the run did not write last, or need not have: they say nothing of its life."""
+OPENED = "opened"
+"""What a process writes first: from here to the next state it tells what became of the one before."""
+FROM_LAST_SIGN = "counted from its last sign of life"
 NOT_GOING = ("paused", "held", "stopped", "tripped", "aborted", "failed", "interrupted", "closed")
 
 
@@ -78,18 +82,22 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
     """Return every stretch between leaving ``running`` and coming back to it, under the name it began with.
 
     A process that died wrote nothing: the resume that took the run over wrote ``interrupted``, and the stretch began
-    with the last event of that process: what people wrote afterwards is none.
+    with the last sign of life of that process: its last event, or what its stop guard saw later. What people wrote
+    afterwards is none, nor is what the resume wrote before it came to say ``interrupted``.
     """
     found: list[Interruption] = []
     unended: Interruption | None = None
     last_sign: Event | None = None
+    is_taken_up = False
     axes = ""
     for event in events:
         state = str(event.detail.get("to", "")) if event.kind == "state" else ""
         axes = _axes(event) if event.kind == SAFE else axes
         if state in NOT_GOING:
-            began = last_sign if last_sign is not None and state == "interrupted" else event
-            stands = Standstill(state, began.utc, _who(event), _why(event), axes)
+            is_found = state == "interrupted" and last_sign is not None
+            began = last_sign if is_found and last_sign is not None else event
+            why = f"{_why(event)}; {FROM_LAST_SIGN}".removeprefix("; ") if is_found else _why(event)
+            stands = Standstill(state, began.utc, _who(event), why, axes)
             unended = _begun(stands) if unended is None else replace(unended, later=(*unended.later, stands))
         elif unended is not None and state == GOING:
             found.append(replace(unended, ended_utc=event.utc))
@@ -97,8 +105,21 @@ def interruptions_in(events: Sequence[Event]) -> tuple[Interruption, ...]:
         elif unended is not None and state == "checking" and _who(event):
             unended = replace(unended, resumed_by=_who(event), resumed_because=_why(event))
         axes = "" if state else axes
-        last_sign = last_sign if event.kind in OF_OTHERS else event
+        is_taken_up = event.kind == OPENED or (is_taken_up and not state)
+        if event.kind == GUARDED:
+            last_sign = _ended(event, last_sign)
+        elif event.kind not in OF_OTHERS and not is_taken_up:
+            last_sign = event
     return tuple(found if unended is None else [*found, unended])
+
+
+def _ended(guarded: Event, last_sign: Event | None) -> Event | None:
+    """Return the end of a process as its stop guard saw it, where that is later than what the process wrote last."""
+    seen = guarded.detail.get("stopped_utc")
+    if last_sign is None or not isinstance(seen, str):
+        return last_sign
+    seen_utc = datetime.fromisoformat(seen)
+    return replace(guarded, utc=seen_utc) if last_sign.utc < seen_utc <= guarded.utc else last_sign
 
 
 def _begun(stands: Standstill) -> Interruption:

@@ -1,3 +1,6 @@
+from datetime import timedelta
+
+import pytest
 from report_dwells import event
 
 from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
@@ -26,9 +29,38 @@ def test_a_killed_run_was_interrupted_from_its_last_sign_of_life() -> None:
         event(6, "state", 80, to="running"),
     ]
     (kill,) = interruptions_in(events)
-    assert (kill.what, kill.by, kill.reason) == ("interrupted", "A", "power cut")
+    assert (kill.what, kill.by) == ("interrupted", "A")
+    assert kill.reason == "power cut; counted from its last sign of life"
     assert kill.began_utc == events[1].utc
     assert kill.ended_utc == events[5].utc
+
+
+@pytest.mark.parametrize(("guarded_s", "began_s"), [(None, 10), (11, 11), (5, 10), (9999, 10)])
+def test_what_the_resume_writes_is_no_sign_of_life_of_the_run_that_was_killed(
+    guarded_s: float | None, began_s: float
+) -> None:
+    """Killed at 20:00 and resumed at 07:00 it stood as under a minute at 07:00: what was left of alerts had been
+    journalled first. The stop guard saw the end."""
+    running = event(1, "state", 0, to="running")
+    guarded = [] if guarded_s is None else [
+        event(4, "stop_guard", 700, stopped_utc=(running.utc + timedelta(minutes=guarded_s)).isoformat())
+    ]  # fmt: skip
+    events = [
+        running,
+        event(2, "intent", 10),
+        event(3, "opened", 700, operator="A", epoch=2),
+        *guarded,
+        event(5, "alert", 700),
+        event(6, "state", 700, to="interrupted", by="", reason="the process ended without a last line"),
+        event(7, "state", 701, to="checking", by="A"),
+        event(8, "state", 702, to="running"),
+        event(9, "alert", 710),
+        event(10, "state", 720, to="interrupted"),
+    ]
+    first, second = interruptions_in(events)
+    assert (first.began_utc - running.utc).total_seconds() == 60.0 * began_s
+    assert first.reason == "the process ended without a last line; counted from its last sign of life"
+    assert second.began_utc == events[-2].utc
 
 
 def test_a_stretch_that_changes_its_name_is_one_interruption() -> None:
