@@ -380,7 +380,7 @@ def since_check_set(epoch: int) -> str:
 
 def way_out(judged: Judged, dwells: Iterable[DwellRecord], folder: Path) -> str:
     """Name the dwells in doubt, and what takes them back of all ``dwells`` that count."""
-    run = shlex.quote(str(folder))
+    run = shlex.quote(str(folder.absolute()))
     if not judged.doubtful:
         return f"calrig continue {run} goes on, and compares with this visit from then on"
     return (

@@ -5,6 +5,7 @@ of one that nobody runs the audit trail is written as ``calrig void``, ``redo``,
 goes to the stop guard first, as ``calrig abort`` does: the axes stop before anything else is looked at.
 """
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -178,7 +179,9 @@ def _take_back(folder: Path, action: Action, clock: Clock) -> Answer:
     _require_seen(folder, action)
     word = Authorisation(action.by, action.text, action.is_remounted, VIA, action.address)
     count = (void_from if action.act == "void" else redo)(folder, action.number, word, clock)
-    return Answer(ACCEPTED, f"{count} dwells taken back; calrig resume {folder.name} measures them again")
+    return Answer(
+        ACCEPTED, f"{count} dwells taken back; calrig resume {shlex.quote(str(folder.absolute()))} measures them again"
+    )
 
 
 def _require_seen(folder: Path, action: Action) -> None:

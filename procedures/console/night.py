@@ -1,5 +1,6 @@
 """The night on one page: what ran since yesterday evening, what stood still and why, what a person must do first."""
 
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, datetime, timedelta, tzinfo
@@ -92,11 +93,17 @@ def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
 
 def _night_run(run: ListedRun, item: int | None) -> NightRun:
     if run.trouble or run.state is None:
-        return NightRun(run, (), "", "", f"its journal cannot be read: {run.trouble}; calrig salvage {run.path.name}")
+        return NightRun(
+            run,
+            (),
+            "",
+            "",
+            f"its journal cannot be read: {run.trouble}; calrig salvage {shlex.quote(str(run.path.absolute()))}",
+        )
     try:
         with JournalReader.open(run.path) as reader:
             states = list(reader.events("state"))
-            numbers = numbers_of(run.path.name, reader.events(), reader.dwells(with_samples=False))
+            numbers = numbers_of(str(run.path.absolute()), reader.events(), reader.dwells(with_samples=False))
     except ProcedureError as error:
         return NightRun(run, (), "", "", str(error))
     verdict = read_verdict(run.path, run.state) or {}

@@ -1,6 +1,7 @@
 """One run as its page shows it: followed, never read anew, and shared by every browser that looks."""
 
 import hashlib
+import shlex
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -49,6 +50,8 @@ class RunPage:
     """What stands on the page of a run."""
 
     run_id: str
+    folder: str
+    """As a command takes the run wherever it is given: whose browser this is stands in no folder of runs."""
     title: str
     operator: str
     is_simulated: bool
@@ -120,6 +123,7 @@ class WatchedRun:
             mark = (news.sequence, str(status.state), None if live is None else live.written_utc)
             return RunPage(
                 run_id=self.folder.name,
+                folder=shlex.quote(str(self.folder.absolute())),
                 title=self._title,
                 operator=self._operator,
                 is_simulated=self._is_simulated,
@@ -145,7 +149,7 @@ class WatchedRun:
     def _advice(self, state: State, sequence: int) -> str:
         if self._numbers is None or self._numbers[0] != sequence:
             with JournalReader.open(self.folder) as reader:
-                numbers = numbers_of(self.folder.name, reader.events(), reader.dwells(with_samples=False))
+                numbers = numbers_of(str(self.folder.absolute()), reader.events(), reader.dwells(with_samples=False))
             self._numbers = sequence, numbers
         return advice(self._cause, state, self._numbers[1])
 

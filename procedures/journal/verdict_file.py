@@ -31,6 +31,12 @@ def rows_in(verdict: Mapping[str, object]) -> list[Mapping[str, object]]:
     return [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list) else []
 
 
+def grounds_in(verdict: Mapping[str, object]) -> list[str]:
+    """Return what stands behind the verdict, each with what can be done about it."""
+    grounds = verdict.get("grounds")
+    return [str(ground) for ground in grounds] if isinstance(grounds, list) else []
+
+
 def hindered_in(verdict: Mapping[str, object]) -> str:
     """Say what of a run could not be solved or made and what to do: solving again as it was ends as it did."""
     about: dict[str, list[str]] = {}

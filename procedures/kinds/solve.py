@@ -1,7 +1,6 @@
 """From dwells to solved sensors, for runs of every kind."""
 
 import re
-import shlex
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -36,7 +35,7 @@ def solve_record(record: RunRecord, tell: Tell = lambda _step: None) -> dict[str
     A defect costs the sensors that it concerns their result, and says so; where it is in what is told of all of them
     together, none has one.
     """
-    run, source = shlex.quote(record.run_id), f"run {record.run_id}"
+    run, source = record.run, f"run {record.run_id}"
     try:
         changes = proved_changes(record)
         solved = solve_sensors(record.dwells, record.rig, record.plan, source, tell, changes, run)

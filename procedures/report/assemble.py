@@ -3,7 +3,6 @@
 Nothing is measured or solved here; what the journal does not say is not on the page.
 """
 
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime
@@ -74,7 +73,7 @@ def assemble_view(
             restart_steps(checks),
             table_arcsec,
             findings if only is None else of_sensor(findings, only),
-            shlex.quote(record.run_id),
+            record.run,
         ),
         design=_design_view(record),
         counts=counts,

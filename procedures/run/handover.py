@@ -2,7 +2,7 @@
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from ams.analysis.diagnostics.take_back import void_command
@@ -15,7 +15,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
 from procedures.journal.stop_advice import StopNumbers, held_before, left_in_doubt, next_step, numbers_of
-from procedures.journal.verdict_file import hindered_in, read_verdict, rows_in
+from procedures.journal.verdict_file import grounds_in, hindered_in, read_verdict, rows_in
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, MADE_AGAIN
 from procedures.records.states import ACTIVE, State, state_sentence
@@ -121,7 +121,22 @@ def _next(run_dir: Path, state: State, cause: str, before: str, meter_doubts: st
         return f"it is solved, and the meter changed while it measured: {meter_doubts}; {solve}"
     if verdict.get("trust") == "sound":
         return f"nothing, it is solved; {solve}"
-    return f"it is solved; read the verdict and its grounds in the report first: each says what it leaves open; {solve}"
+    if verdict.get("trust") == "unusable":
+        return f"{_mended_by(verdict, numbers.run)}; {solve}"
+    return f"it is solved; read the verdict and its grounds below first: each says what it leaves open; {solve}"
+
+
+def _mended_by(verdict: Mapping[str, object], run: str) -> str:
+    """Say of a result that is not to be used which of its grounds name the commands that mend it."""
+    ways = [number for number, ground in enumerate(grounds_in(verdict), start=1) if "calrig " in ground]
+    if not ways:
+        return "it is solved, and not to be used as it stands: each of the grounds below says what it leaves open"
+    which = f"ground{'' if len(ways) == 1 else 's'} {', '.join(map(str, ways))}"
+    return (
+        f"it is solved, and not to be used as it stands: leave the sensors as they are mounted; {which} below "
+        f"{'names' if len(ways) == 1 else 'name'} the dwells in doubt and the command that takes them back, and "
+        f"calrig resume {run} then measures them again"
+    )
 
 
 def _meter_doubts(run_dir: Path, events: Sequence[Event], dwells: Sequence[DwellRecord]) -> str:
@@ -136,10 +151,16 @@ def _is_of_meter(event: Event) -> bool:
 
 
 def _solved(run_dir: Path, state: State) -> Iterable[str]:
-    """Tell a finished run's verdict and its report, where it was solved."""
+    """Tell a finished run's verdict with its grounds and its report, where it was solved."""
     verdict = read_verdict(run_dir, state) if state is State.FINISHED else None
     if verdict is not None:
         yield one_line(f"verdict    {verdict.get('sentence', '')}")
+        grounds = grounds_in(verdict)
+        for number, ground in enumerate(grounds, start=1):
+            if number <= _MOST or "calrig " in ground:
+                yield one_line(f"  {number}. {ground}")
+        if len(grounds) > _MOST:
+            yield f"  ({len(grounds)} grounds; the report has all)"
         unusable = [str(row.get("sensor")) for row in rows_in(verdict) if row.get("verdict") == "not usable"]
         yield from ([one_line(f"not usable {', '.join(unusable)}")] if unusable else [])
     report = run_dir / "report.html"

@@ -76,13 +76,13 @@ def require_no_step(
     known = {"accepted": "the turn that a person continued with at a visit"} if is_known else {}
     progress_log.event("seam", {**detail, **whole, "against_epoch": since, **known})
     if (steps or is_turned) and not is_known:
-        measured = f"{sentence}, allowed {worst.t_limit:.3g}"
+        measured = [f"{sentence}, allowed {worst.t_limit:.3g}"] if steps else []
         is_table = judged is not None and any(finding.kind in OF_THE_TABLE for finding in judged.findings)
         where = "the table's coupling, its base and the common fixture" if is_table else "mount, sensor and meter"
         raise RunEnds(
             Ending(
                 State.TRIPPED,
-                f"the restart made a step: {'; '.join([*sentences, measured])}; look at {where}; "
+                f"the restart made a step: {'; '.join([*sentences, *measured])}; look at {where}; "
                 "a resume with a name and a reason accepts it",
                 cause="seam",
             )

@@ -1,9 +1,11 @@
 """What the report needs of a run, read from its journal and from nothing else."""
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
+from pathlib import Path
 
 from procedures.common_mode.visit_watch import Judged, judge_run
 from procedures.journal.audit_trail import dwells_on_one_clock, on_one_clock
@@ -22,6 +24,8 @@ class RunRecord:
     """What the journal holds, as the report needs it."""
 
     run_id: str
+    folder: Path
+    """Where its journal was read, as whoever asked for it named it."""
     state: str
     operator: str
     is_simulated: bool
@@ -36,6 +40,11 @@ class RunRecord:
     versions: Mapping[str, str]
     lineage: Sequence[str] = ()
     """Contents of the journal when the run had finished before, and something was taken back since."""
+
+    @property
+    def run(self) -> str:
+        """As commands take it where this was asked for: its name alone is found under ./runs only."""
+        return shlex.quote(str(self.folder))
 
     @cached_property
     def judged_visits(self) -> tuple[Judged, ...]:
@@ -72,6 +81,7 @@ def read_record(reader: JournalReader) -> RunRecord:
     written = reader.state()
     return RunRecord(
         run_id=header.run_id,
+        folder=reader.path.parent,
         state=str(State.INTERRUPTED if written in ACTIVE and not is_owned(reader.path.parent) else written),
         operator=header.operator,
         is_simulated=header.is_simulated,

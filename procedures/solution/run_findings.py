@@ -3,7 +3,6 @@
 Every axis carries the findings; the significant ones stand among its warnings and those of its package.
 """
 
-import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
@@ -101,8 +100,7 @@ def _with_way_out(finding: Finding, judged: Judged, record: RunRecord) -> Findin
     """Return a change of the meter with the dwells that it leaves in doubt, and the commands; any other as it is."""
     if not finding.is_significant or finding.kind not in OF_THE_METER:
         return finding
-    run = shlex.quote(record.run_id)
-    return finding.adding(*meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, run))
+    return finding.adding(*meter_way_out(judged.doubtful, judged.since, judged.until, record.dwells, record.run))
 
 
 def proved_changes(record: RunRecord) -> tuple[ProvedChange, ...]:

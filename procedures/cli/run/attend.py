@@ -113,10 +113,10 @@ def _dispatcher_and_pulse(
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = chosen_alerts(alerts)
     refusal = opened.enter_context(awake(opening.title))
-    screen = _screen(run, opened)
+    screen, anywhere = _screen(run, opened), str(run.absolute())
     dispatcher = AlertDispatcher(
-        settings or AlertSettings(), opening.title, SystemClock(), screen, str(run), str(folder), opening.rig,
-        advice_of(str(run)),
+        settings or AlertSettings(), opening.title, SystemClock(), screen, anywhere, str(folder), opening.rig,
+        advice_of(anywhere),
     )  # fmt: skip
     opened.callback(lambda: _tell_last(run, dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]

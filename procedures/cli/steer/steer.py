@@ -88,7 +88,7 @@ def status(
     for outcome in outcomes:
         say(f"alert: {one_line(outcome_sentence(outcome))}")
     for name, line in found.lines.items():
-        say(f"line of {name}: {line.in_words()}")
+        say(f"line of {name}, as last counted (every hundred dwells and at a stop): {line.in_words()}")
     if not follow:
         return ExitStatus.DONE
     observer = PlainLines(say, parts=None)

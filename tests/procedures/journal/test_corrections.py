@@ -157,18 +157,32 @@ def test_the_handover_of_a_finished_run_tells_its_verdict_and_no_end_to_come(who
     assert "verdict " not in handover(whole)
     assert f"next       calrig solve {whole}\n" in handover(whole)
     rows = [{"sensor": "SN1", "verdict": "not usable"}, {"sensor": "SN2", "verdict": "usable"}]
-    document = {"trust": "unusable", "sentence": "There is no result to use for one sensor.", "sensors": rows}
+    slipped = "SN1 turned; measure it again (calrig redo runs/x --replication 1 --operator NAME --reason TEXT)"
+    grounds = ["it was interrupted once", slipped]
+    sentence = "There is no result to use for one sensor."
+    document = {"trust": "unusable", "sentence": sentence, "grounds": grounds, "sensors": rows}
     (whole / "verdict.json").write_text(json.dumps(document), encoding="utf-8")
     (whole / "report.html").write_text("<p>", encoding="utf-8")
     page = handover(whole)
     for said in (
         "verdict    There is no result to use for one sensor.\n",
         "not usable SN1\n",
+        f"  1. {grounds[0]}\n  2. {slipped}\n",
         f"report     {whole / 'report.html'}\n",
     ):
         assert said in page
     assert "\nends " not in page
-    assert "next       it is solved; read the verdict and its grounds in the report first" in page
+    (after,) = [line for line in page.splitlines() if line.startswith("next")]
+    assert (
+        "it is solved, and not to be used as it stands: leave the sensors as they are mounted; ground 2 below" in after
+    )
+    assert f"the command that takes them back, and calrig resume {whole} then measures them again" in after
+    reserved = {**document, "trust": "reserved", "grounds": [f"ground {number}" for number in range(30)] + [slipped]}
+    (whole / "verdict.json").write_text(json.dumps(reserved), encoding="utf-8")
+    page = handover(whole)
+    assert "next       it is solved; read the verdict and its grounds below first" in page
+    assert f"  31. {slipped}\n  (31 grounds; the report has all)\n" in page
+    assert "ground 12" not in page
 
 
 def test_what_a_result_lacks_is_listed_and_what_contradicts_the_day_is_refused(small: Bench) -> None:

@@ -249,7 +249,7 @@ def test_a_change_of_the_meter_names_the_dwells_in_doubt_and_what_measures_them_
     solved = solve_run(run_dir)
     (finding,) = run_findings(solved.record)
     assert f"in doubt are the {len(doubtful)} dwells of steps {min(doubtful)} to {max(doubtful)}" in finding.text
-    run = shlex.quote(solved.record.run_id)
+    run = shlex.quote(str(run_dir))
     assert f"calrig void {run} --from {min(doubtful)} --operator NAME --reason TEXT" in finding.text
     assert f"; then calrig resume {run};" in finding.text
     assert "accept the finding by name and reason" in finding.text

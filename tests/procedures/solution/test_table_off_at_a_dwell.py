@@ -26,6 +26,6 @@ def test_a_table_in_and_out_is_told_once_with_one_command(tmp_path: Path) -> Non
     (text,) = texts
     assert "all three sensors show it, so it is not the sensors" in text
     assert "about roll at step" in text
-    run = shlex.quote(solved.record.run_id)
+    run = shlex.quote(str(unattended.run_dir))
     assert text.count("calrig void") == text.count(f"calrig void {run} --from ") == 1
     assert text.count("calrig redo") == text.count(f"calrig redo {run} --replication ") > 0
