@@ -137,6 +137,26 @@ def test_a_run_that_is_out_of_open_files_or_of_memory_rings_by_its_stop_guard(
         assert "small grid: interrupted\n" in (night.run / "why.txt").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize(
+    ("how", "state"),
+    [
+        (signal.SIGTERM, State.STOPPED),
+        pytest.param(signal.SIGQUIT, State.ABORTED, marks=pytest.mark.thorough),
+    ],
+)
+def test_a_run_that_was_told_to_end_while_an_axis_moves_is_rung_for_by_no_guard(
+    tmp_path: Path, how: signal.Signals, state: State
+) -> None:
+    with a_night(tmp_path, NEVER_MIN) as night:
+        night.process.send_signal(how)
+        assert until(lambda: night.process.poll() is not None, LONGEST_S)
+        assert status(night.run).state is state
+        assert not of_run(str(night.run), "."), "the guard has ended with it"
+        assert read_guard_record(night.run) is None
+        ((_, text),) = night.sink.received
+        assert text.startswith(f"calrig: small grid: {state}\n"), "by the run itself, once"
+
+
 @pytest.mark.thorough
 def test_whoever_acknowledges_the_death_of_a_run_ends_its_alarm(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
