@@ -6,8 +6,14 @@ moved, or from before a step that a person accepted by resuming.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from procedures.records.dwells import DwellRecord, Event
+
+RESTART_STEP: Final = "seam"
+"""Kind of the event that says what a check set after a restart showed."""
+BACK_AT: Final = "back_at_epoch"
+"""In it: the epoch from which on check sets count again, as this one stands as they did."""
 
 
 @dataclass(frozen=True)
@@ -79,9 +85,26 @@ def visits_before(dwells: Sequence[DwellRecord], pair: CheckSetPair) -> tuple[Dw
 
 
 def accepted_epochs(events: Iterable[Event]) -> tuple[int, ...]:
-    """Return the epochs whose check set showed a step that whoever resumes accepts: nothing counts from before them."""
+    """Return the epochs whose check set showed a step that whoever resumes accepts: nothing counts from before them.
+
+    None of these counts any more from where a later check set stood again as the one before the step did.
+    """
+    accepted: tuple[int, ...] = ()
+    for epoch, event in _by_epoch(events):
+        if event.kind == "state" and event.detail.get("cause") == "seam":
+            accepted = (*accepted, epoch)
+        elif event.kind == RESTART_STEP and BACK_AT in event.detail:
+            accepted = tuple(before for before in accepted if before <= int(str(event.detail[BACK_AT])))
+    return accepted
+
+
+def steps_in_mid_run(events: Iterable[Event]) -> tuple[int, ...]:
+    """Return the epochs that began with a step, there or back: no visit is compared with one from before them."""
     return tuple(
-        epoch for epoch, event in _by_epoch(events) if event.kind == "state" and event.detail.get("cause") == "seam"
+        epoch
+        for epoch, event in _by_epoch(events)
+        if (event.kind == "state" and event.detail.get("cause") == "seam")
+        or (event.kind == RESTART_STEP and BACK_AT in event.detail)
     )
 
 
@@ -90,7 +113,7 @@ def _at_another_plateau(events: Iterable[Event]) -> set[int]:
     return {
         epoch
         for epoch, event in _by_epoch(events)
-        if event.kind == "seam" and "plateau" in str(event.detail.get("reason", ""))
+        if event.kind == RESTART_STEP and "plateau" in str(event.detail.get("reason", ""))
     }
 
 

@@ -21,7 +21,7 @@ from ams.surveillance.common_mode import CommonMode, judge_visits
 from ams.surveillance.common_mode_columns import Visits
 from ams.surveillance.common_mode_words import all_after, findings_of, on_one_side
 from ams.surveillance.turns import AXES_OF_TABLE
-from procedures.common_mode.check_sets import accepted_epochs, check_set_pairs, first_checks
+from procedures.common_mode.check_sets import check_set_pairs, first_checks, steps_in_mid_run
 from procedures.common_mode.opening_checks import OpeningChecks
 from procedures.common_mode.planned_visits import plateau_numbers_of, visits_of
 from procedures.common_mode.sensed_axes import Attitude, KnownAxes, attitude_of, sensed_axes
@@ -292,7 +292,7 @@ def judge_run(
     pairs = {pair.epoch: pair for pair in check_set_pairs(dwells, events) if pair.is_alike}
     if not pairs and not any(dwell.purpose == "reference" for dwell in dwells):
         return ()
-    watch = VisitWatch(plan, chains, accepted_epochs(events))
+    watch = VisitWatch(plan, chains, steps_in_mid_run(events))
     found: list[Judged | None] = []
     for dwell in dwells:
         found.append(watch.take(dwell))

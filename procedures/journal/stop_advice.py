@@ -100,7 +100,7 @@ ADVICE: Mapping[str, str] = {
     "seam": (
         "The check set differs from the one before: look at what is named above. If the table turned, put it "
         "right first: dwells measured after a turn stand off the declared zero. {resume_signed} accepts the "
-        "step{if_moved}"
+        "step, or goes on as before it where the rig stands again as it did then{if_moved}"
     ),
     "table": (
         "All sensors turned together: look at the table's coupling, its base and the common fixture. To "

@@ -66,7 +66,7 @@ class Epoch:
         self._chains = context.services.run_limits.chains
         self._suspects = Suspects(self._plan, history, increments_deg, self._chains)
         self._plateaus = Plateaus(context, self._live, self._suspects, history.epoch)
-        self._visits = VisitWatch(self._plan, self._chains, history.accepted_epochs)
+        self._visits = VisitWatch(self._plan, self._chains, history.steps_in_mid_run)
         for known in history.dwells:
             self._visits.take(known)
         self._meters = MeterWatch(self._rig, self._progress_log.event, self._wait)

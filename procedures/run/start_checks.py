@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 
 from ams.finding_kinds import OF_THE_TABLE
+from procedures.common_mode.check_sets import BACK_AT, RESTART_STEP
 from procedures.common_mode.visit_watch import VisitWatch, since_check_set
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import key_of, void_detail
@@ -46,12 +47,13 @@ def require_no_step(
 ) -> None:
     """Compare the check set with the one before, or with what was measured of one that was cut short.
 
-    A turn that a person said continue to at a visit is no new step where the check set stands as the newest visit.
+    A turn that a person said continue to at a visit is no new step where the check set stands as the newest visit; nor
+    is one back to where the rig stood before a step at which the run tripped: somebody put it right.
     ``is_at_plateau_of``: whether a step stands at the plateau of the check set.
     ``is_alike``: that was measured at the same plateau. Raises: RunEnds where there is a step.
     """
     if not is_alike:
-        progress_log.event("seam", {"tested": False, "reason": "the check set was measured at another plateau"})
+        progress_log.event(RESTART_STEP, {"tested": False, "reason": "the check set was measured at another plateau"})
         return
     earlier = history.earlier_checks
     since = min(dwell.epoch for dwell in earlier.values())
@@ -74,8 +76,13 @@ def require_no_step(
     )
     whole = {"attitudes": len(before), "of": len(checks), "told": sentences, "turned": is_turned}
     known = {"accepted": "the turn that a person continued with at a visit"} if is_known else {}
-    progress_log.event("seam", {**detail, **whole, "against_epoch": since, **known})
-    if (steps or is_turned) and not is_known:
+    is_step = (bool(steps) or is_turned) and not is_known
+    back_at = _epoch_it_is_back_at(history, checks, chains, watch, is_at_plateau_of) if is_step else None
+    back = {} if back_at is None else {BACK_AT: back_at, "text": _back_in_words(back_at, since)}
+    progress_log.event(RESTART_STEP, {**detail, **whole, "against_epoch": since, **known, **back})
+    if back_at is not None:
+        progress_log.tell("check", _back_in_words(back_at, since))
+    elif is_step:
         measured = [f"{sentence}, allowed {worst.t_limit:.3g}"] if steps else []
         is_table = judged is not None and any(finding.kind in OF_THE_TABLE for finding in judged.findings)
         where = "the table's coupling, its base and the common fixture" if is_table else "mount, sensor and meter"
@@ -87,3 +94,33 @@ def require_no_step(
                 cause="seam",
             )
         )
+
+
+def _epoch_it_is_back_at(
+    history: History,
+    checks: Mapping[int, DwellRecord],
+    chains: Mapping[str, Chain],
+    watch: VisitWatch,
+    is_at_plateau_of: Callable[[int], bool],
+) -> int | None:
+    """Return the newest epoch before an accepted step as whose check set this one stands, attitude by attitude.
+
+    None where it stands as none of them, or where one lacks an attitude, stood at another plateau, or cannot be judged.
+    """
+    for epoch, earlier in history.checks_before_steps.items():
+        if not earlier.keys() >= checks.keys() or not is_at_plateau_of(min(earlier)):
+            continue
+        judged = watch.compare_check_sets(earlier, checks, since_check_set(epoch))
+        before = {step: at_declared(dwell, chains) for step, dwell in earlier.items()}
+        after = {step: at_declared(dwell, chains) for step, dwell in checks.items()}
+        found = compare(before, after, (at_declared(dwell, chains) for dwell in history.visits))
+        if judged is not None and not judged.findings and not any(step.is_step for step in found):
+            return epoch
+    return None
+
+
+def _back_in_words(back_at: int, since: int) -> str:
+    return (
+        f"the check set differs from that of epoch {since}, and stands again as that of epoch {back_at} did: what had "
+        f"changed was put right, and the run goes on from epoch {back_at}"
+    )

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ams.surveillance.common_mode_words import still_in_doubt
-from procedures.common_mode.check_sets import accepted_epochs
+from procedures.common_mode.check_sets import steps_in_mid_run
 from procedures.common_mode.visit_watch import Judged, VisitWatch
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import Key, key_of, keys_in
@@ -33,7 +33,7 @@ def left_in_doubt(
     named = {step for judged in judged_now if judged.holds for step in judged.doubtful}
     found = []
     for stood, left in _holds_taken_back(dwells, events):
-        watch = VisitWatch(plan, chains, accepted_epochs(events))
+        watch = VisitWatch(plan, chains, steps_in_mid_run(events))
         judged = [watch.take(dwell) for dwell in stood][-1]
         if judged is not None and judged.holds and not left <= named:
             steps = tuple(sorted(left))

@@ -6,8 +6,9 @@ that an interrupted run judges alike.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
-from procedures.common_mode.check_sets import accepted_epochs, first_checks
+from procedures.common_mode.check_sets import accepted_epochs, first_checks, steps_in_mid_run
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.voids import DROPPED
 from procedures.journal.voids import KIND as VOIDED
@@ -39,6 +40,8 @@ class History:
     """Sensors that are measured no more."""
     accepted_epochs: tuple[int, ...] = ()
     """Whose step a person accepted: nothing is compared with what was measured before the last of them."""
+    steps_in_mid_run: tuple[int, ...] = ()
+    """Epochs that began with a step, there or back: no visit is compared with one from before them."""
     is_turn_accepted: bool = False
     """Whether a person said continue at the last visit that was held for a turn, and nothing was taken back since."""
     integrations: Mapping[str, float] = field(default_factory=dict)
@@ -58,6 +61,16 @@ class History:
     def earlier_checks(self) -> dict[int, DwellRecord]:
         """Step to what a check set is compared with, whole or not."""
         return first_checks(self.dwells, self.mounting, max(self.accepted_epochs, default=1), self.epoch)
+
+    @property
+    def checks_before_steps(self) -> Mapping[int, Mapping[int, DwellRecord]]:
+        """Return the epochs from which on check sets counted until a step was accepted, the newest first, with these.
+
+        Where a step was put right since, a check set stands as some of these did. None without such a step.
+        """
+        begun = (1, *self.accepted_epochs)
+        spans = reversed(list(pairwise(begun)))
+        return {first: first_checks(self.dwells, self.mounting, first, last) for first, last in spans}
 
     def check_set(self, epoch: int) -> dict[int, DwellRecord]:
         """Step to accepted check dwell of one epoch."""
@@ -128,7 +141,11 @@ def read_history(reader: JournalReader, plan: Plan) -> History:
             remounted_after, mounting = epochs, mounting + 1
     accepted = accepted_epochs(reader.events())
     found = history_of(reader.dwells(), epochs, plan, accepted, mounting, remounted_after, frozenset(dropped))
-    found = replace(found, is_turn_accepted=_is_turn_accepted(reader.events()))
+    found = replace(
+        found,
+        is_turn_accepted=_is_turn_accepted(reader.events()),
+        steps_in_mid_run=steps_in_mid_run(reader.events()),
+    )
     tried = reader.last_event(INTEGRATION)
     return found if tried is None else replace(found, integrations=_integrations(tried))
 

@@ -166,17 +166,38 @@ def test_a_turn_put_right_before_any_dwell_that_counts_is_told_and_spoils_nothin
     """The check set of the dwells that count stands as the first did: what turned is back at the declared zero."""
     run_dir = tmp_path / "run"
     slipped_and_taken_back(three, run_dir, is_remounted=False)
-    assert resumed(three, run_dir, 0.0, "the zero of roll is set back") is State.TRIPPED
-    assert resumed(three, run_dir, 0.0, "as it was at first") is State.FINISHED
+    assert resumed(three, run_dir, 0.0, "the zero of roll is set back") is State.FINISHED
     solved = solve_run(run_dir)
     view = assemble_view(solved.record, solved.sensors)
     found = run_findings(solved.record)
+    said = "stands again as that of epoch 1 did: what had changed was put right"
+    assert any(said in noted.text for noted in view.notes)
     assert {one.kind for one in found} == {"table-rotation"}, "it did turn, and that is told"
     assert view.verdict.trust == "reserved"
     assert any("stand on one side of it" in ground for ground in view.verdict.grounds)
     url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
     publish_solved(url, run_dir, solved.record, solved.sensors, sets)
     assert [coefficients.quarantine for coefficients in list_sets(url)] == [None] * 3
+
+
+def test_a_rig_that_was_put_right_is_held_against_where_it_is_back_and_against_nothing_else(
+    three: Bench, tmp_path: Path
+) -> None:
+    """The check set of the trip was refused: a later restart that stands as the first one did makes no step, and one
+    that stands as the refused one does. Half way back is not back.
+    """
+    run_dir = tmp_path / "run"
+    slipped_and_taken_back(three, run_dir, is_remounted=False)
+    assert resumed(three, run_dir, -0.01, "half way") is State.TRIPPED
+    assert resumed(three, run_dir, 0.0, "the zero of roll is set back") is State.FINISHED
+    last = max(dwell.step for dwell in dwells_of(run_dir) if dwell.accepted and dwell.purpose == "design")
+    void_from(run_dir, last, Authorisation("bert", "once more"))
+    assert resumed(three, run_dir, 0.0) is State.FINISHED
+    void_from(run_dir, last, Authorisation("bert", "once more"))
+    assert resumed(three, run_dir, -0.02) is State.TRIPPED
+    against = [seam.detail["against_epoch"] for seam in events(run_dir, "seam")]
+    assert against == [1, 2, 3, 1, 1]
+    assert [seam.detail.get("back_at_epoch") for seam in events(run_dir, "seam")] == [None, None, 1, None, None]
 
 
 def test_a_turn_that_all_dwells_stand_before_is_told_and_spoils_nothing(three: Bench, tmp_path: Path) -> None:
