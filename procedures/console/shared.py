@@ -11,7 +11,7 @@ from threading import Lock
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
 
-from procedures.console.acts import ACCEPTED, Answer
+from procedures.console.acts import Answer
 from procedures.console.gate import Site, token_of
 from procedures.console.live_pages import LivePages
 from procedures.console.sessions import Sessions, Visitor
@@ -111,12 +111,11 @@ class Console:
     def will_repeat(self, slot: Slot, *, is_stop: bool) -> bool:
         """Return whether this act came before, so that its answer is told again.
 
-        ``is_stop``: one that was refused, or failed, is done anew: what refused it may be over.
+        ``is_stop``: that of one that is under way; whatever became of it, the next is done anew: what moves now may
+        have begun since.
         """
         before = self._answers.get(slot)
-        if before is None or not (is_stop and before.done()):
-            return before is not None
-        return not before.cancelled() and before.exception() is None and before.result().status == ACCEPTED
+        return before is not None and not (is_stop and before.done())
 
     def close(self) -> None:
         self.hands.shutdown(wait=False, cancel_futures=True)

@@ -84,10 +84,14 @@ def test_an_abort_is_heard_by_the_guard_before_anything_is_written(
     assert json.loads(alive.requests()[0])["kind"] == "abort"
 
 
-def test_an_abort_is_answered_from_no_memory_of_another_act(alive: Visited) -> None:
+def test_an_abort_is_answered_from_no_memory(alive: Visited, monkeypatch: pytest.MonkeyPatch) -> None:
     """A program may use a key again; whatever it asked by it before, of this run or of another, an abort aborts."""
+    stopped: list[str] = []
+    monkeypatch.setattr(acts, "of_run", lambda run, runs: [{"run": Path(run).name}])
+    monkeypatch.setattr(acts, "stop_by_guard", lambda guard, axes, by: stopped.append(guard["run"]))
     browser = alive.enter()
-    assert browser.post(f"{RUN}/note", data=alive.fields(browser, text="x"), headers=OWN).status_code == 202
+    for _ in range(2):
+        assert browser.post(f"{RUN}/note", data=alive.fields(browser, text="x"), headers=OWN).status_code == 202
     other = make_run(alive.run.parent / "night-2", State.PAUSED)
     with owning(other):
         path = "/api/v1/runs/night-2/abort"
@@ -95,7 +99,8 @@ def test_an_abort_is_answered_from_no_memory_of_another_act(alive: Visited) -> N
     for _ in range(2):
         assert browser.post(f"{RUN}/abort", data=alive.fields(browser), headers=OWN).status_code == 202
     kinds = [json.loads(request)["kind"] for request in alive.requests()]
-    assert sorted(kinds) == ["abort", "note"], "the same act by the same key counts once"
+    assert sorted(kinds) == ["abort", "abort", "note"], "a note by the same key counts once"
+    assert stopped == ["night-2", "night-1", "night-1"]
 
 
 @pytest.mark.parametrize("act", ["abort", "stop"])
