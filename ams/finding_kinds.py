@@ -34,6 +34,7 @@ FindingKind = Literal[
     "field-contradicted",
     "output-clipped",
     "uneven-noise",
+    "record-lost",
 ]
 Whose = Literal["sensor", "table", "meter", "run", "file"]
 """``sensor``: its own, which its users had as well, where no single test says otherwise; ``table``: also its base or
@@ -199,6 +200,12 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
         "run",
         "Some replications scatter plainly more than the others",
         "Look for what was switched or shaken meanwhile, and measure those replications again",
+    ),
+    "record-lost": KindOfFinding(
+        "run",
+        "The journal was damaged and salvaged; where lines of its audit trail are lost, what they took back may count "
+        "again",
+        "Ask who ran it what was taken back, and measure the run again, or release by name what was put in quarantine",
     ),
 }
 

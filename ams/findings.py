@@ -118,6 +118,16 @@ def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     )
 
 
+def withheld(findings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Return the findings for which an archive gives a set to nobody until a person releases it by name.
+
+    The table turned, or lines of the run's record are lost that may have taken back what counts.
+    """
+    every = tuple(findings)
+    lost = (finding for finding in beyond_the_stated(every) if finding.kind == "record-lost")
+    return (*turned_the_table(every), *lost)
+
+
 def turns_away(kind: str, details: Mapping[str, object]) -> bool:
     """Return whether a significant finding takes away what was measured, by its kind and what it says."""
     turned_arcsec = details.get("turned_arcsec")

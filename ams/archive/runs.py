@@ -23,7 +23,7 @@ from ams.archive.run_at_fault import run_at_fault
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
 from ams.archive.tables import ADJUSTMENTS, QUARANTINES, RUNS, SETS, STANDARDS, STANDARDS_USED, USES
 from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
-from ams.findings import Finding, significant_texts, turned_the_table
+from ams.findings import Finding, significant_texts, withheld
 from ams.observations import Observations
 from ams.sets.canonical import Document, canonical_bytes, listed, table
 from ams.sets.coefficients import CoefficientSet
@@ -145,8 +145,8 @@ def publish_run(
         checks = {sensor.coefficients.sensor: sensor.is_check for sensor in sensors}
         publications = insert_sets(connection, sets, published_utc, checks)
         for sensor in sensors:
-            if turned := turned_the_table(sensor.findings):
-                reason = "; ".join(significant_texts(turned))
+            if against := withheld(sensor.findings):
+                reason = "; ".join(significant_texts(against))
                 quarantine(connection, [sensor.coefficients.sha256], reason, published_utc)
         found = {
             sensor.coefficients.sensor: _adjusted(connection, sensor, published_utc, usage_pitch_deg)
@@ -338,7 +338,7 @@ def _adjusted(
     if stored is not None:
         return stored
     at_fault = run_at_fault(new, sensor.findings)
-    is_held = bool(turned_the_table(sensor.findings))
+    is_held = bool(withheld(sensor.findings))
     previous = None if at_fault else _previous(connection, new)
     declared = new.provenance["acceptance"]
     acceptance = acceptance_of(None if declared is None else table(declared))

@@ -214,6 +214,8 @@ def _word(event: Event) -> str:
             return f"went on over changes: {'; '.join(map(str, _listed(event, 'differences')))}: {_why(event)}"
         case "dropped":
             return f"{event.detail.get('sensor')} was dropped: {_why(event)}"
+        case "quarantined":
+            return _why(event)
         case "voided":
             moved = "; the package was moved" if event.detail.get("remounted") else ""
             return f"{len(_listed(event, 'dwells'))} dwells taken back: {_why(event)}{moved}"

@@ -46,6 +46,7 @@ _EVENT = (
     "FROM events WHERE sequence = ?"
 )
 """As bytes: what is no text any more still tells the SHA-256 that the event behind it is chained to."""
+_MOST_NAMED = 8
 _FURTHEST_MISS = 1000
 """Rows that are missing one after the other before a table counts as ended."""
 
@@ -225,7 +226,20 @@ def _quarantined_detail(lost: Sequence[Key], trail: Trail, source: Path, promise
         "from": str(source),
         "events_kept": len(trail.rows) - len(trail.damaged),
         "events_promised": promised,
+        "reason": _what_is_lost(trail, len(lost), max(0, promised - len(trail.rows))),
     }
+
+
+def _what_is_lost(trail: Trail, dwells: int, behind: int) -> str:
+    """Return what a reader of the audit trail is told; empty of a journal that was whole."""
+    named = ", ".join(str(event.lost) for event in trail.damaged[:_MOST_NAMED])
+    more = len(trail.damaged) - _MOST_NAMED
+    parts = [
+        *([f"event {named}{f' and {more} more' if more > 0 else ''}"] if named else []),
+        *([f"{behind} events behind the last that can be read"] if behind else []),
+        *([f"{dwells} {'dwell' if dwells == 1 else 'dwells'}"] if dwells else []),
+    ]
+    return f"salvaged from a damaged journal, without {'; '.join(parts)}" if parts else ""
 
 
 def _taken_back_again(trail: Trail, whole: Mapping[Key, tuple[Any, ...]], events: _Appended) -> list[Key]:

@@ -10,7 +10,7 @@ from datetime import datetime
 import numpy as np
 
 from ams.calibration_result import SensorVerdict
-from ams.findings import Finding, turned_the_table
+from ams.findings import Finding, withheld
 from ams.units import label_and_unit
 from procedures.journal.audit_trail import identities_in, interruptions_in, made_again_in, missing_in, notes_in
 from procedures.kinds.registry import KINDS
@@ -165,8 +165,10 @@ def _verdict_of(solved: SolvedSensor | None, failure: str | None) -> SensorVerdi
 
 
 def _as_the_run_is(sensor: SensorView, findings: Sequence[Finding]) -> SensorView:
-    """Return the sensor as the verdict on the run has it: where the table turned, none of its sets is to be used."""
-    return replace(sensor, verdict="not usable") if turned_the_table(of_sensor(findings, sensor.name)) else sensor
+    """Return the sensor as the verdict on the run has it: where the table turned, or the record lost what may have
+    taken dwells back, none of its sets is to be used.
+    """
+    return replace(sensor, verdict="not usable") if withheld(of_sensor(findings, sensor.name)) else sensor
 
 
 def _labels(record: RunRecord, sensors: Sequence[SensorView]) -> dict[str, tuple[str, float]]:

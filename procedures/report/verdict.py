@@ -63,6 +63,9 @@ def judge(
         whose = "any sensor" if len(without) == len(sensors) > 1 else ", ".join(without)
         sentence = f"There is no result to use of {whose}."
         return Verdict("unusable", sentence, (*failures, *doubts, *facts))
+    if beyond_the_stated(findings):
+        sentence = "Not to be used as it stands: lines of the run's record are lost, and what they took back may count."
+        return Verdict("unusable", sentence, (*beyond, *doubts, *facts))
     if turned:
         sentence = f"Not to be used as it stands{_turned(turned, sensors, findings)}."
         return Verdict("unusable", sentence, (*beyond, *doubts, *facts))

@@ -16,6 +16,7 @@ from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
 from procedures.journal.stop_advice import StopNumbers, held_before, left_in_doubt, next_step, numbers_of
 from procedures.journal.verdict_file import grounds_in, hindered_in, read_verdict, rows_in
+from procedures.journal.voids import QUARANTINED
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, MADE_AGAIN
 from procedures.records.states import ACTIVE, State, state_sentence
@@ -61,6 +62,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_listed("lease", [event for event in events if event.kind == LEASE]),
         *_guarded(run_dir, events),
         *_listed("notes", [event for event in events if event.kind == "note"]),
+        *_listed("salvaged", [event for event in events if event.kind == QUARANTINED and event.detail.get("reason")]),
         *_listed("taken back", [event for event in events if event.kind == "voided"]),
         *_listed("dropped", [event for event in events if event.kind == "dropped"]),
         *_listed("answered for", [event for event in events if event.kind == "override"]),

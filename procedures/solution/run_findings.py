@@ -21,6 +21,7 @@ from ams.units import ARCSEC_PER_DEG
 from procedures.common_mode.visit_watch import Judged
 from procedures.common_mode.ways_out import meter_way_out
 from procedures.records.dwells import DwellRecord
+from procedures.solution.lost_record import lost_record
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 
@@ -28,18 +29,18 @@ _OF_95_PERCENT: Final = 1.96
 
 
 def run_findings(record: RunRecord) -> tuple[Finding, ...]:
-    """Return what reference visits and check sets say of table, meter and sensors together.
+    """Return what the record, reference visits and check sets say of table, meter and sensors together.
 
     A sensor that creeps is no reservation where the solution has a term for it.
     """
-    return tuple(finding for finding, _ in _of_visits(record))
+    return tuple(finding for finding, _ in _of_run(record))
 
 
 def findings_beside_dwells(record: RunRecord, solved: Mapping[str, SolvedSensor]) -> tuple[Finding, ...]:
     """Return the findings of a run but for turns of the table that the dwells of every solved sensor tell better."""
     by_dwells = [shown_by_dwells(sensor.calibration) for sensor in solved.values() if sensor.calibration is not None]
     by_all = frozenset.intersection(*by_dwells) if by_dwells else frozenset()
-    return tuple(finding for finding, turned in _of_visits(record) if turned not in by_all)
+    return tuple(finding for finding, turned in _of_run(record) if turned not in by_all)
 
 
 def findings_of_sensor(record: RunRecord, sensor: SolvedSensor) -> tuple[Finding, ...]:
@@ -52,7 +53,7 @@ def findings_of_sensor(record: RunRecord, sensor: SolvedSensor) -> tuple[Finding
     by_dwells = shown_by_dwells(sensor.calibration)
     return tuple(
         replace(finding, is_held=_holds(sensor, finding)) if _is_turn(finding) else finding
-        for finding, turned in _of_visits(record)
+        for finding, turned in _of_run(record)
         if turned not in by_dwells and finding.details.get("sensor", sensor.name) == sensor.name
     )
 
@@ -63,8 +64,10 @@ def shown_by_dwells(calibration: Calibration) -> frozenset[str]:
     return frozenset(between for shown in found if shown for between in str(shown).split("; "))
 
 
-def _of_visits(record: RunRecord) -> Iterator[tuple[Finding, str]]:
-    """Yield what visits and check sets say; of a turn that did not creep, with dwells on both sides, between which."""
+def _of_run(record: RunRecord) -> Iterator[tuple[Finding, str]]:
+    """Yield what the record, visits and check sets say; of a turn that did not creep also between which visits."""
+    if (lost := lost_record(record.events)) is not None:
+        yield lost, ""
     has_term = record.plan.solve.time_term == "linear"
     for judged in record.judged_visits:
         for finding in judged.findings:

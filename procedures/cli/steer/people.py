@@ -173,6 +173,9 @@ def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS)
         say(f"damaged, to be measured again: {name}")
     for name in found.taken_back:
         say(f"stays taken back, as a damaged event says: {name}")
+    if found.lost or found.behind:
+        say("not usable: what is lost may have taken back dwells that count in the new run, and its verdict says so;")
+        say("a person answers for it by name and reason (calrig archive release, calrig archive accept)")
 
 
 def _require_leave(folder: Path, dwells: Sequence[DwellRecord]) -> None:
