@@ -53,7 +53,7 @@ ADVICE: Mapping[str, str] = {
         "begin the run again."
     ),
     "process died": (
-        "The process of the run was killed, ran out of memory, or was frozen and then ended; its stop guard "
+        "The process of the run was killed, ran out of memory or open files, or was frozen and ended; its stop guard "
         "told every axis to stop. Find out what ended it and see that the axes stand, then {resume}."
     ),
     "link quality": "Look at cable, earth and adapter of the line named above, then {go_on}.",
