@@ -138,6 +138,16 @@ def hash_event(previous: str, sequence: int, utc: str, monotonic_s: float, kind:
     return hashlib.sha256(line.encode("utf-8")).hexdigest()
 
 
+def is_event_whole(
+    previous: str, sequence: int, utc: str, monotonic_s: float, kind: str, detail: str, sha256: str
+) -> bool:
+    """Return whether a stored event is as it was written, behind one of which ``previous`` is stored."""
+    try:
+        return hash_event(previous, sequence, utc, monotonic_s, kind, detail) == sha256
+    except (TypeError, ValueError):  # a column of it is no text and no number any more
+        return False
+
+
 def decode_event(sequence: int, utc: str, monotonic_s: float, kind: str, detail: str, sha256: str) -> Event:
     content: Mapping[str, object] = json.loads(detail)
     return Event(sequence, datetime.fromisoformat(utc), monotonic_s, kind, content, sha256)

@@ -8,10 +8,10 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from procedures.errors import JournalError
-from procedures.journal.encoding import decode_dwell, decode_event, hash_dwell, hash_event
+from procedures.journal.encoding import decode_dwell, decode_event, hash_dwell, is_event_whole
 from procedures.journal.header import RunHeader, sha256
 from procedures.journal.lost_events import LOST, first_unanswered
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount, open_for_reading, storage_errors_of
@@ -46,6 +46,22 @@ _SALVAGE = "calrig salvage takes the rest into a new folder, where a resume meas
 
 AFTERTHOUGHTS = ("note", "ack")
 """What people write when the run has ended."""
+
+
+class Damage(NamedTuple):
+    """What of a journal is not as it was written, by name."""
+
+    events: tuple[str, ...]
+    dwells: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (*self.events, *self.dwells)
+
+    @property
+    def in_words(self) -> tuple[str, ...]:
+        """Each as a phrase that a sentence goes on with."""
+        return (*self.events, *(f"the dwell of {name}" for name in self.dwells))
 
 
 class JournalReader:
@@ -102,7 +118,11 @@ class JournalReader:
             return decode_event(*row)
         except (ValueError, TypeError):
             sequence, _, _, kind, *_ = row
-            raise JournalError(f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}") from None
+            raise self._changed_event(sequence, kind) from None
+
+    def _changed_event(self, sequence: int, kind: str) -> JournalError:
+        sentence = f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}"
+        return JournalError(f"{sentence}; calrig salvage leaves it out, by name, and takes the rest into a new folder")
 
     @cached_property
     def rig(self) -> RigDescription:
@@ -124,7 +144,7 @@ class JournalReader:
         """Yield the dwells in the order of commitment, rejected ones too unless ``accepted_only``.
 
         A dwell that was taken back counts as rejected, and so does one that is not as it was written (noticed only
-        ``with_samples``): each says so in its reasons. :meth:`quarantined` names the damaged ones.
+        ``with_samples``): each says so in its reasons. :meth:`damage` names the damaged ones.
         """
         for _, dwell in self.numbered_dwells(with_samples=with_samples):
             if dwell.accepted or not accepted_only:
@@ -143,18 +163,36 @@ class JournalReader:
         for number, *_, text, samples, digest in self._dwell_rows(after):
             yield number, text, samples, digest
 
-    def damaged(self) -> tuple[str, ...]:
-        """Return the names of dwells that are not as they were written, or are not there any more."""
+    def damage(self) -> Damage:
+        """Return which events and dwells are not as they were written, or are not there any more; none is fine."""
         last = self.last_event("dwell")  # asked first: a run that goes on commits others meanwhile
-        rows = {_key(*row[1:4]): row[-1] if _is_whole(row) else None for row in self._dwell_rows()}
-        digests = _promised(event for event in self.events() if last is None or not _is_behind(event, last))
-        changed = [key for key, digest in rows.items() if digest is None or digest != digests.get(key, digest)]
-        return tuple(_name(*key) for key in (*changed, *sorted(digests.keys() - rows.keys())))
+        rows = {_key(*row[1:4]): row[-1] if _is_as_filed(row) else None for row in self._dwell_rows()}
+        changed, telling = self._walked()
+        digests = _promised(event for event in telling if last is None or not _is_behind(event, last))
+        dwells = [key for key, digest in rows.items() if digest is None or digest != digests.get(key, digest)]
+        gone = sorted(digests.keys() - rows.keys())
+        return Damage(tuple(changed), tuple(_name(*key) for key in (*dwells, *gone)))
+
+    def _walked(self) -> tuple[list[str], list[Event]]:
+        """Walk the chain to its end, over what is damaged: return that by name, and the events that tell of dwells."""
+        previous, expected = self._single_row("SELECT sha256 FROM header")[0], 1  # type: ignore[index]
+        changed: list[str] = []
+        telling: list[Event] = []
+        for row in self._rows(_EVENTS):
+            sequence, *_, kind, _, digest = row
+            changed += [f"event {missing} (missing)" for missing in range(expected, sequence)]
+            if sequence == expected and kind != LOST and not is_event_whole(previous, *row):
+                changed.append(f"event {sequence} ({kind})")
+            elif kind in ("dwell", QUARANTINED, LOST):
+                telling.append(self._event(row))
+            previous, expected = digest, sequence + 1
+        if (gap := first_unanswered(telling)) is not None:
+            changed.append(f"event {gap.sequence} ({LOST})")
+        return changed, telling
 
     def quarantined(self) -> tuple[str, ...]:
-        """Dwells that are not as they were written, or were left out when the journal was salvaged, by name."""
-        left_out = [_name(*key) for event in self.events(QUARANTINED) for key in keys_in(event)]
-        return (*self.damaged(), *left_out)
+        """Dwells that were left out when the journal was salvaged, by name."""
+        return tuple(_name(*key) for event in self.events(QUARANTINED) for key in keys_in(event))
 
     def state(self) -> State:
         """Return the state as last written.
@@ -238,15 +276,15 @@ class JournalReader:
         previous, events = self._single_row("SELECT sha256 FROM header")[0], []  # type: ignore[index]
         expected = 1
         for row in self._rows(_EVENTS):
-            sequence, utc, monotonic_s, kind, detail, digest = row
+            sequence, *_, kind, _, digest = row
             if sequence != expected:
                 raise JournalError(f"{self.path}: event {expected} is missing from the audit trail; {_LEFT}")
-            if kind != LOST and hash_event(previous, sequence, utc, monotonic_s, kind, detail) != digest:
-                raise JournalError(f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}")
+            if kind != LOST and not is_event_whole(previous, *row):
+                raise self._changed_event(sequence, kind)
             events.append(self._event(row))
             previous, expected = digest, expected + 1
         if (gap := first_unanswered(events)) is not None:
-            raise JournalError(f"{self.path}: event {gap.sequence} ({LOST}) is not as it was written; {_LEFT}")
+            raise self._changed_event(gap.sequence, LOST)
         return events
 
     def _verify_dwells(self, digests: Mapping[Key, str], voided: Mapping[Key, str]) -> Iterator[DwellRecord]:
@@ -335,6 +373,16 @@ def _is_finish(detail: str) -> bool:
 def _is_whole(row: tuple[Any, ...]) -> bool:
     *_, text, samples, digest = row
     return bool(hash_dwell(text, samples) == digest)
+
+
+def _is_as_filed(row: tuple[Any, ...]) -> bool:
+    """Return whether a dwell is whole and stands under its key and acceptance: its SHA-256 covers neither column."""
+    _, step, attempt, epoch, accepted, text, *_ = row
+    if not _is_whole(row):
+        return False
+    record = json.loads(text)
+    filed = (record["step"], record["attempt"], record["epoch"], record["accepted"])
+    return bool(filed == (step, attempt, epoch, bool(accepted)))
 
 
 def _as_corrected(dwell: DwellRecord, taken_back: str | None) -> DwellRecord:

@@ -34,15 +34,17 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         header, stamped = reader.header, list(reader.events())
         events = list(on_one_clock(stamped))
         dwells = list(dwells_on_one_clock(reader.dwells(with_samples=False), stamped))
-        quarantined = reader.quarantined()
+        damage, left_out = reader.damage(), reader.quarantined()
     last = next(event for event in reversed(events) if event.kind == "state")
     cause = str(last.detail.get("cause", ""))
     doubts, numbers = _meter_doubts(run_dir, events, dwells), numbers_of(str(run_dir), events, dwells)
+    next_words = _next(run_dir, stands.state, cause, held_before(events), doubts, numbers)
     lines = [
         one_line(header.title),
         f"run        {run_dir}",
         f"state      {_standing(stands.state, last, events[-1], read_last_words(run_dir, second_folder))}",
-        f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design",
+        f"progress   {stands.dwells_done} of {stands.dwells_planned} dwells of the design"
+        f"{', by a journal that is damaged' if damage.names else ''}",
         *(
             [f"ends       {at_both(stands.eta_utc)}, as it goes now"]
             if stands.eta_utc and stands.state in ACTIVE
@@ -54,7 +56,8 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_temperatures(dwells),
         *_rejected(dwells),
         *_accepted(run_dir, dwells),
-        *[f"damaged    {name}" for name in quarantined],
+        *[f"damaged    {what} is not as it was written" for what in damage.in_words],
+        *[f"left out   {name}" for name in left_out],
         *_listed("stops", [event for event in events if _is_stop(event)]),
         *_listed("moves made again", [event for event in events if event.kind == MADE_AGAIN]),
         *_listed("terminal", [event for event in events if event.kind == "terminal"]),
@@ -68,10 +71,16 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_listed("answered for", [event for event in events if event.kind == "override"]),
         *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
-        f"next       {_next(run_dir, stands.state, cause, held_before(events), doubts, numbers)}",
+        f"next       {of_damage(run_dir) if damage.names else next_words}",
         *_solved(run_dir, stands.state),
     ]
     return "\n".join(lines) + "\n"
+
+
+def of_damage(run_dir: Path) -> str:
+    """Say what becomes of a run of which something is damaged."""
+    salvage = f"calrig salvage {shlex.quote(str(run_dir))} takes the rest into a new folder"
+    return f"calrig solve and calrig resume refuse the run; {salvage}, where a resume measures again what is missing"
 
 
 def unfinished(run_dir: Path, second_folder: Path) -> list[str]:

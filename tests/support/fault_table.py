@@ -116,7 +116,8 @@ measured on the twins in the middle of a move at 5 °/s; — where no axis moves
 line is gone ends its move by itself: how far it was on its way decides.
 
 **Damaged**, in a message, a list or JSON, is what is stored and is not as it was written; it was left as it is, and no
-number is drawn from it. `calrig status RUN` and `calrig handover RUN` name the dwells.
+number is drawn from it. `calrig status RUN` and `calrig handover RUN` name events and dwells, and leave
+with status 2.
 
 | damaged | what to do |
 |---|---|

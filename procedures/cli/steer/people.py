@@ -22,7 +22,7 @@ from procedures.cli.options import (
 from procedures.cli.output import note as tell
 from procedures.cli.output import say
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
-from procedures.errors import RequestError
+from procedures.errors import ExitStatus, RequestError
 from procedures.journal.alert_record import is_known_elsewhere, keep_acknowledgement
 from procedures.journal.corrections import (
     TAKES_BACK,
@@ -34,6 +34,7 @@ from procedures.journal.corrections import (
     void_from,
 )
 from procedures.journal.corrections import redo as redo_replication
+from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
 from procedures.journal.salvage import salvage as rescue
 from procedures.journal.second_folder import second_folder
@@ -149,9 +150,12 @@ def redo(
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
 
 
-def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> None:
+def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> int:
     """Print the whole state of a run on one page, for whoever takes over."""
-    say(page(alive_or_latest(run, out), second_folder()).rstrip("\n"))
+    folder = alive_or_latest(run, out)
+    say(page(folder, second_folder()).rstrip("\n"))
+    with JournalReader.open(folder) as reader:
+        return ExitStatus.WRONG_REQUEST if reader.damage().names else ExitStatus.DONE
 
 
 def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS) -> None:

@@ -1,6 +1,5 @@
 """``calrig status``, ``pause``, ``continue``, ``stop``, ``abort``: look at or steer a run in another process."""
 
-import shlex
 from collections.abc import Iterable
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -31,6 +30,7 @@ from procedures.journal.standing_words import rows_of
 from procedures.journal.status import status as look
 from procedures.journal.verdict_file import read_verdict
 from procedures.records.states import RESUMABLE, State
+from procedures.run.handover import of_damage
 from procedures.run.progress import PlainLines
 from rig.clock import SystemClock
 from rig.local_time import at_both
@@ -63,20 +63,22 @@ def status(
     found, live = _with_last_words(look(folder), folder), read_live(folder)
     outcomes, verdict = read_outcomes(folder, second_folder()), _verdict(folder, found.state)
     with JournalReader.open(folder) as reader:
-        damaged, journal = reader.damaged(), reader.path
+        damage, journal = reader.damage(), reader.path
+    answer = ExitStatus.WRONG_REQUEST if damage.names else ExitStatus.DONE
     if json:
         doing = {} if live is None else {"live": live_document(live)}
         came_to = {"verdict": verdict} if verdict else {}
-        unread = {"damaged": damaged} if damaged else {}
+        unread = {"damaged": damage.names} if damage.names else {}
         print_json({**found.to_document(), **unread, **came_to, **doing, **({"alerts": outcomes} if outcomes else {})})
-        return ExitStatus.DONE
-    say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells")
+        return answer
+    by = ", by a journal that is damaged" if damage.names else ""
+    say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells{by}")
     if found.held_by is not None:
         say(f"held by: {one_line(found.held_by)}")
     elif found.why:
         say(f"because: {one_line(found.why)}")
-    for name in damaged:
-        say(f"damaged: {journal}: the dwell of {name} is not as it was written; {_of_damage(folder)}")
+    for what in damage.in_words:
+        say(f"damaged: {journal}: {what} is not as it was written; {of_damage(folder)}")
     if verdict:
         say(f"verdict: {one_line(verdict)}")
     for name, how in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
@@ -90,9 +92,9 @@ def status(
     for name, line in found.lines.items():
         say(f"line of {name}, as last counted (every hundred dwells and at a stop): {line.in_words()}")
     if not follow:
-        return ExitStatus.DONE
+        return answer
     observer = PlainLines(say, parts=None)
-    return shown_until_left(folder, observer, lambda: False, SystemClock())
+    return shown_until_left(folder, observer, lambda: False, SystemClock()) or answer
 
 
 def _refuse_beside_each_other(run: str | None, *, all_: bool, metrics: bool, follow: bool, json: bool) -> None:
@@ -107,14 +109,6 @@ def _refuse_beside_each_other(run: str | None, *, all_: bool, metrics: bool, fol
     if metrics and len(forms) > 1:
         other = next(form for form in forms if form != "--metrics")
         raise RequestError(f"status: --metrics prints every run as Prometheus text: got {other} as well; leave one out")
-
-
-def _of_damage(folder: Path) -> str:
-    """Say what becomes of a run with a dwell that is damaged."""
-    return (
-        f"calrig solve and calrig resume refuse the run; calrig salvage {shlex.quote(str(folder))} takes the rest into "
-        "a new folder, where a resume measures it again"
-    )
 
 
 def _verdict(folder: Path, state: State) -> str:

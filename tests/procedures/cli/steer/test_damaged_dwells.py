@@ -14,6 +14,7 @@ DAMAGES = {
     "no text": "UPDATE dwells SET record = CAST(x'7bff' AS TEXT) WHERE step = 7",
     "no object": "UPDATE dwells SET record = 12, samples = 'abc' WHERE step = 7",
     "its sum": "UPDATE dwells SET sha256 = CAST(x'ff' AS TEXT) WHERE step = 7",
+    "whether it counts": "UPDATE dwells SET accepted = 1 - accepted WHERE step = 7",
     "gone": "DELETE FROM dwells WHERE step = 7",
 }
 NAME = "step 7, attempt 1, epoch 1"
@@ -37,7 +38,8 @@ def test_status_names_a_damaged_dwell_and_what_becomes_of_the_run(
     _damaged(run, DAMAGES[damage])
     looked = call(capsys, "status", run)
     (line,) = [line for line in looked.out.splitlines() if line.startswith("damaged: ")]
-    assert (looked.status, f"{run}/journal.sqlite: the dwell of {NAME} is not as it was written" in line) == (0, True)
+    assert (looked.status, f"{run}/journal.sqlite: the dwell of {NAME} is not as it was written" in line) == (2, True)
+    assert "dwells, by a journal that is damaged\n" in looked.out
     assert f"calrig salvage {run} takes the rest" in line
     assert call(capsys, "status", run, "--json").document["damaged"] == [NAME]
     refused = call(capsys, "solve", run)
@@ -61,3 +63,39 @@ def test_a_salvaged_run_names_nothing_as_damaged(
     run = _damaged(finished_job.copied_to(tmp_path), DAMAGES["samples"])
     assert call(capsys, "salvage", run, "--to", tmp_path / "new").status == 0
     assert "damaged" not in call(capsys, "status", tmp_path / "new", "--json").document
+
+
+EVENTS = {
+    "detail = detail || ' '": "event 20 (",
+    "detail = replace(detail, '}', ' }')": "event 20 (",
+    "sha256 = 'f' || sha256": "event 20 (",
+    "kind = 'lost'": "event 20 (lost)",
+    "monotonic_s = monotonic_s + 1": "event 20 (",
+}
+
+
+@pytest.mark.parametrize("change", EVENTS)
+def test_status_and_handover_name_a_damaged_event_and_what_becomes_of_the_run(
+    change: str, finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = _damaged(finished_job.copied_to(tmp_path), f"UPDATE events SET {change} WHERE sequence = 20")
+    looked, handed = call(capsys, "status", run), call(capsys, "handover", run)
+    lines = [line for line in looked.out.splitlines() if line.startswith("damaged: ")]
+    assert f"damaged: {run}/journal.sqlite: {EVENTS[change]}" in lines[0]
+    assert f"calrig salvage {run} takes the rest" in lines[0]
+    assert (looked.status, handed.status) == (2, 2)
+    assert "dwells, by a journal that is damaged\n" in looked.out
+    assert f"damaged    {EVENTS[change]}" in handed.out
+    assert f"next       calrig solve and calrig resume refuse the run; calrig salvage {run}" in handed.out
+    told = call(capsys, "status", run, "--json")
+    assert (told.status, told.document["damaged"][0].startswith(EVENTS[change])) == (2, True)
+    assert call(capsys, "solve", run).status == 2
+
+
+def test_status_names_an_event_that_is_gone(
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    statement = "DELETE FROM events WHERE sequence = (SELECT max(sequence) FROM events WHERE kind = 'intent')"
+    looked = call(capsys, "status", _damaged(finished_job.copied_to(tmp_path), statement))
+    assert looked.status == 2
+    assert "(missing) is not as it was written" in looked.out
