@@ -21,6 +21,7 @@ from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import findings_of_sensor, proved_changes, with_run_findings
+from procedures.solution.standing_sides import StandingSides, with_standing_side
 from procedures.solution.wild_temperatures import without_wild_temperatures
 from rig.defects import defect_text
 from rig.description.rig_file import RigDescription
@@ -39,6 +40,8 @@ def solve_record(record: RunRecord, tell: Tell = lambda _step: None) -> dict[str
     try:
         changes = proved_changes(record)
         solved = solve_sensors(record.dwells, record.rig, record.plan, source, tell, changes, run)
+        sides = StandingSides(record)
+        solved = {name: with_standing_side(sensor, sides) for name, sensor in solved.items()}
         return {name: with_run_findings(sensor, findings_of_sensor(record, sensor)) for name, sensor in solved.items()}
     except (AmsError, ProcedureError, RigError):
         raise
