@@ -24,11 +24,13 @@ from procedures.report.figures import are_left_out
 from procedures.report.findings_in_short import significant_findings, test_name, tests_in_short
 from procedures.report.overview import overview_rows
 from procedures.report.rejected_rows import rejected_rows
-from procedures.report.view import AxisView, ParameterRow, RunView
+from procedures.report.view import AxisView, ParameterRow, RunView, SensorView
 from procedures.solution.budget_view import BudgetView
 
 _INDEXED: Final = re.compile(r"(?<=(?<![A-Za-z_])[A-Za-z])_([a-z0-9]{1,3})(?![A-Za-z0-9_])")
 MOST_PARAMETERS: Final = 7
+NO_CHANCE: Final = 3.0
+"""Expanded uncertainties from the truth: with five degrees of freedom once in seventeen hundred rows."""
 """Columns of a budget beside its sources: with the coefficients of temperature the last stood outside the page."""
 
 URI_SAFE = " !$'()*+,-./:;<=>?@_{}~"
@@ -73,6 +75,20 @@ def truth_text(row: ParameterRow) -> Markup:
 
 def holds_truth(row: ParameterRow) -> str:
     return {True: "yes", False: "no", None: "—"}[row.holds_truth]
+
+
+def truths_missed(sensor: SensorView) -> str:
+    """Say it where intervals miss the twin's truth by more than chance does; else empty."""
+    rows = [row for axis in sensor.axes for row in axis.parameters if row.holds_truth is not None]
+    worst = max(rows, key=lambda row: row.misses_truth_by, default=None)
+    if worst is None or worst.misses_truth_by <= NO_CHANCE:
+        return ""
+    missed = sum(row.holds_truth is False for row in rows)
+    return (
+        f"{missed} of {len(rows)} 95 % intervals {'misses' if missed == 1 else 'miss'} the truth, the {worst.label} by "
+        f"{worst.misses_truth_by:.2g} expanded uncertainties: that is not chance. What did it is in no uncertainty of "
+        "this run; with a real sensor, whose truth nobody knows, nothing else would say so."
+    )
 
 
 def factor_text(factor: float | None) -> str:
@@ -247,6 +263,7 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "expanded_text": expanded_text,
     "truth_text": truth_text,
     "holds_truth": holds_truth,
+    "truths_missed": truths_missed,
     "dof": degrees_of_freedom,
     "factor": factor_text,
     "as_arcsec": as_arcsec,

@@ -14,6 +14,7 @@ from ams.archive.sign_offs import SignOff
 from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration, SensorVerdict
 from ams.findings import Finding
+from ams.frames import wrap_deg
 from ams.gravity import Gravity
 from ams.observations import Observations
 from ams.sets.stated_verdict import unsigned_status
@@ -57,6 +58,14 @@ class ParameterRow:
         if self.truth is None or self.interval_95 is None:
             return None
         return self.interval_95[0] <= self.truth <= self.interval_95[1]
+
+    @property
+    def misses_truth_by(self) -> float:
+        """How far the value is from a truth that its interval does not hold, in expanded uncertainties; else 0."""
+        if self.holds_truth is not False or self.truth is None or self.value is None or not self.expanded_uncertainty:
+            return 0.0
+        away = self.value - self.truth
+        return abs(wrap_deg(away) if self.unit == "°" else away) / self.expanded_uncertainty
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from ams.calibration_result import ParameterEstimate
 from ams.findings import EXPLAINED_BY
 from ams.inputs.request import CalibrationRequest
 from procedures.report.conclusions import axis_view, by_replication, mean_residuals, parameter_row
-from procedures.report.filters import MOST_PARAMETERS, in_parts
+from procedures.report.filters import MOST_PARAMETERS, in_parts, truths_missed
 from procedures.solution.budget_view import BudgetRow, BudgetView
 
 
@@ -26,6 +26,18 @@ def test_what_is_not_determined_stays_so() -> None:
     row = parameter_row(ParameterEstimate("azimuth_deg", None, None, None, None, None), 2.5, 35.0)
     assert (row.value, row.expanded_uncertainty, row.in_other_terms) == (None, None, "")
     assert row.holds_truth is None
+
+
+def test_a_twin_s_truth_that_is_missed_by_more_than_chance_is_said() -> None:
+    sensor = run_view(Scene(axes=("x",))).sensors[0]
+    axis = sensor.axes[0]
+
+    def said(away: float) -> str:
+        row = parameter_row(ParameterEstimate("azimuth_deg", 179.9, 0.05, 0.05, 1e4, (179.8, 180.0)), 2.5, 179.9 + away)
+        return truths_missed(replace(sensor, axes=(replace(axis, parameters=(row,)),)))
+
+    assert [said(away) for away in (0.0, 0.15, -359.95)] == ["", "", ""], "inside, outside by chance, the same angle"
+    assert said(0.5).startswith("1 of 1 95 % intervals misses the truth, the azimuth by 5.1 expanded uncertainties")
 
 
 def test_azimuths_on_both_sides_of_180_degrees_are_close() -> None:
