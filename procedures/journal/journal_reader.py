@@ -121,8 +121,10 @@ class JournalReader:
             raise self._changed_event(sequence, kind) from None
 
     def _changed_event(self, sequence: int, kind: str) -> JournalError:
-        sentence = f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}"
-        return JournalError(f"{sentence}; calrig salvage leaves it out, by name, and takes the rest into a new folder")
+        return JournalError(
+            f"{self.path}: event {sequence} ({kind}) is not as it was written; {_LEFT}; calrig salvage leaves it out, "
+            "by name, and takes the rest into a new folder"
+        )
 
     @cached_property
     def rig(self) -> RigDescription:
