@@ -20,6 +20,8 @@ class Verification:
     status: str
     standing: str
     """The status in words: an approval over the verdict ``not usable`` is said to be one."""
+    verdict: str | None
+    """Of the calibration: ``sound``, ``usable`` or ``not usable``; None where an earlier version tells none."""
     simulated: bool
     forward_vectors: int
     inverse_vectors: int
@@ -43,6 +45,7 @@ def verify(path: str | Path) -> Verification:
         sha256=coefficients.sha256,
         status=coefficients.status,
         standing=coefficients.standing,
+        verdict=coefficients.verdict,
         simulated=coefficients.is_simulated,
         forward_vectors=agreement.forward,
         inverse_vectors=agreement.inverse,

@@ -11,6 +11,7 @@ from ams.exports.dcc_schema import SCHEMA, check_against_schemas
 from ams.exports.formats import FORMATS, export_set, format_named, format_of, load_set
 from ams.exports.verify import verify as verify_file
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.stated_verdict import NOT_USABLE
 from procedures.cli.options import Json, require_folder_of
 from procedures.cli.output import print_json, say
 from procedures.errors import RequestError
@@ -75,6 +76,8 @@ def verify(file: Path, /, *, json: Json = False) -> None:
         return
     stamp = f"{found.standing}{', simulated' if found.simulated else ''}"
     say(f"{found.path}: intact ({found.format}, {found.sensor}, axes {', '.join(found.axes)}, {stamp})")
+    if found.verdict == NOT_USABLE:
+        say("The file is whole, and the calibration in it says that it is not usable: calrig show tells why.")
     say(
         f"{found.forward_vectors} test vectors forward and {found.inverse_vectors} inverse reproduced, "
         f"largest relative difference {found.largest_relative_error:.1e} (allowed {found.tolerance_relative:.0e})"

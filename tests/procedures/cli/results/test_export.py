@@ -1,6 +1,7 @@
 """`calrig export` and `calrig verify`: every format there and back, what it loses, and what is refused how."""
 
 import os
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from case_shares import rest_to_thorough
 from changed_sets import write_changed
 from command import call
 from foreign_sets import hostile, warm
+from not_usable import set_not_usable, set_usable
 from solved import provenance, solved_package
 
 from ams.archive.sets import publish
@@ -32,6 +34,18 @@ def test_procedures_and_the_command_know_the_same_formats() -> None:
     assert Export(formats=tuple(FORMATS)).formats == tuple(FORMATS)
     with pytest.raises(ValueError, match=f"allowed are {', '.join(FORMATS)}"):
         Export(formats=("fortran",))
+
+
+@pytest.mark.parametrize(("make", "verdict"), [(set_usable, "sound"), (set_not_usable, "not usable")])
+def test_an_intact_file_of_a_calibration_that_is_not_usable_is_said_to_be_one(
+    make: Callable[[], CoefficientSet], verdict: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    header = tmp_path / "sn1047.h"
+    assert call(capsys, "export", written(tmp_path, make()), "--to", "c", "--out", header).status == 0
+    done = call(capsys, "verify", header)
+    assert done.status == 0
+    assert ("says that it is not usable" in " ".join(done.out.split())) == (verdict == "not usable")
+    assert call(capsys, "verify", header, "--json").document["verdict"] == verdict
 
 
 @pytest.mark.parametrize("name", rest_to_thorough(sorted(set(FORMATS) - {"json"}), every=3))
