@@ -8,13 +8,10 @@ import numpy as np
 
 from ams.analysis.diagnostics.step_patterns import force, force_along
 from ams.arrays import FloatArray
-from ams.frames import AXES
 from ams.models.accelerometer import PitchRoll
-from ams.models.cr import model_gravity_g, sting_gravity_g
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.observations import Observations
-from ams.remembered import remembered
 
 Accelerometer = PitchRoll | ExtendedPitchRoll | PitchYawRoll
 """A sensor that is linear in offset and three sensitivities, with terms of low order beside them or without."""
@@ -22,17 +19,12 @@ Accelerometer = PitchRoll | ExtendedPitchRoll | PitchYawRoll
 
 def sensed_force(base: Accelerometer, rows: Observations) -> FloatArray:
     """Return the (N, 3) specific force in package axes, g."""
-    if not isinstance(base, PitchYawRoll):
-        return force(rows.pitch_rad, rows.roll_rad)
-    assert rows.yaw_rad is not None, "without yaw the model is not solved"
-    return _force_of_yawed(rows.pitch_rad, rows.yaw_rad, rows.roll_rad if base.package == "model" else None)
+    return force(*_angles(base, rows))
 
 
 def sensed_along(base: Accelerometer, rows: Observations) -> FloatArray:
     """Return the (N,) specific force along the nominal axis, g."""
-    if not isinstance(base, PitchYawRoll):
-        return force_along(base.nominal_axis, rows.pitch_rad, rows.roll_rad)
-    return _column(sensed_force(base, rows), base.nominal_axis)
+    return force_along(base.nominal_axis, *_angles(base, rows))
 
 
 def along_force(base: Accelerometer, primary: FloatArray) -> FloatArray:
@@ -42,15 +34,14 @@ def along_force(base: Accelerometer, primary: FloatArray) -> FloatArray:
 
 def yaw_of(base: Accelerometer | None, rows: Observations) -> FloatArray | None:
     """Return the (N,) yaw of rows where the model of a sensor takes it; None of a table without."""
-    return rows.yaw_rad if isinstance(base, PitchYawRoll) else None
+    if not isinstance(base, PitchYawRoll):
+        return None
+    assert rows.yaw_rad is not None, "without yaw the model is not solved"
+    return rows.yaw_rad
 
 
-@remembered(16)
-def _force_of_yawed(pitch_rad: FloatArray, yaw_rad: FloatArray, roll_rad: FloatArray | None) -> FloatArray:
-    roll = np.zeros_like(pitch_rad) if roll_rad is None else roll_rad
-    return np.asarray(-model_gravity_g(sting_gravity_g(pitch_rad, yaw_rad), roll))
-
-
-@remembered(16)
-def _column(components: FloatArray, nominal_axis: str) -> FloatArray:
-    return components[:, AXES.index(nominal_axis)].copy()
+def _angles(base: Accelerometer, rows: Observations) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """Return the (N,) pitch, roll and yaw that turn the package: roll does not reach that on CR's sting."""
+    is_reached = not isinstance(base, PitchYawRoll) or base.package == "model"
+    roll = rows.roll_rad if is_reached else np.zeros_like(rows.roll_rad)
+    return rows.pitch_rad, roll, yaw_of(base, rows)
