@@ -5,14 +5,15 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from ams.analysis.diagnostics.table_curves import SeenPoints, TableLimit, beyond_limit, indices_of
-from ams.analysis.diagnostics.tested_terms import linear_base
+from ams.analysis.diagnostics.sensed_force import Accelerometer, attitude_of_points, sensed_force
+from ams.analysis.diagnostics.table_curves import Indices, SeenPoints, TableLimit, beyond_limit, indices_of
+from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns
-from ams.frames import Attitude, specific_force
 from ams.inputs.table_uncertainty import TableUncertainty, shown_rad
+from ams.models.extended import centred_basis, centring_over
+from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.observations import Observations
-from ams.solve.extension import angles_of_points
 
 _LINEAR = 4
 """Offset and three sensitivities, the first columns of a basis."""
@@ -31,40 +32,47 @@ def judge_table(
     nothing = [None for _, indices in groups for _ in indices]
     if table is None or not groups:
         return nothing
-    pitch, roll = angles_of_points(rows, groups[0][0].layout)
-    outputs = [seen for solved, indices in groups for seen in _seen(solved, indices, pitch, roll)]
-    shown = shown_rad(table, {"pitch": pitch, "roll": roll})
-    found = {axis: indices_of(table, axis, angle) for axis, angle in shown.items()}
-    of_axes = {axis: limit for axis, limit in found.items() if limit is not None}
+    outputs = [seen for solved, indices in groups for seen in _seen(solved, indices, rows)]
     kept = [index for index, seen in enumerate(outputs) if seen is not None]
-    if not kept or not of_axes:
+    of_axes = _indices(table, groups[0][0], rows, [seen for seen in outputs if seen is not None])
+    if not of_axes:
         return nothing
     of_package = beyond_limit([seen for seen in outputs if seen is not None], of_axes)
     return [of_package.of_output(kept.index(index) if index in kept else None) for index in range(len(outputs))]
 
 
-def slopes_at_points(
-    solved: SolvedColumns, index: int, pitch: FloatArray, roll: FloatArray
-) -> Mapping[str, FloatArray]:
-    """Return the (K,) slopes of an output by the axes of the table, volts per radian."""
-    base = linear_base(solved.problem.models[index])
-    assert base is not None
-    primary = solved.primary[index][: len(base.primary_names)]
-    return base.angle_jacobian(primary, Attitude(pitch, roll))
+def _indices(
+    table: TableUncertainty, solved: SolvedColumns, rows: Observations, outputs: Sequence[SeenPoints]
+) -> Mapping[str, Indices]:
+    """Return the indices of each axis of the table that any of the outputs sees: not the roll of what it leaves."""
+    base = accelerometer_base(solved.problem.model)
+    if base is None or not outputs:
+        return {}
+    stood = attitude_of_points(base, rows, solved.layout)
+    angles = {"pitch": stood.pitch_rad, "roll": stood.roll_rad}
+    angles |= {} if stood.yaw_rad is None else {"yaw": stood.yaw_rad}
+    reached = {name: angle for name, angle in angles.items() if any(seen.slopes[name].any() for seen in outputs)}
+    found = {name: indices_of(table, name, angle) for name, angle in shown_rad(table, reached).items()}
+    return {name: indices for name, indices in found.items() if indices is not None}
 
 
-def _of_higher_order(pitch: FloatArray, roll: FloatArray) -> FloatArray:
-    """Return the (K, 25) products of three and of four components of the specific force."""
-    components = specific_force(pitch, roll).T
+def _of_higher_order(force: FloatArray) -> FloatArray:
+    """Return the (K, 25) products of three and of four components of the (K, 3) specific force."""
     return np.stack(
-        [np.prod(chosen, axis=0) for order in (3, 4) for chosen in combinations_with_replacement(components, order)],
+        [np.prod(chosen, axis=0) for order in (3, 4) for chosen in combinations_with_replacement(force.T, order)],
         axis=1,
     )
 
 
-def _seen(
-    solved: SolvedColumns, indices: Sequence[int], pitch: FloatArray, roll: FloatArray
-) -> Iterator[SeenPoints | None]:
+def _terms(base: Accelerometer, force: FloatArray, basis: FloatArray) -> FloatArray:
+    """Return the (K, t) terms of low order: those of the model; of CR's, which has none, those that are determined."""
+    if not isinstance(base, PitchYawRoll):
+        return basis[:, _LINEAR:]
+    centring = centring_over(force, force.shape[0], base.nominal_axis)
+    return basis[:, _LINEAR:] if centring is None else centred_basis(force, base.nominal_axis, centring)
+
+
+def _seen(solved: SolvedColumns, indices: Sequence[int], rows: Observations) -> Iterator[SeenPoints | None]:
     """Yield the points of each output; None where it can say nothing."""
     sums, problem, layout = solved.mixed.sums, solved.problem, solved.layout
     if sums is None or problem.form.weights is not None:
@@ -75,17 +83,20 @@ def _seen(
     readings = layout.sum_by_point(np.ones(layout.rows))
     largest = np.abs(problem.outputs).max(axis=0)
     for index in indices:
-        variance = float(solved.mixed.precision_variance[index])
-        if linear_base(problem.models[index]) is None or not variance > (_ROUNDING * largest[index]) ** 2:
+        variance, base = float(solved.mixed.precision_variance[index]), accelerometer_base(problem.models[index])
+        if base is None or not variance > (_ROUNDING * largest[index]) ** 2:
             yield None
             continue
+        stood = attitude_of_points(base, rows, layout)
+        force = sensed_force(base, stood)
         coefficients = solved.mixed.ordinary[_LINEAR : basis.shape[1], index]
+        slopes = base.angle_jacobian(solved.primary[index][: len(base.primary_names)], stood)
         yield SeenPoints(
             linear=np.hstack([basis[:, :_LINEAR], sums.drift_left]),
-            terms=basis[:, _LINEAR:],
-            higher=_of_higher_order(pitch, roll),
+            terms=_terms(base, force, basis),
+            higher=_of_higher_order(force),
             mean=sums.point_effects[:, index] + basis[:, _LINEAR:] @ coefficients,
             weight=np.sqrt(readings / variance),
-            slopes=slopes_at_points(solved, index, pitch, roll),
+            slopes=slopes,
             precision_dof=float(sums.dof_precision),
         )

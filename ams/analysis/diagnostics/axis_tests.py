@@ -44,13 +44,13 @@ from ams.analysis.diagnostics.point_means import Elimination, eliminate, gram_of
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter, is_unsteady
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
+from ams.analysis.diagnostics.sensed_force import attitude_of_points
 from ams.analysis.diagnostics.settling import Between, Estimate, slope_test
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.terms_over_temperature import of_terms_over_temperature
 from ams.analysis.diagnostics.tested_terms import (
     accelerometer_base,
     columns_of,
-    linear_base,
     tested_base,
 )
 from ams.analysis.diagnostics.time_order import (
@@ -65,9 +65,7 @@ from ams.analysis.diagnostics.time_order import (
 from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
 from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values
 from ams.arrays import FloatArray
-from ams.frames import Attitude
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
-from ams.solve.extension import angles_of_points
 from ams.statistics.distributions import f_tail
 
 MOST_TESTS: Final = 38
@@ -184,12 +182,12 @@ def _of_the_table(limit: TableLimit) -> BeliefTest:
 
 def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: FloatArray) -> FloatArray:
     """Return (K, c) what any index errors do to the points, beside a linear sensor and what is known already."""
-    base = linear_base(evidence.models[output])
+    base = accelerometer_base(evidence.models[output])
     points = next(iter(limit.columns.values())).shape[0]
     if base is None or points != evidence.layout.points:
         return np.zeros((evidence.layout.points, 0))
-    angles = Attitude(*angles_of_points(evidence.rows, evidence.layout))
-    slopes = base.angle_jacobian(evidence.primary[output][: len(base.primary_names)], angles)
+    stood = attitude_of_points(base, evidence.rows, evidence.layout)
+    slopes = base.angle_jacobian(evidence.primary[output][: len(base.primary_names)], stood)
     return limit.effects(slopes, np.hstack([evidence.basis[:, :LINEAR], known]))
 
 

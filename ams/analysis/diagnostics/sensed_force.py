@@ -8,16 +8,19 @@ import numpy as np
 
 from ams.analysis.diagnostics.step_patterns import force, force_along
 from ams.arrays import FloatArray
+from ams.frames import Attitude
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.observations import Observations
+from ams.solve.extension import angles_of_points
+from ams.solve.layout import Layout
 
 Accelerometer = PitchRoll | ExtendedPitchRoll | PitchYawRoll
 """A sensor that is linear in offset and three sensitivities, with terms of low order beside them or without."""
 
 
-def sensed_force(base: Accelerometer, rows: Observations) -> FloatArray:
+def sensed_force(base: Accelerometer, rows: Observations | Attitude) -> FloatArray:
     """Return the (N, 3) specific force in package axes, g."""
     return force(*_angles(base, rows))
 
@@ -32,7 +35,7 @@ def along_force(base: Accelerometer, primary: FloatArray) -> FloatArray:
     return -primary[1:4] if isinstance(base, PitchYawRoll) else primary[1:4]
 
 
-def yaw_of(base: Accelerometer | None, rows: Observations) -> FloatArray | None:
+def yaw_of(base: Accelerometer | None, rows: Observations | Attitude) -> FloatArray | None:
     """Return the (N,) yaw of rows where the model of a sensor takes it; None of a table without."""
     if not isinstance(base, PitchYawRoll):
         return None
@@ -40,7 +43,14 @@ def yaw_of(base: Accelerometer | None, rows: Observations) -> FloatArray | None:
     return rows.yaw_rad
 
 
-def _angles(base: Accelerometer, rows: Observations) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+def attitude_of_points(base: Accelerometer, rows: Observations, layout: Layout) -> Attitude:
+    """Return where the axes of the table stood at the (K,) points, with yaw where the model takes it."""
+    yaw = yaw_of(base, rows)
+    at_points = None if yaw is None else yaw[np.unique(layout.point, return_index=True)[1]]
+    return Attitude(*angles_of_points(rows, layout), at_points)
+
+
+def _angles(base: Accelerometer, rows: Observations | Attitude) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Return the (N,) pitch, roll and yaw that turn the package: roll does not reach that on CR's sting."""
     is_reached = not isinstance(base, PitchYawRoll) or base.package == "model"
     roll = rows.roll_rad if is_reached else np.zeros_like(rows.roll_rad)

@@ -77,7 +77,6 @@ def test_a_channel_that_keeps_some_of_the_one_before_is_told_of_a_yawed_package(
     size, u = (float(told.details[name] or 0.0) for name in ("size", "standard_uncertainty"))
     assert abs(size) == pytest.approx(1e-4, abs=4.0 * u)
     assert solved.verdict == "not usable"
-    assert any("indices beyond their declared limit" in text for text in solved.axes["x"].remarks)
 
 
 def _pitch(angle: float) -> np.ndarray:
