@@ -18,7 +18,7 @@ from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
 from ams.observations import Observations
-from ams.sets.verdict_conditions import SLIPS_NOT_SEARCHED, TERMS_NOT_TESTED
+from ams.sets.verdict_conditions import TERMS_NOT_TESTED
 from ams.solve.extension import Extension, blocks_of_angles, judge_extension, judge_rate_terms
 from ams.solve.layout import Layout
 
@@ -153,9 +153,7 @@ def _not_of_this_model(label: str, request: CalibrationRequest, base: Model) -> 
 
 def _not_tested(base: Model) -> tuple[str, ...]:
     """Return what the data are not asked for a sensor of force of another model than pitch and roll."""
-    if isinstance(base, PitchYawRoll):
-        return () if base.package == "model" else (SLIPS_NOT_SEARCHED,)
-    return () if base.convention == "SR" else (TERMS_NOT_TESTED,)
+    return () if isinstance(base, PitchYawRoll) or base.convention == "SR" else (TERMS_NOT_TESTED,)
 
 
 def _judged(

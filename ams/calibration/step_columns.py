@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.sensed_force import along_force, yaw_of
-from ams.analysis.diagnostics.tested_terms import base_on_table
+from ams.analysis.diagnostics.sensed_force import along_force, is_rolled, yaw_of
+from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.analysis.diagnostics.time_order import even_course
 from ams.arrays import BoolArray, FloatArray
 from ams.inputs.known_of_run import GAIN, OFFSET, ProvedChange, is_among
@@ -33,13 +33,14 @@ def step_columns(evidence: Evidence, output: int, during: Sequence[Changed]) -> 
     in these, and of the table's pitch and yaw axes and base, which turn the package by its roll; of what is proved its
     own.
     """
-    linear, base = evidence.basis[evidence.layout.point, :LINEAR], base_on_table(evidence.models[output])
+    linear, base = evidence.basis[evidence.layout.point, :LINEAR], accelerometer_base(evidence.models[output])
     known = {GAIN: evidence.sensed[:, output], OFFSET: np.ones(evidence.rows.rows)}
     if base is not None:
         rows, k = evidence.rows, along_force(base, evidence.primary[output])
-        moved = force_changes(rows.pitch_rad, rows.roll_rad, yaw_of(base, rows))
+        moved = force_changes(rows.pitch_rad, rows.roll_rad if is_rolled(base) else None, yaw_of(base, rows))
         known |= {name: change @ k for name, change in moved.items()}
-        linear = np.column_stack([linear, *(known[name] for name in (PITCH, YAW, BASE) if name in known)])
+        outer = (PITCH, YAW, BASE) if is_rolled(base) else (PITCH, BASE)  # yaw turns the package on a sting itself
+        linear = np.column_stack([linear, *(known[name] for name in outer if name in known)])
 
     def columns_of(changed: Changed) -> FloatArray:
         if not changed.parts:

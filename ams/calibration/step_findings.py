@@ -67,7 +67,7 @@ def _diagnosed(
     size = len(axes)
     watched = WatchedAxes(
         (_PACKAGE,) * size, tuple(axes), (_METER,) * size,
-        np.array([search.watched[index].k for index in search.on_table]),
+        np.array([search.watched[index].k for index in search.on_table]), np.full(size, search.course.is_rolled),
     )  # fmt: skip
     left = np.stack([search.undrifted(index) for index in search.on_table], axis=1)
     reading = np.stack(

@@ -9,12 +9,12 @@ import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.likeliest_step import changes_of, located
-from ams.analysis.diagnostics.sensed_force import along_force, sensed_along, yaw_of
+from ams.analysis.diagnostics.sensed_force import along_force, is_rolled, sensed_along, turned_by
 from ams.analysis.diagnostics.step_outputs import scans_of_meter, scans_of_output, scans_of_table, together
 from ams.analysis.diagnostics.step_patterns import ON_MOUNT, Watched
 from ams.analysis.diagnostics.step_scan import Change, Course, Scan
 from ams.analysis.diagnostics.temperature import explained
-from ams.analysis.diagnostics.tested_terms import base_on_table
+from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.analysis.diagnostics.time_order import even_course
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration.step_columns import Changed, moments_of, step_columns
@@ -57,8 +57,11 @@ class StepSearch:
         layout, rows = self.evidence.layout, self.evidence.rows
         dof = layout.rows - layout.points
         model = self.evidence.models[self.seen[0][1]]
-        yaw = yaw_of(base_on_table(model), rows)
-        return Course(layout, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof, yaw)
+        base = accelerometer_base(model)
+        if base is None:
+            return Course(layout, self.evidence.time_order, rows.pitch_rad, rows.roll_rad, dof)
+        pitch, roll, yaw = turned_by(base, rows)
+        return Course(layout, self.evidence.time_order, pitch, roll, dof, yaw, is_rolled(base))
 
     @cached_property
     def watched(self) -> tuple[Watched, ...]:
@@ -80,7 +83,7 @@ class StepSearch:
 
     def _watched(self, at: int) -> Watched:
         evidence, index = self.seen[at]
-        base = base_on_table(evidence.models[index])
+        base = accelerometer_base(evidence.models[index])
         departures, variance = evidence.departures[:, index], float(evidence.precision_variance[index])
         drift = self.drift if at in self.drifting else None
         if self.taken or drift is not None:

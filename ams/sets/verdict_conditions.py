@@ -16,10 +16,6 @@ NO_THERMOMETER: Final = "no uncertainty of the thermometer is declared"
 """How it is said of temperatures without a standard that states degrees, where a result is stated over them."""
 NO_GRAVITY: Final = "no uncertainty of local gravity is declared"
 """How it is said of a gravity that is stated alone: in remark, verdict and gap."""
-SLIPS_NOT_SEARCHED: Final = (
-    "a slip of the table between its dwells is not searched for in a package that roll does not reach: it passes for a "
-    "drift, a wrong dwell or a lack of fit, and is not told as that"
-)
 TERMS_NOT_TESTED: Final = (
     "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
     "model: what they do passes for a drift, for a lack of fit or for a sensitivity"
@@ -38,7 +34,6 @@ _WITHOUT: Final = MappingProxyType(
 _UNTESTED: Final = MappingProxyType(
     {
         TERMS_NOT_TESTED: "terms of second and third order, memories and slips of the table",
-        SLIPS_NOT_SEARCHED: "slips of the table",
     }
 )
 """A remark, and what the verdict then says that nobody looked for."""

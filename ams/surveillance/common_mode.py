@@ -112,6 +112,8 @@ class CommonMode:
     """Largest angle, over the attitudes, by which the direction of gravity turned in the packages."""
     seen_by: str = ""
     """The one sensor that shows it, which is judged as a lone one; empty where several do."""
+    carried_by: str = ROLL
+    """The innermost axis of the table: a package that turned about it on its mount looks like a slip of it."""
 
 
 def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> CommonMode:
@@ -127,7 +129,8 @@ def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> Commo
         changes.append(SensorChange(name, p_value, "", 0.0))
     common = of_all if agreeing == axes.sensors else _common(axes, visits, agreeing, false_alarm)
     common = _by_who_sees_it(axes, visits, common, false_alarm)
-    turned = replace(common, rotation_rad=_rotation_rad(visits, common))
+    carried_by = ROLL if any(axes.is_rolled[axes.sensor.index(name)] for name in common.agreeing) else YAW
+    turned = replace(common, rotation_rad=_rotation_rad(axes, visits, common), carried_by=carried_by)
     sized = (_sized(axes, visits, change, common) for change in changes)
     real = tuple(change for change in sized if abs(change.largest_rad) > LEAST_SENSOR_CHANGE * turned.rotation_rad)
     odd = {change.sensor for change in real}
@@ -210,22 +213,23 @@ def _common(axes: WatchedAxes, visits: Visits, among: Sequence[str], false_alarm
     ]
     untold = replace(nothing, p_value=p_value)
     if not consistent:
-        return _nearly_all(data, visits, fits, bare, untold) or _together(data, among, scale, p_value, false_alarm)
+        nearly = _nearly_all(data, axes, visits, fits, bare, untold)
+        return nearly or _together(data, among, scale, p_value, false_alarm)
     fewest, least_left, _ = min(consistent)
     close = least_left + SAME * max(least_left, 1.0)
     index = next(index for used, left, index in consistent if used == fewest and left <= close)
     stated = causes[index]
     chosen = CommonMode((stated,), p_value, (), data.estimates(stated.parts, scale.variance), (), tuple(among))
     stands = {index for *_, index in consistent} | {at for at, (_, left, _) in enumerate(fits) if left <= close}
-    chosen = replace(chosen, also=_also(data, visits, chosen, fewest, [fits[at] for at in sorted(stands)]))
+    chosen = replace(chosen, also=_also(data, axes, visits, chosen, fewest, [fits[at] for at in sorted(stands)]))
     is_open = fewest >= data.fits_all or (
         fewest > 1 and len(among) > 1 and any(cause.kind != stated.kind for cause in chosen.also)
     )
-    return (_nearly_all(data, visits, fits, bare, untold) if is_open else None) or chosen
+    return (_nearly_all(data, axes, visits, fits, bare, untold) if is_open else None) or chosen
 
 
 def _nearly_all(
-    data: Whitened, visits: Visits, fits: Sequence[Fit], bare: float, nothing: CommonMode
+    data: Whitened, axes: WatchedAxes, visits: Visits, fits: Sequence[Fit], bare: float, nothing: CommonMode
 ) -> CommonMode | None:
     """Return the turn of one axis that is nearly all of a change which no cause explains but those that explain any.
 
@@ -244,7 +248,7 @@ def _nearly_all(
     stated = fits[index][0]
     estimates = data.estimates(stated.parts, max(1.0, left / (data.y.size - 1)))
     found = replace(nothing, stated=(stated,), estimates=estimates)
-    if _rotation_rad(visits, found) < visits.warmth_g:
+    if _rotation_rad(axes, visits, found) < visits.warmth_g:
         return None
     others = [fits[other][0] for _, other in turns[1:]]
     if len(nothing.agreeing) == 1:
@@ -265,7 +269,12 @@ def _chance_of(data: Whitened, fit: Fit, scale: Scale, *, is_lone: bool) -> floa
 
 
 def _also(
-    data: Whitened, visits: Visits, chosen: CommonMode, fewest: int, standing: Sequence[Fit]
+    data: Whitened,
+    axes: WatchedAxes,
+    visits: Visits,
+    chosen: CommonMode,
+    fewest: int,
+    standing: Sequence[Fit],
 ) -> tuple[Cause, ...]:
     """Return the causes, of those ``standing``, that look the same as the one chosen, whose rank is ``fewest``.
 
@@ -276,7 +285,7 @@ def _also(
     (stated,) = chosen.stated
     is_turn = stated.kind == "table-rotation"
     is_single = len(chosen.agreeing) == 1 and fewest >= data.fits_all
-    is_doubted = is_single or fewest > 1 or _rotation_rad(visits, chosen) < visits.warmth_g
+    is_doubted = is_single or fewest > 1 or _rotation_rad(axes, visits, chosen) < visits.warmth_g
     is_plain = is_turn and not is_doubted and _is_all_there_is(data, stated, visits.degrees_of_freedom)
     others = [
         cause
@@ -326,16 +335,19 @@ def _together(data: Whitened, among: Sequence[str], scale: Scale, p_value: float
     return CommonMode(tuple(causes), p_value, (), kept, (), tuple(among))
 
 
-def _rotation_rad(visits: Visits, common: CommonMode) -> float:
-    moved = force_changes(visits.pitch_rad, visits.roll_rad, visits.yaw_rad).items()
-    turned = [common.estimates[name].value * change for name, change in moved if name in common.estimates]
-    return float(np.linalg.norm(sum(turned, np.zeros((visits.pitch_rad.size, 3))), axis=1).max(initial=0.0))
+def _rotation_rad(axes: WatchedAxes, visits: Visits, common: CommonMode) -> float:
+    angles = []
+    for rolls in set(axes.is_rolled.tolist()):
+        moved = force_changes(visits.pitch_rad, visits.roll_rad if rolls else None, visits.yaw_rad).items()
+        turned = [common.estimates[name].value * change for name, change in moved if name in common.estimates]
+        angles.append(np.linalg.norm(sum(turned, np.zeros((visits.pitch_rad.size, 3))), axis=1).max(initial=0.0))
+    return float(max(angles))
 
 
 def _sized(axes: WatchedAxes, visits: Visits, found: SensorChange, common: CommonMode) -> SensorChange:
     """Return what a sensor changed beyond the common part, its largest as an angle."""
     kept = np.array([name == found.sensor for name in axes.sensor], dtype=bool)
-    columns = columns_of(axes, visits, kept, is_lone=False)
+    columns = columns_of(axes, visits, np.ones_like(kept), is_lone=False)
     shared = sum(
         (estimate.value * columns[name] for name, estimate in common.estimates.items() if name in columns),
         np.zeros_like(visits.change),
@@ -347,6 +359,7 @@ def _sized(axes: WatchedAxes, visits: Visits, found: SensorChange, common: Commo
     drifted = 0.0 if visits.drifted is None else visits.drifted**2
     change, variance = (visits.change - shared)[:, kept], (visits.variance + imperfect + seated + drifted)[:, kept]
     freedom = visits.degrees_of_freedom
-    left = LeftOver(visits.pitch_rad, visits.roll_rad, change, variance, axes.k[kept], freedom, visits.yaw_rad)
+    roll = visits.roll_rad if axes.is_rolled[kept].all() else np.zeros_like(visits.roll_rad)
+    left = LeftOver(visits.pitch_rad, roll, change, variance, axes.k[kept], freedom, visits.yaw_rad)
     culprit = mount_or_sensor(left)
     return replace(found, axis=axes.axis[int(worst[1])], largest_rad=float(angle[worst]), attribution=culprit)

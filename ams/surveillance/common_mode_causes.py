@@ -6,7 +6,7 @@ from typing import Literal
 
 from ams.statistics.distributions import f_tail
 from ams.surveillance.common_mode_columns import OF_ALIKE, OF_LONE, Whitened
-from ams.surveillance.turns import BASE, FIXTURE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, YAW
+from ams.surveillance.turns import BASE, FIXTURE, PITCH, ROLL, ROTATIONS, YAW, turns_of_fixture
 
 Kind = Literal["table-rotation", "meter-gain", "meter-offset", "sensor-change"]
 
@@ -51,13 +51,10 @@ def scale_of(left: float, dof: int, known_dof: float) -> Scale:
 
 def causes_of(data: Whitened) -> Iterator[Cause]:
     """Yield the single causes in the order in which they are judged."""
-    yield Cause("table-rotation", ROLL, (ROLL,))
-    yield Cause("table-rotation", PITCH, (PITCH,))
-    if YAW in data.columns:
-        yield Cause("table-rotation", YAW, (YAW,))
+    yield from (Cause("table-rotation", name, (name,)) for name in (ROLL, PITCH, YAW) if name in data.columns)
     yield Cause("table-rotation", BASE, (BASE,))
     yield Cause("table-rotation", BASE_ASIDE, (PITCH, BASE))
-    yield Cause("table-rotation", FIXTURE, (ROLL, FIXTURE_Y, FIXTURE_Z))
+    yield Cause("table-rotation", FIXTURE, turns_of_fixture(data.columns))
     yield from (of_meter(name) for name in data.columns if name.startswith("gain"))
     yield from (of_meter(name) for name in data.columns if name.startswith("offset"))
     yield from (

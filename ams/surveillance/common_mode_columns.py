@@ -11,7 +11,7 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
 from ams.frames import specific_force
-from ams.surveillance.turns import AXES_OF_TABLE, force_changes
+from ams.surveillance.turns import AXES_OF_TABLE, BASE, PITCH, YAW, force_changes
 
 MODEL_ERROR = 0.02
 """Of the change itself: how well sensitivities and directions are known while a run goes on."""
@@ -32,6 +32,13 @@ class WatchedAxes:
     """What reads it: axes with the same word share gain and offset."""
     k: FloatArray
     """(A, 3) sensitive axis in table axes, units of the reading per g."""
+    rolls: BoolArray | None = None
+    """(A,) whether the roll axis turns it; None: every one. Roll does not reach what stands on a sting."""
+
+    @property
+    def is_rolled(self) -> BoolArray:
+        """Return (A,) whether the roll axis turns each."""
+        return np.ones(len(self.axis), dtype=bool) if self.rolls is None else self.rolls
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -168,9 +175,7 @@ def model_error(axes: WatchedAxes, visits: Visits) -> FloatArray:
 
 def columns_of(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: bool) -> dict[str, FloatArray]:
     """Name to (K, A) what one unit of a cause does."""
-    force = specific_force(visits.pitch_rad, visits.roll_rad, visits.yaw_rad)
-    moved = force_changes(visits.pitch_rad, visits.roll_rad, visits.yaw_rad)
-    columns = {name: change @ axes.k.T for name, change in moved.items()}
+    columns = _turns(axes, visits, kept)
     reading = np.where(np.isfinite(visits.reading), visits.reading, 0.0)
     for meter in dict.fromkeys(word for word, is_kept in zip(axes.meter, kept, strict=True) if is_kept):
         shared = np.array([word == meter for word in axes.meter], dtype=float)
@@ -179,8 +184,34 @@ def columns_of(axes: WatchedAxes, visits: Visits, kept: BoolArray, *, is_lone: b
     groups = {} if visits.is_momentary and not is_lone else _groups(axes, kept, is_lone=is_lone)
     for label, members in groups.items():
         columns[f"{OF_LONE if is_lone else OF_ALIKE} offset of {label}"] = np.ones_like(reading) * members
-        columns[f"{OF_LONE if is_lone else OF_ALIKE} sensitivity of {label}"] = (force @ axes.k.T) * members
+        columns[f"{OF_LONE if is_lone else OF_ALIKE} sensitivity of {label}"] = _along(axes, visits) * members
     return columns
+
+
+def _turns(axes: WatchedAxes, visits: Visits, kept: BoolArray) -> dict[str, FloatArray]:
+    """Name of a turn to (K, A) what a radian does. Where roll reaches any of the ``kept``, the fixture stands on it."""
+    rolls = axes.is_rolled
+    if rolls.all() or (rolls & kept).any():
+        moved = force_changes(visits.pitch_rad, visits.roll_rad, visits.yaw_rad)
+        columns = {name: change @ axes.k.T for name, change in moved.items()}
+        if rolls.all():
+            return columns
+    on_sting = {
+        name: change @ axes.k.T for name, change in force_changes(visits.pitch_rad, None, visits.yaw_rad).items()
+    }
+    if not (rolls & kept).any():
+        return on_sting
+    shared = {name: on_sting[name] for name in (PITCH, YAW, BASE) if name in on_sting}
+    return {name: np.where(rolls, column, shared.get(name, 0.0)) for name, column in columns.items()}
+
+
+def _along(axes: WatchedAxes, visits: Visits) -> FloatArray:
+    """Return (K, A) what the axes sense, in the unit of the reading."""
+    sensed = specific_force(visits.pitch_rad, visits.roll_rad, visits.yaw_rad) @ axes.k.T
+    if axes.is_rolled.all():
+        return np.asarray(sensed)
+    level = np.zeros_like(visits.roll_rad)
+    return np.where(axes.is_rolled, sensed, specific_force(visits.pitch_rad, level, visits.yaw_rad) @ axes.k.T)
 
 
 def _groups(axes: WatchedAxes, kept: BoolArray, *, is_lone: bool) -> dict[str, FloatArray]:

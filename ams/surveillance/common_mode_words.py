@@ -10,7 +10,7 @@ from ams.rounding import significant, two_digits
 from ams.surveillance.common_mode import CommonMode, SensorChange
 from ams.surveillance.common_mode_causes import LIKE_AXES, ROTATION, Cause
 from ams.surveillance.common_mode_columns import Estimate
-from ams.surveillance.turns import BASE, FIXTURE, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, YAW
+from ams.surveillance.turns import BASE, FIXTURE, FIXTURE_X, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, YAW
 from ams.units import ARCSEC_PER_DEG, in_words, signed, signed_in_words
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -26,6 +26,7 @@ _ABOUT = {
     ROLL: "about roll",
     PITCH: "about pitch",
     YAW: "about yaw",
+    FIXTURE_X: "about its forward axis",
     FIXTURE_Y: "about its lateral axis",
     FIXTURE_Z: "about its normal",
 }
@@ -174,8 +175,8 @@ def _whose(found: CommonMode, cause: Cause, *, is_shared: bool) -> str:
 
 
 def _may_be_on_mount(found: CommonMode, cause: Cause) -> bool:
-    """Return whether a package that turned on its mount looks the same: about its forward axis as a slip of roll."""
-    return ROLL in cause.parts or any(other.name == FIXTURE for other in found.also)
+    """Return whether a package that turned on its mount looks the same: about the axis that carries it, as a slip."""
+    return found.carried_by in cause.parts or any(other.name == FIXTURE for other in found.also)
 
 
 def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:

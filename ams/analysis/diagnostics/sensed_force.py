@@ -22,12 +22,12 @@ Accelerometer = PitchRoll | ExtendedPitchRoll | PitchYawRoll
 
 def sensed_force(base: Accelerometer, rows: Observations | Attitude) -> FloatArray:
     """Return the (N, 3) specific force in package axes, g."""
-    return force(*_angles(base, rows))
+    return force(*turned_by(base, rows))
 
 
 def sensed_along(base: Accelerometer, rows: Observations) -> FloatArray:
     """Return the (N,) specific force along the nominal axis, g."""
-    return force_along(base.nominal_axis, *_angles(base, rows))
+    return force_along(base.nominal_axis, *turned_by(base, rows))
 
 
 def along_force(base: Accelerometer, primary: FloatArray) -> FloatArray:
@@ -50,8 +50,12 @@ def attitude_of_points(base: Accelerometer, rows: Observations, layout: Layout) 
     return Attitude(*angles_of_points(rows, layout), at_points)
 
 
-def _angles(base: Accelerometer, rows: Observations | Attitude) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """Return the (N,) pitch, roll and yaw that turn the package: roll does not reach that on CR's sting."""
-    is_reached = not isinstance(base, PitchYawRoll) or base.package == "model"
-    roll = rows.roll_rad if is_reached else np.zeros_like(rows.roll_rad)
+def is_rolled(base: Accelerometer) -> bool:
+    """Tell whether roll reaches the package of a sensor: not that on CR's sting."""
+    return not isinstance(base, PitchYawRoll) or base.package == "model"
+
+
+def turned_by(base: Accelerometer, rows: Observations | Attitude) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """Return the (N,) pitch, roll and yaw that turn the package: no roll where that does not reach it."""
+    roll = rows.roll_rad if is_rolled(base) else np.zeros_like(rows.roll_rad)
     return rows.pitch_rad, roll, yaw_of(base, rows)

@@ -10,7 +10,7 @@ from ams.arrays import FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_turn, specific_force_by_yaw
 from ams.remembered import remembered
 
-What = Literal["roll", "pitch", "yaw", "lateral axis", "normal", "offset", "sensitivity"]
+What = Literal["roll", "pitch", "yaw", "forward axis", "lateral axis", "normal", "offset", "sensitivity"]
 ALONE: Final = ((0, 0),)
 """Pairs of columns of a pattern of one."""
 EACH_WITH_EACH: Final = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -18,13 +18,16 @@ SLIPS: Final[dict[What, tuple[tuple[int, int], ...]]] = {
     "roll": ((1, 1), (1, 2), (2, 2)),
     "pitch": EACH_WITH_EACH,
     "yaw": EACH_WITH_EACH,
+    "forward axis": ((1, 1), (1, 2), (2, 2)),
     "lateral axis": ((0, 0), (0, 2), (2, 2)),
     "normal": ((0, 0), (0, 1), (1, 1)),
 }
+_OF_A_STING: Final[tuple[What, ...]] = ("pitch", "yaw", "forward axis", "lateral axis")
 """Turns of the table, and of the package on its mount, with the pairs of columns that there are of the specific force's
 change. That about yaw is one of a gimbal only."""
-ON_MOUNT: Final[frozenset[What]] = frozenset({"lateral axis", "normal"})
-"""Turns of the package about its own axes, y and z of the table's stage. That about x is a slip of roll."""
+ON_MOUNT: Final[frozenset[What]] = frozenset({"forward axis", "lateral axis", "normal"})
+"""Turns of the package about its own axes, those of the table's stage. That about x is a slip of roll; where roll does
+not reach the package, that about z is a slip of yaw."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +62,11 @@ def ones(rows: int) -> FloatArray:
     return np.ones(rows)
 
 
-def slips_of(yaw_rad: FloatArray | None) -> tuple[What, ...]:
-    """Return the turns that there are."""
-    return tuple(what for what in SLIPS if what != "yaw" or yaw_rad is not None)
+def slips_of(yaw_rad: FloatArray | None, *, is_rolled: bool = True) -> tuple[What, ...]:
+    """Return the turns that there are; ``is_rolled``: whether roll reaches the package."""
+    if not is_rolled:
+        return _OF_A_STING
+    return tuple(what for what in SLIPS if what != "forward axis" and (what != "yaw" or yaw_rad is not None))
 
 
 @remembered(16)
@@ -75,7 +80,7 @@ def slip_pattern(
         assert yaw_rad is not None, "only a gimbal turns about it"
         return np.asarray(specific_force_by_yaw(pitch_rad, roll_rad, yaw_rad))
     about_x, about_y, about_z = specific_force_by_turn(pitch_rad, roll_rad, yaw_rad)
-    return {"roll": about_x, "lateral axis": about_y, "normal": about_z}[what]
+    return {"roll": about_x, "forward axis": about_x, "lateral axis": about_y, "normal": about_z}[what]
 
 
 @remembered(16)

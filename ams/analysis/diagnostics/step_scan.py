@@ -85,6 +85,8 @@ class Course:
     """Of each output's departures."""
     yaw_rad: FloatArray | None = None
     """Of a gimbal."""
+    is_rolled: bool = True
+    """Whether roll reaches the package; else it is at zero."""
 
     @property
     def angles_rad(self) -> tuple[FloatArray, FloatArray, FloatArray | None]:
@@ -94,7 +96,7 @@ class Course:
     @property
     def turns(self) -> tuple[What, ...]:
         """What table and package may turn about."""
-        return slips_of(self.yaw_rad)
+        return slips_of(self.yaw_rad, is_rolled=self.is_rolled)
 
     def taken_of(self, what: What, k: FloatArray) -> FloatArray:
         """Return (N,) what an output of (3,) sensitivities takes of a change of table or meter, in its own unit."""
@@ -129,7 +131,7 @@ class Course:
     @property
     def slips(self) -> "Slips":
         """Return the patterns of all turns of the table and of the package."""
-        return _slips(self.layout.point, self.time_order, *self.angles_rad)
+        return _slips(self.layout.point, self.time_order, *self.angles_rad, self.turns)
 
     @cached_property
     def _is_in_order(self) -> bool:
@@ -153,7 +155,7 @@ class Slips:
     patterns: tuple[PatternInTime, ...]
     """In the order of :data:`SLIPS`."""
     columns: FloatArray
-    """(4, 3, N) of all of them, of the specific force; five of a gimbal."""
+    """(4, 3, N) of all of them, of the specific force; five of what a gimbal rolls."""
 
 
 @dataclass(frozen=True)
@@ -265,9 +267,14 @@ def since(along: FloatArray) -> FloatArray:
 
 @remembered(8)
 def _slips(
-    point: IntArray, order: IntArray, pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None
+    point: IntArray,
+    order: IntArray,
+    pitch_rad: FloatArray,
+    roll_rad: FloatArray,
+    yaw_rad: FloatArray | None,
+    every: tuple[What, ...],
 ) -> Slips:
-    turns = {what: slip_pattern(what, pitch_rad, roll_rad, yaw_rad) for what in slips_of(yaw_rad)}
+    turns = {what: slip_pattern(what, pitch_rad, roll_rad, yaw_rad) for what in every}
     patterns = [in_time(point, order, turn, SLIPS[what]) for what, turn in turns.items()]
     return Slips(tuple(patterns), np.array([pattern.columns for pattern in patterns]))
 

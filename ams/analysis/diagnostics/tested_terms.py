@@ -20,15 +20,6 @@ def linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
     return base if isinstance(base, PitchRoll | ExtendedPitchRoll) else None
 
 
-def base_on_table(model: Model) -> Accelerometer | None:
-    """Return the accelerometer that a model is built on, where every axis of the table turns it; else None.
-
-    Roll does not turn CR's sting package.
-    """
-    base = accelerometer_base(model)
-    return None if isinstance(base, PitchYawRoll) and base.package != "model" else base
-
-
 def accelerometer_base(model: Model) -> Accelerometer | None:
     """Return the accelerometer that a model is built on, whatever axes carry it; None where it is another sensor."""
     base = tested_base(model)

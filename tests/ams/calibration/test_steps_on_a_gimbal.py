@@ -28,11 +28,14 @@ def observed(
     own_v: float = 0.0,
     gain: float = 0.0,
     at: np.ndarray | None = None,
+    *,
+    is_on_sting: bool = False,
 ) -> Observations:
     """Three axes at 90 attitudes, six times in another order each; something happens in the middle, for good.
 
     ``own_v``: what the offset of y steps by. ``gain``: what all outputs are more by. ``at``: rows that it happens at
-    instead. The order of the attitudes is always the same, so that several packages stand on one gimbal.
+    instead. ``is_on_sting``: roll does not reach it. The order of the attitudes is always the same, so that several
+    packages stand on one gimbal.
     """
     order = np.random.default_rng(1)
     pitch, yaw, roll = (
@@ -45,7 +48,8 @@ def observed(
     stood = {"pitch": pitch[point], "yaw": yaw[point], "roll": roll[point]}
     since = np.isin(np.arange(point.size), at) if at is not None else np.arange(point.size) >= 0.45 * point.size
     true = {axis: stood[axis] + since * slip_arcsec.get(axis, 0.0) * ARCSEC for axis in AXES}
-    force = from_level_axes(true["pitch"], true["yaw"], true["roll"]) @ np.array([0.0, 0.0, -1.0])
+    rolled = 0.0 * true["roll"] if is_on_sting else true["roll"]
+    force = from_level_axes(true["pitch"], true["yaw"], rolled) @ np.array([0.0, 0.0, -1.0])
     directions = np.eye(3) + 0.005 * chance.normal(size=(3, 3))
     outputs = {}
     for name, direction in zip("xyz", directions, strict=True):
@@ -98,9 +102,37 @@ def test_of_a_gimbal_that_stands_as_it_says_little_is_told_and_nothing_of_the_ta
     assert not any("table-rotation" in of_campaign for of_campaign in kinds)
 
 
-def test_of_a_package_that_roll_does_not_reach_it_is_said_that_no_slip_is_searched() -> None:
-    for axis in solved(observed(np.random.default_rng(6), {}), "sting").axes.values():
-        assert any("a slip of the table" in remark and "roll does not reach" in remark for remark in axis.remarks)
+@pytest.mark.parametrize("axis", ["pitch", "yaw"])
+@pytest.mark.parametrize("slip_arcsec", [-5.0, 20.0, 72.0])
+def test_of_a_package_on_a_sting_a_slip_of_what_carries_it_is_told_with_its_size(axis: str, slip_arcsec: float) -> None:
+    found = solved(observed(np.random.default_rng(3), {axis: slip_arcsec}, is_on_sting=True), "sting")
+    assert found.verdict == "not usable"
+    for findings in told(found).values():
+        (finding,) = findings
+        assert finding.kind == "table-rotation"
+        assert f"about {axis} between replication" in finding.text
+        size, u = (float(finding.details[f"{axis}{of}_arcsec"]) for of in ("", "_standard_uncertainty"))  # type: ignore[arg-type]
+        assert abs(size - slip_arcsec) < 4.0 * u < 2.0
+        # Yaw is the axis that carries it: a turn about the normal of its own mount is the same.
+        assert ("the package on its mount would look the same" in finding.text) == (axis == "yaw")
+
+
+def test_a_slip_of_roll_is_none_of_a_package_on_a_sting_and_what_one_output_does_stays_its_own() -> None:
+    still = solved(observed(np.random.default_rng(6), {"roll": 72.0}, is_on_sting=True), "sting")
+    assert not any(told(still).values())
+    assert not any("slip of the table" in remark for axis in still.axes.values() for remark in axis.remarks)
+    own = told(solved(observed(np.random.default_rng(4), {}, own_v=1e-4, is_on_sting=True), "sting"))
+    assert {name: {finding.kind for finding in findings} for name, findings in own.items()} == {
+        "x": set(), "y": {"sensor-change"}, "z": set(),
+    }  # fmt: skip
+
+
+def test_of_a_sting_that_stands_as_it_says_little_is_told_and_nothing_of_the_table() -> None:
+    chances = (np.random.default_rng(200 + seed) for seed in range(40))
+    rings = [told(solved(observed(chance, {}, is_on_sting=True), "sting")) for chance in chances]
+    kinds = [{finding.kind for findings in each.values() for finding in findings} for each in rings]
+    assert sum(map(bool, kinds)) <= 6
+    assert not any("table-rotation" in of_campaign for of_campaign in kinds)
 
 
 STRUCK = 217
