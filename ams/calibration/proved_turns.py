@@ -14,6 +14,7 @@ import numpy as np
 from ams.analysis.diagnostics.likeliest_step import likeliest
 from ams.analysis.diagnostics.step_scan import Change
 from ams.arrays import BoolArray, IntArray
+from ams.calibration.step_columns import Changed, step_columns
 from ams.calibration.step_findings import findings_of_change
 from ams.calibration.step_or_drift import is_step
 from ams.calibration.step_search import StepSearch
@@ -53,6 +54,8 @@ def beside_proved(
     """
     shown: list[ShownTurn] = []
     for change in changes if search.course.dof > 0 else ():
+        if not _is_shown(change, search):
+            continue
         search, turn = _beside(search, change, level) if _is_turn(change, search) else (search, None)
         if turn is not None:
             shown.append(turn)
@@ -63,6 +66,13 @@ def beside_proved(
         else:
             shown[at] = replace(shown[at], shown_by=(*shown[at].shown_by, change.between))
     return search, tuple(shown)
+
+
+def _is_shown(change: ProvedChange, search: StepSearch) -> bool:
+    """Return whether the outputs take anything of a change: on a sting nothing of one that is of roll alone."""
+    (evidence, at), *_ = search.seen
+    every = Changed(np.ones(evidence.rows.rows, dtype=bool), change.parts)
+    return bool(step_columns(evidence, at, (every,)).shape[1] > 0)
 
 
 def _is_turn(change: ProvedChange, search: StepSearch) -> bool:

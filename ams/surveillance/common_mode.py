@@ -65,7 +65,7 @@ from ams.surveillance.common_mode_columns import (
 )
 from ams.surveillance.lone_axis import lone_axis, lone_sensor, others_are_blind
 from ams.surveillance.loose_mount import CONSISTENT, UNATTRIBUTED, Attribution, LeftOver, mount_or_sensor
-from ams.surveillance.turns import AXES_OF_TABLE, BASE, PITCH, ROLL, YAW, force_changes
+from ams.surveillance.turns import AXES_OF_TABLE, BASE, FIXTURE, PITCH, ROLL, YAW, force_changes
 
 LEAST_SENSOR_CHANGE = 5.0 * MODEL_ERROR
 """Of a rotation that all saw: a sensor that differs by less than this may only be known too coarsely."""
@@ -134,7 +134,15 @@ def judge_visits(axes: WatchedAxes, visits: Visits, false_alarm: float) -> Commo
     sized = (_sized(axes, visits, change, common) for change in changes)
     real = tuple(change for change in sized if abs(change.largest_rad) > LEAST_SENSOR_CHANGE * turned.rotation_rad)
     odd = {change.sensor for change in real}
-    return replace(turned, sensor_changes=real, agreeing=tuple(name for name in axes.sensors if name not in odd))
+    standing = (name for name in axes.sensors if name not in odd and _is_reached(axes, name, turned))
+    return replace(turned, sensor_changes=real, agreeing=tuple(standing))
+
+
+def _is_reached(axes: WatchedAxes, sensor: str, common: CommonMode) -> bool:
+    """Return whether what is told turns a sensor: roll, and a fixture on it, turn none that stands on a sting."""
+    if axes.is_rolled[axes.sensor.index(sensor)] or common.carried_by != ROLL:
+        return True
+    return not all(cause.name in (ROLL, FIXTURE) for cause in common.stated) or not common.stated
 
 
 def _of_lone_axis(axes: WatchedAxes, visits: Visits, common: CommonMode) -> CommonMode | None:

@@ -7,10 +7,11 @@ are taken, so that one step does not hide itself by raising the scatter that it 
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.frames import specific_force
 from ams.surveillance.between_runs import MEDIAN_OF_CHI_SQUARE_1
 from ams.surveillance.common_mode_columns import WatchedAxes
@@ -36,29 +37,40 @@ def attitude_of(dwell: DwellRecord) -> Attitude:
 def sensed_axes(sensors: Mapping[str, Sensor]) -> tuple[WatchedAxes, tuple[str, ...]]:
     """Return every accelerometer axis as declared, and its channel."""
     rows = [
-        (name, str(axis), channel, _declared(getattr(sensor.mount, axis), sensor.nominal_v_per_g(axis)))
+        (name, str(axis), channel, _declared(getattr(sensor.mount, axis), sensor.nominal_v_per_g(axis)), sensor.rolls)
         for name, sensor in sensors.items()
         for axis, channel in sensor.channels.items()
-        if sensor.nominal_v_per_g(axis) and sensor.rolls  # what a sting carries turns with other axes
+        if sensor.nominal_v_per_g(axis)
     ]
     axes = WatchedAxes(
         tuple(row[0] for row in rows),
         tuple(row[1] for row in rows),
         tuple(row[2].partition(".")[0] for row in rows),
         np.array([row[3] for row in rows]).reshape(-1, 3),
+        np.array([row[4] for row in rows], dtype=bool),
     )
     return axes, tuple(row[2] for row in rows)
 
 
-def force_at(dwell: DwellRecord) -> FloatArray:
-    """Return f, (3,), where the dwell stood by its read-back."""
-    return np.asarray(specific_force(*read_back_rad([dwell]))[0])
+def force_at(dwell: DwellRecord, rolls: BoolArray) -> FloatArray:
+    """Return f, (A, 3), where the dwell stood by its read-back. ``rolls``: (A,) whether the roll axis turns each."""
+    pitch, roll, yaw = read_back_rad([dwell])
+    return np.where(rolls[:, None], specific_force(pitch, roll, yaw), specific_force(pitch, 0.0 * roll, yaw))
 
 
-def slopes_at(dwell: DwellRecord) -> list[FloatArray]:
-    """Return the change of f by each axis of the table, (3,) each per radian, where the dwell stood."""
-    changes = force_changes(*read_back_rad([dwell]))
-    return [changes[axis][0] for axis in AXES_OF_TABLE if axis in changes]
+def slopes_at(dwell: DwellRecord, rolls: BoolArray) -> list[FloatArray]:
+    """Return the change of f by each axis of the table that turns any, (A, 3) each per radian, where the dwell stood.
+
+    ``rolls``: (A,) whether the roll axis turns each.
+    """
+    pitch, roll, yaw = read_back_rad([dwell])
+    rolled = force_changes(pitch, roll, yaw) if rolls.any() else {}
+    unrolled = {} if rolls.all() else force_changes(pitch, None, yaw)
+    return [
+        np.where(rolls[:, None], rolled.get(axis, 0.0), unrolled.get(axis, 0.0))
+        for axis in AXES_OF_TABLE
+        if axis in rolled or axis in unrolled
+    ]
 
 
 class KnownAxes:
@@ -86,7 +98,7 @@ class KnownAxes:
         start = np.concatenate([np.zeros((len(self._channels), 1)), self._axes.k], axis=1)
         change = np.linalg.solve(self._information, self._moments[..., None])[..., 0]
         k = (start + change)[:, 1:]
-        return WatchedAxes(self._axes.sensor, self._axes.axis, self._axes.meter, k)
+        return replace(self._axes, k=k)
 
     def means(self, dwell: DwellRecord) -> FloatArray:
         """Return (A,) mean readings, NaN where an axis was not read."""
@@ -112,9 +124,9 @@ class KnownAxes:
         self._taken += 1
         means, squares, degrees = self._statistics(dwell)
         is_read = np.isfinite(means)
-        basis = np.concatenate([[1.0], force_at(dwell)])
-        left = np.where(is_read, means - self._axes.k @ basis[1:], 0.0)
-        self._information += is_read[:, None, None] * np.outer(basis, basis)
+        basis = np.insert(force_at(dwell, self._axes.is_rolled), 0, 1.0, axis=1)
+        left = np.where(is_read, means - np.einsum("ac,ac->a", self._axes.k, basis[:, 1:]), 0.0)
+        self._information += is_read[:, None, None] * (basis[:, :, None] * basis[:, None, :])
         self._moments += left[:, None] * basis
         self._squares += squares
         self._degrees += degrees
@@ -146,9 +158,9 @@ class KnownAxes:
         return np.maximum(within, between), float(self._degrees[known].min(initial=np.inf)), seating
 
     def _learn_difference(self, dwell: DwellRecord, difference: FloatArray) -> None:
-        slopes = slopes_at(dwell)
+        slopes = slopes_at(dwell, self._axes.is_rolled)
         size = np.linalg.norm(self._axes.k, axis=1)
-        columns = np.stack([self._axes.k @ slope / size for slope in slopes], axis=1)
+        columns = np.stack([np.einsum("ac,ac->a", self._axes.k, slope) / size for slope in slopes], axis=1)
         is_read = np.isfinite(difference)
         if int(is_read.sum()) <= columns.shape[1]:
             return
@@ -157,7 +169,7 @@ class KnownAxes:
         left = np.full(difference.size, np.nan)
         freedom = is_read.sum() / (is_read.sum() - rank)
         left[is_read] = (angles - columns[is_read] @ turns) * size[is_read] * np.sqrt(freedom)
-        steep = np.array([float(np.linalg.norm(slope)) > LEAST_SLOPE for slope in slopes])
+        steep = np.array([float(np.linalg.norm(slope[is_read], axis=1).max()) > LEAST_SLOPE for slope in slopes])
         self._differences.append((self._taken, left, turns[steep]))
 
 

@@ -72,7 +72,7 @@ def solve_sensors(
         solved = {}
         for index, (name, sensor) in enumerate(plan.sensors.items(), start=1):
             tell(f"solving {name} ({index} of {len(plan.sensors)})")
-            known = replace(known_of_run, changes=changes) if sensor.rolls else NOTHING_KNOWN
+            known = replace(known_of_run if sensor.rolls else NOTHING_KNOWN, changes=changes)
             with_it = tuple(row for row in rows if set(sensor.channels.values()) <= row.readings.keys())
             item = SensorRows(name, sensor, with_it, rig, plan, f"{source}, {name}", known, run)
             solved[name] = _solve_sensor(item, rows)

@@ -16,7 +16,7 @@ from ams.findings import ALL_AFTER, ON_ONE_SIDE, SHOWN_BY, Finding
 from ams.inputs.known_of_run import GAIN, OFFSET, DwellLabels, ProvedChange
 from ams.observations import Observations
 from ams.surveillance.common_mode import CommonMode
-from ams.surveillance.turns import ROTATIONS
+from ams.surveillance.turns import FIXTURE, ROLL, ROTATIONS
 from ams.units import ARCSEC_PER_DEG
 from procedures.common_mode.visit_watch import Judged
 from procedures.common_mode.ways_out import meter_way_out
@@ -46,15 +46,19 @@ def findings_beside_dwells(record: RunRecord, solved: Mapping[str, SolvedSensor]
 def findings_of_sensor(record: RunRecord, sensor: SolvedSensor) -> tuple[Finding, ...]:
     """Return what is said of the run that concerns a sensor.
 
-    A turn of the table that its own dwells tell is told by these; of another, whether its uncertainties hold it.
+    A turn of the table that its own dwells tell is told by these; of another, whether its uncertainties hold it. What
+    turned about roll alone did not turn a sensor that roll does not reach.
     """
+    rolls = record.plan.sensors[sensor.name].rolls
     if sensor.calibration is None:
-        return of_sensor(run_findings(record), sensor.name)
+        return tuple(each for each in of_sensor(run_findings(record), sensor.name) if rolls or not _is_of_roll(each))
     by_dwells = shown_by_dwells(sensor.calibration)
     return tuple(
         replace(finding, is_held=_holds(sensor, finding)) if _is_turn(finding) else finding
         for finding, turned in _of_run(record)
-        if turned not in by_dwells and finding.details.get("sensor", sensor.name) == sensor.name
+        if turned not in by_dwells
+        and finding.details.get("sensor", sensor.name) == sensor.name
+        and (rolls or not _is_of_roll(finding))
     )
 
 
@@ -80,6 +84,12 @@ def _of_run(record: RunRecord) -> Iterator[tuple[Finding, str]]:
 
 def _is_turn(finding: Finding) -> bool:
     return finding.kind == "table-rotation" and _is_proved(finding)
+
+
+def _is_of_roll(finding: Finding) -> bool:
+    """Return whether it is a slip of roll, or a turn of the fixture that roll carries."""
+    cause = finding.details.get("cause")
+    return cause == ROLL or (cause == FIXTURE and f"{ROLL}_arcsec" in finding.details)
 
 
 def _holds(sensor: SolvedSensor, finding: Finding) -> bool:
