@@ -5,7 +5,7 @@ from typing import Final
 
 from ams.analysis.diagnostics.take_back import ways_back, ways_in_words
 from ams.findings import Said
-from procedures.records.dwells import DwellRecord
+from procedures.records.dwells import DwellRecord, measured_design
 
 Moment = tuple[int, float]
 """Epoch and rig seconds within it: dates of two starts may overlap, where the clock was set or time is virtual."""
@@ -29,11 +29,7 @@ def take_back_commands(steps: Collection[int], dwells: Iterable[DwellRecord], ru
 
     ``dwells``: all of the run; those of the design that count are taken back.
     """
-    design = sorted(
-        (dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"),
-        key=lambda dwell: (dwell.epoch, dwell.ended_s),
-    )
-    return ways_in_words(ways_back(set(steps), [(dwell.step, dwell.replication) for dwell in design], run))
+    return ways_in_words(ways_back(set(steps), measured_design(dwells), run))
 
 
 def measured_again(steps: Collection[int], dwells: Iterable[DwellRecord], run: str) -> Said:

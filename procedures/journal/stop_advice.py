@@ -3,12 +3,13 @@
 import shlex
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
-from ams.analysis.diagnostics.take_back import redo_command, void_command
+from ams.analysis.diagnostics.take_back import redo_command, void_command, ways_back, ways_in_words
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import keys_in
-from procedures.records.dwells import DwellRecord, Event
+from procedures.records.dwells import DwellRecord, Event, measured_design
 from procedures.records.progress import COMMON_MODE
 from procedures.records.states import ACTIVE, ANSWERED_FOR, State
 
@@ -104,7 +105,7 @@ ADVICE: Mapping[str, str] = {
     ),
     "table": (
         "All sensors turned together: look at the table's coupling, its base and the common fixture. To "
-        "measure the dwells in doubt again put it right, {stop}{take_back} and {resume}; {go_on} keeps them, "
+        "measure the dwells in doubt again put it right, {stop}{take_back}; then {resume}. {go_on} keeps them, "
         "and the report says so. What is measured again on a table that has slipped and was not put right "
         "stands off its declared zero: such sets are not to be used."
     ),
@@ -129,13 +130,11 @@ class StopNumbers:
     """As a shell takes it: its folder or its name."""
     newest: int | str | None = None
     """Step of the dwell that was accepted last; None where none was."""
-    doubtful: int | str | None = None
-    """The first step in doubt by what held the run; None where none is."""
-    replications: tuple[int | str, ...] = ()
-    """Those that the dwells in doubt are of."""
+    ways_back: str = ""
+    """Commands that take back the dwells in doubt by what held the run, with what each takes back; empty: none is."""
 
 
-IN_GENERAL: Final = StopNumbers("RUN", "STEP", "STEP", ("N",))
+IN_GENERAL: Final = StopNumbers("RUN", "STEP", f"{void_command('STEP', 'RUN')} (or {redo_command('N', 'RUN')})")
 """For a page that is of no run."""
 
 
@@ -143,12 +142,10 @@ def numbers_of(run: str, events: Iterable[Event], dwells: Iterable[DwellRecord])
     """Return the numbers of a run from its journal; ``run``: its folder, or its name among the runs."""
     accepted = [dwell for dwell in dwells if dwell.accepted]
     *_, doubtful = set[int](), *left_in_doubt(events, lambda event: bool(event.detail.get("held")))
-    labels = {dwell.replication for dwell in accepted if dwell.step in doubtful and dwell.purpose == "design"}
     return StopNumbers(
         shlex.quote(run),
         max(accepted, key=lambda dwell: (dwell.epoch, dwell.ended_s)).step if accepted else None,
-        min(doubtful, default=None),
-        tuple(sorted(labels)),
+        ways_in_words(ways_back(doubtful, measured_design(accepted), shlex.quote(run))),
     )
 
 
@@ -193,6 +190,12 @@ def next_step(state: State, cause: str, numbers: StopNumbers, before: str = "") 
     return "this run has ended; read the cause, and begin a new one"
 
 
+def of_damage(run_dir: Path) -> str:
+    """Say what becomes of a run of which something is damaged."""
+    salvage = f"calrig salvage {shlex.quote(str(run_dir))} takes the rest into a new folder"
+    return f"calrig solve and calrig resume refuse the run; {salvage}, where a resume measures again what is missing"
+
+
 def advice_of(run: str) -> Callable[[str, State], str]:
     """Return what :func:`advice` says of a run by cause and state, where nobody reads its journal first."""
     numbers = StopNumbers(shlex.quote(run))
@@ -222,10 +225,8 @@ def advice(cause: str, state: State, numbers: StopNumbers) -> str:
 
 
 def _take_back(numbers: StopNumbers) -> str:
-    if numbers.doubtful is None:
-        return f"take back what was measured since (calrig handover {numbers.run} lists the steps)"
-    redone = " and ".join(redo_command(label, numbers.run) for label in numbers.replications)
-    return f"{void_command(numbers.doubtful, numbers.run)}{f' (or {redone})' if redone else ''}"
+    otherwise = f"take back what was measured since (calrig handover {numbers.run} lists the steps)"
+    return numbers.ways_back or otherwise
 
 
 def _if_moved(numbers: StopNumbers) -> str:

@@ -2,7 +2,7 @@
 
 from bisect import insort
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from math import isfinite, sqrt
@@ -124,6 +124,12 @@ def measured_again(dwells: Sequence[DwellRecord]) -> list[bool]:
     """Return of each dwell whether its step was measured again later, whatever came of it."""
     last = {dwell.step: at for at, dwell in enumerate(dwells)}
     return [at < last[dwell.step] for at, dwell in enumerate(dwells)]
+
+
+def measured_design(dwells: Iterable[DwellRecord]) -> list[tuple[int, int]]:
+    """Return step and replication of every dwell of the design that counts, in the order of time."""
+    design = [dwell for dwell in dwells if dwell.accepted and dwell.purpose == "design"]
+    return [(dwell.step, dwell.replication) for dwell in sorted(design, key=lambda dwell: (dwell.epoch, dwell.ended_s))]
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
-from procedures.journal.stop_advice import StopNumbers, held_before, left_in_doubt, next_step, numbers_of
+from procedures.journal.stop_advice import StopNumbers, held_before, left_in_doubt, next_step, numbers_of, of_damage
 from procedures.journal.verdict_file import grounds_in, hindered_in, read_verdict, rows_in
 from procedures.journal.voids import QUARANTINED
 from procedures.records.dwells import DwellRecord, Event
@@ -75,12 +75,6 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_solved(run_dir, stands.state),
     ]
     return "\n".join(lines) + "\n"
-
-
-def of_damage(run_dir: Path) -> str:
-    """Say what becomes of a run of which something is damaged."""
-    salvage = f"calrig salvage {shlex.quote(str(run_dir))} takes the rest into a new folder"
-    return f"calrig solve and calrig resume refuse the run; {salvage}, where a resume measures again what is missing"
 
 
 def unfinished(run_dir: Path, second_folder: Path) -> list[str]:

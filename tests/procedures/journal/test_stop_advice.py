@@ -48,18 +48,29 @@ def test_every_command_of_every_cause_and_state_is_one_that_the_command_line_tak
 
 
 def test_the_numbers_are_those_of_the_hold_and_of_what_counts() -> None:
-    assert (NUMBERS.newest, NUMBERS.doubtful, NUMBERS.replications) == (14, 12, (1, 2))
-    said = advice("table", State.HELD, NUMBERS)
-    for command in ("void", "redo"):
-        assert f"calrig {command} {shlex.quote(RUN)} --" in said
-    assert "--from 12 " in said
-    assert "--replication 1 " in said
-    assert "--replication 2 " in said
+    assert NUMBERS.newest == 14
+    said, run = advice("table", State.HELD, NUMBERS), shlex.quote(RUN)
+    signed = "--operator NAME --reason TEXT"
+    assert (
+        f"calrig stop {run}, then calrig void {run} --from 12 {signed} takes back 3 dwells of the design, "
+        f"or calrig redo {run} --replication 1 {signed} and calrig redo {run} --replication 2 {signed} take back "
+        f"12 dwells of the design; then calrig resume {run}. calrig continue {run} keeps them"
+    ) in said
+
+
+def test_of_both_ways_back_the_one_that_takes_back_fewer_dwells_comes_first() -> None:
+    dwells = [dwell(step, replication=1 + step // 4) for step in range(12)]
+    early = numbers_of(RUN, [event(20, "common_mode", 20, held=True, doubtful=[4, 5])], dwells)
+    assert early.ways_back.startswith(f"calrig redo {shlex.quote(RUN)} --replication 2 ")
+    assert re.findall(r"back (\d+) dwells", early.ways_back) == ["4", "8"]
+
+
+def test_nothing_is_named_of_dwells_that_were_taken_back_since() -> None:
     taken_back = [
         event(20, "common_mode", 20, held=True, doubtful=[12, 13]),
         event(21, "voided", 21, dwells=[[12, 1, 1], [13, 1, 1]]),
     ]
-    assert numbers_of(RUN, taken_back, []).doubtful is None
+    assert numbers_of(RUN, taken_back, []).ways_back == ""
 
 
 @pytest.mark.parametrize("state", [state for state in State if state is not State.FINISHED])
@@ -88,7 +99,8 @@ def test_what_visits_left_in_doubt_is_less_by_what_was_taken_back_since() -> Non
     ]
     of_meter = left_in_doubt(events, lambda found: found.detail["kinds"] == ["meter-gain"])
     assert of_meter == [{5}, {9}]
-    assert numbers_of(RUN, events, []).doubtful == 7, "measured again, and in doubt again"
+    again = numbers_of(RUN, events, [dwell(step, replication=1) for step in range(5, 9)])
+    assert "--from 7 " in again.ways_back, "measured again, and in doubt again"
 
 
 def test_the_hold_that_a_stop_ended_is_the_one_before_it() -> None:
