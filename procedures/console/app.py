@@ -26,7 +26,7 @@ from procedures.console.entrance import Entrance
 from procedures.console.gate import Gate, token_of
 from procedures.console.jogging import Jogging
 from procedures.console.live_pages import ALL_TAKEN, PUT_ASIDE, LivePage
-from procedures.console.night import needs_a_person, night
+from procedures.console.night import damage_words, needs_a_person, night
 from procedures.console.queues import QueuePages, undecided_items
 from procedures.console.sessions import Visitor
 from procedures.console.shared import Console
@@ -110,11 +110,13 @@ class _Pages:
 
     async def _run_page(self, request: Request, name: str) -> Response:
         page = await run_sync(self._console.page, name)
-        others = [run for run in await run_sync(self._console.listed) if run.path.name != name]
+        listed = await run_sync(self._console.listed)
+        others = [run for run in listed if run.path.name != name]
         return self._shown(
             request,
             "run.html.j2",
             here="run",
+            damaged=next((damage_words(run) for run in listed if run.path.name == name and run.damaged), ""),
             others=[run for run in others if not run.trouble][:MOST_NAMED],
             unread=[run for run in others if run.trouble][:MOST_NAMED],
             **await run_sync(self._banner_of, page),
@@ -192,7 +194,13 @@ class _Pages:
 
     def _metrics(self) -> str:
         return metrics_text(
-            RunFigures(run.path.name, progress_of("state", status(run.path)), read_live(run.path), run.is_alive)
+            RunFigures(
+                run.path.name,
+                progress_of("state", status(run.path)),
+                read_live(run.path),
+                run.is_alive,
+                len(run.damaged),
+            )
             for run in self._console.listed()
             if not run.trouble
         )

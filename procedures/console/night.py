@@ -12,13 +12,14 @@ from procedures.console.watched_run import RunPage
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.run_list import ListedRun
-from procedures.journal.stop_advice import StopNumbers, held_before, next_step, numbers_of
+from procedures.journal.stop_advice import StopNumbers, held_before, next_step, numbers_of, of_damage
 from procedures.journal.verdict_file import hindered_in, read_verdict
 from procedures.records.dwells import Event
 from procedures.records.states import GOING, State, is_unasked, state_sentence
 
 EVENING_HOUR = 16
 DUE_WITHIN_DAYS = 30
+MOST_DAMAGE_NAMED = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +113,18 @@ def _night_run(run: ListedRun, item: int | None) -> NightRun:
         tuple(_stops(states)),
         str(verdict.get("sentence", "")),
         str(verdict.get("trust", "")),
-        _to_do(run.state, states, numbers, verdict),
+        damage_words(run) if run.damaged else _to_do(run.state, states, numbers, verdict),
         item,
+    )
+
+
+def damage_words(run: ListedRun) -> str:
+    """Say of a run whose journal is damaged that its counts are by that, and what comes of it."""
+    named = ", ".join(run.damaged[:MOST_DAMAGE_NAMED])
+    more = len(run.damaged) - MOST_DAMAGE_NAMED
+    return (
+        f"its dwells are counted by a journal that is damaged: {named}{f' and {more} more' if more > 0 else ''} not as "
+        f"written; {of_damage(run.path.absolute())}"
     )
 
 

@@ -13,6 +13,7 @@ _HELP = {
     "calrig_run_dwells_done": "Design dwells that count.",
     "calrig_run_dwells_planned": "Design dwells of the plan.",
     "calrig_run_dwells_rejected": "Dwells that do not count.",
+    "calrig_run_damaged": "Events and dwells of its journal that are not as they were written; its counts are by it.",
     "calrig_run_end_timestamp_seconds": "When it should end; missing where nothing goes on.",
     "calrig_run_live_timestamp_seconds": "When the engine last said what it does.",
     "calrig_run_temperature_celsius": "As last read, by environment.",
@@ -30,6 +31,8 @@ class RunFigures:
     progress: Progress
     live: Live | None
     is_alive: bool
+    damaged: int | None
+    """Events and dwells that are not as they were written; None where the journal was not verified for this."""
 
 
 def metrics_text(runs: Iterable[RunFigures]) -> str:
@@ -52,6 +55,8 @@ def _samples(run: RunFigures) -> Iterator[Sample]:
     yield "calrig_run_dwells_done", name, progress.dwells_done
     yield "calrig_run_dwells_planned", name, progress.dwells_planned
     yield "calrig_run_dwells_rejected", name, progress.rejected
+    if run.damaged is not None:
+        yield "calrig_run_damaged", name, run.damaged
     if progress.eta_utc is not None:
         yield "calrig_run_end_timestamp_seconds", name, progress.eta_utc.timestamp()
     if live is None:

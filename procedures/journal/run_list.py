@@ -1,7 +1,8 @@
 """The runs of a folder by state: one list for a command that is given no RUN, for ``calrig status --all`` and screens.
 
 Journals are only read, each in short transactions, and read again only when they have changed. What cannot be read is
-an entry that says so: one damaged journal hides no other run.
+an entry that says so: one damaged journal hides no other run. A list that shows counts to people verifies what they are
+counted by; one that only chooses a run does not, since the command then verifies that run itself.
 """
 
 import os
@@ -46,6 +47,8 @@ class ListedRun:
     """When its journal was last written to."""
     trouble: str = ""
     """Why the journal cannot be read."""
+    damaged: tuple[str, ...] = ()
+    """Events and dwells that are not as they were written, by name; empty where the list does not verify."""
 
     def to_document(self) -> dict[str, Any]:
         """Return the entry as it stands in ``calrig status --all --json``."""
@@ -59,6 +62,7 @@ class ListedRun:
             "alive": self.is_alive,
             "modified_utc": self.modified_utc.isoformat(timespec="seconds"),
             "trouble": self.trouble or None,
+            **({"damaged": list(self.damaged)} if self.damaged else {}),
         }
 
 
@@ -74,8 +78,13 @@ class _Seen:
 class RunList:
     """The runs directly under one folder; keep it, and what has not changed is not read again."""
 
-    def __init__(self, folder: Path, clock: Clock | None = None) -> None:
+    def __init__(self, folder: Path, clock: Clock | None = None, *, verifies: bool = False) -> None:
+        """Look at a folder; ``verifies``: every journal that is read, event by event and dwell by dwell.
+
+        Bytes that change on the disk later, under the same time of modification, are seen by the next list.
+        """
         self.folder = folder
+        self._verifies = verifies
         self._clock = clock or SystemClock()
         self._seen: Mapping[Path, _Seen] = {}
 
@@ -88,9 +97,9 @@ class RunList:
                 is_alive = is_owned(path)  # asked first: what a dying owner wrote last is then read below
                 fingerprint = _fingerprint(path)
                 known = self._seen.get(path)
-                found[path] = (
-                    known if known is not None and known.fingerprint == fingerprint else _read(path, fingerprint)
-                )
+                if known is None or known.fingerprint != fingerprint:
+                    known = _read(path, fingerprint, verifies=self._verifies)
+                found[path] = known
             except FileNotFoundError:
                 continue  # removed meanwhile
             except OSError as error:
@@ -125,16 +134,18 @@ def _may_hold_a_run(path: Path) -> bool:
         return True  # another account's: hidden it would look as if there were no run
 
 
-def _read(path: Path, fingerprint: Fingerprint) -> _Seen:
+def _read(path: Path, fingerprint: Fingerprint, *, verifies: bool) -> _Seen:
     try:
         with JournalReader.open(path) as reader:
             header, plan = reader.header, reader.header.plan
             planned = {dwell.step for dwell in plan.design_dwells}
             written, done = reader.state(), len(reader.accepted_steps() & planned)
+            damaged = reader.damage().names if verifies else ()
     except (ProcedureError, LookupError, TypeError, ValueError) as error:
         return _Seen(fingerprint, None, _unreadable(path, fingerprint, str(error), is_alive=False))
+    modified_utc = _modified_utc(fingerprint)
     listed = ListedRun(
-        path, header.title, written, header.created_utc, done, len(planned), False, _modified_utc(fingerprint)
+        path, header.title, written, header.created_utc, done, len(planned), False, modified_utc, damaged=damaged
     )
     return _Seen(fingerprint, written, listed)
 

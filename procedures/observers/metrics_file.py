@@ -33,7 +33,7 @@ class MetricsFile:
         if progress.event != "state" and now_s - self._written_s < EVERY_S:
             return
         self._written_s = now_s
-        figures = RunFigures(self._run_dir.name, progress, read_live(self._run_dir), progress.state in ACTIVE)
+        figures = RunFigures(self._run_dir.name, progress, read_live(self._run_dir), progress.state in ACTIVE, None)
         with suppress(OSError):
             replace_file(self._path, metrics_text([figures]).encode("utf-8"), is_synced=False)
 

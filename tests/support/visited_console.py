@@ -35,7 +35,7 @@ class Visited:
         archive = f"sqlite:///{folder / 'none.sqlite'}"
         site = Site(frozenset([HOST]))
         self.console = Console(
-            RunList(folder / "runs"),
+            RunList(folder / "runs", verifies=True),
             lambda: archive,
             self.clock,
             self.sessions,

@@ -72,7 +72,7 @@ def console(
         note(f"calrig console: people with an account enter at {listening.site.scheme}://{where}/login; Ctrl-C ends it")
     sessions = Sessions(clock, accounts, login_name())
     shown = Console(
-        RunList(out, clock),
+        RunList(out, clock, verifies=True),
         partial(archive_to_show, out, archive),
         clock,
         sessions,

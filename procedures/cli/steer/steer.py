@@ -1,5 +1,6 @@
 """``calrig status``, ``pause``, ``continue``, ``stop``, ``abort``: look at or steer a run in another process."""
 
+import shlex
 from collections.abc import Iterable
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -28,9 +29,9 @@ from procedures.journal.spool import ask
 from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import rows_of
 from procedures.journal.status import status as look
+from procedures.journal.stop_advice import of_damage
 from procedures.journal.verdict_file import read_verdict
 from procedures.records.states import RESUMABLE, State
-from procedures.run.handover import of_damage
 from procedures.run.progress import PlainLines
 from rig.clock import SystemClock
 from rig.local_time import at_both
@@ -174,7 +175,7 @@ def _ask(
 
 
 def _list(runs: Path, *, json: bool) -> None:
-    listed = RunList(runs).read()
+    listed = RunList(runs, verifies=True).read()
     if json:
         print_json({"runs": [run.to_document() for run in listed]})
         return
@@ -184,9 +185,10 @@ def _list(runs: Path, *, json: bool) -> None:
 
 
 def _figures(runs: Path) -> Iterable[RunFigures]:
-    for run in RunList(runs).read():
+    for run in RunList(runs, verifies=True).read():
         if not run.trouble:
-            yield RunFigures(run.path.name, progress_of("state", look(run.path)), read_live(run.path), run.is_alive)
+            progress, live = progress_of("state", look(run.path)), read_live(run.path)
+            yield RunFigures(run.path.name, progress, live, run.is_alive, len(run.damaged))
 
 
 def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:
@@ -197,3 +199,9 @@ def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:
         started = "" if run.started_utc is None else at_both(run.started_utc)
         title = one_line(run.title)
         yield f"{run.state:<12} {run.dwells_done:>5} of {run.dwells_planned:<5} {started}  {run.path.name}  {title}"
+        if run.damaged:
+            more = f" and {len(run.damaged) - 1} more" if len(run.damaged) > 1 else ""
+            yield (
+                f"{'':<12} by a journal that is damaged: {run.damaged[0]}{more} not as written; "
+                f"calrig status {shlex.quote(str(run.path))} names what is"
+            )

@@ -1,6 +1,7 @@
 """What the pages say: where a run stands, what the night was, and names of any script as text."""
 
 import json
+import sqlite3
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
@@ -59,7 +60,13 @@ def browser(runs: Path) -> Iterator[TestClient]:
     sessions = Sessions(clock, People(runs.parent / "people.json"))
     archive = f"sqlite:///{runs.parent / 'none.sqlite'}"
     console = Console(
-        RunList(runs), lambda: archive, clock, sessions, Site(frozenset([HOST])), runs.parent / "queues", runs.parent
+        RunList(runs, verifies=True),
+        lambda: archive,
+        clock,
+        sessions,
+        Site(frozenset([HOST])),
+        runs.parent / "queues",
+        runs.parent,
     )
     client = TestClient(make_app(console), base_url=f"http://{HOST}")
     client.get("/enter", params={"key": sessions.new_key()})
@@ -104,6 +111,23 @@ def test_the_night_begins_with_what_waits_for_a_person(browser: TestClient) -> N
     assert page.count("To do:") == 3, "the tripped one and the two that cannot be read"
     assert "Usable, &lt;script&gt;" in page
     assert "Nothing is archived yet" in page
+
+
+def test_every_page_that_counts_dwells_says_that_the_journal_is_damaged(browser: TestClient, runs: Path) -> None:
+    connection = sqlite3.connect(runs / "finished" / JOURNAL_FILE)
+    assert connection.execute("UPDATE events SET detail = detail || ' ' WHERE sequence = 4").rowcount == 1
+    connection.commit()
+    connection.close()
+    for path in ("/night", "/run/finished"):
+        page = browser.get(path).text
+        assert "counted by a journal that is damaged: event 4 (" in page, path
+        assert f"calrig salvage {runs / 'finished'} takes the rest into a new folder" in page, path
+    assert "by a damaged journal" in browser.get("/run/tripped").text
+    listed = {Path(run["run"]).name: run for run in browser.get("/api/v1/runs").json()["runs"]}
+    assert listed["finished"]["damaged"][0].startswith("event 4 (")
+    figures = browser.get("/metrics").text.splitlines()
+    assert 'calrig_run_damaged{run="tripped"} 0' in figures
+    assert f'calrig_run_damaged{{run="finished"}} {len(listed["finished"]["damaged"])}' in figures
 
 
 def test_before_the_first_archived_run_the_archive_says_that_it_is_empty(browser: TestClient) -> None:

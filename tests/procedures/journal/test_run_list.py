@@ -1,5 +1,6 @@
 """Laws of the list of runs: it tells what each run's own status tells, disturbs none, and no damage hides a run."""
 
+import sqlite3
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -154,6 +155,25 @@ def test_whatever_byte_rots_the_list_still_tells_of_every_run(tmp_path: Path) ->
     assert next(entry for entry in listed if entry.path.name == "whole").state is State.FINISHED
     assert all(entry.trouble or entry.state is not None for entry in listed)
     assert any(entry.trouble for entry in listed)
+
+
+@pytest.mark.parametrize("damage", ["detail = detail || ' '", "monotonic_s = monotonic_s + 1"])
+def test_a_list_that_shows_counts_names_the_damage_that_the_status_of_the_run_names(
+    damage: str, tmp_path: Path
+) -> None:
+    whole, bad = make_run(tmp_path / "a", State.FINISHED), make_run(tmp_path / "b", State.FINISHED)
+    connection = sqlite3.connect(bad / "journal.sqlite")
+    assert connection.execute(f"UPDATE events SET {damage} WHERE sequence = 4").rowcount == 1
+    connection.commit()
+    connection.close()
+    with JournalReader.open(bad) as reader:
+        named = reader.damage().names
+    listed = {run.path: run for run in RunList(tmp_path, verifies=True).read()}
+    assert (listed[whole].damaged, listed[bad].damaged) == ((), named)
+    assert named[0].startswith("event 4 (")
+    assert listed[bad].to_document()["damaged"] == list(named)
+    assert "damaged" not in listed[whole].to_document()
+    assert all(run.damaged == () for run in RunList(tmp_path).read()), "what only chooses a run reads less"
 
 
 def test_a_run_that_is_removed_meanwhile_is_gone_from_the_list(tmp_path: Path) -> None:

@@ -56,10 +56,13 @@ def test_where_the_reader_lives_by_utc_it_is_told_once() -> None:
 
 
 def test_every_line_of_the_metrics_is_in_the_format_whatever_a_run_is_called() -> None:
-    text = metrics_text([RunFigures('a "night"\\\n', MOMENT, SOAKING, True), RunFigures("b", MOMENT, None, False)])
+    text = metrics_text(
+        [RunFigures('a "night"\\\n', MOMENT, SOAKING, True, None), RunFigures("b", MOMENT, None, False, 2)]
+    )
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     assert [line for line in lines if not LINE.fullmatch(line)] == []
     assert 'calrig_run_dwells_done{run="b"} 1004' in lines
+    assert [line for line in lines if line.startswith("calrig_run_damaged")] == ['calrig_run_damaged{run="b"} 2']
     assert sum(line.startswith("calrig_run_state") and line.endswith(" 1") for line in lines) == 2
     heads = [line.split()[2] for line in text.splitlines() if line.startswith("# TYPE")]
     assert len(heads) == len(set(heads)), "one block a metric"

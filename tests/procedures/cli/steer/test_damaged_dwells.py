@@ -47,6 +47,21 @@ def test_status_names_a_damaged_dwell_and_what_becomes_of_the_run(
     assert NAME in refused.err or "dwells were committed" in refused.err
 
 
+def test_the_list_of_runs_and_the_metrics_say_by_which_journal_they_count(
+    finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = finished_job.copied_to(tmp_path)
+    assert "damaged" not in call(capsys, "status", "--all", "--out", run.parent).out
+    figure = f'calrig_run_damaged{{run="{run.name}"}}'
+    assert f"{figure} 0\n" in call(capsys, "status", "--metrics", "--out", run.parent).out
+    _damaged(run, DAMAGES["its sum"])
+    listed = call(capsys, "status", "--all", "--out", run.parent).out
+    assert f"by a journal that is damaged: {NAME} not as written; calrig status {run} names what is" in listed
+    assert f"{figure} 1\n" in call(capsys, "status", "--metrics", "--out", run.parent).out
+    (entry,) = call(capsys, "status", "--all", "--json", "--out", run.parent).document["runs"]
+    assert entry["damaged"] == [NAME]
+
+
 @pytest.mark.parametrize("damage", ["half a text", "no text", "no object", "its sum"])
 def test_handover_and_salvage_say_which_dwell(
     damage: str, finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
