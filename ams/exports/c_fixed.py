@@ -22,6 +22,7 @@ from ams.exports.c_text import (
     c_checksum_line,
     check_accelerometers,
     check_names,
+    checked_header,
     closing,
     defined,
     filled,
@@ -30,6 +31,8 @@ from ams.exports.c_text import (
     numbers_in,
     opening,
     prefix_of,
+    refusal_text,
+    verdict_lines,
 )
 from ams.exports.embedded import document_from
 from ams.exports.format import Format
@@ -41,8 +44,10 @@ from ams.sets.equations import AxisNumbers
 from ams.sets.instructions import polarity
 from ams.units import ARCSEC_PER_DEG, UNITS
 
-HEAD = "calrig coefficient set as C header, fixed point, version 1"
+HEAD = "calrig coefficient set as C header, fixed point, version 2"
 CHECKSUM_LINE = c_checksum_line("C header in fixed point", HEAD)
+FIRST_LINE = c_checksum_line("C header in fixed point", "calrig coefficient set as C header, fixed point, version 1")
+"""Of headers without the macros of the verdict, which are still read."""
 FORCE_BITS = 30
 VOLT_BITS = 26
 LARGEST_WORD = 2**31 - 1
@@ -140,7 +145,7 @@ def to_c_fixed(coefficients: CoefficientSet) -> bytes:
     lost = LINES_LOSE if scale.is_of_levels else LOSES
     loses = [f"Loses: {lost}.", *(_error_text(coefficients, axis) for axis in axes)]
     lines = [
-        *opening(coefficients, HEAD, loses),
+        *opening(coefficients, HEAD, [refusal_text(prefix), *loses]),
         *(f"#ifndef {guard}", f"#define {guard} 1", "#include <stdint.h>", ""),
         *_macros(coefficients, axes, prefix),
         *_vectors(coefficients, axes, prefix),
@@ -157,10 +162,11 @@ def from_c_fixed(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its words are not those of the document
     in it.
     """
-    body = CHECKSUM_LINE.checked_body(content, where)
+    body, has_verdict = checked_header(content, where, CHECKSUM_LINE, FIRST_LINE)
     coefficients = document_from(body, " * ", where)
     prefix, axes = _prefix(coefficients), fixed_axes(coefficients)
-    expected = "\n".join([*_macros(coefficients, axes, prefix), *_vectors(coefficients, axes, prefix)])
+    macros = _macros(coefficients, axes, prefix, has_verdict=has_verdict)
+    expected = "\n".join([*macros, *_vectors(coefficients, axes, prefix)])
     check_same(numbers_in(body), numbers_in(expected.encode()), "macros and tables", where)
     return coefficients
 
@@ -266,11 +272,12 @@ def _error_text(coefficients: CoefficientSet, axis: FixedAxis) -> str:
     return f"Axis {axis.axis}: the output is off by at most {axis.error!r} {unit}, {of_field}"
 
 
-def _macros(coefficients: CoefficientSet, axes: list[FixedAxis], prefix: str) -> list[str]:
+def _macros(coefficients: CoefficientSet, axes: list[FixedAxis], prefix: str, *, has_verdict: bool = True) -> list[str]:
     scale = scale_of(coefficients)
     field, output = ("level", "output") if scale.is_of_levels else ("force", "volt")
     lines = [
         defined(f"{prefix}_set_sha256", f'"{coefficients.sha256}"'),
+        *(verdict_lines(coefficients, prefix) if has_verdict else []),
         defined(f"{prefix}_{field}_bits", scale.field_bits),
         defined(f"{prefix}_{output}_bits", scale.output_bits),
     ]

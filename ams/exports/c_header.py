@@ -14,6 +14,7 @@ from ams.exports.c_text import (
     array,
     c_checksum_line,
     check_names,
+    checked_header,
     closing,
     defined,
     filled,
@@ -21,7 +22,9 @@ from ams.exports.c_text import (
     opening,
     prefix_of,
     primary_lines,
+    refusal_text,
     sensed_names,
+    verdict_lines,
 )
 from ams.exports.embedded import document_from
 from ams.exports.format import Format
@@ -34,8 +37,10 @@ from ams.sets.instructions import polarity
 from ams.sets.vectors import INVERSE_STEPS, is_package, is_straight, outputs_key
 from ams.units import UNITS
 
-HEAD = "calrig coefficient set as C header, floating point, version 1"
+HEAD = "calrig coefficient set as C header, floating point, version 2"
 CHECKSUM_LINE = c_checksum_line("C header", HEAD)
+FIRST_LINE = c_checksum_line("C header", "calrig coefficient set as C header, floating point, version 1")
+"""Of headers without the macros of the verdict, which are still read."""
 FUNCTION_TEXT = [
     "Functions: PREFIX_force(INPUTS, f) gives what the sensors sense; PREFIX_AXIS_UNIT(f, temperature_degc) the "
     "output in OUTPUT (temperature_degc is ignored where the set has no temperature coefficients); of a package also "
@@ -170,7 +175,7 @@ def to_c_header(coefficients: CoefficientSet) -> bytes:
     }
     guard = f"{prefix}_h".upper()
     lines = [
-        *opening(coefficients, HEAD, [_worded(text, words) for text in _texts(coefficients)]),
+        *opening(coefficients, HEAD, [refusal_text(prefix), *(_worded(text, words) for text in _texts(coefficients))]),
         *(f"#ifndef {guard}", f"#define {guard} 1", "#include <math.h>", ""),
         *_macros(coefficients, prefix),
         *_tables(coefficients, prefix),
@@ -187,10 +192,11 @@ def from_c_header(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its macros or tables hold other numbers
     than the document in it.
     """
-    body = CHECKSUM_LINE.checked_body(content, where)
+    body, has_verdict = checked_header(content, where, CHECKSUM_LINE, FIRST_LINE)
     coefficients = document_from(body, " * ", where)
     prefix = prefix_of(coefficients)
-    expected = "\n".join([*_macros(coefficients, prefix), *_tables(coefficients, prefix)])
+    macros = _macros(coefficients, prefix, has_verdict=has_verdict)
+    expected = "\n".join([*macros, *_tables(coefficients, prefix)])
     check_same(numbers_in(body), numbers_in(expected.encode()), "macros and tables", where)
     return coefficients
 
@@ -218,9 +224,10 @@ def _worded(text: str, words: Mapping[str, str]) -> str:
     return text
 
 
-def _macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
+def _macros(coefficients: CoefficientSet, prefix: str, *, has_verdict: bool = True) -> list[str]:
     lines = [
         defined(f"{prefix}_set_sha256", f'"{coefficients.sha256}"'),
+        *(verdict_lines(coefficients, prefix) if has_verdict else []),
         defined(f"{prefix}_gravity_mps2", coefficients.gravity_mps2),
     ]
     for name, limits in table(coefficients.document["validity"]).items():

@@ -15,6 +15,7 @@ from ams.exports.format import ForeseenSet
 from ams.exports.statement import statement
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import AxisNumbers
+from ams.sets.stated_verdict import NOT_USABLE
 
 COMMENT = " * "
 _NEEDED = "needed are accelerometers of pitch and roll (TP) or straight lines (SR)"
@@ -24,6 +25,36 @@ Rows = Sequence[Sequence[float]]
 def c_checksum_line(kind: str, head: str) -> ChecksumLine:
     """Return the checksum line of a header: its first line opens the comment, its last is a comment of its own."""
     return ChecksumLine(kind, f"/* {head}\n".encode(), b"/* sha256 of all bytes above this line: ", b" */\n")
+
+
+def checked_header(content: bytes, where: str, present: ChecksumLine, first: ChecksumLine) -> tuple[bytes, bool]:
+    """Return what stands above the checksum line of a header, and whether it has the macros of the verdict.
+
+    ``first``: of version 1, which had none. Raises: SetError for a damaged file and for another one.
+    """
+    is_first = content.startswith(first.head)
+    return (first if is_first else present).checked_body(content, where), not is_first
+
+
+def verdict_lines(coefficients: CoefficientSet, prefix: str) -> list[str]:
+    """Return the macros by which a program refuses a set as it is compiled.
+
+    One that nobody tells the verdict of is not usable, so that what is not defined, in a header of before, is refused.
+    """
+    is_usable = coefficients.verdict not in (None, NOT_USABLE)
+    return [
+        defined(f"{prefix}_usable", int(is_usable)),
+        defined(f"{prefix}_simulated", int(coefficients.is_simulated)),
+    ]
+
+
+def refusal_text(prefix: str) -> str:
+    """Say how a program refuses a set as it is compiled."""
+    usable, simulated = f"{prefix}_usable".upper(), f"{prefix}_simulated".upper()
+    return (
+        f"To refuse what is not to be used as it is compiled: #if !{usable} or {simulated}, #error. {usable} is 1 "
+        f"where the verdict of the calibration is sound or usable, else 0; {simulated} is 1 for twins, else 0."
+    )
 
 
 def prefix_of(coefficients: CoefficientSet) -> str:

@@ -26,9 +26,9 @@ def set_not_usable(**declared: object) -> CoefficientSet:
     return entry
 
 
-def set_usable() -> CoefficientSet:
+def set_usable(**declared: object) -> CoefficientSet:
     """Return the same without the finding."""
-    return build_set(solved_package(), provenance(**RELEASED))  # type: ignore[arg-type]
+    return build_set(solved_package(), provenance(**{**RELEASED, **declared}))  # type: ignore[arg-type]
 
 
 def accept_findings(url: str, moment: datetime) -> None:

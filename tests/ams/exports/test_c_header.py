@@ -9,12 +9,14 @@ import pytest
 from c_program import needs_compiler, printed
 from cr_outputs import TABLE_4, accelerometer_v, gyro_v
 from foreign_sets import bending, hostile, quadratic, warm
+from not_usable import set_not_usable, set_usable
 from solved import provenance, solved_package
 from solved_sets import TRUTH, bent_set, gyro_set, package_set
 
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.c_fixed import to_c_fixed
-from ams.exports.c_header import CHECKSUM_LINE, from_c_header, to_c_header
+from ams.exports.c_fixed import FIRST_LINE as FIRST_FIXED
+from ams.exports.c_fixed import from_c_fixed, to_c_fixed
+from ams.exports.c_header import CHECKSUM_LINE, FIRST_LINE, from_c_header, to_c_header
 from ams.exports.linear_form import to_linear_form
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -198,3 +200,49 @@ def test_a_sealed_header_without_the_set_is_refused(package: CoefficientSet) -> 
     body = CHECKSUM_LINE.checked_body(to_c_header(package), "file")
     with pytest.raises(SetError, match=r"file: has no line that begins with ' \* document_json| '"):
         from_c_header(CHECKSUM_LINE.append_to(body.replace(b"document_json|", b"document_json:")), "file")
+
+
+@pytest.mark.parametrize("export", [to_c_header, to_c_fixed])
+@pytest.mark.parametrize("make", [set_usable, set_not_usable])
+@pytest.mark.parametrize("is_simulated", [False, True])
+def test_a_program_refuses_a_set_as_it_is_compiled(
+    export: Callable[[CoefficientSet], bytes], make: Callable[..., CoefficientSet], is_simulated: bool, tmp_path: Path
+) -> None:
+    """Not usable, or of a twin: the preprocessor tells, with no line of the program run."""
+    coefficients = make(simulated=is_simulated)
+    prefix = "CALRIG_SN1047_FIXED" if export is to_c_fixed else "CALRIG_SN1047"
+    tell = f"""
+#if !{prefix}_USABLE
+printf("1 ");
+#else
+printf("0 ");
+#endif
+#if {prefix}_SIMULATED
+printf("1\\n");
+#else
+printf("0\\n");
+#endif
+"""
+    header = export(coefficients)
+    assert printed(tmp_path, {"SN1047.h": header}, tell) == [[float(make is set_not_usable), float(is_simulated)]]
+    assert f"#if !{prefix}_USABLE or {prefix}_SIMULATED, #error" in re.sub(r"\s+\*\s+", " ", header.decode())
+
+
+@pytest.mark.parametrize("name", ["coefficient_set_v1.h", "coefficient_set_v1.fixed.h"])
+def test_a_header_of_version_1_is_read_and_its_macros_are_held_against_its_set(name: str) -> None:
+    content = (Path(__file__).parents[2] / "data" / name).read_bytes()
+    line, read = (FIRST_FIXED, from_c_fixed) if ".fixed" in name else (FIRST_LINE, from_c_header)
+    assert b"_USABLE" not in content
+    assert read(content, name).sensor == "SN1047"
+    body = line.checked_body(content, name)
+    changed = re.sub(rb"(_POLARITY) \(?-?1\)?", rb"\1 7", body, count=1)
+    with pytest.raises(VectorsDisagree, match="macros and tables"):
+        read(line.append_to(changed), name)
+
+
+def test_a_header_whose_verdict_was_changed_or_taken_out_is_refused(package: CoefficientSet) -> None:
+    body = CHECKSUM_LINE.checked_body(to_c_header(package), "SN1047.h")
+    for changed in (body.replace(b"_USABLE 1\n", b"_USABLE 0\n"), re.sub(rb"#define \w+_USABLE 1\n", b"", body)):
+        assert changed != body
+        with pytest.raises(VectorsDisagree, match="macros and tables"):
+            from_c_header(CHECKSUM_LINE.append_to(changed), "SN1047.h")
