@@ -1,6 +1,9 @@
 """What a salvage makes of a damaged event: that one is lost, by name; what it took back stays taken back."""
 
+import re
+import shutil
 import sqlite3
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,6 +18,7 @@ from procedures.journal.storage import JOURNAL_FILE
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import key_of, void_detail
 from procedures.records.states import State
+from procedures.solution.lost_record import lost_record
 
 DWELLS = 12
 TAKEN_BACK = (3, 4, 5)
@@ -121,6 +125,43 @@ def test_fault_07_what_a_damaged_event_took_back_stays_taken_back(tmp_path: Path
     assert [name.split(",")[0] for name in found.taken_back] == [f"step {step}" for step in TAKEN_BACK]
     assert found.dwells == DWELLS
     assert _state(saved) is State.STOPPED
+
+
+def _digits(text: str) -> Iterator[tuple[int, str]]:
+    """Yield where each digit stands, and the text with another one there."""
+    for index, letter in enumerate(text):
+        if letter.isdigit():
+            yield index, f"{text[:index]}{(int(letter) + 1) % 10}{text[index + 1 :]}"
+
+
+@pytest.mark.parametrize("column", ["utc", "detail", "sha256"])
+def test_fault_07_no_digit_of_what_took_dwells_back_gives_one_back_unseen(tmp_path: Path, column: str) -> None:
+    """A changed digit can name other dwells. Both what it names now stays out, and what it may have named is unknown:
+    the line is lost by name and the run is not usable until a person answers, or every dwell is out as before.
+    """
+    whole = _with_dwells_taken_back(tmp_path)
+    connection = sqlite3.connect(whole)
+    (stored,) = connection.execute(f"SELECT {column} FROM events WHERE kind = 'voided'").fetchone()
+    connection.close()
+    before, found_digits = set(range(DWELLS)) - set(TAKEN_BACK), 0
+    for index, changed in _digits(stored):
+        found_digits += 1
+        copy = Path(shutil.copytree(tmp_path, tmp_path.with_name(f"{tmp_path.name}-{column}-{index}")))
+        _changed(copy / JOURNAL_FILE, f"UPDATE events SET {column} = '{changed}' WHERE kind = 'voided'")
+        found, saved = _saved(copy / JOURNAL_FILE, copy)
+        counts = _accepted(saved)
+        if column == "sha256":
+            assert (found.lost, counts) == ((), before), "the event behind it proves it"
+            continue
+        assert [event.kind for event in found.lost] == [VOIDED], changed
+        named = {int(step) for step in re.findall(r"\[(\d+),1,1\]", changed)} if column == "detail" else set(TAKEN_BACK)
+        assert not counts & named, changed
+        assert _state(saved) is State.STOPPED
+        with JournalReader.open(saved) as reader:
+            finding = lost_record(reader.events())
+        assert finding is not None
+        assert not finding.is_held, "no result is usable until a person answers"
+    assert found_digits >= 3 * len(TAKEN_BACK) if column == "detail" else found_digits > 9
 
 
 def test_fault_07_a_finished_run_whose_stop_is_lost_behind_what_was_taken_back_is_stopped(tmp_path: Path) -> None:
