@@ -108,6 +108,10 @@ class VirtualClock:
         if duration_s > 0.0:
             self._elapsed_s += duration_s
 
+    def begin_no_earlier(self, utc: datetime) -> None:
+        """Begin where something ended that is dated already, as a run that is resumed, if that is to come."""
+        self._start_utc = max(self._start_utc, utc)
+
     def step_wall(self, step_s: float) -> None:
         """Step the wall clock, as an operator or NTP would; rig seconds do not notice."""
         self._wall_step_s += step_s

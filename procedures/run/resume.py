@@ -8,6 +8,7 @@ refuse the resume with the difference shown, unless somebody answers for it (:mo
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 
 from ams.whole_file import replace_file
@@ -31,9 +32,10 @@ from procedures.run.engine import Start, run
 from procedures.run.judgement.history import History, read_history
 from procedures.run.services import RunServices, with_run_limits
 from procedures.run.unbegun import telling_where_nothing_is_stored
-from rig.assembly.open_rig import Rig, open_rig
-from rig.clock import Clock
+from rig.assembly.open_rig import Rig, choose_clock, open_rig
+from rig.clock import Clock, VirtualClock
 from rig.description.read import rig_from_json
+from rig.description.rig_file import RigDescription
 from rig.errors import RigBusy, RigError
 
 
@@ -50,6 +52,8 @@ class Interrupted:
     """That somebody has answered for, now or before."""
     answered: tuple[str, ...]
     """Of these, before."""
+    last_utc: datetime
+    """Of what happened in it so far: in virtual time it may be to come."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +87,10 @@ def resume(
     services = services or RunServices()
     with _taken_over(run_dir, authorisation, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
+        description = rig_from_json(found.header.rig_json)
         with open_rig(
-            rig_from_json(found.header.rig_json),
+            description,
+            clock=_clock_behind(description, found.last_utc),
             rig_file=rig_file,
             purpose="calrig resume",
             write=replace_file,
@@ -130,6 +136,14 @@ def _go_on(
     services.begun()
     start = Start(authorisation.operator, found.state, authorisation.reason, found.identities)
     return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, services)
+
+
+def _clock_behind(description: RigDescription, last_utc: datetime) -> Clock:
+    """Return the clock of the rig; virtual time goes on where the journal ends, though that is ahead of the wall's."""
+    clock = choose_clock(description)
+    if isinstance(clock, VirtualClock):
+        clock.begin_no_earlier(last_utc)
+    return clock
 
 
 def _require_nobody_else(rig: Rig) -> None:
@@ -182,6 +196,7 @@ def _read(run_dir: Path) -> Interrupted:
             history=read_history(reader, plan),
             changes=(*changes_since(reader.header), *_copied(run_dir, reader)),
             answered=tuple(_answered(reader)),
+            last_utc=max(event.utc for event in reader.events()),
         )
 
 

@@ -6,6 +6,7 @@ import re
 import resource
 import signal
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +51,17 @@ def _states(run_dir: Path) -> list[str]:
     with JournalReader.open(run_dir) as reader:
         reader.verify()
         return [str(event.detail["to"]) for event in reader.events("state")]
+
+
+def test_a_resume_in_virtual_time_begins_no_earlier_than_what_was_measured_ended(small: Bench) -> None:
+    run_dir = _stopped(small)
+    with JournalReader.open(run_dir) as reader:
+        last = reader.last_event()
+    assert last is not None
+    assert last.utc > datetime.now(UTC), "virtual time is ahead of the clock on the wall"
+    resume(run_dir, "carla")
+    with JournalReader.open(run_dir) as reader:
+        assert min(event.utc for event in reader.events(after=last.sequence)) >= last.utc
 
 
 def _on_changed_rig(run_dir: Path, rig: RigDescription, **words: str) -> State:
