@@ -73,6 +73,29 @@ def test_a_command_is_told_in_utf8_where_the_locale_knows_no_degrees(tmp_path: P
     assert (tmp_path / "heard").read_bytes().decode("utf-8") == f"held\n\n{text}\n"
 
 
+@pytest.mark.parametrize("folder", ["a bin", "bin"])
+def test_absolute_paths_of_the_program_and_of_the_heartbeat_hold_wherever_the_run_was_begun(
+    folder: str, clock: VirtualClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A service starts calrig in another folder than a person does: what is told goes to the same place."""
+    (tmp_path / folder).mkdir()
+    program, heard, alive = tmp_path / folder / "tell", tmp_path / "heard", tmp_path / folder / "alive"
+    program.write_text(f"#!/bin/sh\ncat > '{heard}'\n", encoding="utf-8")
+    program.chmod(0o755)
+    file = tmp_path / "alerts.toml"
+    file.write_text(f"command = ['{program}']\nheartbeat = '{alive}'\n", encoding="utf-8")
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    dispatcher = AlertDispatcher(read_alerts(file), "night", clock, SilentObserver())
+    dispatcher.on_event(HOLD)
+    outcomes = [*dispatcher.pulse(), *dispatcher.close()]
+    assert outcomes == [{"what": "calrig: night: held", "failed": ""}]
+    assert heard.read_text(encoding="utf-8").startswith("calrig: night: held\n\nheld 3/24")
+    assert alive.exists()
+    assert list(elsewhere.iterdir()) == []
+
+
 def test_an_alarm_says_where_the_page_is_also_where_the_disk_of_the_run_takes_none(
     clock: VirtualClock, tmp_path: Path
 ) -> None:
