@@ -1,7 +1,6 @@
 """What a package feels at the points of a design: the columns of every model of an accelerometer.
 
-On a gimbal (pitch, yaw, roll from outside in) the specific force is minus CR's gravity; without yaw both are TP's.
-Source: TP (2), (4), (5); CR (III-B.5), (III-B.6).
+On a gimbal the axes are pitch, yaw, roll from outside in; the force is that of :mod:`ams.frames`.
 """
 
 from collections.abc import Sequence
@@ -9,18 +8,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.frames import Attitude
-from ams.models.cr import model_gravity_g, sting_gravity_g
+from ams.frames import Attitude, specific_force
 from ams.models.model import Model
 from procedures.plan.designs import Design, DesignPoint
 
 
 def package_specific_force(points: Sequence[DesignPoint], package: str = "model") -> FloatArray:
     """Return (K, 3) specific force in package axes, local g; roll does not reach a sting package."""
-    pitch, yaw, roll = (
-        np.deg2rad([getattr(point, f"{name}_deg") for point in points]) for name in ("pitch", "yaw", "roll")
-    )
-    return np.asarray(-model_gravity_g(sting_gravity_g(pitch, yaw), roll if package == "model" else 0.0 * roll))
+    stands = attitude_of(points)
+    roll = stands.roll_rad if package == "model" else np.zeros_like(stands.roll_rad)
+    return specific_force(stands.pitch_rad, roll, stands.yaw_rad)
 
 
 def attitude_of(points: Sequence[DesignPoint]) -> Attitude:
