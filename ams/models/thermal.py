@@ -22,7 +22,7 @@ TEMPERATURE_NAMES = ("offset_tc_v_per_degc", "sensitivity_tc_per_degc")
 SECOND_ORDER_NAMES = ("offset_tc2_v_per_degc2", "sensitivity_tc2_per_degc2")
 Order = Literal[1, 2]
 """Of the polynomials in temperature."""
-SMALLEST_SPAN_DEGC = 5.0
+SMALLEST_FITTED_SPAN_DEGC = 5.0
 LARGEST_CORRELATION = 0.8
 SMALLEST_BEND = 0.1
 """Of half the span squared: what the square of temperature must have (root mean square) beside a straight line."""
@@ -182,10 +182,10 @@ def refuse_unless_estimable(observations: Observations, order: Order = 1) -> Non
             "give a column temperature_degc or solve with temperature none"
         )
     span_degc = float(np.ptp(temperature))
-    if span_degc < SMALLEST_SPAN_DEGC:
+    if span_degc < SMALLEST_FITTED_SPAN_DEGC:
         raise DesignError(
             f"{observations.source}: temperature coefficients cannot be estimated: it spans {span_degc:.3g} °C, "
-            f"allowed {SMALLEST_SPAN_DEGC:g} °C or more; add plateaus, or apply known coefficients"
+            f"allowed {SMALLEST_FITTED_SPAN_DEGC:g} °C or more; add plateaus, or apply known coefficients"
         )
     time = np.arange(observations.rows) if observations.time_s is None else observations.time_s
     correlation = float(np.corrcoef(time, temperature)[0, 1])

@@ -23,7 +23,7 @@ from ams.statistics.distributions import f_tail
 
 LAGS_H: Final = (0.1, 0.3, 1.0)
 """Time constants tried: a package, a package in its housing, a package on a heavy sting."""
-SMALLEST_SPAN_DEGC: Final = 1.0
+SMALLEST_SWING_DEGC: Final = 1.0
 """°C: below it a chamber was not changed on purpose."""
 LEAST_PLOTS: Final = 4
 """Replications that tell what temperature does to them from what they do by chance."""
@@ -78,7 +78,7 @@ def _departure_of_points(layout: Layout, temperature_degc: FloatArray) -> FloatA
 def has_plateaus(evidence: Evidence) -> bool:
     """Return whether the temperature was changed on purpose, as far as a span tells."""
     temperature = evidence.rows.temperature_degc
-    return temperature is not None and swing_degc(temperature) >= SMALLEST_SPAN_DEGC
+    return temperature is not None and swing_degc(temperature) >= SMALLEST_SWING_DEGC
 
 
 def is_estimated(evidence: Evidence, output: int) -> bool:
