@@ -51,16 +51,6 @@ class Exposure(Attitude):
     """(…, 3) along package axes, in the unit of the set, whatever the attitude."""
 
 
-def attitude_from_degrees(
-    pitch_deg: object, roll_deg: object = 0.0, temperature_degc: object | None = None
-) -> Attitude:
-    """Convert degrees to an :class:`Attitude`; scalars and arrays are broadcast to one dimension."""
-    pitch, roll = np.broadcast_arrays(np.atleast_1d(np.deg2rad(pitch_deg)), np.atleast_1d(np.deg2rad(roll_deg)))  # type: ignore[call-overload]
-    if temperature_degc is None:
-        return Attitude(pitch, roll)
-    return Attitude(pitch, roll, None, np.broadcast_to(np.asarray(temperature_degc, dtype=float), pitch.shape))
-
-
 def specific_force(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None = None) -> FloatArray:
     """Return the specific force in package axes, (N, 3), in units of local gravity.
 

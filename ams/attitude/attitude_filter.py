@@ -26,7 +26,6 @@ from ams.attitude.kalman import (
     state_of,
     weigh,
 )
-from ams.attitude.quaternion import multiply
 from ams.errors import ObservationsError
 from ams.statistics.distributions import chi_square_upper_quantile
 
@@ -198,17 +197,6 @@ class AttitudeFilter:
 def _is_finite(vector: Triple) -> bool:
     x, y, z = vector
     return isfinite(x + y + z)
-
-
-def normalised_error(estimate: Estimate, quaternion: FloatArray, bias_rad_s: FloatArray) -> float:
-    """Return the normalised estimation error squared (NEES) against the truth, six degrees of freedom."""
-    back = estimate.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
-    turn = multiply(np.asarray(quaternion, dtype=float), back)
-    length = float(np.linalg.norm(turn[:3]))
-    angle = 2.0 * np.arctan2(length, abs(turn[3])) * (1.0 if turn[3] >= 0.0 else -1.0)
-    vector = turn[:3] * (angle / length if length > 0.0 else 2.0)
-    error = np.concatenate([vector, np.asarray(bias_rad_s) - estimate.bias_rad_s])
-    return float(error @ np.linalg.solve(estimate.covariance, error))
 
 
 def mean_band(dof: int, count: int, level: float = 0.999) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.arrays import BoolArray, FloatArray
 from ams.errors import ObservationsError
 
 
@@ -150,44 +150,6 @@ def settling_samples(settings: LowPass, left: float = 1e-3) -> int:
     count = int(np.ceil(3.0 * np.log(left / 10.0) / np.log(slowest))) + 2
     off = np.abs(sosfilt(sections, np.ones(count)) - 1.0) > left
     return int(np.flatnonzero(off)[-1]) + 1 if off.any() else 0
-
-
-@dataclass(frozen=True)
-class WindowAverages:
-    """Means of M windows."""
-
-    mean: FloatArray
-    """(M, …); NaN where a window has no sample."""
-    sd: FloatArray
-    """(M, …) of one sample about the mean of its window; NaN with fewer than two."""
-    count: IntArray
-    """(M, …) of good samples."""
-    middle_sample: FloatArray
-    """(M,) where the window has its middle, counted in samples from the first."""
-
-
-def window_averages(samples: FloatArray, window: int, step: int | None = None) -> WindowAverages:
-    """Average (N, …) samples over windows that follow one another by ``step`` samples, by their own length if None.
-
-    A sample that is not a number is left out of its window and counted. Raises: ObservationsError for a window that
-    is not 1 to N samples.
-    """
-    values = np.asarray(samples, dtype=float)
-    by = window if step is None else step
-    if not (1 <= window <= values.shape[0] and by >= 1):
-        raise ObservationsError(
-            f"average: got windows of {window} samples every {by}, allowed 1 to {values.shape[0]} samples, every 1 or "
-            "more; nothing was averaged"
-        )
-    windows = np.moveaxis(np.lib.stride_tricks.sliding_window_view(values, window, axis=0)[::by], -1, 1)
-    there = np.isfinite(windows)
-    count = there.sum(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.where(there, windows, 0.0).sum(axis=1) / count
-        squares = np.where(there, (windows - mean[:, None]) ** 2, 0.0).sum(axis=1)
-        sd = np.sqrt(squares / (count - 1.0))
-    middle = np.arange(mean.shape[0]) * by + (window - 1) / 2.0
-    return WindowAverages(mean, np.where(count > 1, sd, np.nan), count, middle)
 
 
 def gain(settings: LowPass, frequency_hz: FloatArray) -> FloatArray:

@@ -44,15 +44,6 @@ class Estimate:
     covariance: FloatArray
     """(6, 6): the small turn in reference axes (rad), then the bias in body axes (rad/s)."""
 
-    def turn_sd_about(self, reference_direction: FloatArray) -> float:
-        """Return the standard deviation of the turn about a direction of the reference frame, rad.
-
-        Such a direction is the vertical.
-        """
-        direction = np.asarray(reference_direction, dtype=float)
-        direction = direction / np.linalg.norm(direction)
-        return float(np.sqrt(direction @ self.covariance[:3, :3] @ direction))
-
 
 @dataclass(frozen=True)
 class Correction:

@@ -2,8 +2,8 @@
 
 q turns a vector of the package (body axes) into the reference frame. Its kinematics are q̇ = ½ Ω(ω) q with ω the
 angular velocity in body axes; a constant ω over a step is integrated exactly, and q is normalised at each step. The
-Euler angles are those of the sequence yaw, pitch, roll (about z, y, x of the turning frame), read by the atan2 forms of
-SR (2a) to (2c). SR's equation (1) lacks the ½ and has two signs wrong (see the tests).
+Euler angles are those of the sequence yaw, pitch, roll (about z, y, x of the turning frame). SR's equation (1) lacks
+the ½ and has two signs wrong (see the tests).
 """
 
 from typing import Any, Final
@@ -15,12 +15,6 @@ from ams.attitude import rate_scan
 
 IDENTITY: Final = (0.0, 0.0, 0.0, 1.0)
 """SR's initial attitude."""
-
-
-def rate_matrix(rate_rad_s: FloatArray) -> FloatArray:
-    """Return Ω(ω), (4, 4), with q̇ = ½ Ω q, scalar last."""
-    x, y, z = rate_rad_s
-    return np.array([[0.0, z, -y, x], [-z, 0.0, x, y], [y, -x, 0.0, z], [-x, -y, -z, 0.0]])
 
 
 def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
@@ -57,30 +51,6 @@ def integrate(body_rate_rad_s: FloatArray, interval_s: float, start: FloatArray 
     rate_scan.refuse_missing(rates)
     first = np.array(IDENTITY) if start is None else np.asarray(start, dtype=float)
     return rate_scan.integrate(rates, first, interval_s, "cubic" if rates.shape[1] >= 4 else "linear").quaternion.T
-
-
-def rotation_matrix(q: FloatArray) -> FloatArray:
-    """Return the rotation from body to reference, (..., 3, 3)."""
-    x, y, z, s = np.moveaxis(q, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - s * z), 2 * (x * z + s * y)],
-        [2 * (x * y + s * z), 1 - 2 * (x * x + z * z), 2 * (y * z - s * x)],
-        [2 * (x * z - s * y), 2 * (y * z + s * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def euler_angles_rad(q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return pitch, roll and yaw. Source: SR (2a), (2b), (2c), as atan2.
-
-    At pitch ±90° roll and yaw merge and are NaN.
-    """
-    q_1, q_2, q_3, q_4 = np.moveaxis(q, -1, 0)
-    sine = np.clip(2 * (q_4 * q_2 - q_1 * q_3), -1.0, 1.0)
-    roll = np.arctan2(2 * (q_2 * q_3 + q_4 * q_1), 2 * (q_4**2 + q_3**2) - 1)
-    yaw = np.arctan2(2 * (q_1 * q_2 + q_4 * q_3), 2 * (q_4**2 + q_1**2) - 1)
-    merged = np.abs(sine) > 1.0 - 1e-12
-    return np.arcsin(sine), np.where(merged, np.nan, roll), np.where(merged, np.nan, yaw)
 
 
 def from_euler(pitch_rad: Any, roll_rad: Any, yaw_rad: Any) -> FloatArray:

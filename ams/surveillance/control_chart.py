@@ -94,10 +94,6 @@ class History:
     """False while too little is known to judge anything."""
 
     @property
-    def is_sound(self) -> bool:
-        return not self.findings
-
-    @property
     def conclusion(self) -> str:
         """What can be said where nothing was found, and what cannot be judged yet; empty where something was."""
         if len(self.labels) == 1:

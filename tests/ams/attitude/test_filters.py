@@ -11,7 +11,6 @@ from ams.attitude.filters import (
     low_pass,
     low_pass_in_step,
     settling_samples,
-    window_averages,
 )
 from ams.errors import ObservationsError
 
@@ -157,24 +156,3 @@ def test_a_stream_in_chunks_is_the_whole_and_one_bad_sample_spoils_nothing():
     held = samples[2:].copy()
     held[48] = held[47]
     np.testing.assert_allclose(found[2:], low_pass(settings, held), atol=1e-12)
-
-
-def test_window_averages_are_means_of_what_is_there():
-    samples = np.random.default_rng(3).normal(size=(1003, 2))
-    samples[10, 0] = np.nan
-    samples[100:200] = np.nan
-    found = window_averages(samples, 100)
-    assert found.mean.shape == (10, 2)
-    np.testing.assert_allclose(found.mean[0], np.nanmean(samples[:100], axis=0))
-    np.testing.assert_allclose(found.sd[0], np.nanstd(samples[:100], axis=0, ddof=1))
-    assert found.count[:2].tolist() == [[99, 100], [0, 0]]
-    assert np.isnan(found.mean[1]).all()
-    assert found.middle_sample[:2].tolist() == [49.5, 149.5]
-    overlapping = window_averages(np.arange(10.0), 4, 2)
-    assert overlapping.mean.tolist() == [1.5, 3.5, 5.5, 7.5]
-
-
-@pytest.mark.parametrize(("window", "step"), [(0, None), (11, None), (3, 0)])
-def test_a_window_that_does_not_fit_is_refused(window, step):
-    with pytest.raises(ObservationsError, match="allowed 1 to 10 samples"):
-        window_averages(np.zeros(10), window, step)

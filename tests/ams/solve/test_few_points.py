@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from attitudes import attitude_from_degrees
 
 from ams.arrays import FloatArray
-from ams.frames import attitude_from_degrees
 from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 from ams.solve.layout import layout_of

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from attitudes import attitude_from_degrees
 
 from ams.errors import DesignError
-from ams.frames import Attitude, attitude_from_degrees
+from ams.frames import Attitude
 from ams.models.accelerometer import PitchRoll
 from ams.solve.linear_form import factor
 

@@ -1,8 +1,8 @@
 """The mixed-model estimate against dense matrices."""
 
 import numpy as np
+from attitudes import attitude_from_degrees
 
-from ams.frames import attitude_from_degrees
 from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 from ams.solve.layout import layout_of

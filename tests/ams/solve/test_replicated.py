@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from attitudes import attitude_from_degrees
 
-from ams.frames import Attitude, attitude_from_degrees
+from ams.frames import Attitude
 from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 from ams.solve.layout import Layout, layout_of

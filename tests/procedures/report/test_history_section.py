@@ -45,7 +45,7 @@ def test_a_quiet_past_is_told_as_such(archive: SyntheticArchive) -> None:
     quiet = next(
         name
         for name in sorted({label.sensor for label in archive.population.labels})
-        if history_of(archive.population, name).is_sound
+        if not history_of(archive.population, name).findings
     )
     assert (
         "Nothing was found: no calibration left the prediction interval of the one before, and nothing drifts."
