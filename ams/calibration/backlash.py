@@ -23,11 +23,11 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics import previous_attitude
-from ams.analysis.diagnostics.approach import OF_TABLE, last_way
+from ams.analysis.diagnostics.approach import last_way
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.sensed_force import sensed_force
+from ams.analysis.diagnostics.sensed_force import sensed_force, turned_by
 from ams.analysis.diagnostics.settling import Estimate, joined
-from ams.analysis.diagnostics.step_patterns import slip_pattern
+from ams.analysis.diagnostics.step_patterns import What, slip_pattern
 from ams.arrays import FloatArray
 from ams.calibration.backlash_found import Play
 from ams.calibration.backlash_shown import ShownPlay, shown_play
@@ -50,12 +50,11 @@ _PLAINER: Final = 4.0
 """In twice the log likelihood: by less a memory of the sensors is not told from play."""
 _NOTHING: Final = 1e-9
 _NO_AXIS: Final[frozenset[str]] = frozenset()
-_NOT_KNOWN: Final = (0.0, 0.0)
 OutputSeen = tuple[Evidence, int]
 """What the tests look at, and which output of it."""
 
 
-_NONE: Final = Play("", np.nan, np.nan, np.nan, 1.0, ())
+_NONE: Final = Play("pitch", np.nan, np.nan, np.nan, 1.0, ())
 
 
 def judge_play(
@@ -65,18 +64,19 @@ def judge_play(
 
     ``single_approach``: axes that the machine lets come from one side always.
     """
-    ways = _NOT_KNOWN
+    ways: tuple[float, ...] = ()
     package = _shown(outputs, single_approach, ways)
     if not package or _least_chance(package) > level:
         return ()
     found: list[Play] = []
-    for _ in OF_TABLE:
-        known = [OF_TABLE.index(play.axis) for play in found]
+    axes = package[0].axes
+    for _ in axes:
+        known = [axes.index(play.axis) for play in found]
         plainest = _plainest(package, known)
         if not plainest.p_value <= level:
             break
-        axis = OF_TABLE.index(plainest.axis)
-        ways, between = _likeliest_ways(outputs, single_approach, ways, axis)
+        axis = axes.index(plainest.axis)
+        ways, between = _likeliest_ways(outputs, single_approach, ways, axis, len(axes))
         package = _shown(outputs, single_approach, ways)
         shared = _as_shown(_plainest(package, known))
         if shared is None:
@@ -86,13 +86,13 @@ def judge_play(
             break
         uncertainty = hypot(best.standard_uncertainty_rad, between)
         found.append(replace(best, standard_uncertainty_rad=uncertainty))
-    if found and _remembers(package, [OF_TABLE.index(play.axis) for play in found]):
+    if found and _remembers(package, [axes.index(play.axis) for play in found]):
         return ()
     return tuple(replace(play, ways_before=ways) for play in found)
 
 
 def _shown(
-    outputs: Sequence[OutputSeen], single_approach: frozenset[str], ways: tuple[float, float]
+    outputs: Sequence[OutputSeen], single_approach: frozenset[str], ways: tuple[float, ...]
 ) -> Sequence[ShownPlay]:
     every = (shown_play(evidence, index, single_approach, ways) for evidence, index in outputs)
     return [shown for shown in every if shown is not None]
@@ -107,12 +107,12 @@ def _least_chance(package: Sequence[ShownPlay]) -> float:
 
 
 def _likeliest_ways(
-    outputs: Sequence[OutputSeen], single_approach: frozenset[str], ways: tuple[float, float], axis: int
-) -> tuple[tuple[float, float], float]:
+    outputs: Sequence[OutputSeen], single_approach: frozenset[str], ways: tuple[float, ...], axis: int, axes: int
+) -> tuple[tuple[float, ...], float]:
     """Return the ways, that of one axis where it is not known as it explains most; what is open by that, rad."""
     tried = []
     for way in (0.0, 1.0, -1.0):
-        these = (way, ways[1]) if axis == 0 else (ways[0], way)
+        these = tuple(way if at == axis else known for at, known in enumerate(ways or (0.0,) * axes))
         play = next(_play(_shown(outputs, single_approach, these), axis, []), None)
         if play is not None:
             tried.append((play.square, play.size_rad, these))
@@ -123,7 +123,7 @@ def _likeliest_ways(
 
 def _plainest(package: Sequence[ShownPlay], known: Sequence[int]) -> Play:
     """Return the play that the outputs show most plainly, that of the ``known`` axes beside it."""
-    tested = [play for axis in range(len(OF_TABLE)) if axis not in known for play in _play(package, axis, known)]
+    tested = [play for axis in range(len(package[0].axes)) if axis not in known for play in _play(package, axis, known)]
     return min(tested, key=lambda play: (play.p_value, -play.square), default=_NONE)
 
 
@@ -134,7 +134,7 @@ def _play(package: Sequence[ShownPlay], axis: int, known: Sequence[int]) -> Iter
     if not seeing:
         return
     whole = _joined(estimate for _, estimate in seeing)
-    yield Play(OF_TABLE[axis], whole.size, whole.uncertainty, whole.dof, whole.p_value, seeing)
+    yield Play(package[0].axes[axis], whole.size, whole.uncertainty, whole.dof, whole.p_value, seeing)
 
 
 def _joined(estimates: Iterator[Estimate]) -> Estimate:
@@ -176,7 +176,7 @@ def _beside_curves(package: Sequence[ShownPlay], play: Play, known: Sequence[int
     """Return the play as curves of index errors of its axis leave it, where an order that repeats shows it."""
     if any(shown.q is None for shown in package):
         return play
-    matrix, right = _with_curves(package, OF_TABLE.index(play.axis), known)
+    matrix, right = _with_curves(package, package[0].axes.index(play.axis), known)
     values, vectors = np.linalg.eigh(matrix[1:, 1:])
     kept = values > _NOTHING * values[-1]
     unit = vectors[:, kept] / np.sqrt(values[kept])
@@ -211,7 +211,7 @@ def _by_replications(package: Sequence[ShownPlay], play: Play) -> Play:
 
     What happened at a few dwells, and dwells that know of each other, show it in some replications and not in others.
     """
-    each = [shown.by_replication(OF_TABLE.index(play.axis)) for shown in package]
+    each = [shown.by_replication(shown.axes.index(play.axis)) for shown in package]
     along, square = (np.sum(parts, axis=0) for parts in zip(*each, strict=True))
     is_seen = square > _NOTHING * square.max(initial=0.0)
     sizes, weights = along[is_seen] / square[is_seen], square[is_seen]
@@ -231,10 +231,12 @@ def _sized(play: Play, size: float, uncertainty: float, dof: float) -> Play:
 
 def _index_columns(shown: ShownPlay, axis: int) -> FloatArray:
     """Return the (N, t) change of an output by a radian at each index of an axis."""
-    rows = shown.evidence.rows
-    angle = rows.pitch_rad if OF_TABLE[axis] == "pitch" else rows.roll_rad
+    name: What = shown.axes[axis]
+    angles = turned_by(shown.base, shown.evidence.rows)
+    angle = angles[("pitch", "roll", "yaw").index(name)]
+    assert angle is not None, "the axes are those of the table"
     _, index = np.unique(index_labels(angle), return_inverse=True)
-    pattern = slip_pattern(OF_TABLE[axis], rows.pitch_rad, rows.roll_rad)
+    pattern = slip_pattern(name, *angles)
     return np.eye(int(index.max()) + 1)[index] * (pattern @ shown.k)[:, None]
 
 

@@ -6,11 +6,14 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.approach import OF_TABLE, turned_by_play
+from ams.analysis.diagnostics.approach import axes_with_play, turned_by_play
 from ams.analysis.diagnostics.beliefs import BACKLASH, AxisTests, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.sensed_force import along_force, is_rolled, turned_by
 from ams.analysis.diagnostics.settling import Estimate
 from ams.analysis.diagnostics.size_words import within
+from ams.analysis.diagnostics.step_patterns import What
+from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.inputs.table_uncertainty import TableUncertainty
@@ -28,7 +31,7 @@ _UNHELD: Final = "offset and sensitivities hold part of it that the stated uncer
 class Play:
     """Of one axis of the table."""
 
-    axis: str
+    axis: What
     size_rad: float
     """From one side to the other; positive where the axis goes on beyond what it shows."""
     standard_uncertainty_rad: float
@@ -36,8 +39,8 @@ class Play:
     p_value: float
     of_outputs: tuple[tuple[str, Estimate], ...]
     """Nominal axis of each output to the play that it shows by itself, radians."""
-    ways_before: tuple[float, float] = (0.0, 0.0)
-    """What stands for the sense of the last move of pitch and of roll where it is not known."""
+    ways_before: tuple[float, ...] = ()
+    """What stands for the sense of the last move of each axis where it is not known; empty: it counts as neither."""
 
     @property
     def is_of_lone_output(self) -> bool:
@@ -65,14 +68,16 @@ def test_of(play: Play, table: TableUncertainty | None) -> BeliefTest:
     )
 
 
-def taken_by(plays: Iterable[Play], evidence: Evidence, k: FloatArray) -> FloatArray:
-    """Return (N,) what the play of axes does to an output of (3,) sensitivities, in its unit."""
+def taken_by(plays: Iterable[Play], evidence: Evidence, output: int) -> FloatArray:
+    """Return (N,) what the play of axes does to an output, in its unit."""
     rows, taken = evidence.rows, np.zeros(evidence.layout.rows)
+    base = accelerometer_base(evidence.models[output])
+    assert base is not None, "no other sensor shows play"
+    angles, k = turned_by(base, rows), along_force(base, evidence.primary[output])
+    axes = axes_with_play(angles[2], is_rolled=is_rolled(base))
     for play in plays:
-        by_row = turned_by_play(
-            rows.pitch_rad, rows.roll_rad, evidence.time_order, rows.step, frozenset(), play.ways_before
-        )
-        at = 3 * OF_TABLE.index(play.axis)
+        by_row = turned_by_play(axes, *angles, evidence.time_order, rows.step, frozenset(), play.ways_before)
+        at = 3 * axes.index(play.axis)
         taken += play.size_rad * (by_row[:, at : at + 3] @ k)
     return taken
 

@@ -39,7 +39,6 @@ from ams.analysis.diagnostics.wrong_dwell_words import Convicted, wrong_dwell_fi
 from ams.arrays import FloatArray
 from ams.calibration import step_words
 from ams.calibration.backlash_found import Play, backlash_findings, taken_by, test_of
-from ams.calibration.backlash_shown import SENSITIVITIES
 from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.explained import (
@@ -164,7 +163,7 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         part, model = before.part_of(columns, beside), before.solved.problem.models[before.index]
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
     if plays:
-        seen = seen.less(taken_by(plays, seen.evidence, seen.solved.primary[seen.index][SENSITIVITIES]))
+        seen = seen.less(taken_by(plays, seen.evidence, seen.index))
     together, of_plays = circumstances.together_of(index), [test_of(play, circumstances.table) for play in plays]
     limit = limit if all(test.is_held for test in of_plays) else None  # it is told to be broken, and by what
     made = {test.name: test for test in (*steps.tests, *but_for_memories(together), *of_plays)}

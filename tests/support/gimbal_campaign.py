@@ -5,6 +5,7 @@ Curves of index errors are those of ``physics_scenes``; sensors are linear, or h
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,14 +45,27 @@ def on_a_gimbal(
     terms: Terms | None = None,
     *,
     is_on_sting: bool = False,
+    play_arcsec: Mapping[str, float] | None = None,
+    order: Literal["random", "there and back"] = "random",
 ) -> Observations:
-    """Return a package of x, y and z, its truth drawn anew; ``is_on_sting``: roll does not reach it."""
+    """Return a package of x, y and z, its truth drawn anew; ``is_on_sting``: roll does not reach it.
+
+    ``play_arcsec``: how far apart an axis comes to rest by the side that it came from. ``order``: of the points.
+    """
     points = design.points_rad()
-    point = np.concatenate([chance.permutation(points.shape[1]) for _ in range(design.replications)])
+    forth = np.arange(points.shape[1])
+    point = np.concatenate(
+        [
+            chance.permutation(forth) if order == "random" else forth[:: 1 if replication % 2 == 0 else -1]
+            for replication in range(design.replications)
+        ]
+    )
     stood = dict(zip(GIMBAL_AXES, points[:, point], strict=True))
     true = {
         axis: stood[axis] + curves[axis](stood[axis])[0] if axis in (curves or {}) else stood[axis] for axis in stood
     }
+    for axis, size in (play_arcsec or {}).items():
+        true[axis] = true[axis] + 0.5 * size * ARCSEC * _came_from(stood[axis], chance)
     force = turned(yaw_matrix(true["yaw"]), turned(pitch_matrix(true["pitch"]), LEVEL_FORCE))
     if not is_on_sting:
         force = turned(roll_matrix(true["roll"]), force)
@@ -64,6 +78,15 @@ def on_a_gimbal(
         pitch_rad=stood["pitch"], roll_rad=stood["roll"], yaw_rad=stood["yaw"],
         time_s=40.0 * np.arange(point.size), outputs=dict(zip("xyz", read.T, strict=True)),
     )  # fmt: skip
+
+
+def _came_from(angle_rad: FloatArray, chance: np.random.Generator) -> FloatArray:
+    """Return the sense of the last move before each dwell; before the first move either."""
+    way, ways = float(chance.choice([-1.0, 1.0])), []
+    for before, here in zip(np.append(angle_rad[:1], angle_rad[:-1]), angle_rad, strict=True):
+        way = way if here == before else float(np.sign(here - before))
+        ways.append(way)
+    return np.array(ways)
 
 
 def gimbal_limits(limit_arcsec: float = 1.0) -> TableUncertainty:

@@ -16,8 +16,16 @@ from ams.remembered import remembered
 
 MOVED_RAD: Final = 1e-4
 """What indices read otherwise on coming back is less."""
-OF_TABLE: Final[tuple[What, ...]] = ("pitch", "roll")
-"""Axes whose play is looked for."""
+_OF_TABLE: Final[tuple[What, ...]] = ("pitch", "roll")
+_OF_GIMBAL: Final[tuple[What, ...]] = ("pitch", "roll", "yaw")
+_OF_STING: Final[tuple[What, ...]] = ("pitch", "yaw")
+
+
+def axes_with_play(yaw_rad: FloatArray | None, *, is_rolled: bool = True) -> tuple[What, ...]:
+    """Return the axes whose play is looked for; ``is_rolled``: whether roll reaches the package."""
+    if yaw_rad is None:
+        return _OF_TABLE
+    return _OF_GIMBAL if is_rolled else _OF_STING
 
 
 @remembered(16)
@@ -43,28 +51,38 @@ def last_way(angle_rad: FloatArray, order: IntArray, step: IntArray | None) -> F
 
 @remembered(16)
 def turned_by_play(
+    axes: tuple[What, ...],
     pitch_rad: FloatArray,
     roll_rad: FloatArray,
+    yaw_rad: FloatArray | None,
     order: IntArray,
     step: IntArray | None,
     single_approach: frozenset[str],
-    unknown: tuple[float, float],
+    unknown: tuple[float, ...],
 ) -> FloatArray:
-    """Return the (N, 6) change of specific force by a radian of play, of the pitch axis (3) and of the roll axis (3).
+    """Return the (N, 3 a) change of specific force by a radian of play, of each of a ``axes`` (3).
 
     ``single_approach``: axes that the machine lets come from one side always, whose play cannot show. ``unknown``: what
-    stands for a sense that is not known, of either axis.
+    stands for a sense that is not known, of each axis; empty: it counts as neither.
     """
-    angles = (pitch_rad, roll_rad)
-    parts = [
-        _turned(axis, angles, last_way(angle, order, step), instead, has_single_approach=axis in single_approach)
-        for axis, angle, instead in zip(OF_TABLE, angles, unknown, strict=True)
-    ]
+    angles = (pitch_rad, roll_rad, yaw_rad)
+    by_axis = {"pitch": pitch_rad, "roll": roll_rad, "yaw": yaw_rad}
+    parts = []
+    for axis, instead in zip(axes, unknown or (0.0,) * len(axes), strict=True):
+        angle = by_axis[axis]
+        assert angle is not None, "the axes are those of the table"
+        way = last_way(angle, order, step)
+        parts.append(_turned(axis, angles, way, instead, has_single_approach=axis in single_approach))
     return np.hstack(parts)
 
 
 def _turned(
-    axis: What, angles: tuple[FloatArray, FloatArray], way: FloatArray, instead: float, *, has_single_approach: bool
+    axis: What,
+    angles: tuple[FloatArray, FloatArray, FloatArray | None],
+    way: FloatArray,
+    instead: float,
+    *,
+    has_single_approach: bool,
 ) -> FloatArray:
     if has_single_approach or not (np.any(way > 0.0) and np.any(way < 0.0)):
         return np.zeros((way.size, 3))

@@ -45,7 +45,7 @@ CURVATURE: Final = "temperature curvature"
 TERMS_OVER_TEMPERATURE: Final = "terms of low order over temperature"
 AXIS_OVER_TEMPERATURE: Final = "sensitive axis over temperature"
 TABLE_LIMIT: Final = "table's declared limit"
-BACKLASH: Final[Mapping[str, str]] = {axis: f"backlash of the table about {axis}" for axis in ("pitch", "roll")}
+BACKLASH: Final[Mapping[str, str]] = {axis: f"backlash of the table about {axis}" for axis in ("pitch", "roll", "yaw")}
 """Axis of the table to the test of its play."""
 SQUARENESS: Final = "squareness of the table's axes"
 SLIP: Final = "slip of the table in mid-run"

@@ -5,19 +5,11 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import rate_columns, term_columns, term_columns_at
 from ams.analysis.diagnostics.sensed_force import Accelerometer, sensed_force
 from ams.arrays import FloatArray
-from ams.models.accelerometer import PitchRoll
 from ams.models.added_parameters import WithAddedParameters
-from ams.models.extended import ExtendedPitchRoll
 from ams.models.gyro import Gyro, GyroWithTerms, velocity_of_dps
 from ams.models.model import Model
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.solve.extension import blocks_of_angles
-
-
-def linear_base(model: Model) -> PitchRoll | ExtendedPitchRoll | None:
-    """Return the accelerometer of pitch and roll that a model is built on; None where it is another."""
-    base = tested_base(model)
-    return base if isinstance(base, PitchRoll | ExtendedPitchRoll) else None
 
 
 def accelerometer_base(model: Model) -> Accelerometer | None:

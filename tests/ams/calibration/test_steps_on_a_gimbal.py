@@ -94,12 +94,15 @@ def test_what_one_output_does_stays_its_own_and_what_all_read_more_the_meter_s()
     assert {finding.kind for findings in meter.values() for finding in findings} == {"meter-gain"}
 
 
-def test_of_a_gimbal_that_stands_as_it_says_little_is_told_and_nothing_of_the_table() -> None:
-    """All tests together ring in 5 % of the campaigns: in more than six of forty by chance once in three hundred."""
+def test_of_a_gimbal_that_stands_as_it_says_little_is_told_and_least_of_the_table() -> None:
+    """All tests together ring in 5 % of the campaigns: in more than six of forty by chance once in three hundred.
+
+    A slip or play of the table is told in some 0.3 %: in two of forty once in a hundred and fifty.
+    """
     rings = [told(solved(observed(np.random.default_rng(100 + seed), {}))) for seed in range(40)]
     kinds = [{finding.kind for findings in each.values() for finding in findings} for each in rings]
     assert sum(map(bool, kinds)) <= 6
-    assert not any("table-rotation" in of_campaign for of_campaign in kinds)
+    assert sum("table-rotation" in of_campaign for of_campaign in kinds) <= 1
 
 
 @pytest.mark.parametrize("axis", ["pitch", "yaw"])
@@ -127,12 +130,12 @@ def test_a_slip_of_roll_is_none_of_a_package_on_a_sting_and_what_one_output_does
     }  # fmt: skip
 
 
-def test_of_a_sting_that_stands_as_it_says_little_is_told_and_nothing_of_the_table() -> None:
+def test_of_a_sting_that_stands_as_it_says_little_is_told_and_least_of_the_table() -> None:
     chances = (np.random.default_rng(200 + seed) for seed in range(40))
     rings = [told(solved(observed(chance, {}, is_on_sting=True), "sting")) for chance in chances]
     kinds = [{finding.kind for findings in each.values() for finding in findings} for each in rings]
     assert sum(map(bool, kinds)) <= 6
-    assert not any("table-rotation" in of_campaign for of_campaign in kinds)
+    assert sum("table-rotation" in of_campaign for of_campaign in kinds) <= 1
 
 
 STRUCK = 217

@@ -34,7 +34,7 @@ def test_what_an_index_reads_otherwise_on_coming_back_is_no_move() -> None:
 
 def _turned(pitch_deg: list[float], roll_deg: list[float], single_approach: frozenset[str] = frozenset()) -> np.ndarray:
     pitch, roll = np.deg2rad(pitch_deg), np.deg2rad(roll_deg)
-    return turned_by_play(pitch, roll, np.arange(pitch.size), None, single_approach, NOWHERE)
+    return turned_by_play(("pitch", "roll"), pitch, roll, None, np.arange(pitch.size), None, single_approach, NOWHERE)
 
 
 def test_a_radian_of_play_turns_the_package_by_half_of_it_to_the_side_that_it_came_from() -> None:
