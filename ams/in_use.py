@@ -67,6 +67,10 @@ class PackageInUse:
     """Standard deviation of one reading where the package is used; None: that of the calibration."""
     upright: bool = True
     right_wing_down: bool = True
+    gravity_mps2: float | None = None
+    """Local gravity where the package is used; None: that of the calibration."""
+    gravity_uncertainty_mps2: float | None = None
+    """Standard; None where nobody declares it, and then no angle counts it."""
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -115,10 +119,14 @@ class PackageInUse:
 
     @cached_property
     def _inference(self) -> Inference:
-        package = Package(self.coefficients, {axis: axis for axis in self.coefficients.axes})
-        model = self.model_coefficients
-        second = None if model is None else Package(model, {axis: f"model {axis}" for axis in model.axes})
+        package, model = self._at_use(self.coefficients, ""), self.model_coefficients
+        second = None if model is None else self._at_use(model, "model ")
         return inference(package, second, self.reading_sd_v, upright=self.upright, right_wing_down=self.right_wing_down)
+
+    def _at_use(self, coefficients: CoefficientSet, prefix: str) -> Package:
+        columns = {axis: f"{prefix}{axis}" for axis in coefficients.axes}
+        g_mps2, u_mps2 = self.gravity_mps2, self.gravity_uncertainty_mps2
+        return Package(coefficients, columns, g_mps2, site_gravity_uncertainty_mps2=u_mps2)
 
 
 def outputs_by_axis(volts: Volts, axes: Sequence[str], sensor: str) -> list[FloatArray]:
@@ -175,15 +183,27 @@ def load(
     reading_sd_v: float | None = None,
     upright: bool = True,
     right_wing_down: bool = True,
+    gravity_mps2: float | None = None,
+    gravity_uncertainty_mps2: float | None = None,
 ) -> PackageInUse:
     """Return the set of a file, of any format, its test vectors recomputed; with ``model`` CR's two packages.
+
+    ``gravity_mps2``: where the package is used, None for that of the calibration; with its standard uncertainty.
 
     Warns: SetNotUsable for a set whose calibration has the verdict ``not usable``.
 
     Raises: SetError, VectorsDisagree; OutsideValidity for a set that tells no angles.
     """
     sets = _loaded(path, model)
-    package = PackageInUse(sets[0], sets[1] if model is not None else None, reading_sd_v, upright, right_wing_down)
+    package = PackageInUse(
+        sets[0],
+        sets[1] if model is not None else None,
+        reading_sd_v,
+        upright,
+        right_wing_down,
+        gravity_mps2,
+        gravity_uncertainty_mps2,
+    )
     _ = package._inference  # a set that tells no angles is refused here, not at the first reading
     return package
 

@@ -143,6 +143,7 @@ def package_of_set(
     axes: Sequence[str],
     sensors: Sequence[CalibratedSensor],
     site_gravity_mps2: float | None = None,
+    site_uncertainty_mps2: float | None = None,
 ) -> CalibratedPackage | None:
     """Return the package that some axes of a set make; None where the set does not state what they have in common."""
     section = package_of(coefficients.document)
@@ -154,7 +155,9 @@ def package_of_set(
     sense = np.concatenate([_senses(coefficients, sensor.names, site_gravity_mps2) for sensor in sensors])
     parts = _components(table(section["components"]), indices, sense)
     relative = np.concatenate([_by_gravity(sensor.names, sensor.primary) for sensor in sensors])
-    return CalibratedPackage(sensors, (*parts, *_of_gravity(coefficients, relative, site_gravity_mps2)))
+    return CalibratedPackage(
+        sensors, (*parts, *_of_gravity(coefficients, relative, site_gravity_mps2, site_uncertainty_mps2))
+    )
 
 
 def sensor_of_set(
@@ -163,6 +166,7 @@ def sensor_of_set(
     reading_sd_v: float | None,
     temperature_degc: FloatArray | None,
     site_gravity_mps2: float | None = None,
+    site_uncertainty_mps2: float | None = None,
 ) -> CalibratedSensor:
     """Return one axis of a set as a sensor, at the site's g where it is another than the calibration's.
 
@@ -177,7 +181,8 @@ def sensor_of_set(
     sense = _senses(coefficients, names, site_gravity_mps2)
     ratio = _gravity_ratio(coefficients, site_gravity_mps2)
     covariance = matrix(primary["covariance"]) * np.outer(sense, sense)
-    of_gravity = _of_gravity(coefficients, _by_gravity(names, values * sense), site_gravity_mps2)
+    relative = _by_gravity(names, values * sense)
+    of_gravity = _of_gravity(coefficients, relative, site_gravity_mps2, site_uncertainty_mps2)
     covariance = covariance + sum(part.covariance for part in of_gravity)
     parts = _components(table(primary["components"]), list(range(len(names))), sense)
     stated = standard_error_of(section, coefficients.axes[axis]) if reading_sd_v is None else reading_sd_v
@@ -230,14 +235,24 @@ def _by_gravity(names: Sequence[str], values: FloatArray) -> FloatArray:
 
 
 def _of_gravity(
-    coefficients: CoefficientSet, relative: FloatArray, site_gravity_mps2: float | None
+    coefficients: CoefficientSet,
+    relative: FloatArray,
+    site_gravity_mps2: float | None,
+    site_uncertainty_mps2: float | None,
 ) -> tuple[VarianceComponent, ...]:
-    """Return the part that the calibration's g is wrong by, the same for all axes; none at that very g."""
+    """Return the parts that the g of calibration and of use are wrong by, the same for all axes; none at one g."""
     gravity = coefficients.gravity
-    if site_gravity_mps2 is None or not gravity.standard_uncertainty_mps2:
+    if site_gravity_mps2 is None:
         return ()
-    effect = relative * gravity.standard_uncertainty_mps2 / gravity.value_mps2
-    return (VarianceComponent("local gravity", np.outer(effect, effect), np.inf),)
+    stated = {
+        "local gravity": gravity.standard_uncertainty_mps2 / gravity.value_mps2,
+        "gravity at use": (site_uncertainty_mps2 or 0.0) / site_gravity_mps2,
+    }
+    return tuple(
+        VarianceComponent(name, np.outer(relative * share, relative * share), np.inf)
+        for name, share in stated.items()
+        if share
+    )
 
 
 def _components(stated: Mapping[str, Json], indices: Sequence[int], sense: FloatArray) -> tuple[VarianceComponent, ...]:

@@ -25,6 +25,7 @@ from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
 from ams.inference.fixed_sensors import Kernel, kernel_of, name_suspects_of
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
+from ams.inference.site_gravity import check_site_gravity
 from ams.models.possible_temperature import possible_temperatures
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
@@ -32,7 +33,6 @@ from ams.sets.sensed_quantity import FIELDS
 from ams.units import printed
 
 ROUNDING_DEG: Final = 1e-6
-LEAST_GRAVITY_MPS2, LARGEST_GRAVITY_MPS2 = 9.7, 9.9
 _ROUNDS: Final = 30
 _DEG_PER_RAD: Final = float(np.rad2deg(1.0))
 """A product of a column costs a fifth of what numpy's function of it does."""
@@ -49,22 +49,12 @@ class Package:
     """The g where the set is used; None: that of the calibration."""
     alignment: Alignment | None = None
     """How the package sits in the model; None: angles are those of the package."""
+    site_gravity_uncertainty_mps2: float | None = None
+    """Standard, of the g where the set is used; None where nobody declares it."""
 
     def __post_init__(self) -> None:
         self._check_alignment()
-        site = self.site_gravity_mps2
-        if site is None:
-            return
-        if not LEAST_GRAVITY_MPS2 <= site <= LARGEST_GRAVITY_MPS2:
-            raise OutsideValidity(
-                f"{self.coefficients.sensor}: gravity at use: got {site:g} m/s², allowed {LEAST_GRAVITY_MPS2:g} to "
-                f"{LARGEST_GRAVITY_MPS2:g} m/s²; nothing was computed"
-            )
-        if any(numbers.form.unit != "g" or numbers.model_output for numbers in self.coefficients.axes.values()):
-            raise OutsideValidity(
-                f"{self.coefficients.sensor}: gravity at use: belongs to accelerometers of the form v = b + k·f; "
-                "nothing was computed; leave it out"
-            )
+        check_site_gravity(self.coefficients, self.site_gravity_mps2, self.site_gravity_uncertainty_mps2)
 
     def _check_alignment(self) -> None:
         if self.alignment is None:
@@ -123,12 +113,15 @@ class Package:
 
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
         temperature = readings.get("temperature_degc")
-        site = self.site_gravity_mps2
-        return [sensor_of_set(self.coefficients, axis, reading_sd_v, temperature, site) for axis in self.columns]
+        site, u_mps2 = self.site_gravity_mps2, self.site_gravity_uncertainty_mps2
+        return [
+            sensor_of_set(self.coefficients, axis, reading_sd_v, temperature, site, u_mps2) for axis in self.columns
+        ]
 
     def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
         """Return what the calibrations of the axes have in common, where the set states it."""
-        return package_of_set(self.coefficients, tuple(self.columns), sensors, self.site_gravity_mps2)
+        site, u_mps2 = self.site_gravity_mps2, self.site_gravity_uncertainty_mps2
+        return package_of_set(self.coefficients, tuple(self.columns), sensors, site, u_mps2)
 
     def outputs_v(self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]) -> FloatArray:
         """Return the (N, A) readings brought to the reference temperature."""

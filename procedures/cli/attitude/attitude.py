@@ -21,7 +21,7 @@ from ams.inference.watched_axes import Stretch, watch_of, watched_axes
 from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, path_of
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
 from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
-from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of
+from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of, used_at
 from procedures.cli.attitude.untested import (
     SD_OF_A_READING,
     assumed_gravity,
@@ -48,6 +48,7 @@ def attitude(
     model_axis: Named = None,
     reading_sd_v: float | None = None,
     gravity_mps2: float | None = None,
+    gravity_uncertainty_mps2: float | None = None,
     alignment: Path | None = None,
     solve_alignment: Path | None = None,
     known_sd_deg: float | None = None,
@@ -94,6 +95,8 @@ def attitude(
         Standard deviation of one reading where the set is used; by default the calibration's standard error.
     gravity_mps2
         Local gravity where accelerometers are used; by default that of the calibration, which sets are in.
+    gravity_uncertainty_mps2
+        Standard uncertainty of --gravity-mps2, counted in the angles of accelerometers at rest; by default none is.
     alignment
         How the package sits in the model, as --solve-alignment stored it: the angles are the model's.
     solve_alignment
@@ -121,14 +124,11 @@ def attitude(
         require_folder_of(path_of(out), "--out")
     wiring = _wiring(data, rig, stream, for_s)
     package = package_of(coefficient_set, axis, "--axis", "", wiring=wiring)
-    if not package.senses_rates:
-        stored = None if alignment is None else load_alignment(alignment)
-        package = replace(package, site_gravity_mps2=gravity_mps2, alignment=stored)
-    elif alignment is not None or solve_alignment is not None:
-        raise RequestError("--alignment, --solve-alignment: belong to accelerometers, got gyros")
+    package = _where_it_is_used(package, gravity_mps2, gravity_uncertainty_mps2, alignment, solve_alignment)
     second = None
     if model_set is not None:
-        second = package_of(model_set, model_axis, "--model-axis", "model_", gravity_mps2, wiring)
+        of_model = package_of(model_set, model_axis, "--model-axis", "model_", wiring=wiring)
+        second = used_at(of_model, gravity_mps2, gravity_uncertainty_mps2)
     elif model_axis:
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
     geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
@@ -298,6 +298,24 @@ def _wiring(data: str | None, rig: Path | None, stream: str | None, for_s: float
     if for_s is not None and not for_s > 0.0:
         raise RequestError(f"--for {for_s:g}: got a time that is not above 0 s; nothing was read")
     return stream_wiring(rig, stream)
+
+
+def _where_it_is_used(
+    package: Package,
+    gravity_mps2: float | None,
+    gravity_uncertainty_mps2: float | None,
+    alignment: Path | None,
+    solve_alignment: Path | None,
+) -> Package:
+    """Return accelerometers with the g and the alignment of their use. Raises: RequestError for gyros that have one."""
+    if not package.senses_rates:
+        stored = None if alignment is None else load_alignment(alignment)
+        return replace(used_at(package, gravity_mps2, gravity_uncertainty_mps2), alignment=stored)
+    if alignment is not None or solve_alignment is not None:
+        raise RequestError("--alignment, --solve-alignment: belong to accelerometers, got gyros")
+    if gravity_uncertainty_mps2 is not None:
+        raise RequestError("--gravity-uncertainty-mps2: belongs to accelerometers at rest, got gyros")
+    return package
 
 
 def _angles_of(

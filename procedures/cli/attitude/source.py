@@ -191,6 +191,11 @@ def package_of(
     return Package(coefficients, ordered, gravity_mps2)
 
 
+def used_at(package: Package, gravity_mps2: float | None, uncertainty_mps2: float | None) -> Package:
+    """Return a package at the g where it is used. Raises: OutsideValidity."""
+    return replace(package, site_gravity_mps2=gravity_mps2, site_gravity_uncertainty_mps2=uncertainty_mps2)
+
+
 def _earth_rate(settings: OfGyros) -> EarthRate | None:
     if (settings.latitude_deg is None) != (settings.heading_deg is None):
         raise RequestError("--latitude-deg, --heading-deg: the Earth's turn needs both; give both or none")

@@ -23,7 +23,7 @@ def assumed_gravity(package: Package) -> str:
     """Say by which g the angles are told, and what of it and of the outputs nothing here tests."""
     site, names = package.site_gravity_mps2, ", ".join(package.columns)
     g_mps2 = package.coefficients.gravity_mps2 if site is None else site
-    said = "that of the calibration; --gravity-mps2 states another" if site is None else "as stated"
+    said = "that of the calibration; --gravity-mps2 states another" if site is None else f"as stated, {_known(package)}"
     is_single = len(package.columns) == 1
     axes = "one axis" if is_single else "two axes"
     moves = "roll_deg says that the package moves" if is_single else "the other one moves"
@@ -32,6 +32,13 @@ def assumed_gravity(package: Package) -> str:
         "rows tests it, nor the gain and the offset of an output where it reads less than one g: what three axes would "
         f"flag stays unseen; an output at its zero is flagged where {moves}"
     )
+
+
+def _known(package: Package) -> str:
+    u_mps2 = package.site_gravity_uncertainty_mps2
+    if u_mps2 is None:
+        return "with no uncertainty: --gravity-uncertainty-mps2 declares it, and the angles then count it"
+    return f"standard uncertainty {u_mps2:g} m/s²"
 
 
 def untested_temperature(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:

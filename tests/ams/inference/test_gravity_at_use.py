@@ -69,3 +69,31 @@ def test_what_knows_no_g_and_what_is_no_g_of_the_earth_is_refused() -> None:
             Package(coefficients, {"x": "x_v"}, 9.81)
     with pytest.raises(OutsideValidity, match=r"got 1\.62 m/s², allowed 9\.7 to 9\.9"):
         Package(tp_set(), {"x": "x_v"}, 1.62)
+
+
+@pytest.mark.parametrize(("axes", "is_bent"), [("x", True), ("xy", True), ("xyz", False)])
+def test_what_the_gravity_at_use_is_wrong_by_turns_one_axis_and_no_three(axes: str, is_bent: bool) -> None:
+    """As that of the calibration does, whose own is not declared here."""
+    relative, sound = 1e-3, tp_set()
+    force = 1.003 * specific_force(np.deg2rad(PITCH_DEG), np.deg2rad(ROLL_DEG))
+    readings = {f"{axis}_v": predicted_v(sound.axes[axis], force, None) for axis in axes} | {"roll_deg": ROLL_DEG}
+
+    def sd_deg(u_mps2: float | None) -> np.ndarray:
+        columns = {axis: f"{axis}_v" for axis in axes}
+        package = Package(sound, columns, SITE_MPS2, site_gravity_uncertainty_mps2=u_mps2)
+        return np.array(Inference(package, reading_sd_v=1e-9).answer(readings).columns["pitch_sd_deg"])
+
+    alone_deg = np.sqrt(np.maximum(sd_deg(relative * SITE_MPS2) ** 2 - sd_deg(None) ** 2, 0.0))
+    tangent_deg = np.rad2deg(relative * np.abs(np.tan(np.deg2rad(PITCH_DEG))))
+    if axes == "x":
+        assert alone_deg == pytest.approx(tangent_deg, rel=0.05)
+    assert (alone_deg.max() > 0.2 * tangent_deg.max()) == is_bent
+    assert sd_deg(0.0) == pytest.approx(sd_deg(None), rel=1e-12)
+
+
+def test_an_uncertainty_of_no_gravity_at_use_is_refused() -> None:
+    with pytest.raises(OutsideValidity, match="uncertainty of gravity at use: got no gravity at use, allowed 0 to"):
+        Package(tp_set(), {"x": "x_v"}, site_gravity_uncertainty_mps2=1e-4)
+    for wrong in (-1e-4, 1.0, float("nan")):
+        with pytest.raises(OutsideValidity, match=r"uncertainty of gravity at use: got .* m/s², allowed 0 to 0\.05"):
+            Package(tp_set(), {"x": "x_v"}, 9.81, site_gravity_uncertainty_mps2=wrong)

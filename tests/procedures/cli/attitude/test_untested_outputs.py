@@ -45,7 +45,10 @@ def test_one_and_two_axes_say_the_g_and_that_nothing_tests_them(
     assert "nothing in the rows tests it" in said
     assert "in all" not in said
     stated = _told(tmp_path, capsys, axes, lambda _, value: value, "--gravity-mps2", "9.83")
-    assert "g is taken as 9.83000 m/s², as stated" in stated
+    assert "g is taken as 9.83000 m/s², as stated, with no uncertainty: --gravity-uncertainty-mps2" in stated
+    site = ("--gravity-mps2", "9.83", "--gravity-uncertainty-mps2", "5e-4")
+    declared = _told(tmp_path, capsys, axes, lambda _, value: value, *site)
+    assert "g is taken as 9.83000 m/s², as stated, standard uncertainty 0.0005 m/s²" in declared
 
 
 @pytest.mark.parametrize("axes", ["x", "xy"])
