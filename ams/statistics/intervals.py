@@ -110,7 +110,7 @@ class FTestColumns(NamedTuple):
 
     def judged(self, is_significant: BoolArray) -> "FTestColumns":
         """Return the same tests, significant as it is said."""
-        return self._replace(is_significant=is_significant)
+        return FTestColumns(*self[:-1], is_significant)
 
     def of(self, column: int, *, is_significant: bool | None = None, p_value: float | None = None) -> FTest:
         """Return the test of one axis; all NaN where there is none.

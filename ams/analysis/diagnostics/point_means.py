@@ -81,9 +81,10 @@ class Elimination:
         y = self.given + self.columns
         across = self.gram[given, self.given :]
         solved = np.linalg.solve(self.gram[given, given], across)
-        left = np.diagonal(self.gram)[tested] - np.einsum("gc,gc->c", across[:, :-1], solved[:, :-1])
+        whole = self.gram.diagonal()[tested]
+        left = whole - np.vecdot(across[:, :-1].T, solved[:, :-1].T)
         with_y = self.gram[tested, y] - across[:, :-1].T @ solved[:, -1]
-        is_left = (left > _NOTHING_LEFT * np.diagonal(self.gram)[tested]) & (self.dof >= LEAST_DOF)
+        is_left = (left > _NOTHING_LEFT * whole) & (self.dof >= LEAST_DOF)
         left = np.where(is_left, left, np.nan)
         coefficient = with_y / left
         p_value = f_tail(coefficient * with_y, 1.0, float(self.dof))
@@ -170,9 +171,9 @@ def _independent_of(shared: FloatArray, added: FloatArray) -> FloatArray:
     """Return orthonormal columns of both, those that are shared factored once for all outputs."""
     q = spanned(shared)
     left = added - q @ (q.T @ added)
-    length = np.einsum("kc,kc->c", added, added)
+    length = np.vecdot(added.T, added.T)
     found: list[FloatArray] = []
-    for index in np.flatnonzero(np.einsum("kc,kc->c", left, left) > _NOTHING_LEFT * length).tolist():
+    for index in np.flatnonzero(np.vecdot(left.T, left.T) > _NOTHING_LEFT * length).tolist():
         column = left[:, index].copy()
         for other in found:
             column -= other * (other @ column)
@@ -207,4 +208,4 @@ def _is_left(columns: FloatArray, r: FloatArray) -> BoolArray:
     """Return (c,) of which columns those before them leave something, by their triangular factor."""
     diagonal = np.zeros(columns.shape[1])
     diagonal[: columns.shape[0]] = np.diag(r)
-    return np.asarray(diagonal**2 > _NOTHING_LEFT * np.einsum("kc,kc->c", columns, columns))
+    return np.asarray(diagonal**2 > _NOTHING_LEFT * np.vecdot(columns.T, columns.T))

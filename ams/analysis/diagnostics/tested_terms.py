@@ -11,6 +11,10 @@ from ams.models.model import Model
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.solve.extension import blocks_of_angles
 
+AnyGyro = Gyro | GyroWithTerms
+TestedSensor = Accelerometer | AnyGyro
+"""A sensor whose terms of low order are tested."""
+
 
 def accelerometer_base(model: Model) -> Accelerometer | None:
     """Return the accelerometer that a model is built on, whatever axes carry it; None where it is another sensor."""
@@ -18,21 +22,21 @@ def accelerometer_base(model: Model) -> Accelerometer | None:
     return base if isinstance(base, Accelerometer) else None
 
 
-def tested_base(model: Model) -> Accelerometer | Gyro | GyroWithTerms | None:
+def tested_base(model: Model) -> TestedSensor | None:
     """Return the sensor that a model is built on, where terms of low order are tested; None where it is another."""
-    while isinstance(model, WithAddedParameters):
-        model = model.base
-    return model if isinstance(model, Accelerometer | Gyro | GyroWithTerms) else None
+    if isinstance(model, TestedSensor):  # first: what the class of a base is costs least, and most models are one
+        return model
+    return tested_base(model.base) if isinstance(model, WithAddedParameters) else None
 
 
 def columns_of(model: Model) -> tuple[Column, ...]:
     """Return what the means of the points of a sensor are tested for."""
-    return COLUMNS_OF_GYROS if isinstance(tested_base(model), Gyro | GyroWithTerms) else COLUMNS
+    return COLUMNS_OF_GYROS if isinstance(tested_base(model), AnyGyro) else COLUMNS
 
 
-def terms_at_points(evidence: Evidence, output: int, base: Accelerometer | Gyro | GyroWithTerms) -> FloatArray:
+def terms_at_points(evidence: Evidence, output: int, base: TestedSensor) -> FloatArray:
     """Return the (K, 8) terms of an output at the points."""
-    if isinstance(base, Gyro | GyroWithTerms):
+    if isinstance(base, AnyGyro):
         return terms_of_gyro(evidence, output, base)
     return terms_of_accelerometer(evidence, base)
 
