@@ -11,7 +11,13 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.low_order import squareness_of_points
 from ams.analysis.diagnostics.order_columns import left_by_order
 from ams.analysis.diagnostics.point_means import LEAST_DOF, Elimination, Tested, eliminate, independent
-from ams.analysis.diagnostics.tested_terms import accelerometer_base, terms_at_points, tested_base
+from ams.analysis.diagnostics.tested_terms import (
+    ASYMMETRY_OF_OFFSET,
+    accelerometer_base,
+    terms_at_points,
+    tested_base,
+    with_sign_of_axis,
+)
 from ams.arrays import FloatArray
 from ams.models.accelerometer import PitchRoll
 from ams.models.extended import ExtendedPitchRoll
@@ -45,7 +51,8 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     if base is None:
         return None
     layout, rows = evidence.layout, evidence.rows
-    terms = terms_at_points(evidence, output, base)
+    shared = terms_at_points(evidence, output, base)
+    terms = with_sign_of_axis(shared, evidence, output, base)
     linear, fitted = evidence.basis[:, :LINEAR], evidence.basis[:, LINEAR:]
     whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
     means = evidence.means(output, whole, fitted @ evidence.alone[LINEAR:, output])
@@ -55,8 +62,8 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     in_order = left_by_order(evidence, accelerometer_base(base), layout.points - _FEWEST_POINTS)
     degc = by_point_degc(evidence, output)
     columns = np.column_stack([terms, skew, before, in_order, degc])
-    unshared = np.column_stack([known, skew, before, degc])
-    return eliminate(means, columns, _beside(evidence.basis, terms, in_order), unshared)
+    unshared = np.column_stack([known, terms[:, [ASYMMETRY_OF_OFFSET]], skew, before, degc])
+    return eliminate(means, columns, _beside(evidence.basis, shared, in_order), unshared)
 
 
 @remembered(16)

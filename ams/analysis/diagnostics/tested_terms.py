@@ -1,8 +1,12 @@
 """Which terms of low order a sensor is tested for, and what they are at the points of its calibration."""
 
+from typing import Final
+
+import numpy as np
+
 from ams.analysis.diagnostics.beliefs import COLUMNS, COLUMNS_OF_GYROS, Column
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.low_order import rate_columns, term_columns, term_columns_at
+from ams.analysis.diagnostics.low_order import TERMS, rate_columns, term_columns, term_columns_at
 from ams.analysis.diagnostics.sensed_force import Accelerometer, sensed_force
 from ams.arrays import FloatArray
 from ams.models.added_parameters import WithAddedParameters
@@ -14,6 +18,10 @@ from ams.solve.extension import blocks_of_angles
 AnyGyro = Gyro | GyroWithTerms
 TestedSensor = Accelerometer | AnyGyro
 """A sensor whose terms of low order are tested."""
+ASYMMETRY_OF_OFFSET: Final = [name for name, *_ in TERMS].index("K0'")
+"""Column of K₀′ among the terms."""
+_LEVEL: Final = 1e-5
+"""Of the largest force along the axis: the sign of less is not known."""
 
 
 def accelerometer_base(model: Model) -> Accelerometer | None:
@@ -39,6 +47,20 @@ def terms_at_points(evidence: Evidence, output: int, base: TestedSensor) -> Floa
     if isinstance(base, AnyGyro):
         return terms_of_gyro(evidence, output, base)
     return terms_of_accelerometer(evidence, base)
+
+
+def with_sign_of_axis(terms: FloatArray, evidence: Evidence, output: int, base: TestedSensor) -> FloatArray:
+    """Return the (K, 8) terms, K₀′ by the sign of what the sensor senses along its axis as it is estimated.
+
+    Where the nominal axis is level it senses nothing, and a coned one a positive force at some rolls and a negative one
+    at others: K₀′ is whole there, and by the sign along the nominal axis it would look like a force across.
+    """
+    if isinstance(base, AnyGyro | PitchYawRoll):
+        return terms
+    along = evidence.layout.mean_by_point(sensed_force(base, evidence.rows) @ evidence.primary[output][1:4])
+    found = terms.copy()
+    found[:, ASYMMETRY_OF_OFFSET] = 0.5 * np.sign(np.where(np.abs(along) > _LEVEL * np.abs(along).max(), along, 0.0))
+    return found
 
 
 def terms_of_accelerometer(evidence: Evidence, base: Accelerometer) -> FloatArray:

@@ -17,18 +17,19 @@ from ams.inputs.request import CalibrationRequest
 CYCLE = {"x": "xyz", "y": "yzx", "z": "zxy"}
 SMALL = {"pitch_count": 7, "roll_count": 8, "replications": 4}
 SCENES = {
-    "K_ii": (lambda i, p, o: i * i, {"K2": 1.0}),
-    "K_pp": (lambda i, p, o: p * p, {"K2": -0.5, "Kpp": 1.0}),  # p² = ½(1 − i²) + ½(p² − o²)
-    "K_oo": (lambda i, p, o: o * o, {"K2": -0.5, "Kpp": -1.0}),
-    "K_ip": (lambda i, p, o: i * p, {"Kip": 1.0}),
-    "K_io": (lambda i, p, o: i * o, {"Kio": 1.0}),
-    "K_po": (lambda i, p, o: p * o, {"Kpo": 1.0}),
-    "K3": (lambda i, p, o: i**3, {"K3": 1.0}),
-    "K0'": (lambda i, p, o: 0.5 * np.sign(np.where(abs(i) > 1e-9, i, 0.0)), {"K0'": 1.0}),
-    "K1'": (lambda i, p, o: 0.5 * abs(i), {"K1'": 1.0}),
-    "K_pp and K3": (lambda i, p, o: p * p + i**3, {"K2": -0.5, "Kpp": 1.0, "K3": 1.0}),
+    "K_ii": (lambda i, p, o, _: i * i, {"K2": 1.0}),
+    "K_pp": (lambda i, p, o, _: p * p, {"K2": -0.5, "Kpp": 1.0}),  # p² = ½(1 − i²) + ½(p² − o²)
+    "K_oo": (lambda i, p, o, _: o * o, {"K2": -0.5, "Kpp": -1.0}),
+    "K_ip": (lambda i, p, o, _: i * p, {"Kip": 1.0}),
+    "K_io": (lambda i, p, o, _: i * o, {"Kio": 1.0}),
+    "K_po": (lambda i, p, o, _: p * o, {"Kpo": 1.0}),
+    "K3": (lambda i, p, o, _: i**3, {"K3": 1.0}),
+    "K0'": (lambda i, p, o, along: 0.5 * np.sign(np.where(abs(along) > 1e-9, along, 0.0)), {"K0'": 1.0}),
+    "K1'": (lambda i, p, o, _: 0.5 * abs(i), {"K1'": 1.0}),
+    "K_pp and K3": (lambda i, p, o, _: p * p + i**3, {"K2": -0.5, "Kpp": 1.0, "K3": 1.0}),
 }
-"""What a sensor adds for each volt a gⁿ, by the accelerations along i, p and o, and the coefficients that this is."""
+"""What a sensor adds for each volt a gⁿ, by the accelerations along i, p, o and its own axis,
+and the coefficients that this is."""
 
 SYMBOLS = ("K2", "Kpp", "Kip", "Kio", "Kpo", "K3", "K0'", "K1'")
 
@@ -54,9 +55,10 @@ def _findings(
     force = specific_force(rows.pitch_rad, rows.roll_rad)
     for index in range(count):
         outputs = {}
-        for axis in drawn.setup.axes:
+        for at, axis in enumerate(drawn.setup.axes):
             i, p, o = (force[:, "xyz".index(name)] for name in CYCLE[axis])
-            outputs[axis] = columns_of(drawn, axis)[:, index] + size * added(i, p, o)
+            along = force @ drawn.package.axis_direction[index, 0, at]
+            outputs[axis] = columns_of(drawn, axis)[:, index] + size * added(i, p, o, along)
         solved = calibrate(replace(rows, outputs=outputs), CalibrationRequest())
         for axis, found in solved.axes.items():
             terms = [one for one in found.findings if one.is_significant and one.details.get("test") in SYMBOLS]
