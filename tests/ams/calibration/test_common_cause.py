@@ -66,11 +66,11 @@ def _named(of_axes: list[list[AxisCalibration]], kinds: set[str]) -> float:
     ("scene", "size", "kinds", "design"),
     [
         ("after-pitch-moves", 3.0, {"drift"}, {}),
-        ("k0-asymmetry", 5.0, {"asymmetry", "cubic"}, {"pitch_limit_deg": 30.0}),
+        ("k0-asymmetry", 3.0, {"asymmetry", "cubic"}, {"pitch_limit_deg": 30.0}),
     ],
 )
 def test_three_axes_name_a_common_cause_more_often_than_the_best_of_them(scene, size, kinds, design) -> None:
-    """Simulated in 400 campaigns: 0.39 and 0.62 of them, 0.69 and 0.87."""
+    """Simulated in 400 and 200 campaigns: 0.39 and 0.62 of them, 0.49 and 0.73."""
     drawn = campaigns(scene, size, np.random.default_rng(3), 40, **design)
     alone, together = _alone(drawn), _packages(drawn)
     assert _named(together, kinds) >= _named(alone, kinds) + 0.1

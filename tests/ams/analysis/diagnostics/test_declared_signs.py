@@ -267,8 +267,9 @@ def test_residuals_of_degrees_in_one_replication_are_no_usable_result(package: s
     found = calibrate(shuffled, CalibrationRequest(model=MODELS[package]))
     assert (found.verdict, told(found)) == ("not usable", {})
     for size_g, verdict in ((0.004, "usable"), (0.05, "not usable")):
-        bent = {axis: volts + 2.5 * size_g * np.sin(7.0 * plain.pitch_rad) for axis, volts in plain.outputs.items()}
-        found = solved(replace(plain, outputs=bent), package)
+        chance = np.random.default_rng(7)
+        rough = {axis: volts + 2.5 * size_g * chance.normal(size=plain.rows) for axis, volts in plain.outputs.items()}
+        found = solved(replace(plain, outputs=rough), package)
         assert found.verdict == verdict
         texts = [text for axis in found.axes.values() for text in axis.warnings if "no replication tells" in text]
         assert bool(texts) == (verdict == "not usable")
