@@ -18,7 +18,7 @@ from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
 from ams.observations import Observations
-from ams.sets.verdict_conditions import TERMS_NOT_TESTED
+from ams.sets.verdict_conditions import NO_COEFFICIENTS_U, TERMS_NOT_TESTED
 from ams.solve.extension import Extension, blocks_of_angles, judge_extension, judge_rate_terms
 from ams.solve.layout import Layout
 
@@ -78,7 +78,8 @@ def choose_model(label: str, rows: Observations, layout: Layout, request: Calibr
     """
     choice = _with_extension(label, rows, layout, request, base_model(label, rows, request))
     if request.temperature != "none":
-        choice = replace(choice, model=_with_temperature(label, rows, request, choice.model))
+        model = _with_temperature(label, rows, request, choice.model)
+        choice = replace(choice, model=model, remarks=(*choice.remarks, *_of_the_coefficients(model)))
     return replace(choice, model=with_time(choice.model, rows)) if request.time_term else choice
 
 
@@ -179,7 +180,18 @@ def _found(label: str, extension: Extension | None) -> tuple[str, ...]:
     )
 
 
-def _with_temperature(label: str, rows: Observations, request: CalibrationRequest, base: Model) -> Model:
+def _of_the_coefficients(model: WithTemperature) -> tuple[str, ...]:
+    """Return what nobody declared of coefficients that are applied."""
+    if model.known is None or model.known.has_uncertainties:
+        return ()
+    return (
+        f"{NO_COEFFICIENTS_U}: they count as exact, and what they are wrong by is in no figure stated here; "
+        "declare offset_tc_uncertainty_v_per_degc and "
+        "sensitivity_tc_uncertainty_per_degc beside them (calrig fit: two more numbers)",
+    )
+
+
+def _with_temperature(label: str, rows: Observations, request: CalibrationRequest, base: Model) -> WithTemperature:
     reference_degc = _reference_degc(rows, request)
     if request.temperature == "estimate":
         refuse_unless_estimable(rows, request.temperature_order)

@@ -65,6 +65,11 @@ class TemperatureCoefficients:
         return 2 if any(second) else 1
 
     @property
+    def has_uncertainties(self) -> bool:
+        """Whether both coefficients of first order have one: without, they count as exact."""
+        return self.offset_tc_standard_uncertainty_v_per_degc > 0.0 < self.sensitivity_tc_standard_uncertainty_per_degc
+
+    @property
     def by_name(self) -> Mapping[str, tuple[float, float]]:
         """Coefficient to value and standard uncertainty."""
         pairs = (

@@ -14,6 +14,8 @@ NO_STANDARD_OF_RATES: Final = "no standard of the rates is declared"
 """How it is said of gyros that turned about an axis without a standard: in remark, verdict and gap."""
 NO_THERMOMETER: Final = "no uncertainty of the thermometer is declared"
 """How it is said of temperatures without a standard that states degrees, where a result is stated over them."""
+NO_COEFFICIENTS_U: Final = "no uncertainty of the known temperature coefficients is declared"
+"""How it is said of coefficients that are applied as if they were exact."""
 NO_GRAVITY: Final = "no uncertainty of local gravity is declared"
 """How it is said of a gravity that is stated alone: in remark, verdict and gap."""
 TERMS_NOT_TESTED: Final = (
@@ -27,6 +29,7 @@ _WITHOUT: Final = MappingProxyType(
         NO_METER: "the uncertainty of the meter",
         NO_STANDARD_OF_RATES: "a standard of the rates",
         NO_THERMOMETER: "the uncertainty of the thermometer",
+        NO_COEFFICIENTS_U: "the uncertainty of the temperature coefficients",
         NO_GRAVITY: "the uncertainty of local gravity",
     }
 )

@@ -231,6 +231,9 @@ class KnownTemperature(StrictTable):
     sensitivity_tc_per_degc: float
     offset_tc2_v_per_degc2: float = 0.0
     sensitivity_tc2_per_degc2: float = 0.0
+    offset_tc_uncertainty_v_per_degc: Annotated[float, Field(ge=0.0)] = 0.0
+    sensitivity_tc_uncertainty_per_degc: Annotated[float, Field(ge=0.0)] = 0.0
+    """Standard uncertainties; 0: not declared."""
     reference_temperature_degc: float
 
 

@@ -150,6 +150,8 @@ def request_for(
             axis: TemperatureCoefficients(
                 item.offset_tc_v_per_degc,
                 item.sensitivity_tc_per_degc,
+                item.offset_tc_uncertainty_v_per_degc,
+                item.sensitivity_tc_uncertainty_per_degc,
                 offset_tc2_v_per_degc2=item.offset_tc2_v_per_degc2,
                 sensitivity_tc2_per_degc2=item.sensitivity_tc2_per_degc2,
             )

@@ -78,7 +78,7 @@ def _budget(budget: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _table(
-    lines: Sequence[Mapping[str, Any]], combined: Mapping[str, float], expanded: Mapping[str, float]
+    lines: Sequence[Mapping[str, Any]], combined: Mapping[str, float], expanded: Mapping[str, float | None]
 ) -> Iterator[str]:
     """Yield a row for each parameter, a column for each source and for what all make; below each other what is wide."""
     labels = {name: f"{words_of(name).label} {words_of(name).unit}" for name in combined}
@@ -88,7 +88,7 @@ def _table(
         for number, line in enumerate(lines, start=1)
     ]
     columns += [
-        (heading, {name: f"{found[name]:.2g}" for name in combined})
+        (heading, {name: _number(found[name]) for name in combined})
         for heading, found in (("combined", combined), ("95 %", expanded))
     ]
     side_by_side = max(1, (_TABLE_WIDTH - width) // _CELL_WIDTH)
@@ -97,6 +97,11 @@ def _table(
         yield f"{_BY:<{width}}" + "".join(f"{heading:>{_CELL_WIDTH}}" for heading, _ in part)
         for name, label in labels.items():
             yield f"{label:<{width}}" + "".join(f"{cells[name]:>{_CELL_WIDTH}}" for _, cells in part)
+
+
+def _number(value: float | None) -> str:
+    """Return an uncertainty; what has none, such as a known coefficient without one, counts as exact."""
+    return "exact" if not value else f"{value:.2g}"
 
 
 def _source(line: Mapping[str, Any]) -> str:

@@ -177,6 +177,20 @@ def test_known_temperature_coefficients_are_applied_and_unknown_ones_estimated(
             assert found["sensitivity_tc_per_degc"] == pytest.approx(-3e-4, rel=1e-6)
 
 
+@pytest.mark.parametrize(("uncertainties", "is_declared"), [("", False), (",1e-6,2e-6", True), (",0,2e-6", False)])
+def test_coefficients_that_are_applied_without_an_uncertainty_count_as_exact_and_that_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], uncertainties: str, is_declared: bool
+) -> None:
+    known = [part for axis in "xyz" for part in ("--known-temperature", f"{axis}=2e-4,-3e-4{uncertainties}")]
+    asked = ("fit", warm(tmp_path), *AXES, "--temperature", "apply", *known, "--reference-temperature-degc", "20")
+    printed = call(capsys, *asked).out
+    assert ("no uncertainty of the known temperature coefficients is declared" in printed) is not is_declared
+    assert ("exact" in printed) is not is_declared
+    found = call(capsys, *asked, "--json").document["axes"]["x"]
+    said = [text for text in found["remarks"] if "known temperature coefficients" in text]
+    assert bool(said) is not is_declared
+
+
 def test_a_gyro_has_temperature_terms_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rates = [np.eye(3)[axis] * rate for axis in range(3) for rate in (-90.0, 90.0)] + [np.zeros(3)]
     rows = [
