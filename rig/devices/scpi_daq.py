@@ -1,14 +1,14 @@
 """Keysight (Agilent, HP) 34970A, 34980A and DAQ970A: a multimeter behind its own multiplexers, by LAN or GPIB.
 
-A burst is a scan of one channel, swept as often as readings are asked for. What the unit was told is read back, each
-reading comes with the number of its channel, and a burst counts only when the error queue is empty behind it.
-``CONF`` puts the input at 10 megohm and switches off all that stands beside a reading: both are set behind it, and
-asked for again before every burst.
+A burst is a scan of one channel, swept as often as readings are asked for. All that a reading depends on is asked for
+before and behind every burst, each reading comes with the number of its channel, and a burst counts only when the
+error queue is empty behind it. ``CONF`` puts the input at 10 megohm and switches off all that stands beside a reading:
+both are set behind it. What somebody else changed is told, also where the next ``CONF`` would put it right.
 
 Source: docs/devices/scpi-daq.md.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,15 @@ from rig.devices.scpi_daq_settings import (
     DaqChannel,
     ScpiDaqSettings,
 )
-from rig.devices.scpi_talk import as_sent, listed, quiet_unless_done, require, require_no_error, take_errors
+from rig.devices.scpi_talk import (
+    NOT_TAKEN,
+    as_sent,
+    listed,
+    quiet_unless_done,
+    require,
+    require_no_error,
+    take_errors,
+)
 from rig.devices.self_checking import MeterLook
 from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, FileContradicted, RequestRefused
@@ -39,6 +47,14 @@ BYTES_PER_READING, SLOWEST_BYTES_PER_S = 21, 900.0
 """With its channel and commas; by serial line at 9600 baud."""
 DATA_LIMIT_S, LATENESS = 3.0, 0.5
 """How much later than expected the readings may be there: seconds, and a part of the burst."""
+DC_VOLTS = (b"VOLT", b"VOLT:DC")
+"""As ``SENS:FUNC?`` may name them."""
+NOBODY_ELSE = "check that nobody else uses the unit"
+CHANGED_BEFORE = f"no reading is taken; {NOBODY_ELSE}"
+CHANGED_BEHIND = f"the burst is dropped; {NOBODY_ELSE}"
+
+SetUp = tuple[DaqChannel, float, int]
+"""The channel with its range, power-line cycles, sweeps."""
 
 
 class ScpiDaqReadout:
@@ -56,7 +72,7 @@ class ScpiDaqReadout:
         self._line = line
         self._clock = clock
         self._inputs = dict(zip(self.channels, settings.channels.values(), strict=True))
-        self._set_up_for: tuple[int, float, int] | None = None
+        self._set_up_for: SetUp | None = None
         self._is_prepared = False
 
     def identify(self) -> str:
@@ -100,16 +116,16 @@ class ScpiDaqReadout:
         with quiet_unless_done(self._forget, self._quieten):
             if not self._is_prepared:
                 self._configure()
-            wanted = (entry.channel, cycles, samples)
+            wanted = (entry, cycles, samples)
+            if self._set_up_for is not None:
+                self._require_as_set(self._set_up_for, CHANGED_BEFORE)
             if wanted != self._set_up_for:
                 self._set_up_for = None
                 self._tell_setup(entry, cycles, samples)
-            where = scpi.channel_list([entry.channel])
-            for switch, state in self._beside_a_reading():
-                self._require(b"FORM:READ:%s?" % switch, state)
-            self._require(self._model.impedance + b"? " + where, self._settings.high_impedance)
-            self._set_up_for = wanted
+                self._require_as_set(wanted, NOT_TAKEN)
+                self._set_up_for = wanted
             values_v, started_s = self._scan(entry.channel, cycles, samples, wait)
+            self._require_as_set(wanted, CHANGED_BEHIND)
             self._require_no_error("the scan", "the burst is dropped")
         overload = np.abs(values_v) > scpi.LARGEST_READING
         values_v[overload] = np.nan
@@ -156,31 +172,65 @@ class ScpiDaqReadout:
         return (b"UNIT", 0), (b"TIME", 0), (b"ALAR", 0), (b"CHAN", int(self._settings.channel_echo))
 
     def _tell_setup(self, entry: DaqChannel, cycles: float, samples: int) -> None:
-        """``CONF`` comes first: it starts the channel anew, at 10 megohm, and switches off what is beside readings."""
+        """``CONF`` comes first: it starts the channel anew, at 10 megohm, and switches off what is beside readings.
+
+        It switches off scaling too, and autorange where it names a range; both are told once more.
+        """
         where = scpi.channel_list([entry.channel])
         zero = b"ON" if self._settings.autozero else b"OFF"
         impedance = b"ON" if self._settings.high_impedance else b"OFF"
         self._line.tell(b"CONF:VOLT:DC %s,%s" % (as_sent(entry.range_v), where))
+        self._line.tell(b"SENS:VOLT:DC:RANG:AUTO OFF," + where)
+        self._line.tell(b"CALC:SCAL:STAT OFF," + where)
         self._line.tell(b"SENS:VOLT:DC:NPLC %s,%s" % (as_sent(cycles), where))
         self._line.tell(b"%s %s,%s" % (self._model.impedance, impedance, where))
         self._line.tell(b"%s %s,%s" % (self._model.autozero, zero, where))
-        self._line.tell(b"ROUT:CHAN:DEL %s,%s" % (as_sent(self._settings.relay_settle_s), where))
+        self._line.tell(b"ROUT:CHAN:DEL %s,%s" % (as_sent(self._relay_settle_s()), where))
         self._line.tell(b"ROUT:SCAN " + where)
         self._line.tell(b"TRIG:COUN %d" % samples)
         for switch, state in self._beside_a_reading():
             self._line.tell(b"FORM:READ:%s %d" % (switch, state))
         self._require_no_error(f"channel {entry.channel}", "nothing is measured on it")
-        self._require(b"SENS:VOLT:DC:RANG? " + where, entry.range_v)
-        self._require(b"SENS:VOLT:DC:NPLC? " + where, cycles)
-        self._require(self._model.autozero + b"? " + where, self._settings.autozero)
-        self._require(b"TRIG:COUN?", samples)
+
+    def _require_as_set(self, set_up: SetUp, consequence: str) -> None:
+        """Ask for all that a reading depends on. Raises: DeviceRefused, DeviceFault where something is otherwise."""
+        number = set_up[0].channel
+        self._require_word(b"SENS:FUNC? " + scpi.channel_list([number]), DC_VOLTS, consequence)
+        self._require_word(b"TRIG:SOUR?", (b"IMM",), consequence)
+        for query, need in self._numbers_as_set(*set_up):
+            require(self._line, self.name, query, need, consequence)
         scan_list = self._line.ask(b"ROUT:SCAN?", scpi.parse_scan_list, idempotent=True)
-        if scan_list != (entry.channel,):
+        if scan_list != (number,):
             scanned = " and ".join(map(str, scan_list)) or "no channel"
             raise DeviceFault(
-                f"{self.name}: the scan list holds {scanned}, it was set to {entry.channel} alone; no reading is taken;"
-                " check that nobody else uses the unit"
+                f"{self.name}: the scan list holds {scanned}, it was set to {number} alone; {consequence}"
             )
+
+    def _numbers_as_set(self, entry: DaqChannel, cycles: float, samples: int) -> Iterator[tuple[bytes, float]]:
+        """Yield each question that is answered by a number, and that number."""
+        where = scpi.channel_list([entry.channel])
+        yield b"SENS:VOLT:DC:RANG:AUTO? " + where, 0
+        yield b"SENS:VOLT:DC:RANG? " + where, entry.range_v
+        yield b"SENS:VOLT:DC:NPLC? " + where, cycles
+        yield self._model.autozero + b"? " + where, self._settings.autozero
+        yield self._model.impedance + b"? " + where, self._settings.high_impedance
+        yield b"CALC:SCAL:STAT? " + where, 0
+        yield b"ROUT:CHAN:DEL? " + where, self._relay_settle_s()
+        yield b"TRIG:COUN?", samples
+        for switch, state in self._beside_a_reading():
+            yield b"FORM:READ:%s?" % switch, state
+
+    def _require_word(self, query: bytes, allowed: tuple[bytes, ...], consequence: str) -> None:
+        word = self._line.ask(query, _word, idempotent=True)
+        if word not in allowed:
+            raise DeviceRefused(
+                f"{self.name}: {query.decode('ascii')} reads back {word.decode('ascii')}, it was set to"
+                f" {allowed[0].decode('ascii')}; {consequence}"
+            )
+
+    def _relay_settle_s(self) -> float:
+        """Return the delay in the unit's steps of a millisecond."""
+        return round(self._settings.relay_settle_s, 3)
 
     def _scan(self, channel: int, cycles: float, samples: int, wait: Wait) -> tuple[NDArray[np.float64], float]:
         """Read one burst: all readings, volts, shape (samples,), and when it was started, rig seconds."""
@@ -232,9 +282,6 @@ class ScpiDaqReadout:
             )
         return tuple(reading for reading, _ in named)
 
-    def _require(self, query: bytes, need: float) -> None:
-        require(self._line, self.name, query, need)
-
     def _require_no_error(self, after: str, consequence: str) -> None:
         try:
             require_no_error(self._line, self.name, after, consequence)
@@ -277,3 +324,11 @@ class ScpiDaqReadout:
 
 def _unnamed(line: bytes) -> tuple[tuple[float, None], ...]:
     return tuple((reading, None) for reading in scpi.parse_readings(line))
+
+
+def _word(line: bytes) -> bytes:
+    """Parse one word such as ``IMM`` or ``"VOLT"``. Raises: DeviceNonsense."""
+    word = line.strip().strip(b'"')
+    if not (word.replace(b":", b"").isalnum() and len(word) <= 16):
+        raise DeviceNonsense("the unit answers with one word")
+    return word.upper()

@@ -9,15 +9,15 @@ from rig.wire import scpi
 
 READ_BACK_TOLERANCE = 1e-3
 LONGEST_ERROR_LIST = 40
+NOT_TAKEN = "no reading is taken; compare the rig file with what the unit offers"
 
 
-def require(line: MessageLine, name: str, query: bytes, need: float) -> None:
+def require(line: MessageLine, name: str, query: bytes, need: float, consequence: str = NOT_TAKEN) -> None:
     """Ask for a number that was set. Raises: DeviceRefused where it reads back otherwise."""
     got = line.ask(query, scpi.parse_number, idempotent=True)
     if abs(got - need) > READ_BACK_TOLERANCE * abs(need):
         raise DeviceRefused(
-            f"{name}: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; no reading is"
-            " taken; compare the rig file with what the unit offers"
+            f"{name}: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; {consequence}"
         )
 
 

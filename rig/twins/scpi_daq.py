@@ -1,13 +1,14 @@
 """The twin of a 34970A, 34980A or DAQ970A: scan list, sweeps in time, reading memory.
 
-DC volts only. Source: docs/devices/scpi-daq.md (``CONFigure`` redefines the scan list, puts the input at 10 megohm and
-switches off what stands beside a reading; ``INITiate`` clears the memory and fills it, ``FETCh?`` waits for it and may
-be asked again). The duration of a reading, the length of the error queue, the over-range of a fifth and the unit
-``VDC`` beside a reading are assumptions.
+DC volts, and what else somebody may put a channel to (``FUNC``, ``RANG``, ``CALC:SCAL``). Source:
+docs/devices/scpi-daq.md (``CONFigure`` redefines the scan list, puts the input at 10 megohm and switches off scaling
+and what stands beside a reading; ``INITiate`` clears the memory and fills it, ``FETCh?`` waits for it and may be asked
+again). The duration of a reading, the length of the error queue, the over-range of a fifth, the unit ``VDC`` beside a
+reading and what an output shows to another function than DC volts are assumptions.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Protocol
 
 from rig.errors import DeviceNonsense
@@ -21,6 +22,9 @@ OVER_RANGE = 1.2
 """Of every range but the highest."""
 POWER_LINE_CYCLES = (0.02, 0.2, 1.0, 2.0, 10.0, 20.0, 100.0, 200.0)
 LONGEST_DELAY_S = 60.0
+VOLTS = "VOLT"
+SHOWN_TO: Mapping[str, float] = {"VOLT:AC": 0.0, "RES": 2500.0, "FRES": 2500.0}
+"""What an output shows to another function than DC volts: volts or ohms."""
 SWITCH = {"OFF": False, "0": False, "ON": True, "1": True}
 SHAPES = ("UNIT", "TIME", "ALAR", "CHAN")
 """What ``FORM:READ:…`` adds to a reading."""
@@ -59,10 +63,10 @@ MODELS: Mapping[str, DaqModel] = {
     ),
 }  # fmt: skip
 _SHORT = (
-    "ABOR:ABORT ALAR:ALARM CHAN:CHANNEL CLOS:CLOSE CONF:CONFIGURE COUN:COUNT CTYP:CTYPE DEL:DELAY ERR:ERROR FETC:FETCH"
-    " FORM:FORMAT IMP:IMPEDANCE INIT:INITIATE INP:INPUT MEAS:MEASURE NPLC:NPLCYCLES POIN:POINTS PRES:PRESET RANG:RANGE"
-    " READ:READING REM:REMOVE ROUT:ROUTE SENS:SENSE"
-    " SOUR:SOURCE SYST:SYSTEM TRIG:TRIGGER VERS:VERSION VOLT:VOLTAGE"
+    "ABOR:ABORT ALAR:ALARM CALC:CALCULATE CHAN:CHANNEL CLOS:CLOSE CONF:CONFIGURE COUN:COUNT CTYP:CTYPE DEL:DELAY"
+    " ERR:ERROR FETC:FETCH FORM:FORMAT FUNC:FUNCTION IMP:IMPEDANCE INIT:INITIATE INP:INPUT MEAS:MEASURE"
+    " NPLC:NPLCYCLES OFFS:OFFSET POIN:POINTS PRES:PRESET RANG:RANGE READ:READING REM:REMOVE ROUT:ROUTE SCAL:SCALE"
+    " SENS:SENSE SOUR:SOURCE STAT:STATE SYST:SYSTEM TRIG:TRIGGER VERS:VERSION VOLT:VOLTAGE"
 )
 
 
@@ -81,6 +85,11 @@ class Channel:
     nplc: float = 1.0
     delay_s: float = 0.0
     high_impedance: bool = False
+    function: str = VOLTS
+    is_autorange: bool = True
+    is_scaled: bool = False
+    gain: float = 1.0
+    offset: float = 0.0
 
 
 class ScpiDaqTwin:
@@ -148,6 +157,9 @@ class ScpiDaqTwin:
             "SYST:VERS?": lambda _: b"1994.0",
             "SYST:CTYP?": self._card,
             "VOLT:DC:RANG?": lambda text: self._each(text, lambda n: scpi.format_reading(self._channel(n).range_v)),
+            "VOLT:DC:RANG:AUTO?": lambda text: self._each(text, lambda n: b"%d" % self._channel(n).is_autorange),
+            "FUNC?": lambda text: self._each(text, lambda n: b'"%s"' % self._channel(n).function.encode("ascii")),
+            "CALC:SCAL:STAT?": lambda text: self._each(text, lambda n: b"%d" % self._channel(n).is_scaled),
             "VOLT:DC:NPLC?": lambda text: self._each(text, lambda n: scpi.format_reading(self._channel(n).nplc)),
             f"{self._model.autozero}?": lambda text: self._each(
                 text, lambda number: b"%d" % self._autozero.get(number, True)
@@ -157,7 +169,7 @@ class ScpiDaqTwin:
             "ROUT:SCAN?": lambda _: scpi.format_block(scpi.channel_list(self._scan_list)),
             "ROUT:SCAN:SIZE?": lambda _: b"%+d" % len(self._scan_list),
             "TRIG:COUN?": lambda _: scpi.format_reading(self._sweeps),
-            "TRIG:SOUR?": lambda _: b"IMM",
+            "TRIG:SOUR?": lambda _: self._trigger.encode("ascii"),
             "DATA:POIN?": lambda _: b"%+d" % len(self._readings),
             "FETC?": lambda _: self._fetched(),
             TAKEN: lambda _: self._removed(len(self._readings)),
@@ -173,6 +185,14 @@ class ScpiDaqTwin:
             "CONF:VOLT:DC": lambda text, _now_s: self._configure(text),
             "SYST:PRES": lambda _text, _now_s: self._preset(),
             "VOLT:DC:NPLC": lambda text, _now_s: self._set_nplc(text),
+            "VOLT:DC:RANG": lambda text, _now_s: self._change(
+                text, lambda word: {"range_v": _range_v(float(word)), "is_autorange": False}
+            ),
+            "VOLT:DC:RANG:AUTO": lambda text, _now_s: self._change(text, lambda word: {"is_autorange": SWITCH[word]}),
+            "FUNC": lambda text, _now_s: self._change(text, _another_function),
+            "CALC:SCAL:GAIN": lambda text, _now_s: self._change(text, lambda word: {"gain": float(word)}),
+            "CALC:SCAL:OFFS": lambda text, _now_s: self._change(text, lambda word: {"offset": float(word)}),
+            "CALC:SCAL:STAT": lambda text, _now_s: self._change(text, lambda word: {"is_scaled": SWITCH[word]}),
             self._model.autozero: lambda text, _now_s: self._set_autozero(text),
             "ROUT:CLOS": lambda text, _now_s: self._closed.update(self._existing(text)),
             "ROUT:OPEN": lambda text, _now_s: self._closed.difference_update(self._existing(text)),
@@ -180,7 +200,7 @@ class ScpiDaqTwin:
             "ROUT:CHAN:DEL": lambda text, _now_s: self._set_delay(text),
             "ROUT:SCAN": lambda text, _now_s: self._scan(self._existing(text)),
             "TRIG:COUN": lambda text, _now_s: self._set_sweeps(text),
-            "TRIG:SOUR": lambda text, _now_s: _require(text.upper() in ("IMM", "IMMEDIATE"), SETTINGS_CONFLICT),
+            "TRIG:SOUR": lambda text, _now_s: self._set_trigger(text.upper()),
             "INIT": lambda _text, now_s: self._initiate(now_s),
             **{f"FORM:READ:{name}": self._shape_command(name) for name in SHAPES},
         }
@@ -189,6 +209,7 @@ class ScpiDaqTwin:
         self._channels: dict[int, Channel] = {}
         self._scan_list: tuple[int, ...] = ()
         self._sweeps = 1
+        self._trigger = "IMM"
         self._shape = dict.fromkeys(SHAPES, False)
         self._is_high_impedance = False
         """Of the internal meter of a 34980A, which no channel list names."""
@@ -257,16 +278,14 @@ class ScpiDaqTwin:
         values, at, listed = text.partition("(")
         numbers = self._existing(at + listed)
         words = [word.strip() for word in values.split(",") if word.strip()]
-        range_v = float(words[0]) if words else RANGES_V[-1]
-        _require(range_v <= RANGES_V[-1], OUT_OF_RANGE)
-        taken_v = min(offered_v for offered_v in RANGES_V if offered_v >= range_v)
-        self._channels |= dict.fromkeys(numbers, Channel(range_v=taken_v))
+        channel = Channel(range_v=_range_v(float(words[0])), is_autorange=False) if words else Channel()
+        self._channels |= dict.fromkeys(numbers, channel)
         self._shape = dict.fromkeys(SHAPES, False)
         if self._model.configure_empties_memory:
             self._readings.clear()
         self._scan(numbers)
 
-    def _change(self, text: str, change: Callable[[str], dict[str, float]]) -> None:
+    def _change(self, text: str, change: Callable[[str], dict[str, float | str]]) -> None:
         """Change a value of the channels it is for."""
         value, at, listed = text.partition("(")
         changes = change(value.strip(" ,").upper())
@@ -287,6 +306,11 @@ class ScpiDaqTwin:
         _require(sweeps.is_integer() and 1 <= sweeps <= MOST_SWEEPS, OUT_OF_RANGE)
         self._sweeps = int(sweeps)
 
+    def _set_trigger(self, source: str) -> None:
+        """By ``BUS`` and ``EXT`` nothing is measured: nobody triggers."""
+        _require(source in ("IMM", "IMMEDIATE", "BUS", "EXT"), SETTINGS_CONFLICT)
+        self._trigger = source[:3]
+
     def _scan(self, numbers: tuple[int, ...]) -> None:
         self._scan_list = numbers
         self._readings.clear()
@@ -295,19 +319,32 @@ class ScpiDaqTwin:
     def _initiate(self, now_s: float) -> None:
         _require(bool(self._scan_list) and not self._left, SETTINGS_CONFLICT)
         self._readings.clear()
-        self._left = list(self._scan_list) * self._sweeps
-        self._started_s = now_s
-        self._next_s = now_s + self._reading_s(self._left[0])
+        if self._trigger == "IMM":
+            self._left = list(self._scan_list) * self._sweeps
+            self._started_s = now_s
+            self._next_s = now_s + self._reading_s(self._left[0])
 
     def _reading_s(self, number: int) -> float:
         channel, conversions = self._channel(number), 2.0 if self._autozero.get(number, True) else 1.0
         return channel.delay_s + conversions * channel.nplc / self._line_frequency_hz + OVERHEAD_S
 
     def _measured_v(self, number: int) -> float:
-        wired = self._wiring.get(number)
+        """Take one reading of a channel: of its function, on its range, scaled where it is."""
+        channel = self._channel(number)
+        shown = self._shown_v(number) if channel.function == VOLTS else SHOWN_TO[channel.function]
+        is_scaled = channel.is_scaled and abs(shown) != scpi.OVERLOAD
+        return channel.gain * shown + channel.offset if is_scaled else shown
+
+    def _shown_v(self, number: int) -> float:
+        channel, wired = self._channel(number), self._wiring.get(number)
         true_v = 0.0 if wired is None else self._source.read_voltage_v(wired, self._next_s)
-        range_v = self._channels.get(number, Channel()).range_v
-        if abs(true_v) <= range_v * (1.0 if range_v == RANGES_V[-1] else OVER_RANGE):
+        ranges_v = RANGES_V if channel.is_autorange else (channel.range_v,)
+        holding_v = [
+            range_v for range_v in ranges_v if abs(true_v) <= range_v * (1.0 if range_v == RANGES_V[-1] else OVER_RANGE)
+        ]
+        if channel.is_autorange:
+            self._channels[number] = replace(channel, range_v=min(holding_v, default=RANGES_V[-1]))
+        if holding_v:
             return true_v
         return scpi.OVERLOAD if true_v > 0.0 else -scpi.OVERLOAD
 
@@ -347,3 +384,17 @@ def _require(is_so: bool, error: tuple[int, str]) -> None:
 def _allowed(value: float, is_so: bool) -> float:
     _require(is_so, OUT_OF_RANGE)
     return value
+
+
+def _range_v(wanted_v: float) -> float:
+    """Return the smallest range that holds ``wanted_v``."""
+    _require(wanted_v <= RANGES_V[-1], OUT_OF_RANGE)
+    return min(offered_v for offered_v in RANGES_V if offered_v >= wanted_v)
+
+
+def _another_function(quoted: str) -> dict[str, float | str]:
+    """Return what ``FUNC`` changes: what was set for the function before goes to its defaults, scaling too."""
+    function = VOLTS if (word := quoted.strip("\"'")) == "VOLT:DC" else word
+    _require(function == VOLTS or function in SHOWN_TO, ILLEGAL_VALUE)
+    kept, fresh = ("delay_s", "high_impedance"), Channel(function=function)
+    return {field.name: getattr(fresh, field.name) for field in fields(Channel) if field.name not in kept}

@@ -167,23 +167,107 @@ def test_ten_megohm_may_be_chosen(model: str) -> None:
     assert _said(rig, IMPEDANCE[model] + b"? (@%d)" % number) == b"0\n"
 
 
-@pytest.mark.parametrize(
-    ("somebody", "text"),
-    [
-        (b"FORM:READ:CHAN 0", r"FORM:READ:CHAN\? reads back 0, it was set to 1"),
-        (b"FORM:READ:UNIT 1", r"FORM:READ:UNIT\? reads back 1, it was set to 0"),
-        (b"INP:IMP:AUTO OFF,(@101)", r"INP:IMP:AUTO\? \(@101\) reads back 0, it was set to 1"),
-    ],
-)
-def test_what_somebody_changes_between_two_bursts_is_found_before_the_next(somebody: bytes, text: str) -> None:
+OF_THE_CHANNEL = {
+    b'FUNC "RES",(@101)': r"SENS:FUNC\? \(@101\) reads back RES, it was set to VOLT",
+    b"VOLT:DC:RANG 100,(@101)": r"RANG\? \(@101\) reads back 100, it was set to 10",
+    b"VOLT:DC:RANG:AUTO ON,(@101)": r"RANG:AUTO\? \(@101\) reads back 1, it was set to 0",
+    b"VOLT:DC:NPLC 2,(@101)": r"NPLC\? \(@101\) reads back 2, it was set to 1",
+    b"ZERO:AUTO OFF,(@101)": r"ZERO:AUTO\? \(@101\) reads back 0, it was set to 1",
+    b"INP:IMP:AUTO OFF,(@101)": r"INP:IMP:AUTO\? \(@101\) reads back 0, it was set to 1",
+    b"CALC:SCAL:GAIN 10,(@101);STAT ON,(@101)": r"CALC:SCAL:STAT\? \(@101\) reads back 1, it was set to 0",
+    b"ROUT:CHAN:DEL 0,(@101)": r"ROUT:CHAN:DEL\? \(@101\) reads back 0, it was set to 0\.02",
+}
+OF_THE_UNIT = {
+    b"TRIG:COUN 3": r"TRIG:COUN\? reads back 3, it was set to 2",
+    b"TRIG:SOUR BUS": r"TRIG:SOUR\? reads back BUS, it was set to IMM",
+    b"ROUT:SCAN (@102)": r"the scan list holds 102, it was set to 101 alone",
+    b"FORM:READ:CHAN 0": r"FORM:READ:CHAN\? reads back 0, it was set to 1",
+    b"FORM:READ:UNIT 1": r"FORM:READ:UNIT\? reads back 1, it was set to 0",
+    b"FORM:READ:TIME 1": r"FORM:READ:TIME\? reads back 1, it was set to 0",
+    b"FORM:READ:ALAR 1": r"FORM:READ:ALAR\? reads back 1, it was set to 0",
+}
+
+
+@pytest.mark.parametrize("then", ["daq.x", "daq.y"])
+@pytest.mark.parametrize(("somebody", "text"), (OF_THE_CHANNEL | OF_THE_UNIT).items())
+def test_what_somebody_changes_between_two_bursts_is_told_before_the_next(
+    somebody: bytes, text: str, then: str
+) -> None:
     rig = daq_rig()
     readout = rig.prepared()
-    readout.read("daq.x", 2, rig.wait)
+    for _ in range(2):
+        np.testing.assert_allclose(readout.read("daq.x", 2, rig.wait).samples, 1.0, atol=1e-4)
     rig.port.receive(somebody + b"\n", rig.clock.monotonic_s())
     taken = len(rig.bench.readings)
-    with pytest.raises(RigError, match=text):
-        readout.read("daq.x", 2, rig.wait)
+    with pytest.raises(RigError, match=text + "; no reading is taken; check that nobody else uses the unit"):
+        readout.read(then, 2, rig.wait)
     assert len(rig.bench.readings) == taken
+    assert not rig.port.errors
+    np.testing.assert_allclose(readout.read("daq.x", 2, rig.wait).samples, 1.0, atol=1e-4)
+
+
+@pytest.mark.parametrize(("somebody", "text"), OF_THE_CHANNEL.items())
+def test_what_somebody_changes_during_a_burst_drops_it(somebody: bytes, text: str) -> None:
+    rig = daq_rig()
+    readout = rig.prepared()
+
+    def wait(duration_s: float) -> None:
+        rig.port.receive(somebody + b"\n", rig.clock.monotonic_s())
+        rig.clock.sleep(duration_s)
+
+    with pytest.raises(RigError, match=text + "; the burst is dropped; check that nobody else uses the unit"):
+        readout.read("daq.x", 2, wait)
+
+
+@pytest.mark.parametrize(
+    ("somebody", "shown"),
+    [(b'FUNC "RES",(@101)', 2500.0), (b"CALC:SCAL:GAIN 10,(@101);OFFS 1,(@101);STAT ON,(@101)", 11.0)],
+)
+def test_a_channel_of_another_function_or_with_scaling_shows_other_numbers(somebody: bytes, shown: float) -> None:
+    # 972-CR CALC:SCAL:STAT: "Scaled Reading = (Gain x Measurement) + Offset".
+    rig, number = _rig("34970A")
+    _said(rig, b"CONF:VOLT:DC 10,(@%d)" % number)
+    _said(rig, somebody)
+    assert float(_said(rig, b"READ?")) == pytest.approx(shown, abs=1e-4)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("command", [b"CONF:VOLT:DC 10,(@%d)", b'FUNC "VOLT:AC",(@%d)', b"*RST"])
+def test_scaling_ends_with_the_configuration_it_was_for(model: str, command: bytes) -> None:
+    # 972-CR CALC:SCAL:STAT: "If you change the measurement configuration, scaling is turned off on that channel"; "The
+    # CONFigure and MEASure? commands automatically disable scaling on the specified channels."; *RST; not SYST:PRES.
+    rig, number = _rig(model)
+    where = b"(@%d)" % number
+    _said(rig, b"CALC:SCAL:STAT ON," + where)
+    for harmless in (b"SYST:PRES", b"ROUT:SCAN " + where):
+        _said(rig, harmless)
+        assert _said(rig, b"CALC:SCAL:STAT? " + where) == b"1\n"
+    _said(rig, command % number if b"%" in command else command)
+    assert _said(rig, b"CALC:SCAL:STAT? " + where) == b"0\n"
+
+
+def test_a_range_by_name_ends_autorange() -> None:
+    # 980-CR VOLT:DC:RANG: "Selecting a discrete range will disable autoranging on the specified channels".
+    rig, _ = _rig("34970A")
+    _said(rig, b"CONF:VOLT:DC (@101)")
+    assert _said(rig, b"VOLT:DC:RANG:AUTO? (@101)") == b"1\n"
+    assert float(_said(rig, b"READ?;:VOLT:DC:RANG? (@101)").split(b";")[1]) == 1.0
+    _said(rig, b"VOLT:DC:RANG 100,(@101)")
+    assert _said(rig, b"VOLT:DC:RANG:AUTO? (@101);:VOLT:DC:RANG? (@101)") == b"0;+1.00000000E+02\n"
+
+
+def test_the_short_is_read_on_each_range_of_the_channels() -> None:
+    rig = daq_rig()
+    channels = {"x": {"channel": 101, "range_v": 10.0}, "y": {"channel": 102, "range_v": 100.0}}
+    readout = rig.prepared(channels=channels, checks={"short_channel": 110, "short_limit_v": 1.0, "samples": 2})
+    ranges: list[bytes] = []
+
+    def wait(duration_s: float) -> None:
+        ranges.append(rig.unit.obey("VOLT:DC:RANG?", "(@110)", rig.clock.monotonic_s()) or b"")
+        rig.clock.sleep(duration_s)
+
+    readout.check_itself(wait)
+    assert sorted({float(range_v) for range_v in ranges}) == [10.0, 100.0]
 
 
 def test_a_reading_may_come_without_its_plus_sign() -> None:

@@ -175,7 +175,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS.values(), ids=list(FAULTS))
-@pytest.mark.parametrize("index", range(24))
+@pytest.mark.parametrize("index", range(48))
 def test_a_line_that_fails_never_makes_a_wrong_reading(fault: faults.Fault, index: int) -> None:
     rig = daq_rig()
     readout = rig.prepared()
@@ -244,6 +244,14 @@ def test_what_the_unit_took_otherwise_is_found_before_a_reading(message: bytes, 
     with pytest.raises(RigError, match=text):
         readout.read("daq.x", 2, rig.wait, nplc=20.0)
     assert not rig.bench.readings
+
+
+@pytest.mark.parametrize("kept", [b"CALC:SCAL:GAIN 10,(@101);STAT ON,(@101)", b"VOLT:DC:RANG:AUTO ON,(@101)"])
+def test_what_configure_leaves_on_is_switched_off(kept: bytes) -> None:
+    rig, configure = daq_rig(), b"CONF:VOLT:DC 10,(@101)"
+    line = StreamMessages(MemoryStream(rig.port, rig.clock, "memory", Misheard(configure, configure + b";:" + kept)))
+    readout = ScpiDaqReadout("daq", daq_settings(), line, rig.clock)
+    assert readout.read("daq.x", 2, rig.wait).samples == pytest.approx(1.0, abs=1e-4)
 
 
 def test_more_readings_than_asked_for_drop_the_burst() -> None:
