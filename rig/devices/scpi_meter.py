@@ -66,17 +66,21 @@ class Preset:
 _HP = Preset(
     ("34401A",), (0.1, 1.0, 10.0, 100.0, 1000.0), (0.1, 1.0, 10.0), (0.02, 0.2, 1.0, 10.0, 100.0), spans_nplc=False,
     configure=(b"CONF:VOLT:DC %s", b"TRIG:SOUR IMM"), impedance=b"INP:IMP:AUTO", autozero=b"ZERO:AUTO",
-    terminals=b"ROUT:TERM?", front=b"FRON", words={b"CALC:STAT?": b"0"},
+    terminals=b"ROUT:TERM?", front=b"FRON", words={b"FUNC?": b"VOLT", b"VOLT:DC:RANG:AUTO?": b"0", b"CALC:STAT?": b"0"},
 )  # fmt: skip
 _KEITHLEY = (b"INIT:CONT OFF", b"SENS:FUNC 'VOLT:DC'", b"VOLT:DC:RANG %s", b"VOLT:DC:AVER:STAT OFF", b"FORM:ELEM READ")
-_PLAIN = {b"VOLT:DC:REF:STAT?": b"0", b"VOLT:DC:AVER:STAT?": b"0", b"CALC:STAT?": b"0"}
-"""Of a Keithley: no relative reading (the key REL), no filter, no mathematics."""
+_PLAIN = {
+    b"FUNC?": b"VOLT:DC", b"VOLT:DC:RANG:AUTO?": b"0", b"VOLT:DC:REF:STAT?": b"0", b"VOLT:DC:AVER:STAT?": b"0",
+    b"CALC:STAT?": b"0",
+}  # fmt: skip
+"""Of a Keithley: volts on a range that stays, no relative reading (the key REL), no filter, no mathematics."""
 PRESETS: Mapping[str, Preset] = {
     "34401A": _HP,
     "34461A": Preset(
         ("34461A", "34465A", "34470A"), _HP.ranges_v, _HP.high_impedance_ranges_v, _HP.nplc, spans_nplc=False,
         configure=_HP.configure, impedance=b"VOLT:DC:IMP:AUTO", autozero=b"VOLT:DC:ZERO:AUTO",
-        terminals=b"ROUT:TERM?", front=b"FRON", words={b"VOLT:DC:NULL:STAT?": b"0", b"CALC:SCAL:STAT?": b"0"},
+        terminals=b"ROUT:TERM?", front=b"FRON",
+        words={b"FUNC?": b"VOLT", b"VOLT:DC:RANG:AUTO?": b"0", b"VOLT:DC:NULL:STAT?": b"0", b"CALC:SCAL:STAT?": b"0"},
     ),
     "keithley-2000": Preset(
         ("MODEL 2000",), (0.1, 1.0, 10.0, 100.0, 1000.0), (0.1, 1.0, 10.0), (0.01, 10.0), spans_nplc=True,
@@ -226,6 +230,7 @@ class ScpiMeter:
             started_s = self._clock.monotonic_s()
             values_v = np.array([self._reading(cycles, wait) for _ in range(samples)], dtype=np.float64)
             self._require_terminals(self._selected(), self._terminals, "the burst is dropped")
+            self._require_plain_volts("the burst is dropped")
             require_no_error(self._line, self.name, "the burst", "it is dropped")
         overload = np.abs(values_v) > scpi.LARGEST_READING
         values_v[overload] = np.nan
@@ -289,11 +294,15 @@ class ScpiMeter:
         require(self._line, self.name, self._preset.autozero + b"?", self._settings.autozero)
         if self._preset.impedance is not None:
             require(self._line, self.name, self._preset.impedance + b"?", self._settings.high_impedance)
+        self._require_plain_volts("no reading is taken")
+
+    def _require_plain_volts(self, outcome: str) -> None:
+        """Ask what measures: range and integration of volts are told whatever function is chosen at the panel."""
         for question, need in self._preset.words.items():
             if (said := self._line.ask(question, _word, idempotent=True)) != need:
                 raise DeviceRefused(
                     f"{self.name}: {question.decode('ascii')} says {said.decode('ascii')}, need {need.decode('ascii')}:"
-                    " a reading is no plain number of volts; no reading is taken; see what else uses the meter"
+                    f" a reading is no plain number of volts; {outcome}; see what else uses the meter"
                 )
 
     def _reading(self, cycles: float, wait: Wait) -> float:
@@ -315,9 +324,9 @@ def _switch(state: bool) -> bytes:
 
 
 def _word(line: bytes) -> bytes:
-    """Parse one word or digit. Raises: DeviceNonsense."""
-    word = line.strip()
-    if not (word.isalnum() and len(word) <= 8):
+    """Parse one word or digit, or the name of a function in quotes. Raises: DeviceNonsense."""
+    word = line.strip().strip(b'"')
+    if not (word.replace(b":", b"").isalnum() and len(word) <= 8):
         raise DeviceNonsense("the meter answers with one word")
     return word.upper()
 

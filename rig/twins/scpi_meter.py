@@ -1,4 +1,4 @@
-"""The twin of a single multimeter: 34401A, Truevolt, Keithley 2000 and 2002. DC volts only.
+"""The twin of a single multimeter: 34401A, Truevolt, Keithley 2000 and 2002. DC volts; of the rest, that it measures.
 
 Source: docs/devices/scpi-meters.md. What rests on memory there is so here: that ``CONF`` and ``*RST`` put the input of
 a 34401A at 10 megohm, the factory set-up that a Keithley wakes with (it measures by itself, and then refuses
@@ -16,6 +16,9 @@ from rig.wire import scpi
 OVERHEAD_S = 0.004
 OVER_RANGE = 1.2
 """Of every range but the highest."""
+OTHER_FUNCTIONS = ("VOLT:AC", "RES", "FRES", "CURR", "CURR:DC", "CURR:AC", "FREQ", "PER")
+OTHER_READING = 1.20034
+"""What any of them reads: a plain number, as volts are."""
 INIT_IGNORED: Error = (-213, "Init ignored")
 SWITCH = {"OFF": False, "0": False, "ON": True, "1": True}
 TAKEN = "(what READ? fetches)"
@@ -84,6 +87,8 @@ class ScpiMeterTwin:
         self.is_front = is_front
         self.null_v: float | None = None
         """What every reading is told less, behind one press of NULL or REL at the panel; a reset ends it."""
+        self.function = ""
+        """What measures, as the meter names it; a key at the panel changes it, and the ranges of volts stay."""
         self._read_v = read_v
         self._model = MODELS[model]
         self._relative = _RELATIVE.get(model, ("VOLT:DC:REF:STAT", "CALC:STAT"))
@@ -130,6 +135,7 @@ class ScpiMeterTwin:
         table: dict[str, Callable[[], bytes]] = {
             "*IDN?": lambda: self._model.identity,
             "*OPC?": lambda: b"1",
+            "FUNC?": lambda: b'"%s"' % self.function.encode("ascii"),
             "*ESR?": lambda: b"0" if self._model.is_keithley else b"+0",
             "SYST:VERS?": lambda: b"1991.0",
             "VOLT:DC:RANG?": lambda: self._number(self._range_v),
@@ -152,11 +158,9 @@ class ScpiMeterTwin:
                 "UNIT:VOLT:DC?": lambda: self.unit.encode("ascii"),
                 "VOLT:DC:AVER:STAT?": lambda: b"%d" % self._is_averaging,
                 "INIT:CONT?": lambda: b"%d" % self._runs_by_itself,
-                "FUNC?": lambda: b'"VOLT:DC"',
                 "CONF?": lambda: b'"VOLT:DC"',
             }
         else:
-            table["FUNC?"] = lambda: b'"VOLT"'
             table["ROUT:TERM?"] = lambda: b"FRON" if self.is_front else b"REAR"
         return table
 
@@ -173,7 +177,7 @@ class ScpiMeterTwin:
             "SAMP:COUN": lambda text, _now_s: setattr(self, "_samples", int(float(text))),
             "INIT": lambda _text, now_s: self._initiate(now_s),
             "VOLT:DC:RANG:AUTO": lambda text, _now_s: setattr(self, "_ranges_itself", SWITCH[text.upper()]),
-            "FUNC": lambda text, _now_s: _require(text.upper().strip("'\"") in ("VOLT", "VOLT:DC"), ILLEGAL_VALUE),
+            "FUNC": lambda text, _now_s: self._choose(text.upper().strip("'\"")),
             "SYST:REM": lambda _text, _now_s: None,
         }
         table[self._relative[0]] = lambda text, now_s: self._null(now_s, is_on=SWITCH[text.upper()])
@@ -187,6 +191,15 @@ class ScpiMeterTwin:
                 "VOLT:DC:AVER:STAT": lambda text, _now_s: setattr(self, "_is_averaging", SWITCH[text.upper()]),
             }
         return table
+
+    def _choose(self, function: str) -> None:
+        is_volts = function in ("VOLT", "VOLT:DC")
+        _require(is_volts or function in OTHER_FUNCTIONS, ILLEGAL_VALUE)
+        self.function = self._volts if is_volts else function
+
+    @property
+    def _volts(self) -> str:
+        return "VOLT:DC" if self._model.is_keithley else "VOLT"
 
     def _tells_mathematics(self, header: str) -> bytes:
         return b"%d" % (self.null_v is not None and header == self._relative[0])
@@ -208,6 +221,7 @@ class ScpiMeterTwin:
 
     def _configure(self, text: str) -> None:
         """Preset the function: what is not named goes to its default, the input to 10 megohm."""
+        self.function = self._volts
         words = [word.strip() for word in text.split(",") if word.strip() and word.strip().upper() != "DEF"]
         self._set_range(float(words[0]) if words else self._model.ranges_v[-1])
         self._ranges_itself = not words
@@ -235,6 +249,8 @@ class ScpiMeterTwin:
         return (2.0 if self._autozero else 1.0) * self._nplc / self._line_frequency_hz + OVERHEAD_S
 
     def _measured_v(self, at_s: float) -> float:
+        if self.function != self._volts:
+            return OTHER_READING
         true_v = self._read_v(at_s) - (self.null_v or 0.0)
         highest = self._range_v == self._model.ranges_v[-1]
         if abs(true_v) <= self._range_v * (1.0 if highest else OVER_RANGE):

@@ -171,7 +171,9 @@ def test_a_stop_ends_a_reading_and_the_next_burst_is_whole() -> None:
 def test_a_reading_that_was_lost_or_cut_drops_the_burst(fault: faults.Fault, error: type[RigError]) -> None:
     rig = meter_rig("34401A")
     meter = rig.prepared()
-    rig.faults.reads = {rig.faults.taken + 7: fault}  # six settings are asked for again, then comes the second reading
+    rig.faults.reads = {
+        rig.faults.taken + 9: fault
+    }  # eight settings are asked for again, then comes the second reading
     with pytest.raises(error, match="READ"):
         meter.read("dmm.x", 3, rig.wait)
     rig.level_v[0] = 2.0
@@ -268,6 +270,36 @@ def test_a_press_of_null_or_rel_at_the_panel_is_no_plain_reading(model: str) -> 
         meter.read("dmm.x", 1, rig.wait)
     rig.unit.null_v = None
     assert meter.read("dmm.x", 1, rig.wait).samples == pytest.approx([before_v], abs=1e-3)
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    ("pressed", "said"),
+    [(b'FUNC "RES"', r"FUNC\? says RES, need VOLT(:DC)?"), (b"VOLT:DC:RANG:AUTO ON", r"RANG:AUTO\? says 1, need 0")],
+)
+def test_another_function_at_the_panel_is_never_read_as_volts(model: str, pressed: bytes, said: str) -> None:
+    # K2000 manual, ":RANGe commands": one command for each function; that of volts answers while ohms are measured.
+    rig = meter_rig(model)
+    meter = rig.prepared()
+    meter.read("dmm.x", 1, rig.wait)
+    rig.said(pressed)
+    with pytest.raises(DeviceRefused, match=said + ": a reading is no plain number of volts; no reading is taken"):
+        meter.read("dmm.x", 1, rig.wait)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_function_that_changes_within_a_burst_drops_it(model: str) -> None:
+    rig = meter_rig(model)
+    meter = rig.prepared()
+
+    def pressed(seconds: float) -> None:
+        rig.wait(seconds)
+        rig.unit.function = "RES"
+
+    with pytest.raises(
+        DeviceRefused, match=r"FUNC\? says RES, need .*: a reading is no plain number of volts; the burst"
+    ):
+        meter.read("dmm.x", 2, pressed)
 
 
 @pytest.mark.parametrize("model", KEITHLEYS)
