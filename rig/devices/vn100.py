@@ -5,7 +5,8 @@ late one does no harm. A streamed line carries neither count nor time: a line th
 unknown length, and bytes that were lost whole show only in the number of samples.
 
 The default output is IMU, "uncompensated": the factory's calibration is in it and cannot be taken out, the user's
-compensation and the filter's bias estimate are not. YMR is compensated by registers 21, 23 and 25, which are recorded.
+compensation and the filter's bias estimate are not; a rotation of the frame (register 26) and a filter (85) are. YMR
+is compensated by registers 23, 25, 44 and 84. The identity names what any of them does, with its content.
 
 Source: VN-100 user manual UM001; see :mod:`rig.wire.vn100`. The baud rate as delivered (115 200) is a setting.
 """
@@ -75,6 +76,10 @@ class Vn100Settings(StreamSettings):
         return float(self.rate_hz)
 
 
+class _NoSuchRegister(DeviceRefused):
+    """The firmware has no such register; any other refusal says nothing of a register."""
+
+
 class Vn100:
     """A :class:`rig.devices.abilities.Stream`. ``clock`` is the rig's; the line has its own for time-outs."""
 
@@ -93,12 +98,15 @@ class Vn100:
         """Behind the last answer: the beginning of the stream."""
 
     def identify(self) -> str:
-        """Return model, serial number and firmware; streaming pauses and is not resumed."""
+        """Return model, serial number, firmware and what is set that changes measurements; streaming pauses."""
         self._command(wire.PAUSE)
         model, serial, firmware = (self._read(number) for number in (wire.MODEL, wire.SERIAL, wire.FIRMWARE))
-        compensated = [str(number) for number in wire.COMPENSATION if self._is_compensating(number)]
-        extra = f"user compensation in register {' and '.join(compensated)}" if compensated else "no user compensation"
-        return f"VectorNav {model}, serial {serial}, firmware {firmware}, {extra}"
+        replies = {number: reply for number in wire.SETUP if (reply := self._read_if_there(number)) is not None}
+        try:
+            words = wire.setup_words(replies)
+        except DeviceNonsense as error:
+            raise DeviceNonsense(f"{self.name}: {error}") from error
+        return ", ".join((f"VectorNav {model}", f"serial {serial}", f"firmware {firmware}", *words))
 
     def start(self) -> None:
         self._command(wire.PAUSE)
@@ -137,16 +145,12 @@ class Vn100:
     def _read(self, register: int) -> str:
         return ",".join(self._command(b"VNRRG,%d" % register)[2:])
 
-    def _is_compensating(self, register: int) -> bool:
-        """Whether a matrix and offset are other than as delivered; a firmware without the register compensates not."""
+    def _read_if_there(self, register: int) -> str | None:
+        """Return a register's fields, None where the firmware has no such register. Raises: DeviceRefused otherwise."""
         try:
-            reply = self._read(register)
-        except DeviceRefused:
-            return False
-        try:
-            return tuple(map(float, reply.split(","))) != wire.NO_COMPENSATION
-        except ValueError as error:
-            raise DeviceNonsense(f"{self.name}: register {register}: {reply!r} are no numbers") from error
+            return self._read(register)
+        except _NoSuchRegister:
+            return None
 
     def _silence_binary_outputs(self) -> None:
         """Switch off what would send frames between the lines: the type of the text output does not stop them.
@@ -156,7 +160,7 @@ class Vn100:
         for register in wire.BINARY_OUTPUTS:
             try:
                 ports, *rest = self._command(b"VNRRG,%d" % register)[2:] or ["0"]
-            except DeviceRefused:
+            except _NoSuchRegister:
                 continue  # a firmware without this register has no such output
             if ports == "0":
                 continue
@@ -218,7 +222,8 @@ class Vn100:
             return []
         trouble = wire.parse_error(parts)
         if trouble is not None:
-            raise DeviceRefused(f"{self.name}: the unit refuses: {trouble}; it is as it was; check its firmware")
+            kind = _NoSuchRegister if trouble == wire.ERRORS[wire.NO_SUCH_REGISTER] else DeviceRefused
+            raise kind(f"{self.name}: the unit refuses: {trouble}; it is as it was; check its firmware")
         return parts
 
 

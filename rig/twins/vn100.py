@@ -1,7 +1,8 @@
 """The twin of a VN-100: registers, commands and one streamed output, by ASCII lines with checksum.
 
 Source: VN-100 user manual UM001 (``*XX`` for any checksum, errors by VNERR); factory settings 115 200 baud, VNYMR at
-40 Hz. Acceleration is what the unit's own axes feel: level it is −g along z.
+40 Hz. The factory's filter (register 85) and reference vectors (21) are assumed, and do
+nothing here. Acceleration is what the unit's own axes feel: level it is −g along z.
 """
 
 from collections.abc import Mapping
@@ -17,6 +18,13 @@ GAUSS_PER_UT = 0.01
 PRESSURE_KPA = 101.3
 LONGEST_LINE = 256
 IDENTITY: Mapping[int, str] = {wire.MODEL: "VN-100T-CR", 2: "7", wire.SERIAL: "100011981", wire.FIRMWARE: "2.1.0.0"}
+FACTORY_SETUP: Mapping[int, tuple[float, ...]] = {
+    **dict.fromkeys(wire.COMPENSATION, wire.NO_COMPENSATION),
+    wire.REFERENCE_VECTORS: (1.0, 0.0, 1.8, 0.0, 0.0, -9.79375),
+    wire.ROTATION: wire.NO_ROTATION,
+    wire.HARD_SOFT_IRON: (0.0, 1.0, 5.0),
+    wire.FILTERING: (0.0, 4.0, 4.0, 4.0, 0.0, 0.0, 3.0, 3.0, 3.0, 0.0),
+}
 NUMBERS = {number: name for name, (number, _) in wire.OUTPUTS.items()}
 INVALID_CHECKSUM, INVALID_COMMAND, TOO_FEW, TOO_MANY, INVALID_PARAMETER, INVALID_REGISTER, UNAUTHORISED = range(3, 10)
 
@@ -30,7 +38,7 @@ class Vn100Twin:
 
     def __init__(self, stream: str, source: MotionSource) -> None:
         self.registers = {wire.BAUD_RATE: 115200, wire.OUTPUT: 14, wire.RATE: 40}
-        self.compensation = dict.fromkeys(wire.COMPENSATION, wire.NO_COMPENSATION)
+        self.setup = dict(FACTORY_SETUP)
         self.binary = {register: ["0", "1", "01", "0001"] for register in wire.BINARY_OUTPUTS}
         self._stream = stream
         self._source = source
@@ -116,8 +124,8 @@ class Vn100Twin:
         return self._pause(numbers[0], now_s) if name == "VNASY" else self._write(numbers[0], numbers[1], now_s)
 
     def _read(self, register: int, now_s: float) -> bytes:
-        if register in self.compensation:
-            values = b",".join(b"%+.5f" % value for value in self.compensation[register])
+        if register in self.setup:
+            values = b",".join(b"%.9g" % value for value in self.setup[register])
             return wire.message(b"VNRRG,%02d,%s" % (register, values))
         if register == wire.IMU_REGISTER:
             row = wire.format_row("IMU", self._fields("IMU", now_s))

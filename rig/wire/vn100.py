@@ -14,9 +14,18 @@ from rig.wire.stream_lines import NUMBER, Rows, checksums_hold, parse_lines
 
 MODEL, SERIAL, FIRMWARE, BAUD_RATE, OUTPUT, RATE = 1, 3, 4, 5, 6, 7
 """Registers."""
-COMPENSATION = (21, 25)
-"""Registers of the magnetometer's and the accelerometer's compensation: a matrix of 3 × 3 and an offset of three."""
+COMPENSATION = (23, 25, 84)
+"""The user's compensation of magnetometer, accelerometer and gyro: a matrix of 3 × 3 and an offset of three."""
 NO_COMPENSATION = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+REFERENCE_VECTORS, ROTATION, HARD_SOFT_IRON, FILTERING = 21, 26, 44, 85
+NO_ROTATION = NO_COMPENSATION[:9]
+NOT_APPLIED = 1.0
+"""HSIOutput, the second field of the real-time hard and soft iron: it is not applied to the measurements."""
+FILTERED = ("field", "acceleration", "rate", "temperature", "pressure")
+"""Quantities of the filtering: a window (samples averaged) of each, then a mode of each (0: none)."""
+SETUP = (*COMPENSATION, ROTATION, FILTERING, HARD_SOFT_IRON, REFERENCE_VECTORS)
+"""Registers that change what the unit measures."""
+NO_SUCH_REGISTER = 8
 BINARY_OUTPUTS = (75, 76, 77)
 """Registers of the binary outputs: ports (0 is none), divisor, groups and fields, the last two hexadecimal."""
 IMU_REGISTER = 54
@@ -60,7 +69,7 @@ ERRORS: Mapping[int, str] = {
     5: "not enough parameters",
     6: "too many parameters",
     7: "invalid parameter",
-    8: "invalid register",
+    NO_SUCH_REGISTER: "invalid register",
     9: "unauthorised access",
     10: "watchdog reset",
     11: "its output buffer overflowed",
@@ -110,6 +119,59 @@ def parse_error(parts: list[str]) -> str | None:
     except (IndexError, ValueError):
         return "an error without a code"
     return ERRORS.get(code, f"error {code}")
+
+
+def setup_words(replies: Mapping[int, str]) -> tuple[str, ...]:
+    """Return what the registers :data:`SETUP` do to what is measured, with their content where they do something.
+
+    ``replies``: the comma separated fields of each register that the unit has. The words are as many whatever the
+    registers hold, and no word has a comma followed by a space: two setups differ in a word, never in their number.
+    Raises: DeviceNonsense naming a register whose fields are no numbers.
+    """
+    numbers = {register: _numbers(register, reply) for register, reply in replies.items()}
+    raw = {register: f"register {register}: {reply.replace(',', ' ')}" for register, reply in replies.items()}
+    compensating = [raw[n] for n in COMPENSATION if numbers.get(n, NO_COMPENSATION) != NO_COMPENSATION]
+    iron = numbers.get(HARD_SOFT_IRON, (0.0, NOT_APPLIED))
+    is_rotated = numbers.get(ROTATION, NO_ROTATION) != NO_ROTATION
+    filters = _filters(numbers.get(FILTERING, (0.0,) * 2 * len(FILTERED)))
+    return (
+        f"user compensation ({'; '.join(compensating)})" if compensating else "no user compensation",
+        f"frame rotated ({raw[ROTATION]}; {_HOLDS})" if is_rotated else "no rotation of the frame",
+        f"filter on {filters} ({raw[FILTERING]}; {_HOLDS})" if filters else _idle("no filter", raw.get(FILTERING)),
+        _idle(
+            "no hard and soft iron in real time"
+            if iron[1:2] == (NOT_APPLIED,)
+            else "hard and soft iron applied in real time",
+            raw.get(HARD_SOFT_IRON),
+        ),
+        _idle("attitude by reference vectors", raw.get(REFERENCE_VECTORS)),
+    )
+
+
+_HOLDS = "the calibration holds with it only"
+
+
+def _idle(words: str, raw: str | None) -> str:
+    return words if raw is None else f"{words} ({raw})"
+
+
+def _filters(numbers: tuple[float, ...]) -> str:
+    """Return the quantities that are averaged and over how many samples; of unknown fields, that they are unknown."""
+    if len(numbers) != 2 * len(FILTERED):
+        return "unknown quantities"
+    windows, modes = numbers[: len(FILTERED)], numbers[len(FILTERED) :]
+    return " and ".join(
+        f"{name} over {window:g} samples"
+        for name, window, mode in zip(FILTERED, windows, modes, strict=True)
+        if window > 1.0 and mode
+    )
+
+
+def _numbers(register: int, reply: str) -> tuple[float, ...]:
+    try:
+        return tuple(map(float, reply.split(",")))
+    except ValueError as error:
+        raise DeviceNonsense(f"register {register}: {reply!r} are no numbers") from error
 
 
 def row_pattern(output: str) -> re.Pattern[bytes]:

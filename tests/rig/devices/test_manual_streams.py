@@ -77,11 +77,11 @@ def test_register_54_is_answered_with_eleven_fields() -> None:
 
 
 def test_a_users_compensation_is_recorded() -> None:
-    # Registers 21 and 25 act on YMR; the record says so.
+    # Register 25 acts on YMR; the record says so.
     rig = vn100_rig()
-    assert rig.vn100().identify().endswith("no user compensation")
-    rig.twin.compensation[25] = (1.01, *wire.NO_COMPENSATION[1:])  # type: ignore[attr-defined]
-    assert rig.vn100().identify().endswith("user compensation in register 25")
+    assert rig.vn100().identify().split(", ")[3] == "no user compensation"
+    rig.twin.setup[25] = (1.01, *wire.NO_COMPENSATION[1:])  # type: ignore[attr-defined]
+    assert rig.vn100().identify().split(", ")[3] == "user compensation (register 25: 1.01 0 0 0 1 0 0 0 1 0 0 0)"
 
 
 def test_a_terminal_that_nobody_reads_drops_the_stream() -> None:

@@ -7,16 +7,73 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from stream_rig import rate_dps, vn100_rig, vn100_settings
 
-from rig.errors import DeviceFault, DeviceRefused, DeviceSilent
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.link import faults
 from rig.wire import vn100 as wire
 
 
 def test_who_it_is() -> None:
-    assert (
-        vn100_rig().vn100().identify()
-        == "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0, no user compensation"
+    assert vn100_rig().vn100().identify() == (
+        "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0, no user compensation, no rotation of the frame,"
+        " filter on acceleration over 4 samples and rate over 4 samples and temperature over 4 samples (register 85:"
+        " 0 4 4 4 0 0 3 3 3 0; the calibration holds with it only), no hard and soft iron in real time"
+        " (register 44: 0 1 5), attitude by reference vectors (register 21: 1 0 1.8 0 0 -9.79375)"
     )
+
+
+ROTATED_90_DEG = (0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+SET_UP = (
+    (23, (1.0, 0.0, 0.0, 0.0, 1.1, *wire.NO_COMPENSATION[5:]), "user compensation (register 23: 1 0 0 0 1.1 0 0"),
+    (25, (*wire.NO_COMPENSATION[:11], 0.1), "user compensation (register 25: 1 0 0 0 1 0 0 0 1 0 0 0.1)"),
+    (84, (2.0, *wire.NO_COMPENSATION[1:]), "user compensation (register 84: 2 0 0 0 1 0 0 0 1 0 0 0)"),
+    (26, ROTATED_90_DEG, "frame rotated (register 26: 0 1 0 -1 0 0 0 0 1; the calibration holds with it only)"),
+    (
+        85,
+        (0.0, 200.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0),
+        "filter on acceleration over 200 samples (register 85: 0 200 0 0 0 0 3 0 0 0; the calibration holds with it",
+    ),
+    (85, (0.0, 4.0, 4.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), "no filter (register 85: 0 4 4 4 0 0 0 0 0 0)"),
+    (44, (1.0, 3.0, 5.0), "hard and soft iron applied in real time (register 44: 1 3 5)"),
+    (44, (1.0, 1.0, 5.0), "no hard and soft iron in real time (register 44: 1 1 5)"),
+    (21, (0.234, 0.0, 0.4212, 0.0, 0.0, -9.79375), "reference vectors (register 21: 0.234 0 0.4212 0 0 -9.79375)"),
+)
+"""A register, what somebody saved in it (of 21 what a real unit told), and what the identity says then."""
+
+
+@pytest.mark.parametrize(("register", "content", "words"), SET_UP)
+def test_what_is_set_in_the_unit_is_named(register: int, content: tuple[float, ...], words: str) -> None:
+    rig = vn100_rig()
+    assert register in wire.SETUP
+    as_delivered = rig.vn100().identify()
+    rig.twin.setup[register] = content  # type: ignore[attr-defined]
+    set_up = rig.vn100().identify()
+    assert words in set_up
+    assert words not in as_delivered
+
+
+def test_a_firmware_without_the_registers_is_identified() -> None:
+    rig = vn100_rig()
+    rig.twin.setup.clear()  # type: ignore[attr-defined]
+    assert (
+        rig.vn100()
+        .identify()
+        .endswith(
+            "no user compensation, no rotation of the frame, no filter, no hard and soft iron in real time, attitude by"
+            " reference vectors"
+        )
+    )
+
+
+def test_a_refusal_that_is_not_of_the_register_is_not_taken_for_its_absence() -> None:
+    rig = vn100_rig()
+    rig.faults.writes = {7: faults.replace(b"$VNRRG,26*00\r\n")}
+    with pytest.raises(DeviceRefused, match="the unit refuses: invalid checksum"):
+        rig.vn100().identify()
+
+
+def test_a_register_without_numbers_is_no_setup() -> None:
+    with pytest.raises(DeviceNonsense, match="register 26: 'x,0' are no numbers"):
+        wire.setup_words({wire.ROTATION: "x,0"})
 
 
 def test_a_minute_at_200_hz_is_12000_samples_in_order() -> None:
