@@ -1,7 +1,7 @@
 """HP/Agilent/Keysight 3458A multimeter behind an HP 3488A scanner, by GPIB.
 
-Whatever the meter was told is read back, a burst counts only when the scanner shows the same channel before and
-after it, the meter reports no error and no loss of power, and no byte is left over on the line.
+Whatever the meter was told is read back before every burst, and a burst counts only when the scanner shows the same
+channel before and after it, the meter reports no error and no loss of power, and no reading and no byte is left over.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -189,7 +189,7 @@ class Hp3458aReadout:
             self.meter.set_up(setup)
             values_v, started_s = self.meter.burst(setup, wait)
             self.scanner.verify(entry.scanner_channel)
-            self.meter.require_undisturbed()
+            self.meter.require_undisturbed(setup, wait)
         overload = np.abs(values_v) > wire.LARGEST_READING_V
         values_v[overload] = np.nan
         return Burst(channel, values_v, overload, started_s, self.meter.reading_s(setup.nplc))

@@ -38,13 +38,11 @@ CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;
 """FIXEDZ OFF is more than 10 gigohm up to 10 V.
 
 INBUF ON frees the bus during a burst, so that the meter can be polled and cleared."""
-CONFIRMED: tuple[tuple[bytes, float], ...] = (
-    (b"OFORMAT?", 1),
-    (b"AZERO?", 1),
-    (b"FIXEDZ?", 0),
-    (b"TRIG?", 1),
-    (b"TARM?", 4),
-)
+CONFIRMED: Mapping[bytes, float] = {
+    **{b"OFORMAT?": 1, b"AZERO?": 1, b"FIXEDZ?": 0, b"MATH?": 0},
+    **{b"TRIG?": Event.AUTO, b"TARM?": Event.HOLD},
+}
+"""Read back before every burst: hands at its panel and other controllers can change them at any time."""
 WAYS_OUT: Mapping[bytes, str] = {
     b"NPLC?": "choose a value that the meter offers (nplc: whole cycles from 1, tens above 10)",
     b"FUNC?": "choose a range that the meter offers (range_v of the channel), or see who else sets the meter",
@@ -106,17 +104,30 @@ class Hp3458aMeter:
         self._power_on_sign = Status.POWER_ON & ~Status(self._bus.serial_poll(self._address))
 
     def set_up(self, setup: Setup) -> None:
-        """Send what one burst needs and read it back. Raises: DeviceRefused."""
-        if setup == self._setup:
-            return
-        if not self._is_configured:
+        """Send what one burst needs, and read it and the configuration back.
+
+        A burst equal to the one before needs nothing sent: what then reads back differently, another hand has set,
+        and it is refused. Raises: DeviceRefused.
+        """
+        if self._is_configured:
+            # One that lost its power or was reset runs free without EOI: nothing that it sends would end.
+            self._bus.send(self._address, b"END ALWAYS;TARM HOLD")
+            self._confirm_configuration()
+        else:
             self._configure()
-        self._setup = None
-        command = f"DCV {setup.range_v:g};NPLC {setup.nplc:g};NRDGS {setup.samples},AUTO"
-        self._bus.send(self._address, command.encode("ascii"))
-        self._require_pair(b"FUNC?", (wire.DC_VOLTS, setup.range_v))
-        self._require_pair(b"NRDGS?", (setup.samples, Event.AUTO))
-        self._require_number(b"NPLC?", setup.nplc)
+        is_new = setup != self._setup
+        if is_new:
+            self._setup = None
+            command = f"DCV {setup.range_v:g};NPLC {setup.nplc:g};NRDGS {setup.samples},AUTO"
+            self._bus.send(self._address, command.encode("ascii"))
+        ways_out = WAYS_OUT if is_new else {}
+        function, range_v = self._ask(b"FUNC?", wire.parse_pair)
+        self._require(b"FUNC?", function, wire.DC_VOLTS, ANOTHER_SETTING)
+        self._require(b"FUNC?", range_v, setup.range_v, ways_out.get(b"FUNC?", ANOTHER_SETTING))
+        self._require_number(b"ARANGE?", 0)
+        for got, need in zip(self._ask(b"NRDGS?", wire.parse_pair), (setup.samples, Event.AUTO), strict=True):
+            self._require(b"NRDGS?", got, need, ANOTHER_SETTING)
+        self._require_number(b"NPLC?", setup.nplc, ways_out.get(b"NPLC?", ANOTHER_SETTING))
         self._setup = setup
 
     def burst(self, setup: Setup, wait: Wait) -> tuple[NDArray[np.float64], float]:
@@ -149,12 +160,12 @@ class Hp3458aMeter:
     def reading_s(self, nplc: float) -> float:
         return INTEGRATIONS_PER_READING * nplc / self._line_frequency_hz + OVERHEAD_S
 
-    def require_undisturbed(self) -> None:
-        """Refuse a meter that met an error or lost power since it was set up.
+    def require_undisturbed(self, setup: Setup, wait: Wait) -> None:
+        """Refuse a meter that met an error, lost power or has readings left since it was set up.
 
-        Raises: DeviceRefused, DeviceFault.
+        Raises: DeviceRefused, DeviceFault, DeviceSilent, and what ``wait`` raises.
         """
-        status = self._bus.serial_poll(self._address)
+        status = self._status_at_rest(self.reading_s(setup.nplc) + DATA_LIMIT_S, wait)
         if status & Status.ERROR:
             words = ", ".join(text for _, text in self._errors())
             raise DeviceRefused(f"{self.name}: meter: {words}; the burst is dropped; look at its display")
@@ -162,6 +173,11 @@ class Hp3458aMeter:
             raise DeviceFault(
                 f"{self.name}: meter: it was switched off and on since it was set up; the burst is dropped;"
                 " let it warm up again, then prepare it anew"
+            )
+        if status & Status.DATA:
+            raise DeviceRefused(
+                f"{self.name}: meter: it has readings left after the {setup.samples} that it was set to; the burst is"
+                f" dropped; {ANOTHER_SETTING}"
             )
 
     def temperature_degc(self) -> float:
@@ -223,30 +239,51 @@ class Hp3458aMeter:
             ),
         )
 
+    def _status_at_rest(self, limit_s: float, wait: Wait) -> Status:
+        """Return the status once the meter measures no more, or has one more reading."""
+        status = Status(0)
+
+        def is_at_rest() -> bool:
+            nonlocal status
+            status = Status(self._bus.serial_poll(self._address))
+            return bool(status & (Status.READY | Status.DATA))
+
+        wait_until(
+            is_at_rest,
+            wait,
+            (self._clock, self._bus.clock),
+            limit_s,
+            lambda: (
+                f"{self.name}: meter: still busy {limit_s:g} s after the last reading; the burst is dropped;"
+                f" {ANOTHER_SETTING}"
+            ),
+        )
+        return status
+
     def _configure(self) -> None:
         """Set up everything that no burst changes, read it back, and leave no error behind."""
         self._bus.send(self._address, b"END ALWAYS")
         self._bus.send(self._address, CONFIGURATION)
         self._bus.send(self._address, b"LFREQ %d" % self._line_frequency_hz)
-        for query, need in (*CONFIRMED, (b"LFREQ?", self._line_frequency_hz)):
-            self._require_number(query, need)
+        self._confirm_configuration()
         if errors := self._errors():
             words = ", ".join(text for _, text in errors)
             raise DeviceRefused(f"{self.name}: meter: configuration: {words}; it is not set up; look at its display")
         self._is_configured = True
 
-    def _require_number(self, query: bytes, need: float) -> None:
-        self._require(query, self._ask(query, wire.parse_number), need)
+    def _confirm_configuration(self) -> None:
+        for query, need in {**CONFIRMED, b"LFREQ?": self._line_frequency_hz}.items():
+            self._require_number(query, need)
 
-    def _require_pair(self, query: bytes, need: tuple[float, float]) -> None:
-        for got, needed in zip(self._ask(query, wire.parse_pair), need, strict=True):
-            self._require(query, got, needed)
+    def _require_number(self, query: bytes, need: float, way_out: str = ANOTHER_SETTING) -> None:
+        parse = wire.parse_operations if query == b"MATH?" else wire.parse_number
+        self._require(query, self._ask(query, parse), need, way_out)
 
-    def _require(self, query: bytes, got: float, need: float) -> None:
+    def _require(self, query: bytes, got: float, need: float, way_out: str) -> None:
         if abs(got - need) > READ_BACK_TOLERANCE * abs(need):
             raise DeviceRefused(
                 f"{self.name}: meter: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; no reading"
-                f" is taken; {WAYS_OUT.get(query, ANOTHER_SETTING)}"
+                f" is taken; {way_out}"
             )
 
     def _earlier_errors(self) -> tuple[str, ...]:

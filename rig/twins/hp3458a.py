@@ -1,16 +1,17 @@
 """The twin of a 3458A: arm, trigger and sample events in time, DC volts, ASCII readings.
 
-What is not modelled, and says so by an error of the meter: other functions than DC volts, binary formats, reading
-memory, mathematics, external and level events. Readings that nobody fetches wait without limit.
+Other hands may set AC volts (0 of a steady input), ohms of two wires, the mathematics NULL and SCALE, and events
+that never come here (EXT, LEVEL, LINE). What is not modelled says so by an error of the meter: other functions and
+mathematics, binary formats, reading memory. Readings that nobody fetches wait without limit.
 
-Source: 3458A user's guide (reset state, events, EOI, error and status registers). Overhead of a reading and the
-answers' number shapes are assumptions.
+Source: 3458A user's guide (reset state, events, EOI, mathematics, error and status registers). Overhead of a reading,
+the answers' number shapes and the currents of ohms are assumptions.
 """
 
 import math
 import re
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from rig.twins.hp3488a import Hp3488aTwin
@@ -26,8 +27,24 @@ RECORD: Mapping[str, bytes] = {"REV": b"9,2", "OPT": b"0", "CALNUM": b"2.47E+02"
 CALIBRATION, SYNTAX, UNDEFINED, OUT_OF_RANGE = 2, 8, 32, 64
 LARGEST_COUNT = 16777215
 
+FUNCTIONS: Mapping[str, int] = {"DCV": wire.DC_VOLTS, "ACV": wire.AC_VOLTS, "OHM": wire.OHMS}
+OHM_CURRENTS_A: Mapping[float, float] = {
+    **{10.0: 1e-2, 1e2: 1e-3, 1e3: 1e-3, 1e4: 1e-4, 1e5: 5e-5, 1e6: 5e-6, 1e7: 5e-7, 1e8: 5e-7, 1e9: 5e-7}
+}
+"""Ranges of ohms and the current through the resistance: a voltage at the input reads as that over the current."""
+FULL_SCALES: Mapping[int, Mapping[float, float]] = {
+    wire.DC_VOLTS: wire.FULL_SCALE_V,
+    wire.AC_VOLTS: {0.01: 0.012, **wire.FULL_SCALE_V},
+    wire.OHMS: {range_ohm: 1.2 * range_ohm for range_ohm in OHM_CURRENTS_A},
+}
+ARM_EVENTS = (Event.AUTO, Event.EXT, Event.SGL, Event.HOLD, Event.SYN)
+TRIGGER_EVENTS = (*ARM_EVENTS, Event.LEVEL, Event.LINE)
+NULL, SCALE = 7, 11
+REGISTERS: Mapping[str, float] = {"OFFSET": 0.0, "SCALE": 1.0}
+
 SWITCH = {"OFF": 0, "ON": 1}
 WORDS: Mapping[str, Mapping[str, int]] = {
+    "ARANGE": SWITCH,
     "AZERO": {**SWITCH, "ONCE": 2},
     "BEEP": {**SWITCH, "ONCE": 2},
     "DISP": SWITCH,
@@ -35,15 +52,15 @@ WORDS: Mapping[str, Mapping[str, int]] = {
     "END": {"OFF": 0, "ON": 1, "ALWAYS": 2},
     "INBUF": SWITCH,
     "LOCK": SWITCH,
-    "MATH": {"OFF": 0},
     "MEM": {"OFF": 0},
     "OFORMAT": {"ASCII": 1},
     "QFORMAT": {"NORM": 1},
 }
 """Settings with named values; the number is what the query answers."""
 RESET_STATE: Mapping[str, float] = {
-    **{"AZERO": 1, "BEEP": 1, "DISP": 1, "END": 0, "INBUF": 0, "LOCK": 0, "MATH": 0, "MEM": 0, "OFORMAT": 1},
-    **{"QFORMAT": 1, "FIXEDZ": 0, "NDIG": 7, "NPLC": 10, "LFREQ": 50, "RANGE": 1000, "AUTORANGE": 1, "NRDGS": 1},
+    **{"AZERO": 1, "BEEP": 1, "DISP": 1, "END": 0, "INBUF": 0, "LOCK": 0, "MEM": 0, "OFORMAT": 1},
+    **{"QFORMAT": 1, "FIXEDZ": 0, "NDIG": 7, "NPLC": 10, "LFREQ": 50, "NRDGS": 1},
+    **{"FUNC": wire.DC_VOLTS, "RANGE": 1000, "ARANGE": 1},
     **{"TARM": Event.AUTO, "TRIG": Event.AUTO, "SAMPLE": Event.AUTO},
 }
 PRESET_NORM: Mapping[str, float] = {
@@ -54,6 +71,9 @@ PRESET_NORM: Mapping[str, float] = {
     "AZERO": 1,
     "NRDGS": 1,
     "FIXEDZ": 0,
+    "FUNC": wire.DC_VOLTS,
+    "RANGE": 1000,
+    "ARANGE": 1,
 }
 
 _COMMAND = re.compile(r"([A-Z]+\??)\s*(.*)")
@@ -101,16 +121,23 @@ class Hp3458aTwin:
         self._due_s = 0.0
         self._reading_s = 0.0
         self._settings = dict(RESET_STATE)
+        self._operations: list[int] = []
+        self._registers = dict(REGISTERS)
+        self._is_offset_due = False
         self._actions: dict[str, Callable[[list[str], float], None]] = {
             "ACAL": self._autocalibrate,
-            "DCV": lambda words, _now_s: self._set_range(words),
+            "ACV": lambda words, _now_s: self._set_function(["ACV", *words]),
+            "DCV": lambda words, _now_s: self._set_function(["DCV", *words]),
+            "OHM": lambda words, _now_s: self._set_function(["OHM", *words]),
             "FUNC": lambda words, _now_s: self._set_function(words),
             "LFREQ": lambda words, _now_s: self._set_number("LFREQ", words, 45.0, 440.0),
+            "MATH": lambda words, _now_s: self._set_operations(words),
             "NDIG": lambda words, _now_s: self._set_number("NDIG", words, 3.0, 8.0),
             "NPLC": lambda words, _now_s: self._set_power_line_cycles(words),
             "NRDGS": lambda words, _now_s: self._set_count(words),
             "PRESET": lambda words, _now_s: self._preset(words),
             "RANGE": lambda words, _now_s: self._set_range(words),
+            "SMATH": lambda words, _now_s: self._set_register(words),
             "RESET": lambda _words, _now_s: self._reset(),
             "CSB": lambda _words, _now_s: self._clear_status(),
             "TARM": self._set_arm,
@@ -161,15 +188,34 @@ class Hp3458aTwin:
 
     def advance(self, now_s: float) -> None:
         while self._left and self._due_s <= now_s:
-            self._ready.append(wire.format_reading(self._measured_v(self._input_v(self._due_s)), self._decimals))
+            self._ready.append(wire.format_reading(self._reading(self._input_v(self._due_s)), self._decimals))
             self._left -= 1
             self._due_s += self._reading_s
 
-    def _measured_v(self, true_v: float) -> float:
-        range_v = wire.range_for(min(abs(true_v), 1000.0)) if self._settings["AUTORANGE"] else self._settings["RANGE"]
-        if abs(true_v) <= wire.FULL_SCALE_V[range_v]:
-            return true_v
-        return wire.OVERLOAD_V if true_v > 0.0 else -wire.OVERLOAD_V
+    def _reading(self, input_v: float) -> float:
+        """Return what the function makes of the input, and mathematics of that."""
+        function = int(self._settings["FUNC"])
+        if self._settings["ARANGE"]:
+            self._settings["RANGE"] = self._range_for(self._in_unit(function, input_v))
+        value = self._in_unit(function, input_v)
+        if abs(value) > FULL_SCALES[function][self._settings["RANGE"]]:
+            return math.copysign(wire.OVERLOAD_V, value)
+        if self._is_offset_due:
+            self._registers["OFFSET"], self._is_offset_due = value, False
+        for operation in self._operations:
+            divisor = self._registers["SCALE"] if operation == SCALE else 1.0
+            value = (value - self._registers["OFFSET"]) / divisor
+        return value
+
+    def _in_unit(self, function: int, input_v: float) -> float:
+        if function == wire.OHMS:
+            return input_v / OHM_CURRENTS_A[self._settings["RANGE"]]
+        return 0.0 if function == wire.AC_VOLTS else input_v
+
+    def _range_for(self, largest: float) -> float:
+        """Return the range that holds ``largest``, in the function's unit, or the last one."""
+        full_scales = FULL_SCALES[int(self._settings["FUNC"])]
+        return next((name for name, full_scale in full_scales.items() if abs(largest) <= full_scale), max(full_scales))
 
     def _is_triggered_by_talking(self) -> bool:
         implied = (Event.AUTO, Event.SYN)
@@ -217,8 +263,10 @@ class Hp3458aTwin:
             self._errors &= self._errors - 1
         elif name == "AUXERR":
             self._say(b"0")
-        elif name in ("FUNC", "DCV"):
-            self._say(b"%d,%.9E" % (wire.DC_VOLTS, settings["RANGE"]))
+        elif name in ("FUNC", *FUNCTIONS):
+            self._say(b"%d,%.9E" % (settings["FUNC"], settings["RANGE"]))
+        elif name == "MATH":
+            self._say(b"%d,%d" % tuple([*self._operations, 0, 0][:2]))
         elif name == "NRDGS":
             self._say(b"%d,%d" % (settings["NRDGS"], settings["SAMPLE"]))
         elif name in settings:
@@ -267,23 +315,42 @@ class Hp3458aTwin:
             self._errors |= UNDEFINED
 
     def _set_function(self, words: list[str]) -> None:
-        if words[0] not in ("DCV", "1"):
+        number = FUNCTIONS.get(words[0]) or {str(number): number for number in FUNCTIONS.values()}.get(words[0])
+        if number is None:
             self._errors |= UNDEFINED
-        else:
-            self._set_range(words[1:])
+            return
+        if number != self._settings["FUNC"]:
+            self._settings |= {"FUNC": number, "RANGE": max(FULL_SCALES[number])}
+        self._set_range(words[1:])
 
     def _set_range(self, words: list[str]) -> None:
         if not words or words[0] in ("", "AUTO", "-1"):
-            self._settings["AUTORANGE"] = 1
+            self._settings["ARANGE"] = 1
         elif (value := _number(words[0])) is None:
             self._errors |= UNDEFINED
-        elif not 0.0 <= value <= 1000.0:
+        elif not 0.0 <= value <= max(FULL_SCALES[int(self._settings["FUNC"])]):
             self._errors |= OUT_OF_RANGE
         else:
-            self._settings |= {"AUTORANGE": 0, "RANGE": wire.range_for(value)}
+            self._settings |= {"ARANGE": 0, "RANGE": self._range_for(value)}
+
+    def _set_operations(self, words: list[str]) -> None:
+        """NULL takes the first reading after it as its offset."""
+        known = {"": 0, "OFF": 0, "0": 0, "NULL": NULL, "7": NULL, "SCALE": SCALE, "11": SCALE}
+        if any(word not in known for word in words):
+            self._errors |= UNDEFINED
+            return
+        self._operations = [known[word] for word in words[:2] if known[word]]
+        self._is_offset_due = NULL in self._operations
+
+    def _set_register(self, words: list[str]) -> None:
+        value = _number(words[1]) if len(words) > 1 else None
+        if words[0] not in REGISTERS or value is None or (words[0] == "SCALE" and value == 0.0):
+            self._errors |= UNDEFINED
+        else:
+            self._registers[words[0]] = value
 
     def _set_arm(self, words: list[str], now_s: float) -> None:
-        event = self._event(words[0])
+        event = self._event(words[0], ARM_EVENTS)
         if event is Event.SGL:
             self._settings["TARM"] = Event.HOLD
             self._abort()
@@ -294,7 +361,7 @@ class Hp3458aTwin:
             self._abort()
 
     def _set_trigger(self, words: list[str], now_s: float) -> None:
-        event = self._event(words[0])
+        event = self._event(words[0], TRIGGER_EVENTS)
         if event is Event.SGL:
             self._settings["TRIG"] = Event.HOLD
             if self._settings["TARM"] == Event.AUTO:
@@ -302,8 +369,8 @@ class Hp3458aTwin:
         elif event is not None:
             self._settings["TRIG"] = event
 
-    def _event(self, word: str) -> Event | None:
-        known = {event.name: event for event in (Event.AUTO, Event.SGL, Event.HOLD, Event.SYN)}
+    def _event(self, word: str, events: Sequence[Event]) -> Event | None:
+        known = {event.name: event for event in events}
         event = known.get(word) or {str(int(event)): event for event in known.values()}.get(word)
         if event is None:
             self._errors |= UNDEFINED
@@ -313,10 +380,13 @@ class Hp3458aTwin:
         if words[0] not in ("NORM", ""):
             self._errors |= UNDEFINED
         else:
-            self._settings |= {"TARM": Event.AUTO, "AUTORANGE": 1, **PRESET_NORM}
+            self._settings |= {"TARM": Event.AUTO, **PRESET_NORM}
+            self._operations = []
 
     def _reset(self) -> None:
         self._settings = dict(RESET_STATE)
+        self._operations = []
+        self._registers = dict(REGISTERS)
         self._abort()
 
     def _clear_status(self) -> None:

@@ -20,7 +20,8 @@ IDENTITIES = (b"HP3458A", b"Keysight 3458A")
 OVERLOAD_V = 1.0e38
 """What an ASCII reading says instead of a value outside its range, with the sign of the input."""
 NO_ERROR = b'0,"NO ERROR"'
-DC_VOLTS = 1
+DC_VOLTS, AC_VOLTS, OHMS = 1, 2, 4
+"""Of ``FUNC?``."""
 
 DCV_RANGES_V = ((0.12, 0.1), (1.2, 1.0), (12.0, 10.0), (120.0, 100.0), (1000.0, 1000.0))
 """Largest expected input to the range that ``DCV`` then takes, volts."""
@@ -119,6 +120,14 @@ def parse_pair(line: bytes) -> tuple[float, float]:
     if not comma:
         raise DeviceNonsense("the meter answers with two numbers and a comma")
     return parse_number(first), parse_number(second)
+
+
+def parse_operations(line: bytes) -> float:
+    """Return the first running operation of ``MATH?``, 0 for none: two may run, and one or two numbers answer.
+
+    Raises: DeviceNonsense.
+    """
+    return next((number for number in map(parse_number, line.split(b",", 1)) if number), 0.0)
 
 
 def parse_reading(line: bytes) -> tuple[float, int]:

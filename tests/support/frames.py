@@ -143,6 +143,8 @@ DECODED = (
     Decoded("hp3458a.parse_reading", hp3458a.parse_reading, b"-1.234567890E-03", (-1.23456789e-3, 16), METER,
             NUMERALS),
     Decoded("hp3458a.parse_pair", hp3458a.parse_pair, b"1,10", (1.0, 10.0), METER, NUMERALS),
+    Decoded("hp3458a.parse_operations", hp3458a.parse_operations, b"7,11", 7.0,
+            f"{METER}, MATH; two numbers assumed", NUMERALS),
     Decoded("hp3458a.parse_identity", hp3458a.parse_identity, b"HP3458A", "HP3458A", METER),
     Decoded("hp3458a.parse_error", hp3458a.parse_error, b'102,"TRIGGER TOO FAST"', (102, "TRIGGER TOO FAST"), METER,
             b" 0123456789"),

@@ -25,6 +25,7 @@ from rig.link.faults import Fault
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
 from rig.link.prologix import PrologixBus
+from rig.twins import hp3458a as meter_twin
 from rig.twins.prologix import PrologixTwin
 from rig.twins.servers import serve_pty, serve_tcp
 
@@ -92,11 +93,11 @@ def test_a_slow_reading_is_polled_and_never_lost_to_the_adapter_s_time_out() -> 
     assert rig.clock.monotonic_s() > 12.0
 
 
-def test_a_reading_far_later_than_expected_is_waited_for_outside_the_adapter() -> None:
+def test_a_reading_far_later_than_expected_is_waited_for_outside_the_adapter(monkeypatch: pytest.MonkeyPatch) -> None:
     rig = gpib_rig()
     readout = rig.prepared(nplc=100)
     readout.read("dmm.x", 1, rig.wait)
-    rig.meter._settings["LFREQ"] = 20  # 10 s a reading instead of 4: more than the adapter's 3 s too late
+    monkeypatch.setattr(meter_twin, "OVERHEAD_S", 6.0)  # 10 s a reading instead of 4: more than the adapter's 3 s late
     assert readout.read("dmm.x", 1, rig.wait).samples[0] == pytest.approx(1.000002, rel=1e-9)
 
 
@@ -213,6 +214,65 @@ def test_a_range_that_the_line_altered_is_told_as_the_range() -> None:
         readout.read("dmm.x", 1, rig.wait)
 
 
+@pytest.mark.parametrize(
+    ("command", "found"),
+    [
+        (b"NPLC 1", r"NPLC\? reads back 1, it was set to 10"),
+        (b"AZERO OFF", r"AZERO\? reads back 0, it was set to 1"),
+        (b"AZERO ONCE", r"AZERO\? reads back 2, it was set to 1"),
+        (b"FIXEDZ ON", r"FIXEDZ\? reads back 1, it was set to 0"),
+        (b"DCV 100", r"FUNC\? reads back 100, it was set to 10"),
+        (b"DCV 1", r"FUNC\? reads back 1, it was set to 10"),
+        (b"ARANGE ON", r"ARANGE\? reads back 1, it was set to 0"),
+        (b"OHM 1E3", r"FUNC\? reads back 4, it was set to 1"),
+        (b"ACV 10", r"FUNC\? reads back 2, it was set to 1"),
+        (b"NRDGS 5,AUTO", r"NRDGS\? reads back 5, it was set to 4"),
+        (b"MATH NULL", r"MATH\? reads back 7, it was set to 0"),
+        (b"MATH OFF,SCALE", r"MATH\? reads back 11, it was set to 0"),
+        (b"TRIG EXT", r"TRIG\? reads back 2, it was set to 1"),
+        (b"TRIG SYN", r"TRIG\? reads back 5, it was set to 1"),
+        (b"RESET", r"FUNC\? reads back 1000, it was set to 10"),  # runs free, without EOI
+        (b"LFREQ 60", r"LFREQ\? reads back 60, it was set to 50"),
+        (b"PRESET NORM;TARM HOLD", r"TRIG\? reads back 5, it was set to 1"),
+    ],
+)
+def test_what_another_hand_sets_between_two_equal_bursts_is_noticed(command: bytes, found: str) -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=10)
+    readout.read("dmm.x", 4, rig.wait)
+    rig.meter.listen(command, rig.clock.monotonic_s())
+    taken = len(rig.bench.readings)
+    with pytest.raises(DeviceRefused, match=found + "; no reading is taken; see who else sets the meter"):
+        readout.read("dmm.x", 4, rig.wait)
+    assert len(rig.bench.readings) == taken
+    burst = readout.read("dmm.x", 4, rig.wait)  # all sent anew
+    assert burst.samples == pytest.approx(1.0, abs=1e-4)
+    assert burst.interval_s == pytest.approx(0.4, abs=0.002)
+
+
+@pytest.mark.parametrize("more", [b"NRDGS 5,AUTO", b"NRDGS 5000,AUTO"])
+def test_readings_left_after_a_burst_void_it(more: bytes) -> None:
+    rig = gpib_rig()
+    readout, listen = rig.prepared(), rig.meter.listen
+
+    def disturbed(message: bytes, now_s: float) -> float:
+        return listen(message.replace(b"TARM SGL", more + b";TARM SGL"), now_s)
+
+    rig.meter.listen = disturbed  # type: ignore[method-assign]
+    with pytest.raises(DeviceRefused, match="readings left after the 4 that it was set to; the burst is dropped"):
+        readout.read("dmm.x", 4, rig.wait)
+    rig.meter.listen = listen  # type: ignore[method-assign]
+    assert readout.read("dmm.x", 4, rig.wait).samples == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_meter_that_stays_busy_after_its_readings_is_told() -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    rig.meter.serial_poll = lambda _now_s: 0  # type: ignore[method-assign]
+    with pytest.raises(DeviceSilent, match=r"still busy 3\.401 s after the last reading; the burst is dropped"):
+        readout.read("dmm.x", 4, rig.wait)
+
+
 def test_errors_left_over_from_earlier_use_are_kept_and_told() -> None:
     rig = gpib_rig()
     rig.meter.listen(b"NONSENSE", 0.0)
@@ -281,12 +341,19 @@ def test_a_range_that_the_meter_has_not_is_refused_in_the_file(range_v: float) -
         meter_settings(channels={"x": {"scanner": 1, "range_v": range_v}})
 
 
+def _first_reading(rig: GpibRig, readout: Hp3458aReadout, samples: int) -> int:
+    """Return which reply the first reading of the next burst will be: behind them come VIEW and the status alone."""
+    readout.read("dmm.x", samples, rig.wait)
+    before = rig.faults.taken
+    readout.read("dmm.x", samples, rig.wait)
+    return 2 * rig.faults.taken - before - samples - 2
+
+
 def test_a_cut_reading_is_not_a_smaller_number() -> None:
     rig = gpib_rig()
     readout = rig.prepared()
-    readout.read("dmm.x", 3, rig.wait)
-    # The fourth piece of a burst on a known setup: VIEW, then the readings. The cut one still ends in CR LF.
-    rig.faults.reads = {rig.faults.taken + 2: faults.replace(b" 1.0000000E+00\r\n")}
+    # The second reading; the cut one still ends in CR LF.
+    rig.faults.reads = {_first_reading(rig, readout, 3) + 1: faults.replace(b" 1.0000000E+00\r\n")}
     with pytest.raises(DeviceNonsense, match=r"readings of 14 and 16 characters in one burst"):
         readout.read("dmm.x", 3, rig.wait)
 
@@ -294,8 +361,7 @@ def test_a_cut_reading_is_not_a_smaller_number() -> None:
 def test_a_doubled_reading_voids_the_burst() -> None:
     rig = gpib_rig()
     readout = rig.prepared()
-    readout.read("dmm.x", 3, rig.wait)
-    rig.faults.reads = {rig.faults.taken + 3: faults.duplicate(0.0)}
+    rig.faults.reads = {_first_reading(rig, readout, 3) + 2: faults.duplicate(0.0)}
     with pytest.raises(DeviceNonsense, match="more than one reply"):
         readout.read("dmm.x", 3, rig.wait)
 
@@ -303,8 +369,7 @@ def test_a_doubled_reading_voids_the_burst() -> None:
 def test_a_reading_taken_twice_and_one_missed_void_the_burst() -> None:
     rig = gpib_rig()
     readout = rig.prepared()
-    readout.read("dmm.x", 4, rig.wait)
-    first = rig.faults.taken + 1  # behind the answer to VIEW
+    first = _first_reading(rig, readout, 4)
     rig.faults.reads = {first: faults.duplicate(0.41), first + 1: faults.delay(0.05)}
     with pytest.raises(DeviceNonsense, match="18 bytes nobody asked for came with the readings"):
         readout.read("dmm.x", 4, rig.wait)

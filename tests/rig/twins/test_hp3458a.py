@@ -121,6 +121,66 @@ def test_function_and_range_read_back() -> None:
     assert [float(part) for part in said(twin, b"FUNC?").split(b",")] == [1.0, 100.0]
 
 
+@pytest.mark.parametrize(
+    ("command", "function", "range_value", "reading"),
+    [
+        (b"OHM 1E3", 4.0, 1e3, 500.0),  # 0.5 V over the 1 mA of the range
+        (b"FUNC OHM,1E4", 4.0, 1e4, 5000.0),
+        (b"OHM 100", 4.0, 100.0, 1e38),  # 500 ohm, full scale 120 ohm
+        (b"ACV 10", 2.0, 10.0, 0.0),  # of a steady input
+        (b"OHM 1E3;DCV 1", 1.0, 1.0, 0.5),
+        (b"ACV 10;PRESET NORM;DCV 10;TARM HOLD;TRIG AUTO", 1.0, 10.0, 0.5),
+    ],
+)
+def test_another_function_is_answered_and_measured(
+    command: bytes, function: float, range_value: float, reading: float
+) -> None:
+    # 3458A user's guide, FUNC: DCV 1, ACV 2, OHM 4; "FUNC?" answers function and range.
+    twin = quiet_meter(0.5)
+    twin.listen(command, 0.0)
+    assert [float(part) for part in said(twin, b"FUNC?").split(b",")] == [function, range_value]
+    twin.listen(b"TARM SGL", 0.0)
+    assert float(twin.talk(9.0)[0]) == pytest.approx(reading, rel=1e-9)
+    assert said(twin, b"ERRSTR?") == b'0,"NO ERROR"\r\n'
+
+
+@pytest.mark.parametrize(
+    ("command", "operations", "readings"),
+    [
+        (b"MATH OFF", b"0,0\r\n", [3.0, 4.0]),
+        (b"MATH NULL", b"7,0\r\n", [0.0, 1.0]),  # the first reading is the offset
+        (b"SMATH SCALE,2;MATH SCALE", b"11,0\r\n", [1.5, 2.0]),
+        (b"SMATH SCALE,2;SMATH OFFSET,1;MATH SCALE", b"11,0\r\n", [1.0, 1.5]),
+        (b"MATH NULL;RESET;TARM HOLD;END ALWAYS;NRDGS 2", b"0,0\r\n", [3.0, 4.0]),
+    ],
+)
+def test_mathematics_change_what_a_reading_is(command: bytes, operations: bytes, readings: list[float]) -> None:
+    # 3458A user's guide, MATH: NULL = reading - OFFSET, OFFSET the first reading; SCALE = (reading - OFFSET) / SCALE.
+    levels = iter([3.0, 4.0])
+    twin = Hp3458aTwin(lambda _now_s: next(levels))
+    twin.listen(b"END ALWAYS;TARM HOLD;NRDGS 2", 0.0)
+    twin.listen(command, 0.0)
+    assert said(twin, b"MATH?") == operations
+    twin.listen(b"TARM SGL", 0.0)
+    assert [float(line) for line in read_all(twin, 9.0)] == pytest.approx(readings)
+
+
+def test_an_external_trigger_never_comes() -> None:
+    twin = quiet_meter()
+    twin.listen(b"TRIG EXT;TARM SGL", 0.0)
+    assert said(twin, b"TRIG?") == b"2\r\n"
+    assert twin.talk(99.0)[0] == b""
+
+
+def test_a_fixed_range_ends_autoranging() -> None:
+    twin = quiet_meter()
+    assert said(twin, b"ARANGE?") == b"1\r\n"
+    twin.listen(b"DCV 10", 0.0)
+    assert said(twin, b"ARANGE?") == b"0\r\n"
+    twin.listen(b"ARANGE ON", 0.0)
+    assert said(twin, b"ARANGE?") == b"1\r\n"
+
+
 @pytest.mark.parametrize(("question", "set_to"), [(0.5, 0.5), (1, 1), (7.2, 8), (10, 10), (12, 20), (100, 100)])
 def test_power_line_cycles_come_in_steps(question: float, set_to: float) -> None:
     # 3458A user's guide, NPLC: steps of 1 from 1 to 10, of 10 from 10 to 1000.
@@ -134,6 +194,8 @@ def test_power_line_cycles_come_in_steps(question: float, set_to: float) -> None
     [
         (b"NONSENSE", b'103,"SYNTAX ERROR"\r\n'),
         (b"NPLC 2000", b'106,"PARAMETER OUT OF RANGE"\r\n'),
+        (b"MATH STAT", b'105,"UNDEFINED PARAMETER RECEIVED"\r\n'),  # not modelled
+        (b"TARM LEVEL", b'105,"UNDEFINED PARAMETER RECEIVED"\r\n'),
         (b"OFORMAT PINK", b'105,"UNDEFINED PARAMETER RECEIVED"\r\n'),
     ],
 )

@@ -81,6 +81,15 @@ def test_functions_and_counts_are_pairs() -> None:
             wire.parse_pair(line)
 
 
+def test_mathematics_are_told_by_one_number_or_two() -> None:
+    # 3458A user's guide, MATH: two operations may run, OFF 0, NULL 7, SCALE 11.
+    answers = {b"0": 0.0, b"0,0": 0.0, b"7": 7.0, b"7,0": 7.0, b"0,11": 11.0, b"7,11": 7.0}
+    assert {line: wire.parse_operations(line) for line in answers} == answers
+    for line in (b"", b"0,", b"0,0,0", b"OFF"):
+        with pytest.raises(DeviceNonsense):
+            wire.parse_operations(line)
+
+
 def test_ranges_follow_the_guide_s_table() -> None:
     # 3458A user's guide, DCV: largest expected input 0.12, 1.2, 12, 120 and 1000 V.
     request = (0.1, 0.12, 0.13, 1.2, 1.3, 12.0, 12.1, 120.0, 121.0, 1000.0)
