@@ -299,7 +299,8 @@ class ScpiMeter:
     def _require_plain_volts(self, outcome: str) -> None:
         """Ask what measures: range and integration of volts are told whatever function is chosen at the panel."""
         for question, need in self._preset.words.items():
-            if (said := self._line.ask(question, _word, idempotent=True)) != need:
+            said = self._line.ask(question, _word, idempotent=True)
+            if said.removesuffix(_DIRECT) != need.removesuffix(_DIRECT):
                 raise DeviceRefused(
                     f"{self.name}: {question.decode('ascii')} says {said.decode('ascii')}, need {need.decode('ascii')}:"
                     f" a reading is no plain number of volts; {outcome}; see what else uses the meter"
@@ -317,6 +318,10 @@ class ScpiMeter:
 
     def _forget(self) -> None:
         self._set_up_for = None
+
+
+_DIRECT = b":DC"
+"""A node that may be left out: VOLT and VOLT:DC are one function."""
 
 
 def _switch(state: bool) -> bytes:
