@@ -138,8 +138,13 @@ class Hp3458aMeter:
         reading_s = self.reading_s(setup.nplc)
         self._bus.send(self._address, b"TARM SGL")
         started_s = self._clock.monotonic_s()
+        self._await_reading(started_s + reading_s, reading_s, wait)
+        # What comes before the first reading is fetched is an answer of before, once more: drained, and no reading.
         unasked_before = self._bus.unasked_bytes()
-        readings = [self._reading(started_s + k * reading_s, reading_s, wait) for k in range(1, setup.samples + 1)]
+        readings = [self._bus.read(self._address, wire.parse_reading)]
+        for k in range(2, setup.samples + 1):
+            self._await_reading(started_s + k * reading_s, reading_s, wait)
+            readings.append(self._bus.read(self._address, wire.parse_reading))
         # All have one length, so a cut one shows.
         lengths = {length for _, length in readings}
         if len(lengths) > 1:
@@ -217,14 +222,13 @@ class Hp3458aMeter:
         self._is_configured = False
         self._setup = None
 
-    def _reading(self, due_s: float, reading_s: float, wait: Wait) -> tuple[float, int]:
-        """Return the next reading, volts, and its length in characters; waited for in rig time, then fetched."""
+    def _await_reading(self, due_s: float, reading_s: float, wait: Wait) -> None:
+        """Let the next reading be taken, in rig time."""
         ahead_s = due_s - self._clock.monotonic_s()
         if ahead_s > 0.0:
             wait(ahead_s)
         if reading_s > POLL_ABOVE_S:
             self._await_data(reading_s, wait)
-        return self._bus.read(self._address, wire.parse_reading)
 
     def _await_data(self, reading_s: float, wait: Wait) -> None:
         limit_s = reading_s + DATA_LIMIT_S
