@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
 from rig.devices.abilities import Burst, Wait
-from rig.devices.scpi_talk import as_sent, listed, quiet_unless_done, require, require_no_error, take_errors
+from rig.devices.scpi_talk import NOT_TAKEN, as_sent, listed, quiet_unless_done, require, require_no_error, take_errors
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.messages import TALK_TIMEOUT_S, MessageLine
 from rig.toml_file import StrictTable
@@ -214,7 +214,7 @@ class ScpiMeter:
         self._line.tell(b"*RST")
         self.earlier_errors = tuple(text for _, text in take_errors(self._line, self.name))
         self._set_up(self._settings.nplc)
-        self._require_as_set(self._settings.nplc)
+        self._require_as_set(self._settings.nplc, NOT_TAKEN)
 
     def read(self, channel: str, samples: int, wait: Wait, nplc: float | None = None) -> Burst:
         cycles = self._checked(channel, samples, nplc)
@@ -226,11 +226,10 @@ class ScpiMeter:
             self._busy_until_s = 0.0
             if cycles != self._set_up_for:
                 self._set_up(cycles)
-            self._require_as_set(cycles)
+            self._require_as_set(cycles, NOT_TAKEN)
             started_s = self._clock.monotonic_s()
             values_v = np.array([self._reading(cycles, wait) for _ in range(samples)], dtype=np.float64)
-            self._require_terminals(self._selected(), self._terminals, "the burst is dropped")
-            self._require_plain_volts("the burst is dropped")
+            self._require_as_set(cycles, "the burst is dropped")
             require_no_error(self._line, self.name, "the burst", "it is dropped")
         overload = np.abs(values_v) > scpi.LARGEST_READING
         values_v[overload] = np.nan
@@ -287,22 +286,21 @@ class ScpiMeter:
                 f" (readouts.{self.name}: {by}); {outcome}; press the key at the meter"
             )
 
-    def _require_as_set(self, cycles: float) -> None:
-        self._require_terminals(self._selected(), self._terminals, "no reading is taken")
-        require(self._line, self.name, b"VOLT:DC:RANG?", self._settings.range_v)
-        require(self._line, self.name, b"VOLT:DC:NPLC?", cycles)
-        require(self._line, self.name, self._preset.autozero + b"?", self._settings.autozero)
+    def _require_as_set(self, cycles: float, outcome: str) -> None:
+        """Ask all that a reading depends on: a key at the panel changes any of it at any time."""
+        self._require_terminals(self._selected(), self._terminals, outcome)
+        numbers = {b"VOLT:DC:RANG": self._settings.range_v, b"VOLT:DC:NPLC": cycles}
+        switches = {self._preset.autozero: self._settings.autozero}
         if self._preset.impedance is not None:
-            require(self._line, self.name, self._preset.impedance + b"?", self._settings.high_impedance)
-        self._require_plain_volts("no reading is taken")
-
-    def _require_plain_volts(self, outcome: str) -> None:
-        """Ask what measures: range and integration of volts are told whatever function is chosen at the panel."""
-        for question, need in self._preset.words.items():
+            switches[self._preset.impedance] = self._settings.high_impedance
+        for header, need in {**numbers, **switches}.items():
+            require(self._line, self.name, header + b"?", need, outcome)
+        # Range and integration of volts are told whatever function measures.
+        for question, word in self._preset.words.items():
             said = self._line.ask(question, _word, idempotent=True)
-            if said.removesuffix(_DIRECT) != need.removesuffix(_DIRECT):
+            if said.removesuffix(_DIRECT) != word.removesuffix(_DIRECT):
                 raise DeviceRefused(
-                    f"{self.name}: {question.decode('ascii')} says {said.decode('ascii')}, need {need.decode('ascii')}:"
+                    f"{self.name}: {question.decode('ascii')} says {said.decode('ascii')}, need {word.decode('ascii')}:"
                     f" a reading is no plain number of volts; {outcome}; see what else uses the meter"
                 )
 

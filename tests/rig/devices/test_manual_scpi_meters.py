@@ -288,18 +288,25 @@ def test_another_function_at_the_panel_is_never_read_as_volts(model: str, presse
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_a_function_that_changes_within_a_burst_drops_it(model: str) -> None:
+@pytest.mark.parametrize(
+    ("key", "state", "said"),
+    [
+        ("FUNC", "RES", r"FUNC\? says RES, need .*: a reading is no plain number of volts; the burst"),
+        ("VOLT:DC:RANG:AUTO", "ON", r"RANG:AUTO\? says 1, need 0: a reading is no plain number of volts; the burst"),
+        ("VOLT:DC:RANG", "1000", r"RANG\? reads back 1000, it was set to [12]0; the burst"),
+        ("VOLT:DC:NPLC", "0.02", r"NPLC\? reads back 0.02, it was set to .*; the burst"),
+    ],
+)
+def test_what_changes_within_a_burst_drops_it(model: str, key: str, state: str, said: str) -> None:
     rig = meter_rig(model)
     meter = rig.prepared()
 
-    def pressed(seconds: float) -> None:
+    def press(seconds: float) -> None:
         rig.wait(seconds)
-        rig.unit.function = "RES"
+        rig.unit.obey(key, state, 0.0)
 
-    with pytest.raises(
-        DeviceRefused, match=r"FUNC\? says RES, need .*: a reading is no plain number of volts; the burst"
-    ):
-        meter.read("dmm.x", 2, pressed)
+    with pytest.raises(DeviceRefused, match=said):
+        meter.read("dmm.x", 1, press)
 
 
 @pytest.mark.parametrize("model", KEITHLEYS)
