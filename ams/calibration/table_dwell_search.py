@@ -16,7 +16,7 @@ from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import Calibration
 from ams.frames import specific_force
 from ams.inputs.known_of_run import DwellLabels, ProvedChange, is_among, labels_of
-from ams.models.pitch_yaw_roll import MODEL
+from ams.models.pitch_yaw_roll import MODEL, STING
 from ams.observations import Observations
 from ams.solve.extension import angles_of_points
 from ams.solve.layout import Layout, layout_of
@@ -54,6 +54,8 @@ class SeenPackage:
     name: str
     axes: tuple[str, ...]
     rows: Observations
+    is_rolled: bool
+    """Whether roll reaches it: not what stands on a sting."""
     layout: Layout
     k: FloatArray
     """(A, 3) per g of specific force."""
@@ -77,8 +79,11 @@ class SeenPackage:
     @cached_property
     def columns(self) -> FloatArray:
         """(N, A, n) what one radian about each of the n axes of the table does."""
-        changes = force_changes(self.rows.pitch_rad, self.rows.roll_rad, self.rows.yaw_rad)
-        return np.stack([changes[axis] @ self.k.T for axis in AXES_OF_TABLE if axis in changes], axis=2)
+        rows, outputs = self.rows, self.k.T
+        changes = force_changes(rows.pitch_rad, rows.roll_rad if self.is_rolled else None, rows.yaw_rad)
+        of_table = AXES_OF_TABLE if rows.yaw_rad is not None else AXES_OF_TABLE[:-1]
+        nothing = np.zeros((rows.rows, outputs.shape[1]))
+        return np.stack([changes[axis] @ outputs if axis in changes else nothing for axis in of_table], axis=2)
 
     def without(self, labels: DwellLabels) -> "SeenPackage":
         dwell = self.dwell.get(labels)
@@ -106,7 +111,8 @@ class SeenPackage:
 def seen_package(package: StoodPackage, changes: Sequence[ProvedChange]) -> SeenPackage | None:
     rows, calibration = package.rows, package.calibration
     axes = [axis for axis in calibration.axes.values() if axis.residuals_v.size == rows.rows]
-    is_yawed = calibration.model == MODEL.name
+    is_rolled = calibration.model != STING.name
+    is_yawed = calibration.model in (MODEL.name, STING.name)
     if not (calibration.convention == "TP" or is_yawed) or rows.mounting is not None or not axes:
         return None
     rows = rows if is_yawed else replace(rows, yaw_rad=None)
@@ -115,11 +121,13 @@ def seen_package(package: StoodPackage, changes: Sequence[ProvedChange]) -> Seen
         return None
     plain = np.stack([axis.residuals_v for axis in axes], axis=1)
     yaw = None if rows.yaw_rad is None else layout.mean_by_point(rows.yaw_rad)
-    basis = np.column_stack([np.ones(layout.points), specific_force(*angles_of_points(rows, layout), yaw)])
+    pitch, roll = angles_of_points(rows, layout)
+    roll = roll if is_rolled else np.zeros_like(roll)
+    basis = np.column_stack([np.ones(layout.points), specific_force(pitch, roll, yaw)])
     dwell = layout.replication * layout.points + layout.point
     grid = grid_residuals(basis, plain, dwell, layout.replications, layout.points)
     for change in changes:
-        grid = _beside(change, grid, rows, dwell)
+        grid = _beside(change, grid, rows, dwell, is_rolled=is_rolled)
     reading = np.stack([axis.fitted_v for axis in axes], axis=1)
     k = np.array([axis.sensitive_axis_v_per_g for axis in axes]) * (-1.0 if is_yawed else 1.0)
     scatters = grid.squares > 0.0
@@ -128,13 +136,16 @@ def seen_package(package: StoodPackage, changes: Sequence[ProvedChange]) -> Seen
     kept = np.flatnonzero(scatters)
     names = tuple(axes[index].axis for index in kept)
     left = replace(grid, residuals=grid.residuals[:, kept])
-    return SeenPackage(package.name, names, rows, layout, k[kept], reading[:, kept], plain[:, kept], left)
+    return SeenPackage(package.name, names, rows, is_rolled, layout, k[kept], reading[:, kept], plain[:, kept], left)
 
 
-def _beside(change: ProvedChange, grid: GridResiduals, rows: Observations, dwell: IntArray) -> GridResiduals:
+def _beside(
+    change: ProvedChange, grid: GridResiduals, rows: Observations, dwell: IntArray, *, is_rolled: bool
+) -> GridResiduals:
     """Return the residuals beside what a change that is proved may have done to any output."""
     after, before = is_among(rows, change.after), is_among(rows, change.before)
-    force = np.column_stack([np.ones(rows.rows), specific_force(rows.pitch_rad, rows.roll_rad, rows.yaw_rad)])
+    roll_rad = rows.roll_rad if is_rolled else np.zeros(rows.rows)
+    force = np.column_stack([np.ones(rows.rows), specific_force(rows.pitch_rad, roll_rad, rows.yaw_rad)])
     on_grid = np.zeros((grid.present.size, force.shape[1]))
     on_grid[dwell] = after[:, None] * force
     for between in dwell[~(after | before)]:
@@ -262,18 +273,19 @@ class DwellSearch:
 
     def judged(self, dwell: int, rest: "DwellSearch") -> "Behind":
         """Return what is behind a dwell that stands out."""
-        axes, parts = list[tuple[str, str]](), list[tuple[FloatArray, ...]]()
+        axes, rolls, parts = list[tuple[str, str]](), list[bool](), list[tuple[FloatArray, ...]]()
         for package in self.packages:
             at, row = package.dwell.get(self.labels[dwell]), package.row_of.get(self.labels[dwell])
             if at is None or row is None or not package.grid.leverages[at] > 0.0:
                 continue
             leverage = package.grid.leverages[at]
             axes += [(package.name, axis) for axis in package.axes]
+            rolls += [package.is_rolled] * len(package.axes)
             change, variance = package.grid.residuals[at] / leverage, package.variances[at] / leverage
             parts.append((package.k, change, variance, package.reading[row]))
         k, change, variance, reading = (np.concatenate(columns) for columns in zip(*parts, strict=True))
         names = tuple(name for name, _ in axes), tuple(axis for _, axis in axes)
-        watched = WatchedAxes(*names, (_METER,) * len(axes), k)
+        watched = WatchedAxes(*names, (_METER,) * len(axes), k, np.array(rolls))
         first = self.packages[0]
         row = first.row_of[self.labels[dwell]]
         yaw = first.rows.yaw_rad

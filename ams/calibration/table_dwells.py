@@ -55,8 +55,8 @@ def judge_dwells(
 
     ``family``: axes of the run, None: those of the packages. ``changes``: of table or meter in mid-run that are proved:
     what was measured after one is looked at by itself, and what was measured meanwhile not at all. Packages without
-    replications, and those that sense no attitude or that roll does not reach, say nothing of it. Where a package by
-    itself shows a slip in mid-run, that is what its dwells are off by.
+    replications, and those that sense no attitude, say nothing of it; one on a sting nothing of roll. Where a package
+    by itself shows a slip in mid-run, that is what its dwells are off by.
     """
     seen = [seen for package in packages if (seen := seen_package(package, changes)) is not None]
     yawed = [package for package in seen if package.rows.yaw_rad is not None]

@@ -39,7 +39,7 @@ CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;
 
 INBUF ON frees the bus during a burst, so that the meter can be polled and cleared."""
 CONFIRMED: Mapping[bytes, float] = {
-    **{b"OFORMAT?": 1, b"AZERO?": 1, b"FIXEDZ?": 0, b"MATH?": 0},
+    **{b"OFORMAT?": 1, b"AZERO?": 1, b"FIXEDZ?": 0},
     **{b"TRIG?": Event.AUTO, b"TARM?": Event.HOLD},
 }
 """Read back before every burst: hands at its panel and other controllers can change them at any time."""
@@ -278,10 +278,10 @@ class Hp3458aMeter:
     def _confirm_configuration(self) -> None:
         for query, need in {**CONFIRMED, b"LFREQ?": self._line_frequency_hz}.items():
             self._require_number(query, need)
+        self._require(b"MATH?", self._ask(b"MATH?", wire.parse_operations), 0, ANOTHER_SETTING)
 
     def _require_number(self, query: bytes, need: float, way_out: str = ANOTHER_SETTING) -> None:
-        parse = wire.parse_operations if query == b"MATH?" else wire.parse_number
-        self._require(query, self._ask(query, parse), need, way_out)
+        self._require(query, self._ask(query, wire.parse_number), need, way_out)
 
     def _require(self, query: bytes, got: float, need: float, way_out: str) -> None:
         if abs(got - need) > READ_BACK_TOLERANCE * abs(need):

@@ -43,7 +43,10 @@ class Wire:
         """Hear a browser; False for another host, such as one that it asks whether there is a newer browser."""
         connection.recv(_GREETING)
         connection.sendall(b"\x05\x00")
-        host = connection.recv(connection.recv(_REQUEST, socket.MSG_WAITALL)[-1], socket.MSG_WAITALL).decode()
+        request = connection.recv(_REQUEST, socket.MSG_WAITALL)
+        if not request:  # opened ahead of need, and given up
+            return False
+        host = connection.recv(request[-1], socket.MSG_WAITALL).decode()
         connection.recv(_PORT, socket.MSG_WAITALL)
         connection.sendall(b"\x05\x00\x00\x01\x7f\x00\x00\x01\x00\x00")
         return host == self._target[0]

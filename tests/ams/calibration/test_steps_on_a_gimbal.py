@@ -156,6 +156,43 @@ def test_a_dwell_at_which_one_axis_of_the_gimbal_stood_off_is_the_table_s(axis: 
     assert finding.details["yaw_deg"] == pytest.approx(np.rad2deg(float(rows.yaw_rad[STRUCK])))  # type: ignore[index]
 
 
+def dwells_of_sting(struck: Observations) -> DwellsOfTable:
+    return judge_dwells([StoodPackage("P", struck, solved(struck, "sting"))])
+
+
+@pytest.mark.parametrize("axis", ["pitch", "yaw"])
+@pytest.mark.parametrize("off_arcsec", [40.0, -200.0])
+def test_of_a_sting_a_dwell_at_which_what_carries_it_stood_off_is_the_table_s(axis: str, off_arcsec: float) -> None:
+    """Three readings and two turns: what the table did to all three is no reading that is wrong."""
+    at = np.array([STRUCK])
+    struck = observed(np.random.default_rng(7), {axis: off_arcsec}, is_on_sting=True, at=at)
+    found = dwells_of_sting(struck)
+    assert found.known.off == {labels_of(struck)[STRUCK]}
+    (finding,) = found.findings
+    assert axis in finding.text
+
+
+def test_of_a_sting_neither_roll_nor_one_output_nor_nothing_makes_a_dwell_of_the_table() -> None:
+    at = np.array([STRUCK])
+    for causes, own_v in (({"roll": 500.0}, 0.0), ({}, 5e-4), ({}, 0.0)):
+        struck = observed(np.random.default_rng(11), causes, own_v=own_v, is_on_sting=True, at=at)
+        found = dwells_of_sting(struck)
+        assert not found.known.off
+        assert not found.findings
+
+
+def test_a_sting_and_a_model_that_roll_turns_tell_together_which_axis_stood_off() -> None:
+    at = np.array([STRUCK])
+    for axis in AXES:
+        models = [observed(np.random.default_rng(seed), {axis: 40.0}, at=at) for seed in (7, 8)]
+        sting = observed(np.random.default_rng(9), {axis: 40.0}, is_on_sting=True, at=at)
+        packages = [StoodPackage(f"M{index}", rows, solved(rows)) for index, rows in enumerate(models)]
+        found = judge_dwells([StoodPackage("S", sting, solved(sting, "sting")), *packages])
+        assert found.known.off == {labels_of(sting)[STRUCK]}
+        (finding,) = found.findings
+        assert axis in finding.text
+
+
 def test_a_wrong_reading_of_one_output_is_no_dwell_of_the_table() -> None:
     chance = np.random.default_rng(10)
     struck = [observed(chance, {}, own_v=5e-4, at=np.array([STRUCK])), observed(chance, {}), observed(chance, {})]
