@@ -170,11 +170,12 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
     left = without_memory(without_transient(left), together)
+    steps = steps.beside(left.tests)
     tests = without_lesser_memories(with_steps(left.tests, steps))
     diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit)
     changes = map(step_words.as_stated, steps.findings)
     backlash = backlash_findings(plays, tests, circumstances.table)
-    return replace(diagnosis, findings=(*clipped, *backlash, *changes, *diagnosis.findings))
+    return replace(diagnosis, findings=(*clipped, *backlash, *changes, *steps.with_undecided(diagnosis.findings)))
 
 
 def _within_declared(

@@ -16,7 +16,7 @@ from ams.analysis.diagnostics.step_scan import Change
 from ams.arrays import BoolArray, IntArray
 from ams.calibration.step_columns import Changed, step_columns
 from ams.calibration.step_findings import findings_of_change
-from ams.calibration.step_or_drift import is_step
+from ams.calibration.step_or_drift import likelier
 from ams.calibration.step_search import StepSearch
 from ams.findings import SHOWN_BY, Finding
 from ams.inputs.known_of_run import ProvedChange, is_among
@@ -86,7 +86,7 @@ def _beside(search: StepSearch, change: ProvedChange, level: float) -> tuple[Ste
         return search, None
     if drifting := search.drifting_beside(slip, level):
         return _beside(search.beside_drift_of(drifting), change, level)
-    if not is_step(search, slip):
+    if likelier(search, slip) == "drift":
         return search, None
     findings = tuple(finding for finding, _ in findings_of_change(search, slip, is_shared=True))
     if any(finding.kind != "table-rotation" or finding.details.get("confounded_with") for finding in findings):

@@ -1,8 +1,13 @@
-"""Whether what a search found is a change in mid-run, or the likeliest step of a drift or of the temperature."""
+"""Whether what a search found is a change in mid-run, or the likeliest step of a drift or of the temperature.
+
+A step chooses its place among all dwells, so that it explains a drift that has just been seen nearly as well as a drift
+does, and a drift such a step. Which it is, is decided where twice the log likelihoods, less what their numbers cost,
+differ by :data:`_DECIDED` or more; by less it is either.
+"""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
@@ -18,6 +23,8 @@ _PARTS: Final = 4
 _PER_NUMBER: Final = 4.0
 """Of what a course explains, in variances of a dwell, for every number that it has to choose: the rest says which is
 likelier. By Akaike (1974) 2, by Schwarz (1978) 7 for a thousand dwells."""
+_DECIDED: Final = 8.0
+"""In variances of a dwell, as twice the log likelihood: fifty to one (Kass and Raftery 1995: from 6 on strong)."""
 _FEW_REPLICATIONS: Final = 3
 _FEW_OF_RETURN: Final = 5
 """Of so many, whose offsets are each what they are by chance, one stands by itself often enough."""
@@ -30,10 +37,11 @@ _BESIDE_WAVES: Final = 36.0
 made; a walk is likelier a slope with a step than a step alone. A sensitivity does not drift with its offset."""
 _KEPT: Final = 0.5
 """Of what a change explains: beside the recorded temperature, or a level of each of few replications."""
+Likelier = Literal["step", "either", "drift"]
 
 
-def is_step(search: StepSearch, change: Change) -> bool:
-    """Return whether a change is one, and not the likeliest step of a drift or of the temperature."""
+def likelier(search: StepSearch, change: Change) -> Likelier:
+    """Return whether a change is one, or the likeliest step of a drift or of the temperature; or either of them."""
     outputs = search.on_table if change.output is None else (change.output,)
     pattern = np.concatenate([search.pattern(change, index) for index in outputs])
     left = partial(search.left_of, outputs)
@@ -46,20 +54,19 @@ def is_step(search: StepSearch, change: Change) -> bool:
     dof, by_parts = len(outputs) * search.course.dof - rank, rank - 1
     variance = max(float(y @ y) - together, NOTHING * float(y @ y)) / dof
     by_step = explained(step, y)[0]
-    likelier = by_step - _PER_NUMBER * change.numbers * variance
-    drifts = ((left(pattern, columns), free) for columns, free in _drifts(search, change))
-    if any(explained(columns, y)[0] - _PER_NUMBER * free * variance > likelier for columns, free in drifts):
-        return False
+    judged = _beside_drifts(search, change, pattern, y, variance)
+    if judged == "drift":
+        return judged
     rest = (together - by_step) / variance
     is_large = by_parts > 0 and rest > by_parts + _LARGEST_REST * by_step / variance
     if is_large and float(f_tail(rest / by_parts, float(by_parts), float(dof))) < _CONTRADICTED:
-        return False
+        return "drift"
     if change.what == "offset" and search.drifting.intersection(outputs):
         *_, (waves, _) = courses_of_drift(search.course.time_order)
         if _kept(step, left(pattern, waves), y) < _BESIDE_WAVES * variance:
-            return False
+            return "drift"
     if _is_of_a_dwell(search, outputs, step, y, by_step):
-        return False
+        return "drift"
     others = []
     if layout.replications <= (_FEW_OF_RETURN if change.end and not change.is_of_table else _FEW_REPLICATIONS):
         others.append(left(pattern, _by_replication(search)))
@@ -67,9 +74,43 @@ def is_step(search: StepSearch, change: Change) -> bool:
         warmth = evidence.rows.temperature_degc - evidence.rows.temperature_degc.mean()
         powers = np.stack([warmth, warmth**2], axis=1)
         others += [left(pattern, powers), left(np.ones_like(pattern), powers)]
-    if not others:
-        return True
-    return _kept(step, np.hstack(others), y) >= _KEPT * by_step
+    if others and _kept(step, np.hstack(others), y) < _KEPT * by_step:
+        return "drift"
+    return judged
+
+
+def _beside_drifts(search: StepSearch, change: Change, pattern: FloatArray, y: FloatArray, variance: float) -> Likelier:
+    """Return which is likelier by what a step and drifts explain, each less what its numbers cost.
+
+    One output may drift in offset and sensitivity at once, along one course, as one that warms up does; it may step in
+    both as well. Levels of the replications hold a step between two of them whole, and several outputs do not drift
+    alike, nor as a turn: beside these it is enough to be likelier.
+    """
+    outputs = search.on_table if change.output is None else (change.output,)
+    taken: list[tuple[FloatArray, ...]] = [(pattern,)]
+    is_shared = change.is_of_table or len(outputs) > 1
+    if len(outputs) == 1:
+        watched, sd = search.watched[outputs[0]], search.sd(outputs[0])
+        taken.append((np.ones(pattern.size) / sd, watched.sensed / sd))
+
+    def likelihood(columns: FloatArray | BoolArray, free: int, patterns: Sequence[FloatArray]) -> float:
+        every = np.hstack([search.left_of(outputs, each, columns) for each in patterns])
+        return explained(every, y)[0] / variance - _PER_NUMBER * free
+
+    during, levels = search.course.during(change)[:, None], list(_levels(search, change))
+    steps = [likelihood(during, change.numbers + len(patterns) - 1, patterns) for patterns in taken]
+    beyond = [
+        (
+            max(steps[: at + 1]) - likelihood(columns, len(patterns) * free, patterns),
+            is_level or (is_shared and at == 0),
+        )
+        for at, patterns in enumerate(taken)
+        for is_level, courses in ((False, courses_of_drift(search.course.time_order)), (True, levels))
+        for columns, free in courses
+    ]
+    if any(by < 0.0 for by, _ in beyond):
+        return "drift"
+    return "step" if all(by >= (0.0 if is_enough else _DECIDED) for by, is_enough in beyond) else "either"
 
 
 def _kept(step: FloatArray, beside: FloatArray, y: FloatArray) -> float:
@@ -89,9 +130,8 @@ def _is_of_a_dwell(search: StepSearch, outputs: Sequence[int], step: FloatArray,
     return _kept(step, beside, y) < _KEPT * by_step
 
 
-def _drifts(search: StepSearch, change: Change) -> Iterator[tuple[FloatArray | BoolArray, int]]:
-    """Yield (N, c) courses of a drift, and how many numbers each has to choose: what a change is held against."""
-    yield from courses_of_drift(search.course.time_order)
+def _levels(search: StepSearch, change: Change) -> Iterator[tuple[BoolArray, int]]:
+    """Yield (N, n) the levels of the replications, and how many numbers they have to choose; none for what returned."""
     if change.end is None or not change.is_of_table:
         # A table that stands differently in every replication is off by itself as well.
         yield _by_replication(search), search.evidence.layout.replications - 1

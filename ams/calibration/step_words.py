@@ -63,6 +63,12 @@ def when(change: Change, course: Course, rows: Observations) -> str:
     return f"from {first} to {last}, and back"
 
 
+def what_changed(change: Change, course: Course, rows: Observations) -> str:
+    """Return what stepped or turned, and when."""
+    what = f"a turn about {change.what}" if change.is_of_table else f"a step of the {change.what}"
+    return f"{what} {when(change, course, rows)}"
+
+
 def doubted_steps(change: Change, course: Course, rows: Observations) -> tuple[int, ...]:
     """Return the steps of the run that are in it; none where the rows have no steps."""
     return () if rows.step is None else tuple(sorted(int(step) for step in rows.step[course.during(change)]))

@@ -9,7 +9,8 @@ then taken out, and the search goes on.
 
 A drift has a likeliest step, too. A change is told as one only where nothing else that the same pattern does, from
 one part of a replication to the next, is of any size beside it, and where neither the recorded temperature nor, of two
-or three replications, a level of each explains it as well.
+or three replications, a level of each explains it as well. One that a drift explains as well is told where no drift is;
+else the drift says that it may be that.
 
 A turn on the mount is a change only where the diagnosis tells a turn of all outputs: of one axis it is that sensor's,
 which drifts in coning and azimuth. What is none is set aside, with the drifts that it was looked at beside, and the
@@ -28,11 +29,12 @@ from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL, SLIP, STEP, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.step_scan import Change
+from ams.calibration import step_words
 from ams.calibration.proved_turns import ShownTurn, beside_proved
 from ams.calibration.step_findings import findings_of_change
-from ams.calibration.step_or_drift import is_step
+from ams.calibration.step_or_drift import likelier
 from ams.calibration.step_search import StepSearch
-from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
+from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput, UndecidedStep
 from ams.finding_kinds import FindingKind
 from ams.findings import Finding
 from ams.inputs.known_of_run import ProvedChange
@@ -72,6 +74,7 @@ def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list
     first = search.changes
     findings: list[FindingOf] = [(finding, None) for turn in shown for finding in turn.findings_with_visits]
     changed: list[Change] = [turn.change for turn in shown]
+    undecided: tuple[StepSearch, Change] | None = None
     while len(changed) < _MOST + len(shown) and (found := search.plainest(level)) is not None:
         best, seen = found
         if best.is_on_mount:
@@ -82,11 +85,13 @@ def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list
             search, best, named = turn
         else:
             drifting = search.drifting_beside(best, level)
-            if not drifting and not is_step(seen, best):
-                drifting = search.passing_for(best)
+            judged = "drift" if drifting else likelier(seen, best)
+            if judged == "either" and undecided is None:
+                undecided = seen, best
+            if judged != "step":
+                drifting = drifting or search.passing_for(best)
                 if not drifting:
                     break
-            if drifting:
                 search = search.beside_drift_of(drifting)
                 continue
             named = list(findings_of_change(seen, best))
@@ -97,6 +102,8 @@ def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list
     left = [change for change in search.changes if _whose(change) not in outputs]
     of_changed = [change for change in (*first, *changed) if _whose(change) in outputs]
     chances = [(change, search.chance(change) / search.share(change)) for change in (*left, *of_changed)]
+    if undecided is not None and _whose(undecided[1]) in outputs:
+        undecided = None
     return [
         StepsOfOutput(
             tuple(_tests(search, index, chances)),
@@ -104,6 +111,7 @@ def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list
             tuple(finding for finding, whose in findings if whose in (None, index)),
             search.taken,
             index in search.drifting,
+            None if undecided is None else _undecided_of(index, *undecided),
         )
         for index in range(len(search.seen))
     ]
@@ -121,9 +129,19 @@ def _turn_on_mount(search: StepSearch, level: float) -> tuple[StepSearch, Change
     best, seen = found
     if drifting := search.drifting_beside(best, level):
         return _turn_on_mount(search.beside_drift_of(drifting), level)
-    named = list(findings_of_change(seen, best)) if is_step(seen, best) else []
+    named = list(findings_of_change(seen, best)) if likelier(seen, best) == "step" else []
     is_turn = any(finding.kind == "table-rotation" and "cause" in finding.details for finding, _ in named)
     return (search, best, named) if is_turn else None
+
+
+def _undecided_of(index: int, search: StepSearch, change: Change) -> UndecidedStep | None:
+    """Return what is said of one output of a change that a drift explains as well; None where it is not of that one."""
+    test = _test_of(search, index, change)
+    if test is None:
+        return None
+    found = (finding for finding, whose in findings_of_change(search, change) if whose in (None, index))
+    words = step_words.what_changed(change, search.course, search.evidence.rows)
+    return UndecidedStep(test, words, tuple(finding.adding("a drift explains it as well") for finding in found))
 
 
 def _whose(change: Change) -> tuple[int | None, bool]:
