@@ -11,13 +11,12 @@ import numpy as np
 from ams.analysis.diagnostics import previous_attitude
 from ams.analysis.diagnostics.beliefs import (
     AUTOCORRELATION,
-    BY_POINT,
-    BY_POINT_GAIN,
     BY_REPLICATION,
     COLUMNS,
     LACK_OF_FIT,
     LAG,
     MEMORIES,
+    RECORDED,
     SETTLING,
     UNEVEN,
     WRONG_DWELL,
@@ -41,7 +40,6 @@ _STRONG = 0.1
 and no drift."""
 _FAR = 8.0
 """Standard deviations of the dwells of a replication, those left out that stand out of all."""
-_RECORDED = (BY_POINT, BY_POINT_GAIN)
 _ALIKE = frozenset(column.name for column in COLUMNS)
 """Tests of what repeats in every replication: a transient that does is one of them."""
 
@@ -85,7 +83,7 @@ def _without_course(left: Explained) -> Explained:
         return left
     tests, of_temperature = left.tests.tests, course.is_of_temperature
     made = {name: test for name, test in plain.items() if of_temperature or name != BY_REPLICATION}
-    made |= {name: tests[name] for name in _RECORDED if of_temperature and name in tests}
+    made |= {name: tests[name] for name in RECORDED if of_temperature and name in tests}
     without = left.then(made, left.seen.without_course(course))
     wanders = without.tests.is_significant.get(AUTOCORRELATION, False)
     return left if wanders and _scatter(without.seen) >= _STRONG * _scatter(left.seen) else without

@@ -17,8 +17,6 @@ from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.axis_over_temperature import axis_over_temperature
 from ams.analysis.diagnostics.beliefs import (
     AUTOCORRELATION,
-    BY_POINT,
-    BY_POINT_GAIN,
     BY_REPLICATION,
     COLUMNS,
     CURVATURE,
@@ -28,6 +26,7 @@ from ams.analysis.diagnostics.beliefs import (
     LEVEL,
     MEMORIES,
     OVER_TIME,
+    RECORDED,
     ROBUST,
     SETTLING,
     TABLE_LIMIT,
@@ -70,8 +69,7 @@ from ams.statistics.distributions import f_tail
 
 MOST_TESTS: Final = 38
 """Of one axis."""
-_RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
-_BY_POINT: Final = tuple(column for column in COLUMNS if column.name in _RECORDED)
+_BY_POINT: Final = tuple(column for column in COLUMNS if column.name in RECORDED)
 
 
 @dataclass(frozen=True)

@@ -76,6 +76,8 @@ COLUMNS: Final = (
     Column(BY_POINT, "temperature-residual", "per °C", is_held=False),
     Column(BY_POINT_GAIN, "temperature-residual", "per °C", is_held=False),
 )
+RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
+"""Of the recorded temperature, alike in every replication."""
 OF_THE_ORDER: Final = (*HELD_ACROSS, AFTER_MOVES)
 """What an order that is always the same leaves at the points, beside a memory along the axis and the settling."""
 LIKE_A_MEMORY: Final = frozenset({AUTOCORRELATION, TURNED_FROM, *(column.name for column in COLUMNS)})

@@ -13,13 +13,12 @@ from ams.analysis.diagnostics import temperature as by_temperature
 from ams.analysis.diagnostics.axis_over_temperature import axis_over_temperature
 from ams.analysis.diagnostics.beliefs import (
     AXIS_OVER_TEMPERATURE,
-    BY_POINT,
-    BY_POINT_GAIN,
     BY_REPLICATION,
     BY_TEMPERATURE,
     COLUMNS,
     CURVATURE,
     LAG,
+    RECORDED,
     SQUARENESS,
     AxisTests,
     BeliefTest,
@@ -35,7 +34,6 @@ from ams.analysis.diagnostics.stated_sizes import stated_sizes
 
 _NEEDED: Final = 0.05
 _PLAINER: Final = {"K1'": "K2", "K0'": "K3", SQUARENESS: "Kpo"}
-_RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
 
 
 def decided_together(
@@ -76,12 +74,12 @@ def _next(
     """Return the column that counts as known from now on: the recorded temperature, else the most significant.
 
     A large bend is in part what any column of the points shows, the temperature's too: it goes first only where it is
-    needed beside all others. Of two that are nearly collinear the bend goes before the asymmetry, unless that is needed
-    beside the bend as well.
+    needed beside all others, or where the most significant of them is not needed beside it. Of two that are nearly
+    collinear the bend goes before the asymmetry, unless that is needed beside the bend as well.
     """
     names = [column.name for column in COLUMNS]
-    recorded = [name for name in still_open if name in _RECORDED]
-    others = tuple(names.index(name) for name in still_open if name not in _RECORDED)
+    recorded = [name for name in still_open if name in RECORDED]
+    others = tuple(names.index(name) for name in still_open if name not in RECORDED)
     needed = [name for name in recorded if not columns.test(names.index(name), (*beside, *others)).p_value > _NEEDED]
     if needed or not others:
         return min(needed or recorded, key=lambda name: made[name].p_value)
@@ -89,6 +87,9 @@ def _next(
     # a transient before the bend that it only looks like.
     in_means = {names[index]: columns.test(index, beside).p_value for index in others}
     most = min(in_means, key=lambda name: (in_means[name] if isfinite(in_means[name]) else 1.0, made[name].p_value))
+    record = tuple(names.index(name) for name in RECORDED)
+    if recorded and not columns.test(names.index(most), (*beside, *record)).p_value <= _NEEDED:
+        return min(recorded, key=lambda name: made[name].p_value)
     plainer = _PLAINER.get(most)
     if plainer is not None and plainer in still_open:
         still_needed = columns.test(names.index(most), (*beside, names.index(plainer)))

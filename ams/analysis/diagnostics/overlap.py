@@ -3,7 +3,8 @@
 The columns that the means of the points are tested for overlap: K₂ and K₁′, K₃ and K₀′, a memory and the next longer
 one. Their correlation is that of what the linear sensor leaves of them, so that it is known from the design and nothing
 is estimated. Holm's correction takes their tests for as many as they count (:mod:`ams.statistics.tests_alike`). Of two
-terms so alike that the points hold either, the one that is told has the name of the other beside it.
+terms so alike that the points hold either, the one that is told has the name of the other beside it; so has a recorded
+temperature that is told.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics import previous_attitude
-from ams.analysis.diagnostics.beliefs import MEMORIES, BeliefTest
+from ams.analysis.diagnostics.beliefs import MEMORIES, RECORDED, BeliefTest
 from ams.analysis.diagnostics.point_means import Elimination
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter
 from ams.analysis.diagnostics.settling import Between
@@ -81,15 +82,26 @@ def with_neighbours(
     """Return the tests, the ``known`` terms with the name of their neighbour where the points hold that one as well.
 
     They do where the term is not needed beside it: in one of a hundred campaigns at most in which the neighbour is
-    what there is, the term alone is told. ``names``: of the tests, to their columns.
+    what there is, the term alone is told. The neighbour of a recorded temperature is what would be told without it.
+    ``names``: of the tests, to their columns.
     """
     found = dict(made)
     for name in known:
-        other = _NEIGHBOUR.get(name)
+        beside = tuple(names[term] for term in known if term != name)
+        other = _likest(names, known, terms, beside) if name in RECORDED else _NEIGHBOUR.get(name)
         if other is None or other in known or other not in made:
             continue
-        beside = tuple(names[term] for term in known if term != name)
         is_there = np.isfinite(terms.test(names[other], beside).p_value)
         if is_there and not terms.test(names[name], (*beside, names[other])).p_value <= _APART:
             found[name] = found[name]._replace(fit_as_well=(other,))
     return found
+
+
+def _likest(names: Mapping[str, int], known: Sequence[str], terms: Elimination, beside: tuple[int, ...]) -> str | None:
+    """Return the column that the points hold most of without the recorded temperature; None where there is none."""
+    others = {
+        name: terms.test(index, beside).p_value
+        for name, index in names.items()
+        if name not in known and name not in RECORDED
+    }
+    return min((name for name in others if np.isfinite(others[name])), key=lambda name: others[name], default=None)

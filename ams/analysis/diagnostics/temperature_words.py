@@ -14,15 +14,18 @@ from ams.analysis.diagnostics.beliefs import (
     TERMS_OVER_TEMPERATURE,
     BeliefTest,
 )
+from ams.analysis.diagnostics.low_order import SYMBOLS
 from ams.analysis.diagnostics.size_words import AxisWords
 from ams.analysis.diagnostics.term_words import change_words
 from ams.findings import Said
 
 
 def _follows(where: str, test: BeliefTest, words: AxisWords) -> Said:
+    others = ", or ".join(SYMBOLS.get(name, name) for name in test.fit_as_well)
+    as_well = f"; {others} fits these points as well" if others else ""
     return Said(
         f"the output follows the recorded temperature by {words.scale.words(abs(test.size))} a °C, {where}, and no "
-        "temperature is modelled: offset and sensitivities hold part of it",
+        f"temperature is modelled: offset and sensitivities hold part of it{as_well}",
         "apply known temperature coefficients, or hold the temperature",
     )
 
