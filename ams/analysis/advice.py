@@ -14,7 +14,7 @@ from ams.analysis.replication import quantity
 from ams.analysis.residual_causes import MISALIGNED, SHARES, usual_cause
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, Replication
-from ams.models.cr import model_gravity_g, sting_gravity_g
+from ams.frames import specific_force
 from ams.models.extended import CONFOUNDED
 from ams.models.registry import MODELS, is_solved_from_levels
 from ams.observations import Observations
@@ -114,7 +114,7 @@ def _equivalent_attitude(model: str, observations: Observations) -> tuple[FloatA
     if observations.yaw_rad is None or not observations.yaw_rad.any():
         return observations.pitch_rad, observations.roll_rad
     roll = np.zeros_like(observations.roll_rad) if model.endswith("-sting") else observations.roll_rad
-    x, y, z = -model_gravity_g(sting_gravity_g(observations.pitch_rad, observations.yaw_rad), roll).T
+    x, y, z = specific_force(observations.pitch_rad, roll, observations.yaw_rad).T
     return np.arctan2(x, np.hypot(y, z)), np.arctan2(-y, -z)
 
 
