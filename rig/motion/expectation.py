@@ -21,6 +21,8 @@ STANDING_TOLERANCES = 5.0
 """Arrival tolerances by which the read-back of an axis at rest may wander."""
 AT_REST_S = 1.0
 """A stopped axis is at rest when it was seen so long at one place."""
+RUN_ON_S = 2.0
+"""Of full speed: the age of the last look and twice the way of a stop."""
 WHOLE_TURN_DEG = 360.0
 HOME_DEG = 400.0
 """The longest way of a home search: a whole turn, and back off the mark and onto it again."""
@@ -155,6 +157,23 @@ def expecting_turn(watched: Watched, rate_dps: float) -> Watched:
 def expecting_stop(watched: Watched) -> Watched:
     """Return what is expected of an axis that is told to stop: one that stands goes on standing."""
     return watched if isinstance(watched.task, Standing) else replace(watched, task=Stopping())
+
+
+def broken_off(watched: Watched) -> Moving | None:
+    """Return the move that a stop breaks off, from where it was seen last; None where it is under way to no target."""
+    if not isinstance(watched.task, Moving) or watched.last is None:
+        return None
+    return replace(watched.task, from_deg=watched.last.position_deg)
+
+
+def run_on_deg(move: Moving, stands_deg: float, tolerance_deg: float) -> float:
+    """Return how far an axis went on to its target though it was told to stop; 0 where it did not.
+
+    One that stops from full speed is through long before: nothing is said of an axis that was nearly there.
+    """
+    left_deg = abs(move.target_deg - move.from_deg)
+    is_there = abs(move.target_deg - stands_deg) <= tolerance_deg
+    return left_deg if is_there and left_deg > RUN_ON_S * move.speed_dps + tolerance_deg else 0.0
 
 
 def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:

@@ -30,6 +30,7 @@ since a command that the line altered shows at once, and so do those at the targ
 _ALLOWANCE_S = 5.0
 _STOP_LIMIT_S = 20.0
 _STOP_AGAIN_S = 1.0
+_RAN_ON = "went on"
 _AGAIN = 2
 _BESIDE_DEG = 1.0
 """From so far away a machine without teeth approaches anew."""
@@ -44,6 +45,14 @@ class DoubtsHome(Protocol):
     @property
     def home_doubt(self) -> str:
         """Why the search that ended just now has to be seen twice; empty where it has not."""
+
+
+@runtime_checkable
+class KnowsItsWay(Protocol):
+    """An axis that somebody watches who knows where it was sent when it was told to stop."""
+
+    def run_on_deg(self, stands_deg: float) -> float:
+        """Return how far it went on after it was told to stop, to where it was sent; 0 where it did not."""
 
 
 class Stalled(DeviceFault):
@@ -218,7 +227,7 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
     """Stop every axis at once and see them stand still for a second; a failing axis keeps no other from its stop.
 
     One that goes on moving is told again every second: a start that was late, or came twice, undoes a stop.
-    Raises: DeviceFault naming every axis that could not be stopped or still moves.
+    Raises: DeviceFault naming every axis that could not be stopped, still moves, or went on to where it was sent.
     """
     failures: dict[str, str] = {}
     threads = [Thread(target=_stop_axis, args=(axis, clock, limit_s, failures), daemon=True) for axis in axes.values()]
@@ -233,21 +242,28 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
         for name in sorted(failures):  # axes on one line fail alike: that is told once
             failed.setdefault(failures[name], []).append(name)
         faults = "; ".join(f"{' and '.join(names)}: {failure}" for failure, names in failed.items())
-        raise DeviceFault(f"stop: not every axis is known to stand still: {faults}; use the stop button at the machine")
+        has_all_at_rest = all(failure.startswith(_RAN_ON) for failure in failures.values())
+        what = "not every axis obeyed it" if has_all_at_rest else "not every axis is known to stand still"
+        raise DeviceFault(f"stop: {what}: {faults}; use the stop button at the machine")
 
 
 def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]) -> None:
     try:
         axis.stop()
-        _see_standstill(axis, clock, limit_s)
+        stands_deg = _see_standstill(axis, clock, limit_s)
+        if isinstance(axis, KnowsItsWay) and (run_on_deg := axis.run_on_deg(stands_deg)):
+            failures[axis.name] = (
+                f"{_RAN_ON} for {run_on_deg:.3g}° after it was told to stop, to {stands_deg:g}°, where it was sent:"
+                " stops do not reach it, or it does not obey them"
+            )
     except RigError as error:
         failures[axis.name] = str(error)
     except Exception as error:  # noqa: BLE001  the rim of a thread: a defect of a driver is told like any failure
         failures[axis.name] = defect_text(error)
 
 
-def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
-    """See an axis rest that was told to stop."""
+def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> float:
+    """See an axis rest that was told to stop; return where, degrees."""
     started_s = rested_s = stop_sent_s = clock.monotonic_s()
     last_deg = axis.state().position_deg
     while clock.monotonic_s() - rested_s < STANDSTILL_S:
@@ -260,6 +276,7 @@ def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> None:
         if state.is_moving and clock.monotonic_s() - stop_sent_s >= _STOP_AGAIN_S:
             axis.stop()
             stop_sent_s = clock.monotonic_s()
+    return last_deg
 
 
 def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:

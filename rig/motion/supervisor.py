@@ -27,10 +27,12 @@ from rig.motion.expectation import (
     Unknown,
     Watched,
     after_home,
+    broken_off,
     expecting_move,
     expecting_stop,
     expecting_turn,
     judge,
+    run_on_deg,
 )
 from rig.motion.motion_memory import MotionMemory
 
@@ -155,6 +157,8 @@ class SupervisedAxis:
         self._bounds = self._declared
         """The same with what is known of its home."""
         self._watched = Watched()
+        self._broken_off: Moving | None = None
+        """The move that the last stop broke off, until another order is given."""
         self._orders = 0
         """Counts what the axis was told: a look that an order overtook is not judged."""
         self._others_due_s = 0.0
@@ -225,8 +229,13 @@ class SupervisedAxis:
         """As of the axis."""
         with self._turn:
             self._orders += 1
+            self._broken_off = broken_off(self._watched) or self._broken_off
             self._watched = expecting_stop(self._watched)
         self._axis.stop()
+
+    def run_on_deg(self, stands_deg: float) -> float:
+        """Return how far it went on after it was told to stop, to where it was sent; 0 where it did not."""
+        return 0.0 if self._broken_off is None else run_on_deg(self._broken_off, stands_deg, self.arrival_tolerance_deg)
 
     def state(self) -> AxisState:
         """Look, as of the axis.
@@ -339,7 +348,7 @@ class SupervisedAxis:
         """``order``: what may move the axis and is about to be sent, for a sentence."""
         with self._turn:
             self._orders += 1
-            self._watched = watched
+            self._watched, self._broken_off = watched, None
             if order:
                 self._supervisor.memory.sent(self.name, order)
             # The new order may have reached another axis: all are looked at with the next look.

@@ -7,7 +7,7 @@ from motion_bench import MotionBench, motion_bench
 
 from rig.errors import DeviceFault, MotionBreach, RequestRefused, WaitEnded
 from rig.link.faults import Part
-from rig.motion.move import home_and_arrive
+from rig.motion.move import home_and_arrive, stop_all
 from rig.motion.supervisor import SupervisedAxis, Supervisor
 from rig.motion.together import move_all
 
@@ -102,6 +102,43 @@ def test_without_a_declaration_the_second_waits_for_the_first_to_be_seated() -> 
         assert indices["roll"] == 0.0 or indices["pitch"] == 30.0
 
     move_all(axes, TARGETS, (), bench.clock, wait)
+
+
+@pytest.mark.parametrize("driver", FAMILIES)
+@pytest.mark.parametrize(("from_deg", "is_told"), [(15.0, True), (84.0, False)])
+def test_an_axis_that_goes_on_to_its_target_after_its_stop_is_told_as_that(
+    driver: str, from_deg: float, is_told: bool
+) -> None:
+    """The drive acknowledges the stop, and it is lost; at rest where it was sent it looks like one that obeyed.
+
+    The way is 90° at 5°/s. Of one that is nearly there nothing can be said.
+    """
+    bench = motion_bench(driver)
+    bench.axes["pitch"].stop = lambda: None
+    axes = _supervised(bench)
+    axes["pitch"].start_move(90.0)
+    while (seen_deg := axes["pitch"].state().position_deg) < from_deg:
+        bench.clock.sleep(0.1)
+    axes["pitch"].stop()  # the one that breaks the move off; that of the safe state comes behind it
+    if not is_told:
+        stop_all(axes, bench.clock)
+        return
+    with pytest.raises(DeviceFault, match=r"stop: not every axis obeyed it: pitch: went on for [\d.]+° after") as told:
+        stop_all(axes, bench.clock)
+    assert f"went on for {90.0 - seen_deg:.3g}° after it was told to stop, to 90°, where it was sent" in str(told.value)
+
+
+@pytest.mark.parametrize("driver", FAMILIES)
+@pytest.mark.parametrize("after_s", [0.3, 3.0, 9.0, 16.0, 30.0])
+def test_of_an_axis_that_obeys_its_stop_nothing_is_told(driver: str, after_s: float) -> None:
+    bench = motion_bench(driver)
+    axes = _supervised(bench)
+    axes["pitch"].start_move(90.0)
+    bench.clock.sleep(after_s)
+    axes["pitch"].state()
+    axes["pitch"].stop()
+    stop_all(axes, bench.clock)
+    assert _stands(bench)
 
 
 def test_a_stop_stops_every_axis_that_is_under_way() -> None:

@@ -43,6 +43,7 @@ FRAMES: list[tuple[str, Command, bytes, bytes, Reply]] = [
     ("mclennan-pm304", AskState(1), b"1OS\r", b"00010000", AT_REST),
     ("mclennan-pm304", AskState(1), b"1OS\r", b"00000000", MOVING),
     ("mclennan-pm304", AskPosition(1), b"1OA\r", b"AP=10234", Position(10.234)),
+    ("parker-6k", Prepare(1), b"1MA1\r", b"\r\n", Acknowledged()),
     ("parker-6k", AskPosition(1), b"1TPC\r", b"*1TPC+0\r\n", Position(0.0)),
     (
         "parker-6k",
