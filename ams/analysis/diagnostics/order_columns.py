@@ -75,10 +75,11 @@ def _left_by_order(
 def _held_across(force: FloatArray, order: IntArray, layout: Layout, nominal_axis: str) -> FloatArray:
     """Return the (K, 3) means at every point of the force at the dwell before less that of now, g, one column an axis.
 
-    Nothing along the nominal axis itself: that is the previous attitude's. At the first dwell of a replication nothing
-    went before.
+    Nothing along the nominal axis itself: that is the previous attitude's. A channel knows nothing of replications:
+    before the first dwell of one there was the last of the one before.
     """
-    columns = force[previous_attitude.dwell_before(order, layout)] - force
+    columns = np.zeros_like(force)
+    columns[order[1:]] = force[order[:-1]] - force[order[1:]]
     columns[:, AXES.index(nominal_axis)] = 0.0
     return layout.mean_by_point(columns)
 

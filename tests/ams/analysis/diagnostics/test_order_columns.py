@@ -8,6 +8,7 @@ from physics_scenes import Campaign, campaigns
 from solved_campaigns import columns_of, coverage, rows_of
 from solved_campaigns import solved as solved_columns
 
+from ams.analysis.diagnostics.beliefs import SETTLING
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding
@@ -46,6 +47,13 @@ def test_a_channel_that_keeps_some_of_the_one_before_is_told_by_name_with_its_si
         assert solved.verdict == "not usable"
         assert not any("it is contained" in f.text for f in solved.axes["x"].findings if f.kind == "lack-of-fit")
         assert not _told(solved, "y", ACROSS)
+
+
+def test_what_the_channel_before_leaves_at_the_first_dwells_is_no_settling() -> None:
+    """Before the first dwell of a replication the channel read the last of the one before."""
+    for solved in _solved(campaigns("carry-over", 500.0, np.random.default_rng(11), 6)):
+        assert _told(solved, "x", ACROSS)
+        assert not _told(solved, "x", SETTLING)
 
 
 def test_what_settles_after_moves_of_the_slower_axis_is_told_where_it_moves_the_offset() -> None:
