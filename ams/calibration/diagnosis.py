@@ -23,6 +23,7 @@ from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first
 from ams.analysis.diagnostics.declared_axis import direction_findings
 from ams.analysis.diagnostics.declared_signs import fits_other_angles
 from ams.analysis.diagnostics.differing_replications import LARGEST, ShiftLimits, differing_replications
+from ams.analysis.diagnostics.drift_course import changes_between
 from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
@@ -334,7 +335,7 @@ def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, 
     problem, mixed, free = solved.problem, solved.mixed, solved.problem.free
     left, fitted = evidence.left[:, index], evidence.fitted[:, index]
     drift = even_drift(problem.form.basis, left, fitted, time)
-    if drift is None or not drift.p_value <= level:
+    if drift is None or not drift.p_value <= level or changes_between(evidence, index):
         return
     estimator = mixed.estimator if mixed.estimator.ndim == 2 else mixed.estimator[index]
     parameters, answer = solved.parameters, drift.slope * (estimator @ drift.seconds)

@@ -5,7 +5,7 @@ bend or a memory, and the one like the other. They are held against each other, 
 where the order differs, by their likelihood; the other tests are made on the output without the likeliest.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import log
 from typing import Final
@@ -24,6 +24,8 @@ from ams.arrays import FloatArray
 PER_NUMBER: Final = 4.0
 """In twice the log likelihood, for every number that a course has to choose. By Akaike (1974) 2, by Schwarz (1978) 7
 for a thousand dwells."""
+_LEAST_REPLICATIONS: Final = 3
+"""Of two, levels and an even drift are one."""
 _NOTHING: Final = 1e-12
 """Of a share of the squares, so that its logarithm is finite."""
 
@@ -51,13 +53,7 @@ def likeliest_course(evidence: Evidence, output: int) -> LikeliestCourse | None:
     """Return the likeliest course of a drift or of the temperature; None where something else is as likely."""
     if evidence.sums is None or evidence.grid.dof < LEAST_DOF or by_temperature.has_plateaus(evidence):
         return None
-    y = evidence.departures[:, output]
-    dof, whole = float(evidence.layout.rows - evidence.layout.points), float(y @ y)
-
-    def unlikely(columns: FloatArray, numbers: int) -> float:
-        left = 1.0 - explained(evidence.layout.about_points(columns), y)[0] / whole
-        return dof * log(max(left, _NOTHING)) + PER_NUMBER * numbers
-
+    unlikely = _unlikely(evidence, output)
     nothing = LikeliestCourse(np.zeros((evidence.layout.rows, 0)), is_of_temperature=False)
     tried = [(unlikely(columns, columns.shape[1]), nothing) for columns in _transients(evidence, output)]
     tried += [
@@ -72,11 +68,40 @@ def likeliest_course(evidence: Evidence, output: int) -> LikeliestCourse | None:
     return likeliest if least < 0.0 and likeliest.columns.shape[1] > 0 else None
 
 
+def changes_between(evidence: Evidence, output: int) -> bool:
+    """Return whether an output changed from one replication to the next and in none: no course through all is likelier.
+
+    What it did so is in none of the replications, whatever the order of their points.
+    """
+    if evidence.layout.replications < _LEAST_REPLICATIONS or not evidence.precision_variance[output] > 0.0:
+        return False
+    unlikely = _unlikely(evidence, output)
+    levels = unlikely(_levels(evidence), evidence.layout.replications - 1)
+    return all(levels < unlikely(*course) for course in courses_of_drift(evidence.time_order))
+
+
+def _unlikely(evidence: Evidence, output: int) -> Callable[[FloatArray, int], float]:
+    """Return minus twice the log likelihood of (N, c) columns with so many numbers to choose, and what these cost."""
+    y = evidence.departures[:, output]
+    dof, whole = float(evidence.layout.rows - evidence.layout.points), float(y @ y)
+
+    def unlikely(columns: FloatArray, numbers: int) -> float:
+        left = 1.0 - explained(evidence.layout.about_points(columns), y)[0] / whole
+        return dof * log(max(left, _NOTHING)) + PER_NUMBER * numbers
+
+    return unlikely
+
+
+def _levels(evidence: Evidence) -> FloatArray:
+    """(N, n − 1) the rows of each replication but the first."""
+    layout = evidence.layout
+    return np.asarray(layout.replication[:, None] == np.arange(1, layout.replications), dtype=np.float64)
+
+
 def _of_drift(evidence: Evidence, output: int) -> Iterator[tuple[FloatArray, int]]:
     """Yield (N, c) courses of the offset, and of offset and sensitivity, with how many numbers each has to choose."""
     layout, along = evidence.layout, evidence.sensed[:, [output]]
-    levels = np.asarray(layout.replication[:, None] == np.arange(1, layout.replications), dtype=np.float64)
-    for columns, numbers in (*courses_of_drift(evidence.time_order), (levels, layout.replications - 1)):
+    for columns, numbers in (*courses_of_drift(evidence.time_order), (_levels(evidence), layout.replications - 1)):
         yield columns, numbers
         yield np.hstack([columns, columns * along]), 2 * numbers
 

@@ -2,9 +2,14 @@
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
+from physics_scenes import campaigns
+from solved_campaigns import rows_of_package
 
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import AxisCalibration
@@ -146,3 +151,20 @@ def test_the_order_of_rows_without_times_that_goes_with_the_level_is_remarked() 
     assert any("would pass for offset and sensitivity, and is not in the uncertainty" in text for text in up.remarks)
     mixed = np.random.default_rng(4).permutation(UP).tolist()
     assert not any("no times are given" in text for text in _line([mixed] * 4, 0.0, has_times=False).remarks)
+
+
+def _campaigns_that_say_it(scene: str, size: float, **design: Any) -> int:
+    """Return in how many of 24 campaigns of the laboratory x says that a drift is in its parameters."""
+    drawn = campaigns(scene, size, np.random.default_rng(20), 24, **design)
+    every = (
+        replace(rows, outputs={"x": rows.outputs["x"]}) for rows in map(partial(rows_of_package, drawn), range(24))
+    )
+    return sum(
+        "drifts evenly through the run" in " ".join(_told(calibrate(x, CalibrationRequest()).axes["x"])) for x in every
+    )
+
+
+def test_what_changes_between_the_replications_alone_is_in_none_of_them() -> None:
+    """Levels that lie along a slope by chance are no drift that an order of the points could let in."""
+    assert _campaigns_that_say_it("drift-replications", 5.0) == 0  # in one of six, by what is even in the levels
+    assert _campaigns_that_say_it("drift-raster", 5.0, order="raster") == 24
