@@ -21,8 +21,8 @@ STANDING_TOLERANCES = 5.0
 """Arrival tolerances by which the read-back of an axis at rest may wander."""
 AT_REST_S = 1.0
 """A stopped axis is at rest when it was seen so long at one place."""
-RUN_ON_S = 2.0
-"""Of full speed: the age of the last look and twice the way of a stop."""
+RUN_ON_S = 1.0
+"""Of full speed: the way of a stop that takes two seconds."""
 WHOLE_TURN_DEG = 360.0
 HOME_DEG = 400.0
 """The longest way of a home search: a whole turn, and back off the mark and onto it again."""
@@ -159,11 +159,14 @@ def expecting_stop(watched: Watched) -> Watched:
     return watched if isinstance(watched.task, Standing) else replace(watched, task=Stopping())
 
 
-def broken_off(watched: Watched) -> Moving | None:
-    """Return the move that a stop breaks off, from where it was seen last; None where it is under way to no target."""
-    if not isinstance(watched.task, Moving) or watched.last is None:
+def broken_off(watched: Watched, now_s: float) -> Moving | None:
+    """Return the move that a stop breaks off, from as far as it can have come; None where it is sent to no target."""
+    task, last = watched.task, watched.last
+    if not isinstance(task, Moving) or last is None:
         return None
-    return replace(watched.task, from_deg=watched.last.position_deg)
+    left_deg = task.target_deg - last.position_deg
+    gone_deg = min(abs(left_deg), task.speed_dps * max(now_s - last.sent_s, 0.0))
+    return replace(task, from_deg=last.position_deg + (gone_deg if left_deg > 0.0 else -gone_deg))
 
 
 def run_on_deg(move: Moving, stands_deg: float, tolerance_deg: float) -> float:

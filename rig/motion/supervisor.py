@@ -229,7 +229,7 @@ class SupervisedAxis:
         """As of the axis."""
         with self._turn:
             self._orders += 1
-            self._broken_off = broken_off(self._watched) or self._broken_off
+            self._broken_off = broken_off(self._watched, self._clock.monotonic_s()) or self._broken_off
             self._watched = expecting_stop(self._watched)
         self._axis.stop()
 
