@@ -57,6 +57,13 @@ class DeviceFault(RigError):
     """The device reports a fault of its own, or did not do what it acknowledged (not seated, not arrived)."""
 
 
+class ChamberFault(DeviceFault):
+    """A chamber is not at work as it was told, or somebody set it otherwise. Where its air is heading is told.
+
+    Axes rest, and a person goes to the chamber.
+    """
+
+
 class MotionBreach(DeviceFault):
     """An axis did what it was not told: left its way, turned the wrong way or too fast, or moved unasked.
 

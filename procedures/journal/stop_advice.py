@@ -73,6 +73,12 @@ ADVICE: Mapping[str, str] = {
         "A device reports a fault: limit switch, stop button, coupling, drive. Clear it at the machine, then "
         "{resume_signed}; releasing a button alone starts nothing."
     ),
+    "chamber": (
+        "The chamber is not at work as calrig told it; where its air is heading stands above. Go to its panel first: "
+        "stop it, or set it back, where package or rig do not bear that. Where somebody set it, ask who and why; "
+        "where it tells an alarm, clear the cause; where a set point was not taken, look at its line. Then "
+        "{resume_signed}: the set point is written and read back anew, and the plateau soaked."
+    ),
     "rig file": (
         "A device is set up otherwise than the rig file says; the key stands above in brackets. A resume "
         "before that is put right stops here again. Where the device is wrong: set it, then {resume_signed}. "

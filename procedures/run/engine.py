@@ -55,7 +55,7 @@ from procedures.run.services import RunServices
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import ENDED_BY, UNASKED, explain
 from procedures.run.watch.clock_watch import GapWatch
-from procedures.run.watch.safe_state import make_safe, resting_deg
+from procedures.run.watch.safe_state import CHAMBER, make_safe, resting_deg
 from procedures.run.watch.silent_devices import silence_words
 from procedures.run.watch.watch import Watch, lost_link
 from procedures.run.watch.watchdogs import Watchdogs
@@ -63,6 +63,7 @@ from rig.clock import Clock, SystemClock, VirtualClock
 from rig.crash_points import CrashPoint, crash_point
 from rig.defects import defect_text
 from rig.errors import (
+    ChamberFault,
     DeviceFault,
     DeviceNonsense,
     DeviceRefused,
@@ -227,7 +228,7 @@ class _Engine:
         except FileContradicted as error:
             ending = Ending(State.TRIPPED, str(error), cause="rig file")
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
-            ending = Ending(State.TRIPPED, str(error), cause="device")
+            ending = Ending(State.TRIPPED, str(error), cause=CHAMBER if isinstance(error, ChamberFault) else "device")
         except (RigError, ProcedureError) as error:
             ending = Ending(State.FAILED, str(error))
         except KeyboardInterrupt:

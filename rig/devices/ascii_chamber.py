@@ -13,8 +13,8 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, model_validator
 
 from rig.description.device_settings import EnvironmentSettings, NotNegative
-from rig.devices.setpoint_memory import SetpointMemory
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.devices.setpoint_memory import DRIFTS, Otherwise, SetpointMemory, settle, write_and_read_back
+from rig.errors import ChamberFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire.chamber_text import (
@@ -79,7 +79,7 @@ class AsciiChamber:
         self._pause_s = self._words.pause_s if settings.pause_s is None else settings.pause_s
         self._free_s = self._clock.monotonic_s()
         self._is_fahrenheit: bool | None = None
-        self.setpoint_memory = SetpointMemory()
+        self.setpoint_memory = SetpointMemory(name, settings.limits_degc)
 
     def identify(self) -> str:
         answers = [self._ask(question, parse_text) for question in self._words.identity]
@@ -89,14 +89,15 @@ class AsciiChamber:
 
     def temperature_degc(self) -> float:
         is_fahrenheit = self._unit()
+        settle(self)
         if self.setpoint_memory.is_set:
             self._require_holding()
         look = self._look()
-        self.setpoint_memory.require(self.name, lambda: self._set_otherwise(look, is_fahrenheit))
+        self.setpoint_memory.require(lambda: self._set_otherwise(look, is_fahrenheit))
         degc = _degc(look.temperature, is_fahrenheit)
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
-            raise DeviceFault(
+            raise ChamberFault(
                 f"{self.name}: the air reads {degc:g} °C, which is not plausible, allowed {low_degc:g} to"
                 f" {high_degc:g}; nothing was changed; check the probe and the unit (environment.{self.name}: values)"
             )
@@ -120,35 +121,66 @@ class AsciiChamber:
             )
         look = self._look()
         self.setpoint_memory.require_before_writing(
-            self.name, lambda: self._set_otherwise(look, is_fahrenheit, has_stopped=activity == "stopped")
+            lambda: self._set_otherwise(look, is_fahrenheit, has_stopped=activity == "stopped")
         )
         self._refuse_beyond_controller_limits(look, setpoint_degc, is_fahrenheit)
-        value = self._written(setpoint_degc, is_fahrenheit)
-        self.setpoint_memory.begin(setpoint_degc)
-        self._tell(self._words.write.replace(b"%s", format_temperature(value)))
-        if activity == "stopped" or self._words.starts_always:
-            self._tell(self._words.start)
-        read_back = self._ask(self._words.setpoint, self._words.parse_setpoint)
-        if abs(read_back - value) > 1e-9:
-            raise DeviceFault(
-                f"{self.name}: setpoint {setpoint_degc:g} °C was sent, but reads back"
-                f" {_degc(read_back, is_fahrenheit):g} °C; the chamber may heat or cool; look at its panel"
-            )
-        self._require_holding()
+        self._refuse_between_steps(setpoint_degc, is_fahrenheit)
+        found_degc = self._setpoint_in_store_degc()
+        self.setpoint_memory.begin(setpoint_degc, found_degc)
+        if activity == "stopped" and not self._words.starts_always:
+            self._start_at(setpoint_degc, found_degc)
+        else:
+            write_and_read_back(self, setpoint_degc)
+        self._require_holding(is_started=True)
         self.setpoint_memory.confirm()
 
-    def _set_otherwise(self, look: Look, is_fahrenheit: bool, *, has_stopped: bool = False) -> Iterator[str]:
-        """Yield what is not as calrig set it, a clause each; the set point is asked for where ``look`` has none."""
+    def _start_at(self, setpoint_degc: float, old_degc: float) -> None:
+        """Start a chamber that stands, once its set point reads back; see that it holds that one.
+
+        Whether an 8800 takes a set point while it stands is not known: where the old one stays, and lies inside the
+        limits of the rig file, the new one is written again once it runs.
+        """
+        write_and_read_back(self, setpoint_degc, old_degc if self.setpoint_memory.is_allowed(old_degc) else None)
+        self._tell(self._words.start)
+        if self.read_otherwise_degc(setpoint_degc) is not None:
+            write_and_read_back(self, setpoint_degc)
+
+    def write_setpoint(self, setpoint_degc: float) -> None:
+        """Write it; a 3800 is started by that, since it takes a set point at no other time."""
+        value = _on_the_wire(setpoint_degc, self._unit())
+        self._tell(self._words.write.replace(b"%s", format_temperature(value)))
+        if self._words.starts_always:
+            self._tell(self._words.start)
+
+    def read_otherwise_degc(self, setpoint_degc: float) -> float | None:
+        found_degc = self._setpoint_in_store_degc()
+        is_there = abs(found_degc - _degc(_on_the_wire(setpoint_degc, self._unit()), self._unit())) <= 1e-6
+        return None if is_there else found_degc
+
+    def make_harmless(self) -> str:
+        if self._activity() == "stopped":
+            return "it was not started, and stands"
+        self._tell(self._words.stop)
+        return "calrig stopped it, and it stands" if self._activity() == "stopped" else ""
+
+    def _setpoint_in_store_degc(self) -> float:
+        """Return the set point that the chamber follows when it holds."""
+        return _degc(self._ask(self._words.setpoint, self._words.parse_setpoint), self._unit())
+
+    def _set_otherwise(self, look: Look, is_fahrenheit: bool, *, has_stopped: bool = False) -> Iterator[Otherwise]:
+        """Yield what is not as calrig set it; the set point is asked for where ``look`` has none."""
         if self.setpoint_memory.is_on and has_stopped:
-            yield "it stands"
+            yield Otherwise("it stands")
         found = look.setpoint
         if found is None or has_stopped:  # what it follows when it holds
             found = self._ask(self._words.setpoint, self._words.parse_setpoint)
         if not self.setpoint_memory.is_as_written(lambda degc: abs(found - _on_the_wire(degc, is_fahrenheit)) <= 1e-9):
-            yield f"the set point is {_degc(found, is_fahrenheit):g} °C"
+            found_degc = _degc(found, is_fahrenheit)
+            heading = DRIFTS if has_stopped else self.setpoint_memory.heading(found_degc)
+            yield Otherwise(f"the set point is {found_degc:g} °C", heading)
 
-    def _written(self, setpoint_degc: float, is_fahrenheit: bool) -> float:
-        """Return the set point in the chamber's unit. Raises: RequestRefused where it has no such step."""
+    def _refuse_between_steps(self, setpoint_degc: float, is_fahrenheit: bool) -> None:
+        """Refuse a set point of which the chamber has no step. Raises: RequestRefused."""
         exact = of_degc(setpoint_degc, is_fahrenheit=is_fahrenheit)
         value = _on_the_wire(setpoint_degc, is_fahrenheit)
         if abs(value - exact) > 1e-9:
@@ -156,7 +188,6 @@ class AsciiChamber:
                 f"{self.name}: setpoint {setpoint_degc:g} °C: the chamber takes tenths of a {_sign(is_fahrenheit)};"
                 f" nothing was changed; ask for one of them, the nearest is {_degc(value, is_fahrenheit):.6g} °C"
             )
-        return value
 
     def _refuse_beyond_controller_limits(self, look: Look, setpoint_degc: float, is_fahrenheit: bool) -> None:
         if look.lowest is None or look.highest is None:
@@ -168,15 +199,21 @@ class AsciiChamber:
                 " (its own limits); nothing was changed; ask for one inside"
             )
 
-    def _require_holding(self) -> None:
-        if (activity := self._activity()) != "holding":
-            what = "a program runs" if activity == "program" else "the chamber has stopped"
-            raise DeviceFault(
-                f"{self.name}: {what} since the set point was written; the temperature is not held; look at its panel"
+    def _require_holding(self, *, is_started: bool = False) -> None:
+        """Raise unless it holds. One that calrig has not seen at work may stand: ``is_started`` where it may not."""
+        activity = self._activity()
+        may_stand = not (self.setpoint_memory.is_on or is_started)
+        if activity == "program" or (activity == "stopped" and not may_stand):
+            is_program = activity == "program"
+            what = "a program runs" if is_program else "the chamber has stopped"
+            heading = "it follows the program" if is_program else DRIFTS
+            raise ChamberFault(
+                f"{self.name}: {what} since the set point was written; the temperature is not held: {heading};"
+                " look at its panel"
             )
 
     def _unit(self) -> bool:
-        """Return whether the wire is in °F, as when we connected. Raises: DeviceNonsense, DeviceFault."""
+        """Return whether the wire is in °F, as when we connected. Raises: DeviceNonsense, ChamberFault."""
         stated = None if self._settings.values is None else self._settings.values == "degf"
         answered = stated if self._words.unit is None else self._ask(self._words.unit, parse_is_fahrenheit)
         assert answered is not None, "the settings were checked"
@@ -187,7 +224,7 @@ class AsciiChamber:
                 " or the unit at the panel"
             )
         if self._is_fahrenheit not in (None, answered):
-            raise DeviceFault(
+            raise ChamberFault(
                 f"{self.name}: the unit was {_sign(self._is_fahrenheit)} and is"
                 f" {_sign(answered)}: somebody set the controller otherwise; nothing was changed; set it"
                 " back, or start anew"

@@ -15,8 +15,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from rig.description.device_settings import EnvironmentSettings
-from rig.devices.setpoint_memory import SetpointMemory
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.devices.setpoint_memory import Otherwise, SetpointMemory, settle, write_and_read_back
+from rig.errors import ChamberFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
 from rig.wire.temperatures import degc_of, of_degc
@@ -81,7 +81,9 @@ class WatlowF4:
         self._modbus = modbus
         self._settings = settings
         self._scale: Scale | None = None
-        self.setpoint_memory = SetpointMemory()
+        self._good_degc: float | None = None
+        """The set point before the one that is being written, where it lies inside the limits of the rig file."""
+        self.setpoint_memory = SetpointMemory(name, settings.limits_degc)
 
     def identify(self) -> str:
         scale = self._learned_scale()
@@ -90,18 +92,19 @@ class WatlowF4:
     def temperature_degc(self) -> float:
         scale = self._unchanged_scale()
         if self.setpoint_memory.is_set and (state := RUNNING.get(self._read(PROFILE))):
-            raise DeviceFault(
+            raise ChamberFault(
                 f"{self.name}: a profile {state} (register {PROFILE}), since the set point was written: the chamber"
                 " follows the profile; end it at the front panel"
             )
-        self.setpoint_memory.require(self.name, self._set_otherwise)
+        settle(self)
+        self.setpoint_memory.require(self._set_otherwise)
         raw = self._read(PROCESS_VALUE)
         if raw == 0:
-            self._require_sensor(DeviceFault)
+            self._require_sensor(ChamberFault)
         degc = scale.degc(raw)
         low_degc, high_degc = PLAUSIBLE_DEGC
         if not low_degc <= degc <= high_degc:
-            raise DeviceFault(
+            raise ChamberFault(
                 f"{self.name}: process value {degc:g} °C is not plausible, allowed {low_degc:g} to {high_degc:g};"
                 " nothing was changed; check the probe and the chamber's decimals (register 606)"
             )
@@ -120,7 +123,7 @@ class WatlowF4:
                 f"{self.name}: a profile {state} (register {PROFILE}): the chamber would follow it and not a set"
                 " point; nothing was changed; end it at the front panel"
             )
-        self.setpoint_memory.require_before_writing(self.name, self._set_otherwise)
+        self.setpoint_memory.require_before_writing(self._set_otherwise)
         # Some take a set point below their range for "off".
         low_degc, high_degc = (scale.degc(self._read(register)) for register in (LOW_LIMIT, HIGH_LIMIT))
         if not low_degc - 1e-9 <= setpoint_degc <= high_degc + 1e-9:
@@ -135,27 +138,41 @@ class WatlowF4:
                 f" {scale.sign} in 16 bits; nothing was changed; ask for one of them, the nearest is"
                 f" {scale.degc(raw % 65536):.6g} °C"
             )
-        self.setpoint_memory.begin(setpoint_degc)
-        self._modbus.write_register(SETPOINT, raw % 65536)
-        read_back = self._read(SETPOINT)
-        if read_back != raw % 65536:
-            raise DeviceFault(
-                f"{self.name}: setpoint {setpoint_degc:g} °C was acknowledged, but reads back"
-                f" {scale.degc(read_back):g} °C; the chamber may heat or cool; look at its front panel"
-            )
+        before_degc = scale.degc(self._read(SETPOINT))
+        self._good_degc = before_degc if self.setpoint_memory.is_allowed(before_degc) else None
+        self.setpoint_memory.begin(setpoint_degc, before_degc)
+        write_and_read_back(self, setpoint_degc)
         self.setpoint_memory.confirm()
 
-    def _set_otherwise(self) -> Iterator[str]:
-        """Yield what is not as calrig set it, a clause each."""
+    def write_setpoint(self, setpoint_degc: float) -> None:
+        self._modbus.write_register(SETPOINT, round(self._learned_scale().raw(setpoint_degc)) % 65536)
+
+    def read_otherwise_degc(self, setpoint_degc: float) -> float | None:
+        scale, raw = self._learned_scale(), self._read(SETPOINT)
+        return None if raw == round(scale.raw(setpoint_degc)) % 65536 else scale.degc(raw)
+
+    def make_harmless(self) -> str:
+        """Go back to the set point from before: which event output stops a chamber is its maker's choice."""
+        if self._good_degc is None:
+            return ""
+        self.write_setpoint(self._good_degc)
+        is_back = self.read_otherwise_degc(self._good_degc) is None
+        return f"calrig set it back to {self._good_degc:g} °C, where it is heading now" if is_back else ""
+
+    def _set_otherwise(self) -> Iterator[Otherwise]:
+        """Yield what is not as calrig set it."""
         scale, raw = self._learned_scale(), self._read(SETPOINT)
         if not self.setpoint_memory.is_as_written(lambda degc: raw == round(scale.raw(degc)) % 65536):
-            yield f"the set point is {scale.degc(raw):g} °C (register {SETPOINT})"
+            yield Otherwise(
+                f"the set point is {scale.degc(raw):g} °C (register {SETPOINT})",
+                self.setpoint_memory.heading(scale.degc(raw)),
+            )
 
     def _read(self, register: int) -> int:
         (raw,) = self._modbus.read_holding(register)
         return raw
 
-    def _require_sensor(self, kind: type[DeviceFault | DeviceNonsense]) -> None:
+    def _require_sensor(self, kind: type[ChamberFault | DeviceNonsense]) -> None:
         """Raise unless input 1 has a sensor: it reads 0 otherwise, which would be a temperature."""
         sensor = self._read(SENSOR)
         if sensor not in SENSORS or sensor == SENSOR_OFF:
@@ -184,13 +201,13 @@ class WatlowF4:
         return self._scale
 
     def _unchanged_scale(self) -> Scale:
-        """Return unit and decimals, as they were when we connected. Raises: DeviceFault."""
+        """Return unit and decimals, as they were when we connected. Raises: ChamberFault."""
         if self._scale is None:
             return self._learned_scale()
         was = {DECIMALS: self._scale.decimals, UNIT: FAHRENHEIT if self._scale.is_fahrenheit else CELSIUS}
         for register, need in was.items():
             if (found := self._read(register)) != need:
-                raise DeviceFault(
+                raise ChamberFault(
                     f"{self.name}: register {register} ({'unit' if register == UNIT else 'decimals'}) was {need} and"
                     f" reads {found}: somebody set the controller otherwise; nothing was changed; set it back, or start"
                     " anew"

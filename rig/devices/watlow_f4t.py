@@ -18,8 +18,8 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, field_validator
 
 from rig.description.device_settings import EnvironmentSettings
-from rig.devices.setpoint_memory import SetpointMemory
-from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, NoSuchRegister, RequestRefused
+from rig.devices.setpoint_memory import DRIFTS, Otherwise, SetpointMemory, settle, write_and_read_back
+from rig.errors import ChamberFault, DeviceNonsense, DeviceRefused, NoSuchRegister, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
 from rig.link.modbus_tcp import ModbusTcp
@@ -30,6 +30,7 @@ LOOP = 160
 LOW_LIMIT, HIGH_LIMIT, SETPOINT, PROCESS_VALUE = 2774, 2776, 2782, 2820
 MODE_WRITE, MODE_READ = 2730, 2814
 AUTO, MANUAL, OFF = 10, 54, 62
+BY_HAND = "it heats or cools with a power that was set by hand, wherever that leads"
 MODES = {AUTO: "automatic", MANUAL: "manual", OFF: "off"}
 UNIT_OF_CHANNEL = {"rtu": 14080, "tcp": 6730}
 Unit = Literal["degc", "degf"]
@@ -85,7 +86,7 @@ class WatlowF4T:
         self._values: Unit = settings.values or "degc"
         self._unit_code: int | None = None
         """What the register of the channel's unit said when we connected; None where the controller has none."""
-        self.setpoint_memory = SetpointMemory()
+        self.setpoint_memory = SetpointMemory(name, settings.limits_degc)
 
     def identify(self) -> str:
         low_degc, high_degc = self._verified_limits_degc()
@@ -99,15 +100,16 @@ class WatlowF4T:
     def temperature_degc(self) -> float:
         self._require_same_unit()
         if self.setpoint_memory.is_set and (state := self._profile()):
-            raise DeviceFault(
+            raise ChamberFault(
                 f"{self.name}: a profile {state} (register {PROFILE}), since the set point was written: the chamber"
                 " follows the profile; end it at the front panel"
             )
-        self.setpoint_memory.require(self.name, self._set_otherwise)
+        settle(self)
+        self.setpoint_memory.require(self._set_otherwise)
         degc = self._read_degc(PROCESS_VALUE)
         if not self._is_plausible(degc):
             low_degc, high_degc = self._settings.plausible_degc
-            raise DeviceFault(
+            raise ChamberFault(
                 f"{self.name}: process value {degc:g} °C is not plausible, allowed {low_degc:g} to {high_degc:g}"
                 f" (environment.{self.name}: plausible_degc); nothing was changed; check the probe"
             )
@@ -120,7 +122,7 @@ class WatlowF4T:
     def hold(self, setpoint_degc: float) -> None:
         """Write the set point, switch a loop on that was off when we came, read both back.
 
-        Raises: DeviceFault where somebody set it otherwise since.
+        Raises: ChamberFault where somebody set it otherwise since.
         """
         self._settings.refuse_beyond_limits(self.name, setpoint_degc)
         low_degc, high_degc = self._verified_limits_degc()
@@ -135,39 +137,51 @@ class WatlowF4T:
                 f"{self.name}: set point {setpoint_degc:g} °C: the chamber allows {low_degc:g} to {high_degc:g} °C"
                 " (its registers 2774 and 2776); nothing was changed; ask for one inside"
             )
-        self.setpoint_memory.require_before_writing(self.name, self._set_otherwise)
+        self.setpoint_memory.require_before_writing(self._set_otherwise)
         mode = self._mode()
         if mode not in (AUTO, OFF):
             raise DeviceRefused(
                 f"{self.name}: loop {self._settings.loop} is in mode {MODES.get(mode, mode)}, need automatic or off;"
                 " nothing was changed; somebody set it by hand: set it to automatic at the front panel"
             )
-        words = _words(self._to_wire(setpoint_degc), self._settings.word_order)
-        self.setpoint_memory.begin(setpoint_degc)
-        self._registers.write_registers(SETPOINT + self._offset, words)
-        read_back = self._registers.read_holding(SETPOINT + self._offset, 2)
-        if read_back != words:
-            raise DeviceFault(
-                f"{self.name}: set point {setpoint_degc:g} °C was acknowledged, but reads back"
-                f" {self._from_wire(read_back):g} °C; the chamber may heat or cool; look at its front panel"
-            )
+        self.setpoint_memory.begin(setpoint_degc, self._read_degc(SETPOINT))
+        write_and_read_back(self, setpoint_degc)
         if mode == OFF:
             self._switch_on()
         self.setpoint_memory.confirm()
 
-    def _set_otherwise(self) -> Iterator[str]:
-        """Yield what is not as calrig set it, a clause each."""
+    def write_setpoint(self, setpoint_degc: float) -> None:
+        self._registers.write_registers(SETPOINT + self._offset, self._words_of(setpoint_degc))
+
+    def read_otherwise_degc(self, setpoint_degc: float) -> float | None:
+        words = self._registers.read_holding(SETPOINT + self._offset, 2)
+        return None if words == self._words_of(setpoint_degc) else self._from_wire(words)
+
+    def make_harmless(self) -> str:
+        if self._mode() == OFF:
+            return "its loop was not switched on, and is off"
+        self._registers.write_registers(MODE_WRITE + self._offset, [OFF])
+        return "calrig switched its loop off, and it reads off" if self._mode() == OFF else ""
+
+    def _set_otherwise(self) -> Iterator[Otherwise]:
+        """Yield what is not as calrig set it."""
         mode = self._mode()
         if self.setpoint_memory.is_on and mode != AUTO:
-            yield f"loop {self._settings.loop} is in mode {MODES.get(mode, mode)} (register {MODE_READ + self._offset})"
-        found, order = self._registers.read_holding(SETPOINT + self._offset, 2), self._settings.word_order
-        if not self.setpoint_memory.is_as_written(lambda degc: found == _words(self._to_wire(degc), order)):
-            yield f"the set point is {self._from_wire(found):g} °C (register {SETPOINT + self._offset})"
+            loop = f"loop {self._settings.loop} is in mode {MODES.get(mode, mode)}"
+            yield Otherwise(f"{loop} (register {MODE_READ + self._offset})", DRIFTS if mode == OFF else BY_HAND)
+        found = self._registers.read_holding(SETPOINT + self._offset, 2)
+        if not self.setpoint_memory.is_as_written(lambda degc: found == self._words_of(degc)):
+            found_degc = self._from_wire(found)
+            clause = f"the set point is {found_degc:g} °C (register {SETPOINT + self._offset})"
+            yield Otherwise(clause, self.setpoint_memory.heading(found_degc))
+
+    def _words_of(self, degc: float) -> tuple[int, int]:
+        return _words(self._to_wire(degc), self._settings.word_order)
 
     def _switch_on(self) -> None:
         self._registers.write_registers(MODE_WRITE + self._offset, [AUTO])
         if (mode := self._mode()) != AUTO:
-            raise DeviceFault(
+            raise ChamberFault(
                 f"{self.name}: automatic control was acknowledged, but the mode reads {MODES.get(mode, mode)};"
                 " the set point is written and not controlled; look at the front panel"
             )
@@ -218,7 +232,7 @@ class WatlowF4T:
             register = UNIT_OF_CHANNEL[self._settings.transport]
             (code,) = self._registers.read_holding(register)
             if code != self._unit_code:
-                raise DeviceFault(
+                raise ChamberFault(
                     f"{self.name}: register {register} (unit of this channel) was {self._unit_code} and reads {code}:"
                     " somebody set the controller otherwise; nothing was changed; set it back, or start anew"
                 )

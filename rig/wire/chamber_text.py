@@ -57,6 +57,8 @@ class ChamberWords:
     write: bytes
     """With the temperature in place of %s."""
     start: bytes
+    stop: bytes
+    """It neither heats nor cools from then on, and keeps its set point."""
     activity: bytes
     parse_activity: Callable[[bytes], Activity]
     check_acknowledged: Callable[[bytes, bytes], str] | None
@@ -165,6 +167,7 @@ def _thermotron(name: str, channel: int) -> ChamberWords:
         parse_setpoint=parse_temperature,
         write=b"SETP%d,%%s" % channel,
         start=b"RUNM",
+        stop=b"STOP",
         activity=b"SCOD?" if is_8800 else b"MODE?",
         parse_activity=_stop_code if is_8800 else _mode_bits,
         check_acknowledged=_zero if is_8800 else None,
@@ -185,6 +188,7 @@ def _espec(name: str) -> ChamberWords:
         parse_setpoint=_espec_setpoint,
         write=b"TEMP, S%s",
         start=b"MODE,CONSTANT",
+        stop=b"MODE,STANDBY",
         activity=b"MODE?",
         parse_activity=_espec_mode,
         check_acknowledged=_echoed,

@@ -8,6 +8,7 @@ ERRORS = (
     "RequestError",
     "JournalError",
     "StorageFailed",
+    "ChamberFault",
     "DeviceFault",
     "GuardLost",
     "DescriptionError",

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from procedures.plan.steps import Soak
 from rig.clock import Clock
 from rig.devices.abilities import Environment, Wait
-from rig.errors import DeviceFault
+from rig.errors import ChamberFault
 
 _LOOKS, _SHORTEST_LOOK_S, _LONGEST_LOOK_S = 60, 1.0, 30.0
 _LIMIT_S = 6.0 * 3600.0
@@ -23,7 +23,7 @@ def soak(
 
     ``tell`` hears at every look how warm it is and how many seconds are left at the least.
 
-    Raises: DeviceFault where the band is not reached, or lost for so long, within six hours; WaitEnded.
+    Raises: ChamberFault where the band is not reached, or lost for so long, within six hours; WaitEnded.
     """
     environment.hold(step.setpoint_degc)
     look_s = min(max(step.soak_s / _LOOKS, _SHORTEST_LOOK_S), _LONGEST_LOOK_S)
@@ -37,7 +37,7 @@ def soak(
         else:
             inside_since_s = None
             if now_s - last_inside_s > _LIMIT_S:
-                raise DeviceFault(
+                raise ChamberFault(
                     f"{step.environment}: at {degc:.2f} °C, wanted {step.setpoint_degc:g} ± {step.band_degc:g} °C; "
                     f"not reached in {_LIMIT_S / 3600.0:g} h; it goes on holding its setpoint; look at the chamber"
                 )

@@ -17,7 +17,7 @@ from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
 
-NOT_SEEN, DEVICE = "standstill", "device"
+NOT_SEEN, CHAMBER = "standstill", "chamber"
 """The causes of an ending after which not every axis is known to stand still, and of one whose chamber refused."""
 LIMIT_S = 30.0
 """For everything but the axes, which have their own deadline."""
@@ -41,7 +41,7 @@ class Safe:
     @property
     def cause(self) -> str:
         """The cause of an ending by what failed; empty where nothing did."""
-        return NOT_SEEN if self.failures else DEVICE if self.of_chamber else ""
+        return NOT_SEEN if self.failures else CHAMBER if self.of_chamber else ""
 
     @property
     def in_words(self) -> str:

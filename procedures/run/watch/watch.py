@@ -16,8 +16,11 @@ from procedures.run.judgement.run_limits import RunLimits
 from procedures.run.watch.clock_watch import ClockChange, ClockWatch
 from procedures.run.watch.disk_space import MB
 from rig.devices.abilities import AxisState, Wait
+from rig.devices.setpoint_memory import KeepsSetpointMemory
 from rig.link.counts import ExchangeCounts
 
+CHAMBER = "chamber"
+"""The event of what a chamber did not take at once, or tells of itself."""
 FEWEST_QUESTIONS = 200
 """So many on a line before its error rate means anything; the rate is of the last one to two thousand."""
 WINDOW = 1000
@@ -86,11 +89,19 @@ class Watch:
         change = self.clock_change()
         if change.is_suspension:
             yield suspended(change)
+        self._chambers()
         yield from self._axes()
         yield from self._disk(free_bytes, needed_bytes)
         yield from self._bands_kept(announce)
         yield from self._rejected()
         yield from self._lines()
+
+    def _chambers(self) -> None:
+        """Record what a chamber had to be told twice."""
+        for name, chamber in self._rig.environments.items():
+            if isinstance(chamber, KeepsSetpointMemory):
+                for sentence in chamber.setpoint_memory.take_corrections():
+                    self._record(CHAMBER, {"environment": name, "told": sentence})
 
     def _axes(self) -> Iterator[Alarm]:
         """Yield what an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""

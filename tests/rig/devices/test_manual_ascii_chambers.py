@@ -227,7 +227,7 @@ def test_limits_of_the_file_and_of_the_chamber_are_kept() -> None:
 
 def test_what_it_does_not_take_is_said_in_its_own_words() -> None:
     refusing = Bench("espec-p300")
-    refusing.faults.reads = {2: faults.replace(b"NA:PROTECT ON\r\n")}  # mode, limits, then the write
+    refusing.faults.reads = {3: faults.replace(b"NA:PROTECT ON\r\n")}  # mode, limits, set point, then the write
     with pytest.raises(DeviceRefused, match=r"the chamber refuses TEMP, S30\.0: NA:PROTECT ON"):
         refusing.air.hold(30.0)
     other = Bench("thermotron-8800", limits_degc=[-100.0, 300.0])
@@ -237,8 +237,9 @@ def test_what_it_does_not_take_is_said_in_its_own_words() -> None:
 
 def test_a_set_point_that_reads_back_otherwise_is_a_fault() -> None:
     bench = Bench("espec-p300")
-    bench.faults.reads = {4: faults.replace(b"29.0,ON\r\n")}  # mode, limits, write, start, then the read-back
-    with pytest.raises(DeviceFault, match="setpoint 30 °C was sent, but reads back 29 °C"):
+    # Mode, limits, set point, write, then the read-back; write, read-back.
+    bench.faults.reads = dict.fromkeys((4, 6), faults.replace(b"29.0,ON\r\n"))
+    with pytest.raises(DeviceFault, match="set point 30 °C was written twice and reads back 29 °C; it was not started"):
         bench.air.hold(30.0)
 
 

@@ -66,7 +66,7 @@ class DeafRoom:
 def test_a_setpoint_that_does_not_read_back_is_a_fault() -> None:
     settings = WatlowF4Settings(driver="watlow-f4", port="twin")
     stream = MemoryStream(WatlowF4Twin("air", DeafRoom()), virtual_clock(), "chamber")
-    with pytest.raises(DeviceFault, match="setpoint 25 °C was acknowledged, but reads back 20 °C"):
+    with pytest.raises(DeviceFault, match="set point 25 °C was written twice and reads back 20 °C"):
         connect("air", settings, stream).hold(25.0)
 
 

@@ -71,7 +71,7 @@ def test_fault_20_gone_a_chamber_that_refuses_keeps_no_axis_from_its_stop_and_is
     assert "air: setpoint 15 °C was acknowledged" in outcome.reason
     (safe,) = events(unattended.run_dir, "safe")
     assert set(safe.detail["positions_deg"]) == {"pitch", "roll"}  # type: ignore[call-overload]
-    assert (outcome.cause, safe.detail["failures"]) == ("device", [])
+    assert (outcome.cause, safe.detail["failures"]) == ("chamber", [])
     with JournalReader.open(unattended.run_dir) as reader:
         (stretch,) = interruptions_in(reader.events())
     assert "seen to stand: pitch at " in stretch.axes, "it was said that not every axis was seen to stand"
