@@ -121,15 +121,7 @@ def evidence_of(solved: SolvedColumns, rows: Observations) -> Evidence:
         fitted=fitted,
         primary=solved.primary,
         alone=ordinary[: alone.basis.shape[1]],
-        common=[_at_points(solved, blocks) for blocks in solved.common],
+        common=[solved.at_points(blocks) for blocks in solved.common],
         sums=solved.mixed.sums,
         replication=solved.replication,
     )
-
-
-def _at_points(solved: SolvedColumns, blocks: Mapping[str, FloatArray]) -> FloatArray:
-    if not blocks:
-        return np.zeros((solved.layout.points, 0))
-    joined = np.hstack(list(blocks.values()))
-    is_by_point = solved.problem.form.repeats > 1
-    return joined if is_by_point else solved.layout.mean_by_point(joined)

@@ -62,6 +62,13 @@ class SolvedColumns:
     common: Sequence[CommonErrors] = ()
     """Errors that many rows share, one entry an axis; empty where there are none."""
 
+    def at_points(self, blocks: Mapping[str, FloatArray]) -> FloatArray:
+        """Return the (K, q) columns of common errors at the points, side by side."""
+        if not blocks:
+            return np.zeros((self.layout.points, 0))
+        joined = np.hstack(list(blocks.values()))
+        return joined if self.problem.form.repeats > 1 else self.layout.mean_by_point(joined)
+
     def per_replication(self, row: int) -> Mapping[int, Mapping[str, float]]:
         """Return the parameters (edge units) of one axis by replication label, each replication alone."""
         mixed, model = self.mixed, self.problem.models[row]

@@ -1,7 +1,8 @@
 """What the data of a joint fit contradict: the tests of any calibration, mounting by mounting.
 
-What the fit has found of the whole table and of the seat is taken out of the outputs; the index errors stand in the
-covariance of the tests as their certificate has them, in the angles at which the package met them. So every mounting is
+What the fit has found of the whole table and of the seat is taken out of the outputs; what it does not know of droop
+and squareness, and the index errors as their certificate has them, in the angles at which the package met them, stand
+in the covariance of the tests. So every mounting is
 a calibration like any other and is tested like one, its table's limit included; what the table's errors explain within
 their priors is no finding. The tests of all axes in all mountings are one family.
 """
@@ -22,6 +23,7 @@ from ams.frames import specific_force
 from ams.inputs.declared_direction import NOTHING_DECLARED, DeclaredDirection
 from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun
 from ams.inputs.request import CalibrationRequest
+from ams.inputs.shared_errors import OF_THE_AXES, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, corrected
 from ams.observations import Observations
 from ams.rounding import two_digits
@@ -80,8 +82,10 @@ def diagnose_joint(
     for number, mounting in enumerate(mountings, start=1):
         name = f"mounting {number}: " if len(mountings) > 1 else ""
         rows, table = _to_be_tested(mountings, number - 1, fit, priors)
+        left = () if _angles_in_package(mounting) is None else tuple(_left_of_axes(fit))
+        shared = dict.fromkeys(fit.axes, left)
         try:
-            solved = calibrate(rows, replace(request, table=table))
+            solved = calibrate(rows, replace(request, table=table, shared_errors=shared))
         except DesignError as error:
             untested.append(f"{name or 'joint fit: '}not tested by itself: {error}")
             continue
@@ -95,6 +99,17 @@ def diagnose_joint(
     for axis in fit.axes:
         found[axis] += beyond
     return JointDiagnosis({axis: tuple(verdicts) for axis, verdicts in found.items()}, tuple(untested), replications)
+
+
+def _left_of_axes(fit: JointFit) -> Iterator[SharedError]:
+    """Yield what is not known of droop and squareness once the fit's estimates are taken out.
+
+    Zeros, tilts and seats turn a package as a whole, and offset and sensitivities have what is left of them. These two
+    do not, and of one mounting no row tells them: one that its prior allows would pass for index errors or for terms.
+    """
+    for nuisance in fit.nuisances:
+        if nuisance.name in OF_THE_AXES and nuisance.standard_deviation_rad > 0.0:
+            yield SharedError(nuisance.name, nuisance.name, nuisance.standard_deviation_rad)
 
 
 def _sign(finding: Finding, mounting: Mounting) -> str:

@@ -10,6 +10,7 @@ from ams.analysis.diagnostics.table_curves import Indices, SeenPoints, TableLimi
 from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns
+from ams.inputs.shared_errors import OF_THE_AXES
 from ams.inputs.table_uncertainty import TableUncertainty, shown_rad
 from ams.models.extended import centred_basis, centring_over
 from ams.models.pitch_yaw_roll import PitchYawRoll
@@ -91,6 +92,8 @@ def _seen(solved: SolvedColumns, indices: Sequence[int], rows: Observations) -> 
         force = sensed_force(base, stood)
         coefficients = solved.mixed.ordinary[_LINEAR : basis.shape[1], index]
         slopes = base.angle_jacobian(solved.primary[index][: len(base.primary_names)], stood)
+        shared = solved.common[index] if solved.common else {}
+        of_axes = {str(name): shared[name] for name in OF_THE_AXES if name in shared}
         yield SeenPoints(
             linear=np.hstack([basis[:, :_LINEAR], sums.drift_left]),
             terms=_terms(base, force, basis),
@@ -98,5 +101,6 @@ def _seen(solved: SolvedColumns, indices: Sequence[int], rows: Observations) -> 
             mean=sums.point_effects[:, index] + basis[:, _LINEAR:] @ coefficients,
             weight=np.sqrt(readings / variance),
             slopes=slopes,
+            of_axes=solved.at_points(of_axes),
             precision_dof=float(sums.dof_precision),
         )

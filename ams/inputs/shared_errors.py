@@ -20,11 +20,12 @@ from ams.statistics.budget import Kind
 
 Effect = Literal[
     "reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation",
-    "reading-course", "gain-course", "departure", "specific-force",
+    "reading-course", "gain-course", "departure", "specific-force", "squareness", "droop",
 ]  # fmt: skip
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
 the table; ``pitch``: radians, the zero of pitch with
-the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``temperature``: °C;
+the tilt of the base about that axis; ``base-tilt``: radians, of the base across it; ``squareness``: radians, of the
+roll axis to the pitch axis; ``droop``: radians of pitch lost at the horizontal; ``temperature``: °C;
 ``level``: of the known levels of a straight line, in the columns that the observations state;
 ``field``: the same of a field that is known as a vector, where rows across an axis scatter by it;
 ``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood;
@@ -35,6 +36,8 @@ time (:mod:`ams.solve.shifts_within`);
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
 OF_THE_BASE: tuple[Effect, ...] = ("pitch", "base-tilt")
+OF_THE_AXES: tuple[Effect, ...] = ("squareness", "droop")
+"""Of a table as a whole, and no turn of the package: they are named as their effects."""
 COURSES: tuple[Effect, ...] = ("reading-course", "gain-course")
 SHIFTS = ("shift until the next calibration, offset", "shift until the next calibration, sensitivity")
 """Names of what a sensor may do after its calibration: parts of the covariance that no run draws anew."""
@@ -198,8 +201,12 @@ def _effect(effect: Effect, model: Model, primary: FloatArray, rows: Stimulus) -
         return _turned_faster(model, primary, rows)
     if effect == "pitch":
         return model.angle_jacobian(primary, rows).get("pitch")
-    if effect == "base-tilt":
-        return _tilted(model, primary, rows)
+    if effect == "droop":
+        by_pitch = model.angle_jacobian(primary, rows).get("pitch")
+        return None if by_pitch is None else -np.cos(rows.pitch_rad) * by_pitch
+    if effect in ("base-tilt", "squareness"):
+        across = _tilted(model, primary, rows)
+        return across if across is None or effect == "base-tilt" else -np.sin(rows.pitch_rad) * across
     return _warmed(model, primary, rows)
 
 

@@ -30,6 +30,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray
 from ams.inputs.table_uncertainty import TableUncertainty, index_labels
 from ams.statistics.distributions import f_tail
+from ams.units import RAD_PER_ARCSEC
 
 _SUSPICIOUS = 0.2
 """Points that a linear sensor on an exact table explains as well as this say nothing against a limit."""
@@ -40,7 +41,8 @@ _ROUNDING = 1e-9
 _SEEN = 1e-3
 """Of all columns together: a direction with less of them is not seen."""
 _LIKELY = 3.0
-"""Limits: how large an error is believed before the points are looked at, so that what they hardly see stays small."""
+"""Limits, and standard uncertainties of droop and squareness: how large an error is believed before the points are
+looked at, so that what they hardly see stays small."""
 _STEPS = 4
 """Of the search for bounds that hold, for each bound, at the most."""
 _EXPLAINED = 0.001
@@ -64,6 +66,9 @@ class SeenPoints:
     slopes: Mapping[str, FloatArray]
     """Axis of the table to (K,) volts per radian."""
     precision_dof: float
+    of_axes: FloatArray
+    """(K, w) what one standard uncertainty of each error of droop and squareness does, the same errors for all outputs.
+    """
 
 
 @dataclass(frozen=True)
@@ -199,7 +204,8 @@ def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) 
     )
     if not outputs or not indices:
         return nothing
-    bound = np.concatenate([index.bound_rad for index in indices.values()])
+    of_axes = np.full(outputs[0].of_axes.shape[1], _LIKELY * RAD_PER_ARCSEC)
+    bound = np.concatenate([*[index.bound_rad for index in indices.values()], of_axes])
     seen = [_Output.of(output, indices) for output in outputs]
     p_value, normal = _of_outputs(seen, bound)
     if normal is None:
@@ -207,10 +213,10 @@ def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) 
     alone = _departing_alone(seen, bound)
     of_others = 0.0 if alone is None else _of_outputs([*seen[:alone], *seen[alone + 1 :]], bound)[0]
     found = np.linalg.solve(normal.matrix + np.diag((_LIKELY * bound) ** -2.0), normal.right)
-    edges = np.cumsum([index.bound_rad.size for index in indices.values()])[:-1]
+    edges = np.cumsum([index.bound_rad.size for index in indices.values()])
     largest = {
         name: float(np.abs(index.columns @ curve).max())
-        for (name, index), curve in zip(indices.items(), np.split(found, edges), strict=True)
+        for (name, index), curve in zip(indices.items(), np.split(found, edges)[:-1], strict=True)
     }
     is_of_single_output = p_value < _TERMS_NEEDED_P <= of_others
     return replace(
@@ -303,8 +309,9 @@ def _normal(output: SeenPoints, indices: Mapping[str, Indices], basis: FloatArra
     weight = output.weight[:, None]
     q, r = np.linalg.qr(weight * basis)
     q = q[:, np.abs(np.diag(r)) > _ROUNDING * np.abs(np.diag(r)).max()]
-    columns = np.hstack([output.slopes[name][:, None] * seen.columns for name, seen in indices.items()])
-    columns = weight * columns
+    of_indices = [output.slopes[name][:, None] * seen.columns for name, seen in indices.items()]
+    # In arc seconds: beside a radian of an index one standard uncertainty would be as good as nothing.
+    columns = weight * np.hstack([*of_indices, output.of_axes / RAD_PER_ARCSEC])
     columns = columns - q @ (q.T @ columns)
     y = output.weight * output.mean
     y = y - q @ (q.T @ y)
