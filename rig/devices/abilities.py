@@ -149,7 +149,10 @@ class Watchdog(Protocol):
         """
 
     def feed_watchdog(self) -> None:
-        """Speak to the machine. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
+        """Speak to the machine, and see that it is still armed where that can be read.
+
+        Raises: DeviceFault where it is not; DeviceSilent, DeviceNonsense, LinkLost.
+        """
 
     def disarm_watchdog(self) -> None:
         """Leave the machine at rest: where it can be told so, it need not notice."""

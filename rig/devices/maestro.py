@@ -331,7 +331,8 @@ class MaestroAxis:
     def arm_watchdog(self, wait: Wait) -> str:
         """See once that the controller's time-out acts: its settings cannot be written by its serial line."""
         assert self.watchdog_s is not None
-        return self._controller.prove_timeout(self.name, self.watchdog_s, wait)
+        seen = self._controller.prove_timeout(self.name, self.watchdog_s, wait)
+        return f"{seen}; it is a setting of the controller, which tells it to nobody: proven now, not looked at again"
 
     def feed_watchdog(self) -> None:
         self._controller.poll_errors()

@@ -94,6 +94,7 @@ class OrientalAzAxis:
 
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
+        self._require_watchdog()
         self._require_ready(f"turn at {rate_dps:g} °/s", may_turn=True)
         speed_hz = self._steps(self._settings.sign * rate_dps)
         operation = self._operation(wire.CONTINUOUS_SPEED, 0, speed_hz)
@@ -155,11 +156,24 @@ class OrientalAzAxis:
         return outcome
 
     def feed_watchdog(self) -> None:
-        self._status()
+        self._require_watchdog()
 
     def disarm_watchdog(self) -> None:
         self._is_armed = False
         self._write_silence(0.0)
+
+    def _require_watchdog(self) -> None:
+        """Read back the time-out that was armed: it is in RAM, so a drive that lost power for a moment has none."""
+        if not self._is_armed or self.watchdog_s is None:
+            return
+        register, armed_ms = self._settings.watchdog_register, round(1000.0 * self.watchdog_s)
+        if (found_ms := self._read(register, 1)[0]) != armed_ms:
+            raise DeviceFault(
+                f"{self.name}: its watchdog is gone: register {register:#06x} reads {found_ms} ms, {armed_ms} ms were"
+                f" armed and proven (axes.{self.name}: watchdog_s); the driver lost power for a moment, or another"
+                " program wrote it, and nothing stops the motor now when this computer dies; look at its supply and at"
+                " who else is on its line; the next session arms and proves it anew"
+            )
 
     def _has_noticed(self) -> bool:
         """Return whether the alarm of a silent master stands; it is reset, the watchdog stays armed."""

@@ -200,7 +200,7 @@ def settle(chamber: WrittenChamber) -> None:
 
 
 def _given_up(chamber: WrittenChamber, written: str, found_degc: float, because: str = "") -> ChamberFault:
-    """Make the chamber harmless, write to it no more; return what is sentence."""
+    """Make the chamber harmless, write to it no more; return its fault."""
     memory = chamber.setpoint_memory
     written = f"{written} {found_degc:g} °C{memory.beyond(found_degc)}{because}"
     try:

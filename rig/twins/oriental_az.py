@@ -15,6 +15,8 @@ from rig.twins.world import World
 from rig.wire import oriental_az as wire
 
 _BLOCK = range(wire.DIRECT_DATA, wire.DIRECT_DATA + 16)
+_FIRST_BLOCK = tuple(word for value in (0, 1, 0, 1000, 1000, 1000, 1000, 0) for word in wire.words(value))
+"""Of direct data, at power-on."""
 _FIELDS_BY_TRIGGER = {-7: 0x58, -6: 0x5A, -5: 0x5C, -4: 0x5E, -3: 0x60, -2: 0x62, -1: 0x64}
 _HOME_END, _READY, _ALARM_A, _MOVE, _IN_POS = 1 << 4, 1 << 5, 1 << 7, 1 << 13, 1 << 14
 _TRAVEL_DEG = 100_000.0
@@ -36,7 +38,7 @@ class OrientalAzRegisters:
         self.servo = servo
         self.alarm = 0
         self._step_deg = motor.step_deg
-        self._block = [word for value in (0, 1, 0, 1000, 1000, 1000, 1000, 0) for word in wire.words(value)]
+        self._block = list(_FIRST_BLOCK)
         self._inputs = 0
         self._commanded = 0
         self._silence_ms = 0
@@ -100,6 +102,18 @@ class OrientalAzRegisters:
         """Take note that the master speaks on the line."""
         self.look(now_s)
         self._heard_s = now_s
+
+    def power_cycle(self, now_s: float) -> None:
+        """Lose power and get it back: the motor stands, and what was written by Modbus is gone.
+
+        Its encoder keeps the coordinates without power; HOME-END stays where the place is home. What MEXE02 stores
+        (gear, wrap, limits, order of words) stays.
+        """
+        self.servo.power_cycle(now_s, is_absolute=True)
+        self._block, self._inputs, self._silence_ms, self.alarm = list(_FIRST_BLOCK), 0, 0, 0
+        self._commanded = round(self.servo.position_deg(now_s) / self._step_deg)
+        self._is_at_home = self._is_at_home and self._commanded == 0
+        self._heard_s = math.inf
 
     def _ordered(self, words: Sequence[int]) -> list[int]:
         """Return the words of values of 32 bits as the drive is set to send and take them."""
@@ -214,6 +228,11 @@ class OrientalAzTwin:
         if any(unit.was_heard_at(now_s) for unit in self.units.values()):
             for unit in self.units.values():  # a frame for another unit of the line is no silence
                 unit.hear(now_s)
+
+    def power_cycle(self, now_s: float) -> None:
+        """Lose power and get it back, all drivers of the line at once."""
+        for unit in self.units.values():
+            unit.power_cycle(now_s)
 
     def transmit(self, now_s: float) -> bytes:
         for unit in self.units.values():

@@ -79,12 +79,18 @@ class ServoAxis:
         brake_deg = 0.5 * rate_dps * abs(rate_dps) / self.acceleration_dps2
         self._ramp(self._body.table_deg(now_s) + brake_deg, now_s)
 
-    def power_cycle(self, now_s: float) -> None:
-        """Lose power and get it back: the axis stands, has no home and reads 0."""
+    def power_cycle(self, now_s: float, *, is_absolute: bool = False) -> None:
+        """Lose power and get it back: the axis stands.
+
+        It has no home and reads 0 from then on, but where its encoder ``is_absolute``.
+        """
         here_deg = self._body.table_deg(now_s)
+        is_homed = self.is_homed(now_s)
         self._follow(Ramp(here_deg, here_deg, now_s, math.inf))
-        self._homed_from_s = math.inf
-        self._lost_deg = here_deg
+        if not (is_absolute and is_homed):
+            self._homed_from_s = math.inf
+        if not is_absolute:
+            self._lost_deg = here_deg
 
     def _ramp(self, true_deg: float, now_s: float) -> None:
         path = Ramp(

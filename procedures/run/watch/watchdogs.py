@@ -10,7 +10,7 @@ from math import inf
 from procedures.run.dwell.measure import OpenRig
 from rig.devices.abilities import Wait, Watchdog
 from rig.devices.unstoppable import why_unstoppable
-from rig.errors import RigError
+from rig.errors import DeviceFault, RigError
 
 KIND = "watchdog"
 FEEDS = 4.0
@@ -47,17 +47,25 @@ class Watchdogs:
     def feed(self) -> float:
         """Speak to those that were not spoken to for a while; rig seconds until it must be done again.
 
-        Raises: DeviceSilent, DeviceNonsense, LinkLost.
+        Raises: DeviceSilent, DeviceNonsense, LinkLost; DeviceFault where one is armed no more, which is recorded.
         """
         now_s, within_s = self._rig.clock.monotonic_s(), inf
-        for name, axis in self._armed.items():
+        for name, axis in tuple(self._armed.items()):
             assert axis.watchdog_s is not None
             every_s = axis.watchdog_s / FEEDS
             if now_s - self._fed_s.get(name, -inf) >= every_s:
                 self._fed_s[name] = now_s
-                axis.feed_watchdog()
+                self._feed(name, axis)
             within_s = min(within_s, every_s)
         return within_s
+
+    def _feed(self, name: str, axis: Watchdog) -> None:
+        try:
+            axis.feed_watchdog()
+        except DeviceFault as error:
+            del self._armed[name]
+            self._record(KIND, {"axis": name, "is_armed": False, "told": str(error)})
+            raise
 
     def forget(self) -> None:
         """Forget what is armed: the lines are gone, nobody can be fed, and the machines will stop by themselves."""

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from motion_bench import motion_bench
 from pymodbus import FramerType
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
+from pymodbus.framer.rtu import FramerRTU
 
 from rig.clock import Clock, ScaledClock
 from rig.twins.oriental_az import OrientalAzTwin
@@ -48,6 +49,34 @@ def test_the_worked_frames() -> None:
     assert _position(twin, 101.0) == 500
     assert _position(twin, 106.001) == 5000
     assert _said(twin, READ_STATUS, 107.0)[3:5] == bytes.fromhex("40 20")  # IN-POS and READY
+
+
+READ_SILENCE, ARM_5_S = "01 03 13 8A 00 02", "01 10 13 8A 00 02 04 00 00 13 88"
+READ_SIGNALS = "01 03 01 78 00 02 45 EE"
+
+
+def test_power_that_fails_takes_what_was_written_by_modbus_and_leaves_the_place() -> None:
+    """Facts: parameters that were written are in RAM; the ABZO encoder keeps the coordinates, ABSPEN stays on.
+
+    At rest elsewhere, coordinates valid, HOME-END off: 01 03 04 00 02 04 10 58 FF.
+    """
+    twin = _twin()
+    _said(twin, _with_crc(ARM_5_S), 99.0)
+    assert _said(twin, _with_crc(READ_SILENCE), 99.5)[3:7] == bytes.fromhex("00 00 13 88")
+    _said(twin, START[0], 100.0)
+    at = _position(twin, 102.0)
+    assert 0 < at < 5000
+    twin.power_cycle(102.0)
+    assert _said(twin, _with_crc(READ_SILENCE), 103.0)[3:7] == bytes(4)
+    assert _position(twin, 200.0) == at  # it stands where it was, and nobody is waited for
+    assert _said(twin, READ_SIGNALS, 200.0) == bytes.fromhex("01 03 04 00 02 04 10 58 FF")
+    _said(twin, START[0], 201.0)
+    assert _position(twin, 300.0) == at + 5000
+
+
+def _with_crc(frame: str) -> str:
+    data = bytes.fromhex(frame)
+    return (data + FramerRTU.compute_CRC(data).to_bytes(2, "big")).hex()
 
 
 def test_an_increment_adds_to_what_was_commanded() -> None:

@@ -3,12 +3,16 @@
 from pathlib import Path
 
 import pytest
+from runs_with_faults import faults, run_with_faults
 from small_run import Bench, bench, dwells_of
+from unattended_run import UnattendedRun
 
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.dwells import Event
 from procedures.records.states import State
+from procedures.report.conditions import condition_sections
 from procedures.run.begin import begin
+from procedures.run.resume import resume_on
 from rig.assembly.open_rig import open_rig
 from rig.devices.abilities import Watchdog
 
@@ -49,6 +53,24 @@ def test_fault_56_a_run_proves_the_watchdogs_feeds_them_through_a_soak_and_lets_
         kinds = [event.kind for event in reader.events()]
     assert kinds.index("watchdog") < kinds.index("intent")
     assert all(dwell.accepted for dwell in dwells_of(run_dir))
+
+
+@pytest.mark.parametrize("at_s", [120.0, 300.0])
+def test_one_that_is_gone_in_mid_run_is_told_and_trips_as_one_that_does_not_act(tmp_path: Path, at_s: float) -> None:
+    """The time-out of an AZ is in RAM: power that fails for a moment takes it away, and the drive answers as before."""
+    entry, unattended = _bench(tmp_path, AZ), UnattendedRun(tmp_path / "run")
+    cut = {"line": "axes.pitch", "kind": "power-cycle", "away_s": 0.0, "at_s": at_s}
+    outcome, said = run_with_faults(entry, unattended, faults(cut=cut))
+    assert said
+    assert outcome.state is State.TRIPPED
+    assert "its watchdog is gone: register 0x138a reads 0 ms, 4000 ms were armed and proven" in outcome.reason
+    last = _events(unattended.run_dir, "watchdog")[-1]
+    assert last.detail["is_armed"] is False
+    rows = condition_sections(_events(unattended.run_dir, "watchdog"))["watchdogs of the axes"]
+    assert "its watchdog is gone" in rows[str(last.detail["axis"])]
+    with open_rig(entry.rig) as rig:
+        assert resume_on(unattended.run_dir, rig, "carla", "looked at its supply").state is State.FINISHED
+    assert [event.detail["is_armed"] for event in _events(unattended.run_dir, "watchdog")[-2:]] == [True, True]
 
 
 def test_an_axis_without_one_is_told_in_the_journal(tmp_path: Path) -> None:
