@@ -28,7 +28,11 @@ from rig.plain_text import one_line
 
 ALERTED_STATES = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
 """At once. That a run has finished is told when it is known what it came to: :meth:`AlertDispatcher.tell_end`."""
-OF_EVENTS = {"dropped": "a sensor was dropped", "terminal": "the terminal was closed"}
+OF_EVENTS = {
+    "dropped": "a sensor was dropped",
+    "terminal": "the terminal was closed",
+    "chamber": "a chamber tells an alarm",
+}
 MOST_UNDER_WAY = 8
 """Threads that wait for a server at once; more are not started and said to be lost."""
 _NO_RUN = "RUN"

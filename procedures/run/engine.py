@@ -132,7 +132,7 @@ def run(
         progress_log.terminal_closed,
         lambda: progress_log.state_sequence,
     )
-    watch = Watch(rig, services.run_limits, steering, progress_log.event)
+    watch = Watch(rig, services.run_limits, steering, progress_log.event, progress_log.tell)
     is_attended = idle_clock is not None or takes_time
 
     def tell_why() -> None:

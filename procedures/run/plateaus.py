@@ -8,6 +8,7 @@ from procedures.run.judgement.history import plateaus_of, replications_before
 from procedures.run.judgement.judge import Band
 from procedures.run.judgement.suspect_dwells import Suspects
 from procedures.run.live_dwells import LiveDwells
+from rig.devices.chamber_alarms import alarm_clause
 
 INTERLOCK = "interlock"
 """Cause of a hold, and phase under which the twins answer what is read between dwells."""
@@ -63,12 +64,14 @@ class Plateaus:
         now = self._now
         if now is None:
             return False
-        degc = self._rig.environments[now.environment].temperature_degc()
+        environment = self._rig.environments[now.environment]
+        degc = environment.temperature_degc()
         if abs(degc - now.setpoint_degc) <= now.band_degc:
             return False
         before = self._progress_log.state
-        measured = f"got {degc:.2f} °C, allowed {now.setpoint_degc:g} ± {now.band_degc:g} °C (procedure file:"
-        self._progress_log.enter(State.HELD, f"{now.environment}: {measured} environment.band_degc)", cause=INTERLOCK)
+        allowed = f"{now.setpoint_degc:g} ± {now.band_degc:g} °C (procedure file: environment.band_degc)"
+        reason = f"{now.environment}: got {degc:.2f} °C, allowed {allowed}{alarm_clause(environment)}"
+        self._progress_log.enter(State.HELD, reason, cause=INTERLOCK)
         self._context.explain()
         self.bring_to(now)
         self._progress_log.enter(before)

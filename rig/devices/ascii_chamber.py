@@ -13,17 +13,20 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, model_validator
 
 from rig.description.device_settings import EnvironmentSettings, NotNegative
+from rig.devices.chamber_alarms import alarm_clause
 from rig.devices.setpoint_memory import DRIFTS, Otherwise, SetpointMemory, settle, write_and_read_back
 from rig.errors import ChamberFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire.chamber_text import (
     DECIMALS,
+    STOP_CODE,
     ChamberWords,
     Look,
     chamber_words,
     format_temperature,
     parse_is_fahrenheit,
+    parse_stop_reason,
     parse_text,
 )
 from rig.wire.temperatures import degc_of, of_degc
@@ -109,6 +112,9 @@ class AsciiChamber:
         followed = self._look().setpoint if self._activity() == "program" else None
         setpoint = self._ask(self._words.setpoint, self._words.parse_setpoint) if followed is None else followed
         return _degc(setpoint, is_fahrenheit)
+
+    def alarms(self) -> tuple[str, ...]:
+        return () if self._words.alarms is None else self._ask(self._words.alarms, self._words.parse_alarms)
 
     def hold(self, setpoint_degc: float) -> None:
         self._settings.refuse_beyond_limits(self.name, setpoint_degc)
@@ -205,12 +211,16 @@ class AsciiChamber:
         may_stand = not (self.setpoint_memory.is_on or is_started)
         if activity == "program" or (activity == "stopped" and not may_stand):
             is_program = activity == "program"
-            what = "a program runs" if is_program else "the chamber has stopped"
+            what = "a program runs" if is_program else f"the chamber has stopped{self._stop_reason()}"
             heading = "it follows the program" if is_program else DRIFTS
             raise ChamberFault(
-                f"{self.name}: {what} since the set point was written; the temperature is not held: {heading};"
-                " look at its panel"
+                f"{self.name}: {what} since the set point was written; the temperature is not held: {heading}"
+                f"{alarm_clause(self)}; look at its panel"
             )
+
+    def _stop_reason(self) -> str:
+        has_code = self._words.activity == STOP_CODE
+        return self._ask(STOP_CODE, parse_stop_reason) if has_code else ""
 
     def _unit(self) -> bool:
         """Return whether the wire is in °F, as when we connected. Raises: DeviceNonsense, ChamberFault."""

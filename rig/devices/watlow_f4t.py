@@ -40,6 +40,9 @@ PROFILE = 16568
 RUNNING = {149: "runs", 146: "is held", 1783: "waits for its start time"}
 SMALLEST = 1e-6
 """Degrees nearer to zero than this, but not zero, are words in the wrong order."""
+ALARM_STATE, ALARM, MOST_ALARMS = 1356, 100, 6
+NO_ALARM = frozenset({88, 61, 12})
+"""By the chamber maker's library; in which alarm it is, is not told by any source that was read."""
 RTU_GAP_S = 0.03
 """The chamber maker's library waits this long: the controller does not keep to 3.5 characters."""
 
@@ -114,6 +117,18 @@ class WatlowF4T:
                 f" (environment.{self.name}: plausible_degc); nothing was changed; check the probe"
             )
         return degc
+
+    def alarms(self) -> tuple[str, ...]:
+        """Ask alarm by alarm, as far as this controller has registers for them."""
+        found: list[str] = []
+        for number in range(1, MOST_ALARMS + 1):
+            register = ALARM_STATE + ALARM * (number - 1)
+            code = self._if_there(register)
+            if code is None:
+                break
+            if code not in NO_ALARM:
+                found.append(f"alarm {number} (register {register} reads {code})")
+        return tuple(found)
 
     def setpoint_degc(self) -> float:
         self._verified_limits_degc()

@@ -36,6 +36,10 @@ class AsciiChamberTwin:
         reply_end: bytes = b"\r\n",
     ) -> None:
         self.mode = "STANDBY"
+        self.alarms: tuple[int, ...] = ()
+        """Codes of an Espec; of an 8800 the one sum of its bits."""
+        self.stop_code = 5
+        """Of an 8800 that stands."""
         self.is_fahrenheit = is_fahrenheit
         self._environment, self._world = environment, world
         self._is_espec = model.startswith("espec")
@@ -80,7 +84,7 @@ class AsciiChamberTwin:
             ),
             b"MODE?": lambda: self.mode.encode("ascii"),
             b"CONSTANT SET?,TEMP": lambda: self._shown(self._setpoint_degc()) + b",ON",
-            b"ALARM?": lambda: b"0",
+            b"ALARM?": lambda: b",".join(b"%d" % number for number in (len(self.alarms), *self.alarms)),
             b"MON?": lambda: b"%s,,%s,0" % (self._shown(self._air_degc(now_s)), self.mode.encode("ascii")),
         }
         if line in queries:
@@ -113,7 +117,8 @@ class AsciiChamberTwin:
         if self._answers_writes:
             known = {
                 b"VRSN?": b"1.20",
-                b"SCOD?": b"5" if self.mode == "STANDBY" else b"1",
+                b"SCOD?": b"%d" % self.stop_code if self.mode == "STANDBY" else b"1",
+                b"ALRM%s?" % self._channel: b"%d" % sum(self.alarms),
                 b"CCHR%s?" % self._channel: b"F" if self.is_fahrenheit else b"C",
             }
             if line in known:

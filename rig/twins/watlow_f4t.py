@@ -16,6 +16,7 @@ MODE_WRITE, MODE_READ = 2730, 2814
 AUTO, MANUAL, OFF = 10, 54, 62
 CHANNEL_UNITS, CELSIUS, FAHRENHEIT = (14080, 6730), 15, 30
 PROFILE, NOT_STARTED = 16568, 251
+ALARM_STATE, NO_ALARM = 1356, 61
 
 
 class Chamber(Protocol):
@@ -46,6 +47,8 @@ class WatlowF4TTwin:
     ) -> None:
         """``tells_unit``: whether this firmware has the registers of its channels' units."""
         self.mode = mode
+        self.alarms = [NO_ALARM, NO_ALARM]
+        """State of each, as its register tells it."""
         self._environment = environment
         self._world = world
         self._offset = LOOP * (loop - 1)
@@ -85,6 +88,8 @@ class WatlowF4TTwin:
         """Return words of neighbouring values; a value that is read half is read as it is at this instant."""
         if address == PROFILE and count == 1:
             return [self.profile]
+        if count == 1 and (address - ALARM_STATE) % 100 == 0 and 0 <= address - ALARM_STATE < 100 * len(self.alarms):
+            return [self.alarms[(address - ALARM_STATE) // 100]]
         if address in CHANNEL_UNITS and count == 1 and self._tells_unit:
             return [FAHRENHEIT if self.is_fahrenheit else CELSIUS]
         first = (address - self._offset) & ~1

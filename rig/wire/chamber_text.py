@@ -42,6 +42,24 @@ class Look:
     lowest: float | None = None
 
 
+_ALARM_CODES = re.compile(rb"\d{1,3}(?:,\d{1,3})*")
+_ALARM_BITS = {1: "low deviation", 2: "high deviation", 16: "low process", 32: "high process"}
+"""``ALRMn?`` of an 8800."""
+STOP_CODE = b"SCOD?"
+STOP_CODES: Mapping[int, str] = {
+    2: "stop key",
+    3: "end of test",
+    4: "external input",
+    5: "STOP by computer",
+    6: "open input",
+    7: "process alarm",
+    8: "system monitor",
+    9: "power fail",
+    10: "Therm-Alarm",
+}
+"""``SCOD?`` of an 8800: why it stands."""
+
+
 @dataclass(frozen=True, slots=True)
 class ChamberWords:
     """How one family is spoken to. Commands are without their end."""
@@ -65,6 +83,9 @@ class ChamberWords:
     """From what was sent and the line behind it: why it was refused, or nothing. None: a write has no answer."""
     unit: bytes | None
     """The question for the unit on the wire; None: there is none, the file must say."""
+    alarms: bytes | None
+    """The question for alarms; None: none is known."""
+    parse_alarms: Callable[[bytes], tuple[str, ...]]
     starts_always: bool
     """A new set point is taken at the next start only."""
     pause_s: float
@@ -131,6 +152,29 @@ def _espec_mode(line: bytes) -> Activity:
     return _ESPEC_MODES[line]
 
 
+def _deviations(line: bytes) -> tuple[str, ...]:
+    """Parse ``ALRMn?`` of an 8800: a sum. Raises: DeviceNonsense."""
+    bits = _whole(line)
+    named = [word for bit, word in _ALARM_BITS.items() if bits & bit]
+    return (f"an alarm: {', '.join(named) or 'unknown'} (ALRM reads {bits})",) if bits else ()
+
+
+def _espec_alarms(line: bytes) -> tuple[str, ...]:
+    """Parse ``ALARM?``: how many, and their codes. Raises: DeviceNonsense."""
+    if _ALARM_CODES.fullmatch(line) is None:
+        raise DeviceNonsense("ALARM? is answered by the number of alarms and their codes")
+    number, *codes = (int(word) for word in line.split(b","))
+    if number != len(codes):
+        raise DeviceNonsense(f"ALARM? tells {number} alarms and {len(codes)} codes")
+    return tuple(f"alarm {code} (ALARM?)" for code in codes)
+
+
+def parse_stop_reason(line: bytes) -> str:
+    """Parse ``SCOD?`` of an 8800 that stands, in words; empty where it runs, or the code is not known."""
+    code = _whole(line)
+    return f" ({STOP_CODES[code]}, SCOD {code})" if code in STOP_CODES else ""
+
+
 def _whole(line: bytes) -> int:
     if (found := _WHOLE.fullmatch(line)) is None:
         raise DeviceNonsense("the chamber answers with one whole number")
@@ -168,10 +212,12 @@ def _thermotron(name: str, channel: int) -> ChamberWords:
         write=b"SETP%d,%%s" % channel,
         start=b"RUNM",
         stop=b"STOP",
-        activity=b"SCOD?" if is_8800 else b"MODE?",
+        activity=STOP_CODE if is_8800 else b"MODE?",
         parse_activity=_stop_code if is_8800 else _mode_bits,
         check_acknowledged=_zero if is_8800 else None,
         unit=b"CCHR%d?" % channel if is_8800 else None,
+        alarms=b"ALRM%d?" % channel if is_8800 else None,
+        parse_alarms=_deviations,
         starts_always=not is_8800,
         pause_s=0.002 if is_8800 else 1.0,
     )
@@ -193,6 +239,8 @@ def _espec(name: str) -> ChamberWords:
         parse_activity=_espec_mode,
         check_acknowledged=_echoed,
         unit=None,
+        alarms=b"ALARM?",
+        parse_alarms=_espec_alarms,
         starts_always=False,
         pause_s=0.5,
     )

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from procedures.plan.steps import Soak
 from rig.clock import Clock
 from rig.devices.abilities import Environment, Wait
+from rig.devices.chamber_alarms import alarm_clause
 from rig.errors import ChamberFault
 
 _LOOKS, _SHORTEST_LOOK_S, _LONGEST_LOOK_S = 60, 1.0, 30.0
@@ -39,7 +40,8 @@ def soak(
             if now_s - last_inside_s > _LIMIT_S:
                 raise ChamberFault(
                     f"{step.environment}: at {degc:.2f} °C, wanted {step.setpoint_degc:g} ± {step.band_degc:g} °C; "
-                    f"not reached in {_LIMIT_S / 3600.0:g} h; it goes on holding its setpoint; look at the chamber"
+                    f"not reached in {_LIMIT_S / 3600.0:g} h; it goes on holding its"
+                    f" setpoint{alarm_clause(environment)}; look at the chamber"
                 )
         tell(degc, step.soak_s - (0.0 if inside_since_s is None else now_s - inside_since_s))
         wait(look_s)

@@ -7,6 +7,7 @@ a dwell has just brought are used as they are, everything else is read.
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from math import inf
 
 from procedures.records.dwells import Measurement
 from procedures.run.dwell.measure import OpenRig
@@ -16,11 +17,15 @@ from procedures.run.judgement.run_limits import RunLimits
 from procedures.run.watch.clock_watch import ClockChange, ClockWatch
 from procedures.run.watch.disk_space import MB
 from rig.devices.abilities import AxisState, Wait
+from rig.devices.chamber_alarms import TellsAlarms, alarm_clause
 from rig.devices.setpoint_memory import KeepsSetpointMemory
+from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.link.counts import ExchangeCounts
 
 CHAMBER = "chamber"
 """The event of what a chamber did not take at once, or tells of itself."""
+ALARMS_EVERY_S = 30.0
+"""Rig seconds between two questions for the alarms of chambers, at the least."""
 FEWEST_QUESTIONS = 200
 """So many on a line before its error rate means anything; the rate is of the last one to two thousand."""
 WINDOW = 1000
@@ -31,8 +36,19 @@ class Watch:
     """Of one process, over all its epochs."""
 
     def __init__(
-        self, rig: OpenRig, run_limits: RunLimits, wait: Wait, record: Callable[[str, Mapping[str, object]], None]
+        self,
+        rig: OpenRig,
+        run_limits: RunLimits,
+        wait: Wait,
+        record: Callable[[str, Mapping[str, object]], None],
+        tell: Callable[[str, str], None],
     ) -> None:
+        """``record`` journals an event, ``tell`` tells people one."""
+        self._tell = tell
+        self._alarms: dict[str, tuple[str, ...]] = {}
+        self._mute: set[str] = set()
+        """Chambers that have no answer to the question for alarms."""
+        self._alarms_read_s = -inf
         self._rig = rig
         self._run_limits = run_limits
         self._wait = wait
@@ -97,11 +113,32 @@ class Watch:
         yield from self._lines()
 
     def _chambers(self) -> None:
-        """Record what a chamber had to be told twice."""
+        """Tell what a chamber had to be told twice, and the alarms that it tells, when they change."""
+        now_s = self._rig.clock.monotonic_s()
+        asks_alarms = now_s >= self._alarms_read_s + ALARMS_EVERY_S
+        self._alarms_read_s = now_s if asks_alarms else self._alarms_read_s
         for name, chamber in self._rig.environments.items():
             if isinstance(chamber, KeepsSetpointMemory):
                 for sentence in chamber.setpoint_memory.take_corrections():
                     self._record(CHAMBER, {"environment": name, "told": sentence})
+            if asks_alarms and isinstance(chamber, TellsAlarms) and name not in self._mute:
+                self._ask_alarms(name, chamber)
+
+    def _ask_alarms(self, name: str, chamber: TellsAlarms) -> None:
+        """Tell alarms that came or went. A chamber that has no answer is told, and asked no more: it ends no run."""
+        before = self._alarms.get(name, ())
+        try:
+            alarms = chamber.alarms()
+        except (DeviceNonsense, DeviceRefused, DeviceSilent) as error:
+            self._mute.add(name)
+            sentence = f"{name}: the chamber does not tell its alarms, and is asked for them no more: {error}"
+        else:
+            if alarms == before:
+                return
+            self._alarms[name] = alarms
+            sentence = f"{name}: the chamber tells {' and '.join(alarms) or 'no alarm any more'}"
+        self._record(CHAMBER, {"environment": name, "told": sentence})
+        self._tell(CHAMBER, sentence)
 
     def _axes(self) -> Iterator[Alarm]:
         """Yield what an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""
@@ -141,7 +178,8 @@ class Watch:
         seen = look_at(lock, before, value, now_s)
         self._bands[lock.name] = seen
         if seen.is_alarmed:
-            yield Alarm("interlock", lock.sentence(value), lock.action, seen.kept_until_s)
+            alarms = alarm_clause(self._rig.environments.get(lock.name.removeprefix("environment.")))
+            yield Alarm("interlock", f"{lock.sentence(value)}{alarms}", lock.action, seen.kept_until_s)
 
     def _single_reading_v(self, channel: str) -> float:
         burst = self._rig.readouts[channel.partition(".")[0]].read(channel, 1, self._wait)
