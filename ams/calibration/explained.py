@@ -32,8 +32,9 @@ from ams.analysis.diagnostics.time_order import settling
 from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
 from ams.analysis.diagnostics.wrong_dwell_words import Convicted
 from ams.analysis.diagnostics.wrong_dwells import WrongDwells, convict
-from ams.arrays import BoolArray
+from ams.arrays import BoolArray, FloatArray
 from ams.calibration.believed import Believed
+from ams.solve.layout import Layout
 
 _STRONG = 0.1
 """Of what differs between the replications: a course that leaves more while dwells still know of each other is a wander
@@ -105,12 +106,19 @@ def _with_even_noise(left: Explained) -> Explained:
         return left
     layout = seen.evidence.layout
     over = (1.0 - 1.0 / found.excess)[layout.replication]
-    taken = over * seen.evidence.departures[:, seen.index] * layout.replications / (layout.replications - 1)
+    taken = over * _beside_quiet(seen.evidence.departures[:, seen.index], layout, over == 0.0)
     drawn_in = replace(seen, course=seen.course + taken).less(taken)
     # What repeats is held against the scatter of all, which is that of the means whether it is even or not.
     repeats = [test for name, test in tests.tests.items() if name == LACK_OF_FIT]
     made = {test.name: test for test in (*uneven_test(found, layout), *repeats)}
     return replace(left.then(made, drawn_in), as_read=tests.dwells)
+
+
+def _beside_quiet(departures: FloatArray, layout: Layout, is_quiet: BoolArray) -> FloatArray:
+    """Return (N,) how far every dwell is from the mean of the quiet dwells of its point."""
+    point, quiet = layout.point[is_quiet], departures[is_quiet]
+    count = np.maximum(np.bincount(point, minlength=layout.points), 1)
+    return departures - (np.bincount(point, quiet, layout.points) / count)[layout.point]
 
 
 def _without_far(grid: GridResiduals, wrong: WrongDwells) -> GridResiduals:

@@ -31,7 +31,7 @@ _LEAST_PART: Final = 1e-4
 _UNTOLD: Final = 0.01
 """Chance from which on nothing more is told of it: it is one of many tests."""
 _LOUD: Final = 1e-3
-"""Chance of as much in a replication that scatters as the others."""
+"""Chance of as much in any replication, where all scatter alike."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +49,44 @@ class UnevenNoise:
 
     @cached_property
     def is_loud(self) -> BoolArray:
-        """(n,) whether a replication by itself scatters plainly more than the usual one."""
-        above = np.maximum(self.away - float(np.median(self.away)), 0.0) / self.uncertainty
-        return np.asarray(f_tail(above**2, 1.0, float(self.dof)) < 2.0 * _LOUD)
+        """(n,) whether a replication by itself scatters plainly more than the usual one.
+
+        What is loud is in the mean of every point, and so in what all others leave: those that are left are asked again
+        about their own means, until no further one is loud.
+        """
+        is_quiet, away, uncertainty = np.ones(self.away.size, dtype=bool), self.away, self.uncertainty
+        while np.count_nonzero(is_quiet) >= _LEAST_REPLICATIONS and uncertainty.min() > 0.0:
+            usual = float(np.sort(away[is_quiet])[(np.count_nonzero(is_quiet) - 1) // 2])  # of two, the quieter
+            above = np.maximum(away - usual, 0.0) / uncertainty
+            further = is_quiet & (f_tail(above**2, 1.0, float(self.dof)) < 2.0 * _LOUD / away.size)
+            if not further.any():
+                break
+            is_quiet = is_quiet & ~further
+            away, uncertainty = self._away_beside(is_quiet)
+        return ~is_quiet
+
+    def _away_beside(self, is_quiet: BoolArray) -> tuple[FloatArray, FloatArray]:
+        """Return (n,) mean absolute residuals about the means of the quiet, drawn in, and how uncertain they are."""
+        seen, judged = self._about(is_quiet), self._judged
+        typical = SD_PER_MEDIAN_DEVIATION * median(seen[is_quiet][judged[is_quiet]])
+        count = judged.sum(axis=1)
+        drawn_in = np.minimum(seen, _DRAWN_IN * typical) * judged
+        means = drawn_in.sum(axis=1) / count
+        within = np.einsum("nk,nk->n", drawn_in, drawn_in) - count * means**2
+        variance = max(float(within[is_quiet].sum()), 0.0) / float((count[is_quiet] - 1).sum())
+        return means, np.sqrt(variance / count)
+
+    @property
+    def _judged(self) -> BoolArray:
+        """(n, K) whether others say anything about a dwell."""
+        return self.grid.judged.reshape(self.grid.replications, self.grid.points)
+
+    def _about(self, is_quiet: BoolArray) -> FloatArray:
+        """Return (n, K) how far every dwell is from the mean of the quiet, over the root of what its fit leaves."""
+        grid = self.grid
+        residuals = grid.residuals[:, 0].reshape(grid.replications, grid.points)
+        beside = np.sqrt(np.maximum(1.0 - np.einsum("kp,kp->k", grid.q, grid.q), _LEAST_PART))
+        return np.asarray(np.abs(residuals - residuals[is_quiet].mean(axis=0)) / beside)
 
     @cached_property
     def scatter(self) -> FloatArray:
@@ -60,15 +95,11 @@ class UnevenNoise:
         Those that are not loud scatter about their own means by 1 − 1/m of their squares, m being how many they are; a
         loud one about these by its own square and 1/m of theirs.
         """
-        grid, is_loud = self.grid, self.is_loud
-        shape = (grid.replications, grid.points)
-        residuals, judged = grid.residuals[:, 0].reshape(shape), grid.leverages.reshape(shape) > 0.0
-        beside = np.sqrt(np.maximum(1.0 - np.einsum("kp,kp->k", grid.q, grid.q), _LEAST_PART))
+        is_loud = self.is_loud
         is_quiet = ~is_loud if np.count_nonzero(~is_loud) > 1 else np.ones_like(is_loud)
         quiet = int(np.count_nonzero(is_quiet))
-        seen = np.abs(residuals - residuals[is_quiet].mean(axis=0)) / beside
-        medians = np.array([median(row[of_row]) for row, of_row in zip(seen, judged, strict=True)])
-        squares = (SD_PER_MEDIAN_DEVIATION * medians) ** 2
+        rows = zip(self._about(is_quiet), self._judged, strict=True)
+        squares = (SD_PER_MEDIAN_DEVIATION * np.array([median(row[of_row]) for row, of_row in rows])) ** 2
         usual = float(np.median(squares[is_quiet])) / (1.0 - 1.0 / quiet)
         alone = np.maximum(squares - usual / quiet, _LEAST_PART * squares)
         return np.asarray(np.sqrt(np.where(is_quiet, squares / (1.0 - 1.0 / quiet), alone)))

@@ -64,6 +64,48 @@ def test_even_noise_is_told_as_uneven_no_more_often_than_stated(noise: Noise) ->
     assert np.mean(np.array(found) <= 0.05) <= 0.075
 
 
+@pytest.mark.parametrize(("replications", "points"), [(4, 56), (6, 156)])
+@pytest.mark.parametrize("louder", [4.0, 10.0])
+def test_two_loud_replications_are_both_named_and_no_third(replications: int, points: int, louder: float) -> None:
+    """Each is in the mean of every point: of four, one of the two was named, or none of them, in 0.5 to 0.8."""
+    chance, times = np.random.default_rng(12), np.ones(replications)
+    times[[1, 2]] = louder
+    basis, dwells = chance.standard_normal((points, 4)), np.arange(replications * points)
+    named, ratios = [], []
+    for _ in range(100):
+        noise = times[:, None] * chance.standard_normal((replications, points))
+        found = uneven_noise(grid_residuals(basis, noise.reshape(-1, 1), dwells, replications, points))
+        assert found is not None
+        named.append(np.array_equal(found.excess > 1.0, times > 1.0))
+        ratios.append(found.excess[[1, 2]])
+    assert np.mean(named) >= 0.95
+    assert np.median(ratios) == pytest.approx(louder, rel=0.1)
+
+
+def test_of_replications_that_do_not_scatter_at_all_the_one_that_does_is_named() -> None:
+    """A meter of few digits reads the same three times."""
+    chance, readings = np.random.default_rng(15), np.zeros((4, 56))
+    readings[2] = chance.standard_normal(56)
+    found = uneven_noise(grid_residuals(np.ones((56, 1)), readings.reshape(-1, 1), np.arange(readings.size), 4, 56))
+    assert found is not None
+    assert found.is_loud.tolist() == [False, False, True, False]
+
+
+@pytest.mark.parametrize("design", [{"replications": 4, "pitch_count": 7, "roll_count": 8}, {}])
+def test_two_loud_replications_are_blamed_on_nothing_else(design: dict[str, int]) -> None:
+    """A wrong dwell was told of one axis in six of four replications; of six, what one left in the other."""
+    drawn = campaigns("clean", 0.0, np.random.default_rng(13), 20, axes="x", **design)
+    chance, blamed = np.random.default_rng(14), 0
+    noise_v = 1.65 / 3600.0 * np.pi / 180.0 * drawn.package.sensitivity_v_per_g[:, None]
+    is_loud = np.isin(drawn.schedule.replication, [0, 2])[None, :, None, None]
+    output_v = drawn.output_v + 30.0 * noise_v * is_loud * chance.standard_normal(drawn.output_v.shape)
+    for index in range(drawn.campaigns):
+        told = _significant(replace(drawn, output_v=output_v), index)["x"]
+        assert any(finding.kind == "uneven-noise" for finding in told)
+        blamed += any(finding.kind != "uneven-noise" for finding in told)
+    assert blamed <= 3
+
+
 def test_a_slip_is_still_the_tables_in_a_run_with_a_noisy_replication() -> None:
     drawn = mixed({"noisy-replication": 3.0, "slip-roll": 72.0}, np.random.default_rng(6), 8)
     for index in range(drawn.campaigns):
