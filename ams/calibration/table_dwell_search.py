@@ -13,6 +13,12 @@ import numpy as np
 from ams.analysis.diagnostics.residuals import GridResiduals, grid_residuals
 from ams.analysis.diagnostics.wrong_dwells import LEAST_DOF
 from ams.arrays import FloatArray, IntArray
+from ams.calibration.dwell_scatter import (
+    DwellScatter,
+    chances_of_even_scatter,
+    scatter_of_all,
+    scatter_of_replications,
+)
 from ams.calibration_result import Calibration
 from ams.frames import specific_force
 from ams.inputs.known_of_run import DwellLabels, ProvedChange, is_among, labels_of
@@ -34,6 +40,8 @@ _SEEN: Final = 1e-6
 _ROUNDING: Final = 1e-12
 """Of the largest eigenvalue: a direction that is only rounding."""
 _METER: Final = "the meter"
+_UNEVEN: Final = 0.05
+"""Chance, over all axes, of how unevenly replications scatter: where it is less, they do."""
 _FEWEST_REPLICATIONS: Final = 2
 """Of which a dwell of one is held against the other."""
 
@@ -64,6 +72,8 @@ class SeenPackage:
     plain: FloatArray
     """(N, A) residuals with no effects of points: of two replications they say which one is wrong."""
     grid: GridResiduals
+    is_uneven: bool = False
+    """Whether each dwell is held against its own replication alone."""
 
     @cached_property
     def row_of(self) -> dict[DwellLabels, int]:
@@ -94,18 +104,10 @@ class SeenPackage:
         at = np.array([self.dwell.get(each, -1) for each in labels], dtype=np.int64)
         return at, np.array([self.row_of.get(each, 0) for each in labels], dtype=np.int64)
 
-    @property
-    def variance(self) -> FloatArray:
-        """(A,) of a dwell."""
-        return np.asarray(np.maximum(self.grid.squares / self.grid.dof, np.finfo(float).tiny))
-
     @cached_property
-    def variances(self) -> FloatArray:
-        """(n K, A) the same by all dwells but the one."""
-        leverages = self.grid.leverages[:, None]
-        residuals = self.grid.residuals
-        of_dwell = np.divide(residuals**2, leverages, out=np.zeros_like(residuals), where=leverages > 0.0)
-        return np.asarray(np.maximum((self.grid.squares - of_dwell) / (self.grid.dof - 1), np.finfo(float).tiny))
+    def scatter(self) -> DwellScatter:
+        """What its dwells are held against."""
+        return scatter_of_replications(self.grid) if self.is_uneven else scatter_of_all(self.grid)
 
 
 def seen_package(package: StoodPackage, changes: Sequence[ProvedChange]) -> SeenPackage | None:
@@ -192,21 +194,19 @@ class DwellSearch:
     """(D)"""
 
     @property
-    def dof(self) -> int:
+    def dof(self) -> float:
         """Of the scatter of each axis, the dwell that is looked at apart."""
-        return min(package.grid.dof for package in self.packages) - 1
+        return min(package.scatter.dof for package in self.packages) - 1
 
     @cached_property
     def turns(self) -> Turns:
         """By the scatter of all dwells but the one."""
-        return self._turns([package.variances for package in self.packages])
+        return self._turns([package.scatter.without for package in self.packages])
 
     @cached_property
     def alike(self) -> Turns:
         """By the scatter of all dwells: one that is far off has no more weight than the others."""
-        return self._turns(
-            [np.broadcast_to(package.variance, package.grid.residuals.shape) for package in self.packages]
-        )
+        return self._turns([package.scatter.variance for package in self.packages])
 
     @property
     def seating(self) -> FloatArray:
@@ -255,12 +255,23 @@ class DwellSearch:
         for package in self.packages:
             row = package.row_of.get(self.labels[dwell])
             if row is not None:
-                weighed = package.columns[row] / package.variance[:, None]
+                at = package.dwell[self.labels[dwell]]
+                weighed = package.columns[row] / package.scatter.variance[at][:, None]
                 normal, field = normal + weighed.T @ package.columns[row], field + weighed.T @ package.plain[row]
         return float(field @ np.linalg.pinv(normal, rcond=_SEEN, hermitian=True) @ field)
 
     def without(self, labels: DwellLabels) -> "DwellSearch":
         return replace(self, packages=tuple(package.without(labels) for package in self.packages))
+
+    @property
+    def scatters_unevenly(self) -> bool:
+        """Whether the replications of any axis plainly do not scatter alike."""
+        chances = np.concatenate([chances_of_even_scatter(package.grid) for package in self.packages])
+        return bool(chances.size * chances.min() <= _UNEVEN)
+
+    def by_replication(self) -> "DwellSearch":
+        """Return the search that holds each dwell against its own replication alone."""
+        return replace(self, packages=tuple(replace(package, is_uneven=True) for package in self.packages))
 
     def p_value(self, dwell: int, rest: "DwellSearch") -> float:
         """Return the chance of a turn over all dwells. ``rest``: the search without the dwell."""
@@ -269,7 +280,7 @@ class DwellSearch:
             return 1.0
         square = float(self.turns.squares(rest.seating)[dwell])
         tried = len(self.labels) / (2.0 if self.is_of_two else 1.0)
-        return min(1.0, tried * float(f_tail(square, numbers, float(self.dof))))
+        return min(1.0, tried * float(f_tail(square, numbers, self.dof)))
 
     def judged(self, dwell: int, rest: "DwellSearch") -> "Behind":
         """Return what is behind a dwell that stands out."""
@@ -281,7 +292,7 @@ class DwellSearch:
             leverage = package.grid.leverages[at]
             axes += [(package.name, axis) for axis in package.axes]
             rolls += [package.is_rolled] * len(package.axes)
-            change, variance = package.grid.residuals[at] / leverage, package.variances[at] / leverage
+            change, variance = package.grid.residuals[at] / leverage, package.scatter.without[at] / leverage
             parts.append((package.k, change, variance, package.reading[row]))
         k, change, variance, reading = (np.concatenate(columns) for columns in zip(*parts, strict=True))
         names = tuple(name for name, _ in axes), tuple(axis for _, axis in axes)
@@ -291,7 +302,7 @@ class DwellSearch:
         yaw = first.rows.yaw_rad
         visits = Visits(
             first.rows.pitch_rad[row : row + 1], first.rows.roll_rad[row : row + 1], change[None], reading[None],
-            variance[None], float(self.dof), float(np.sqrt(rest.seating.max())), is_momentary=True,
+            variance[None], self.dof, float(np.sqrt(rest.seating.max())), is_momentary=True,
             yaw_rad=None if yaw is None else yaw[row : row + 1],
         )  # fmt: skip
         common = judge_visits(watched, visits, _CONTRADICTED)

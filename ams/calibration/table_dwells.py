@@ -8,7 +8,8 @@ variables has no heavier tails than the worst of them. How the table seats from 
 as well; its variance about each axis is learned from all other dwells by moments, and stands beside that of readings.
 
 The largest is taken out and the next looked at, and those up to the last that is significant are told (Rosner 1983), so
-that of two neither hides the other. Bonferroni over the dwells; the level is that of one test of a run for each axis
+that of two neither hides the other; where replications scatter unevenly without them, those that stand out of their own
+(:mod:`ams.calibration.dwell_scatter`). Bonferroni over the dwells; the level is that of one test of a run for each axis
 that is looked at. What is significant is named by the diagnosis of two visits
 (:mod:`ams.surveillance.common_mode`), of a single attitude: a reading of one channel, a package by itself, and a turn.
 One package has three readings and two turns: where one axis alone would show the turn, at level or at a right angle,
@@ -93,25 +94,44 @@ class _Judged:
 
 
 def _off(search: DwellSearch, level: float) -> Iterator[_Judged]:
-    """Yield the dwells that stand out, each judged with the others taken out."""
+    """Yield the dwells that stand out, each judged with the others taken out.
+
+    Where without them the replications scatter unevenly, each is held against its own, the others of it left in: what
+    is left of a loud replication without its largest is less loud than it was.
+    """
+    found, without = _standing_out(search, level)
+    if not found or len(found) > _most(search):
+        return
+    is_uneven = without.scatters_unevenly
+    whole = search.by_replication() if is_uneven else search
+    for dwell in found:
+        alone, labels = whole, search.labels[dwell]
+        for other in (search.labels[each] for each in found):
+            beside = other[0] == labels[0] if is_uneven else other == labels
+            alone = alone if beside else alone.without(other)
+        rest = alone.without(labels)
+        p_value = alone.p_value(dwell, rest)
+        if p_value <= level:
+            yield _Judged(labels, p_value, alone.judged(dwell, rest))
+
+
+def _standing_out(search: DwellSearch, level: float) -> tuple[list[int], DwellSearch]:
+    """Return the dwells up to the last that is significant, and the search without them; one too many says enough."""
     found, last, left = list[int](), 0, search
-    most = max(1, int(LARGEST_SHARE * len(search.labels)))
-    while len(found) < min(most + 1, last + _PATIENCE) and left.dof >= LEAST_DOF:
+    without = left
+    while len(found) < min(_most(search) + 1, last + _PATIENCE) and left.dof >= LEAST_DOF:
         dwell = left.likeliest()
         rest = left.without(search.labels[dwell])
         found.append(dwell)
-        last = len(found) if left.p_value(dwell, rest) <= level else last
+        if left.p_value(dwell, rest) <= level:
+            last, without = len(found), rest
         left = rest
-    if last > most:
-        return
-    for dwell in found[:last]:
-        alone = search
-        for other in found[:last]:
-            alone = alone if other == dwell else alone.without(search.labels[other])
-        rest = alone.without(search.labels[dwell])
-        p_value = alone.p_value(dwell, rest)
-        if p_value <= level:
-            yield _Judged(search.labels[dwell], p_value, alone.judged(dwell, rest))
+    return found[:last], without
+
+
+def _most(search: DwellSearch) -> int:
+    """Return how many single dwells there may be."""
+    return max(1, int(LARGEST_SHARE * len(search.labels)))
 
 
 def _finding(off: Sequence[_Judged], search: DwellSearch) -> Finding:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from physics_scenes import Campaign, campaigns
+from physics_scenes import Campaign, campaigns, mixed
 
 from ams.calibration.calibrate import calibrate
 from ams.calibration.table_dwell_search import StoodPackage
@@ -48,10 +48,14 @@ class Judged:
 
 
 def judged(scene: str, size: float, sensors: int, count: int = COUNT, seed: int = 1, **design: Any) -> Iterator[Judged]:
-    drawn: Campaign = campaigns(
-        scene, size, np.random.default_rng(seed), count, **{**DESIGN, "sensors": sensors, **design}
-    )
-    for place in range(count):
+    drawn = campaigns(scene, size, np.random.default_rng(seed), count, **{**DESIGN, "sensors": sensors, **design})
+    yield from judged_of(drawn, size)
+
+
+def judged_of(drawn: Campaign, size: float) -> Iterator[Judged]:
+    """``size``: degrees that the table stood off."""
+    sensors = drawn.setup.sensors
+    for place in range(drawn.campaigns):
         packages = [(f"P{sensor + 1}", rows_of(drawn, place, sensor)) for sensor in range(sensors)]
         request = CalibrationRequest(tested_axes=3 * sensors)
         found = judge_dwells([StoodPackage(name, rows, calibrate(rows, request)) for name, rows in packages])
@@ -187,6 +191,26 @@ def test_a_table_that_seats_anew_at_every_dwell_is_not_off_at_one() -> None:
             solved = calibrate(seated, CalibrationRequest(tested_axes=24))
             packages.append(StoodPackage(name, seated, solved))
         assert not judge_dwells(packages).known.has_dwells
+
+
+@pytest.mark.parametrize("louder", [3.0, 9.0])
+def test_a_loud_replication_is_no_table_that_stood_off(louder: float) -> None:
+    """Its dwells stand out of all, and none of its own: they were told as turns in 130 and 193 of 200 campaigns."""
+    full = {"replications": 6, "pitch_count": 13, "roll_count": 12}
+    told = [one.found.known for one in judged("noisy-replication", louder, 1, **full)]
+    assert not any(known.has_dwells for known in told)
+
+
+@pytest.mark.parametrize("sensors", [1, 3])
+def test_a_table_off_at_a_dwell_is_named_beside_a_loud_replication_and_no_other_dwell(sensors: int) -> None:
+    drawn = mixed(
+        {"noisy-replication": 3.0, "wrong-tooth": 0.05}, np.random.default_rng(2), 12, **DESIGN, sensors=sensors
+    )
+    every = list(judged_of(drawn, 0.05))
+    assert sum(one.seen_arcsec > RINGS_ARCSEC for one in every) >= len(every) // 2
+    for one in every:
+        told = one.found.known.off | set(one.found.known.alike)
+        assert told == {one.struck} or (not told and one.seen_arcsec < RINGS_ARCSEC)
 
 
 @pytest.mark.thorough
