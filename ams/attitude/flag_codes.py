@@ -61,6 +61,7 @@ FROZEN: Final = 1 << 39
 STANDS: Final = (1 << 40, 1 << 41, 1 << 42)
 """An output of x, y or z lies at its zero, and nothing of a moving package is in it."""
 IMPOSSIBLE_TEMPERATURE: Final = 1 << 43
+WINDOW_SHORT: Final = 1 << 44
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -100,6 +101,10 @@ WORDS: Final[Mapping[int, str]] = {
 FILTER_WORDS: Final[Mapping[int, str]] = {
     FILTER_BRIDGED: "reading missing: bridged by the filter",
     TRANSIENT: "filter not settled",
+}
+WINDOW_WORDS: Final[Mapping[int, str]] = {
+    NOT_FINITE: "reading missing or not a number: nothing of the window is left",
+    WINDOW_SHORT: "readings missing in the window: mean of those left",
 }
 FROZEN_WORDS: Final[Mapping[int, str]] = {
     FROZEN: "output frozen: taken as missing",

@@ -12,6 +12,11 @@ from ams.models.possible_temperature import impossible_temperature
 
 CARRIED_CODES: Final = "codes of what was done before"
 """A column of codes that a stream takes along where it is optional: its answers are not one for each row."""
+SD_FACTOR: Final = "factor of the standard deviation of a reading"
+"""A column of what the standard deviation stated for a reading is multiplied by in each row: a mean of fewer readings
+than it is stated for has a larger one."""
+OF_STREAMS: Final = frozenset({CARRIED_CODES, SD_FACTOR})
+"""Columns that streams hand to one another and no file has."""
 
 
 @dataclass(frozen=True)

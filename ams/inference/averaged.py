@@ -1,20 +1,31 @@
-"""Readings averaged over windows before they become angles: one answer a window, for a package that stands still."""
+"""Readings averaged over windows before they become angles: one answer a window, for a package that stands still.
+
+All axes of a window are averaged over the same rows, those in which every reading is there: a moving package turns
+between two rows. A window that lacks some is told by its flag; its time is that of what was averaged, and a standard
+deviation that is stated for a whole window grows by the root of what share of it is left.
+"""
 
 from collections.abc import Mapping
+from typing import Final
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.attitude import flag_codes
 from ams.errors import OutsideValidity
-from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer, joined
+from ams.inference.angle_stream import CARRIED_CODES, OF_STREAMS, SD_FACTOR, AngleStream, Answer, joined
 from ams.inference.sample_clock import SampleClock
+
+_SAMPLE_NUMBER: Final = "number of the sample"
 
 
 class AveragedAngles:
     """An :class:`ams.inference.angle_stream.AngleStream` before another one; windows follow one another.
 
-    A reading that is not a number is left out of its window; a window without any is answered as missing. The last
-    window has what is left. The answer gains the time of the windows' middles, where times were read.
+    A row with a reading that is not a number is left out of its window; a window without any other row is answered as
+    missing, at the time of its rows. Samples that never came, by ``time_s``, are missing from their window too; a
+    window none of whose rows came has no answer. The last window has what is left. The answer gains the mean time of
+    what was averaged, where times were read.
     """
 
     def __init__(self, inner: AngleStream, window_s: float, rate_hz: float | None) -> None:
@@ -28,6 +39,9 @@ class AveragedAngles:
         self.inner, self.window_s = inner, window_s
         self._clock = SampleClock(rate_hz)
         self._kept: dict[str, FloatArray] = {}
+        self._rows = self._ahead = 0
+        """Rows that came, and by how many samples the last one is further."""
+        self._sample = -1
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -35,7 +49,8 @@ class AveragedAngles:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys((*self.inner.optional, "time_s", CARRIED_CODES)))
+        passed = (name for name in self.inner.optional if name not in OF_STREAMS)
+        return tuple(dict.fromkeys((*passed, "time_s", CARRIED_CODES)))
 
     @property
     def answers(self) -> tuple[str, ...]:
@@ -48,20 +63,23 @@ class AveragedAngles:
     def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
         """Return the angles of the windows that further rows fill. Raises: OutsideValidity without a sampling rate."""
         rows = next(iter(readings.values())).size
-        if rows:
-            self._clock.steps(readings.get("time_s"), rows)
-        kept = {
-            name: np.concatenate([self._kept.get(name, np.empty(0)), samples]) for name, samples in readings.items()
+        if not rows:
+            return self._means({**readings, _SAMPLE_NUMBER: np.empty(0)})
+        further = {
+            **readings,
+            _SAMPLE_NUMBER: self._sample_numbers(self._clock.steps(readings.get("time_s"), rows)).astype(float),
         }
-        window = self._window() if rows else 1
-        whole = next(iter(kept.values())).size // window if rows else 0
-        self._kept = {name: values[whole * window :] for name, values in kept.items()}
-        return self._means({name: values[: whole * window].reshape(whole, window) for name, values in kept.items()})
+        kept = {name: np.concatenate([self._kept.get(name, np.empty(0)), samples]) for name, samples in further.items()}
+        # A window ends with its last sample, or with the first sample that is beyond it.
+        running = (kept[_SAMPLE_NUMBER][-1] + 1.0) // self._window()
+        ended = int(np.searchsorted(kept[_SAMPLE_NUMBER], running * self._window()))
+        self._kept = {name: values[ended:] for name, values in kept.items()}
+        return self._means({name: values[:ended] for name, values in kept.items()})
 
     def finish(self) -> Answer:
         """Return the last window, which has what is left."""
-        left = {name: values[None, :] for name, values in self._kept.items() if values.size}
-        due = self._means(left) if left else None
+        is_due = bool(self._kept) and self._kept[_SAMPLE_NUMBER].size > 0
+        due = self._means(self._kept, is_last=True) if is_due else None
         self._kept = {}
         last = self.inner.finish()
         timed = Answer({"time_s": np.empty(0), **last.columns}, last.codes, last.reasons)
@@ -71,19 +89,53 @@ class AveragedAngles:
         assert self._clock.interval_s is not None
         return max(round(self.window_s / self._clock.interval_s), 1)
 
-    def _means(self, windows: Mapping[str, FloatArray]) -> Answer:
-        """Average (M, W) samples and answer them."""
-        means = {name: _mean(values) for name, values in windows.items() if name != CARRIED_CODES}
+    def _sample_numbers(self, steps: IntArray) -> IntArray:
+        """Return the sample that each row is, from how many it is behind the one before.
+
+        No two rows are the same sample: a row that is not after the one before, or has no time, is the next one.
+        """
+        samples, rows = self._sample + np.cumsum(steps), self._rows + np.arange(steps.size)
+        ahead = np.maximum(np.maximum.accumulate(samples - rows), self._ahead)
+        self._sample, self._rows, self._ahead = int(samples[-1]), self._rows + steps.size, int(ahead[-1])
+        return np.asarray(rows + ahead, dtype=np.int64)
+
+    def _means(self, rows: Mapping[str, FloatArray], *, is_last: bool = False) -> Answer:
+        """Average the rows of whole windows, the last of which may be shorter, and answer the means."""
+        sample_numbers = rows[_SAMPLE_NUMBER]
+        windows = sample_numbers // self._window() if sample_numbers.size else sample_numbers
+        starts = np.flatnonzero(np.diff(windows, prepend=-1.0))
+        is_whole = np.logical_and.reduce([np.isfinite(rows[name]) for name in self.needed])
+        left = _sums(is_whole.astype(float), starts)
+        means = {
+            name: _mean(values, np.isfinite(values) & is_whole, starts)
+            for name, values in rows.items()
+            if name not in (CARRIED_CODES, _SAMPLE_NUMBER)
+        }
+        if "time_s" in rows:
+            of_all = _mean(rows["time_s"], np.isfinite(rows["time_s"]), starts)
+            means["time_s"] = np.where(left > 0.0, means["time_s"], of_all)
+        full = np.full(starts.size, float(self._window())) if starts.size else left
+        samples = full.copy()
+        if is_last:
+            samples[-1] = sample_numbers[-1] % self._window() + 1.0
+        if SD_FACTOR in self.inner.optional:
+            means[SD_FACTOR] = np.sqrt(full / np.where(left > 0.0, left, full))
         found = self.inner.answer(means)
-        time_s = means.get("time_s", np.full(found.codes.size, np.nan))
-        codes = found.codes
-        if CARRIED_CODES in windows:
+        codes = found.codes.astype(np.uint64)
+        codes[(left > 0.0) & (left < samples)] |= np.uint64(flag_codes.WINDOW_SHORT)
+        if CARRIED_CODES in rows and starts.size:
             # Of a window is true what is true of any sample in it.
-            codes = codes | np.bitwise_or.reduce(windows[CARRIED_CODES].astype(np.uint64), axis=1)
-        return Answer({"time_s": time_s, **found.columns}, codes, found.reasons)
+            codes |= np.bitwise_or.reduceat(rows[CARRIED_CODES].astype(np.uint64), starts)
+        time_s = means.get("time_s", np.full(codes.size, np.nan))
+        reasons = {**found.reasons, **flag_codes.WINDOW_WORDS}
+        return Answer({"time_s": time_s, **found.columns}, codes, reasons)
 
 
-def _mean(values: FloatArray) -> FloatArray:
-    there = np.isfinite(values)
+def _mean(values: FloatArray, is_taken: BoolArray, starts: IntArray) -> FloatArray:
+    """Return the mean of those (n,) values that are taken, by the rows that windows start at; NaN of none."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.where(there, values, 0.0).sum(axis=1) / there.sum(axis=1))
+        return _sums(np.where(is_taken, values, 0.0), starts) / _sums(is_taken.astype(float), starts)
+
+
+def _sums(values: FloatArray, starts: IntArray) -> FloatArray:
+    return np.add.reduceat(values, starts) if starts.size else np.empty(0)

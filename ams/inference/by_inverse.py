@@ -25,7 +25,7 @@ def pitch_by_inverse(
     solver = model_named(model, nominal_axis)
     rows = solver.jacobian(sensor.primary, Attitude(known, level))
     slope = np.abs(solver.angle_jacobian(sensor.primary, Attitude(known, level))["pitch"])
-    reading_v2 = np.full(pitch.shape, sensor.reading_sd_v**2)
+    reading_v2 = np.broadcast_to(np.square(sensor.reading_sd_v), pitch.shape)
     calibration_v2 = np.einsum("ni,ij,nj->n", rows, sensor.covariance, rows)
     parts = [(np.einsum("ni,ij,nj->n", rows, part.covariance, rows), part.dof) for part in sensor.components]
     variances, dofs = [v for v, _ in parts] or [calibration_v2], [dof for _, dof in parts] or [np.inf]

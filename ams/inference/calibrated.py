@@ -39,7 +39,8 @@ class CalibratedSensor:
     """(P,)"""
     covariance: FloatArray
     """(P, P)"""
-    reading_sd_v: float
+    reading_sd_v: float | FloatArray
+    """Of all readings, or (N,) of each."""
     rise_degc: FloatArray
     """(N,) or (1,) temperature above the reference."""
     components: Sequence[VarianceComponent] = ()

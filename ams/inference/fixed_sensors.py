@@ -127,7 +127,7 @@ def output_errors_of(sensors: Sequence[CalibratedSensor], package: CalibratedPac
             block = block_diagonal(alone)
             for part in sensor.components or (VarianceComponent("", sensor.covariance, np.inf),):
                 parts.append((block @ part.covariance @ block.T, part.dof))
-    reading_v2 = np.array([sensor.reading_sd_v**2 for sensor in sensors])
+    reading_v2 = np.array([float(sensor.reading_sd_v) ** 2 for sensor in sensors])
     return OutputErrors(np.stack([part for part, _ in parts]), np.array([dof for _, dof in parts]), reading_v2, basis)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
-from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer
+from ams.inference.angle_stream import CARRIED_CODES, OF_STREAMS, AngleStream, Answer
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.models.possible_temperature import (
@@ -222,7 +222,7 @@ class FrozenOutputs:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        return tuple(name for name in self.inner.optional if name != CARRIED_CODES)
+        return tuple(name for name in self.inner.optional if name not in OF_STREAMS)
 
     @property
     def answers(self) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from ams.attitude.three_axes import BLOCK_ROWS, AttitudeColumns, blocks
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.alignment import AlignedPackage, AlignedSensor, Alignment
-from ams.inference.angle_stream import Answer, nothing, with_temperature_codes
+from ams.inference.angle_stream import SD_FACTOR, Answer, nothing, with_temperature_codes
 from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
 from ams.inference.fixed_sensors import Kernel, kernel_of, name_suspects_of
@@ -112,11 +112,16 @@ class Package:
         return AlignedPackage(aligned, together, self.alignment)
 
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
+        """Return the sensors at (N,) readings; a standard deviation that is stated has the factor of every row."""
         temperature = readings.get("temperature_degc")
         site, u_mps2 = self.site_gravity_mps2, self.site_gravity_uncertainty_mps2
-        return [
+        found = [
             sensor_of_set(self.coefficients, axis, reading_sd_v, temperature, site, u_mps2) for axis in self.columns
         ]
+        factor = readings.get(SD_FACTOR)
+        if reading_sd_v is None or factor is None:
+            return found
+        return [replace(sensor, reading_sd_v=reading_sd_v * factor) for sensor in found]
 
     def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
         """Return what the calibrations of the axes have in common, where the set states it."""
@@ -168,7 +173,7 @@ class Inference:
     @property
     def optional(self) -> tuple[str, ...]:
         """Columns that are used where they are there."""
-        return ("temperature_degc",)
+        return ("temperature_degc", SD_FACTOR)
 
     def finish(self) -> Answer:
         """Return nothing: every row is answered at once."""
@@ -238,7 +243,8 @@ class Inference:
         return kernel_of(sensors, together, upright=self.upright, right_wing_down=self.right_wing_down)
 
     def _angles(self, readings: Mapping[str, FloatArray]) -> AttitudeColumns | Angles | SpreadAngles:
-        if self._kernel is not None:
+        is_alike = self.reading_sd_v is None or bool(np.all(readings.get(SD_FACTOR, 1.0) == 1.0))
+        if is_alike and self._kernel is not None:
             outputs_v = np.stack([readings[column] for column in self.package.columns.values()])
             return self._kernel(outputs_v, self._known_roll_rad(readings))
         sensors = self.package.sensors(readings, self.reading_sd_v)

@@ -15,7 +15,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.attitude import flag_codes
 from ams.attitude.filters import LowPass, LowPassStream, delay_s, settling_samples
-from ams.inference.angle_stream import CARRIED_CODES, AngleStream, Answer, joined, nothing
+from ams.inference.angle_stream import CARRIED_CODES, OF_STREAMS, AngleStream, Answer, joined, nothing
 from ams.inference.sample_clock import SampleClock
 
 NOT_FILTERED: Final = ("time_s", "roll_deg")
@@ -56,7 +56,7 @@ class LowPassedAngles:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        return tuple(name for name in dict.fromkeys((*self.inner.optional, "time_s")) if name != CARRIED_CODES)
+        return tuple(name for name in dict.fromkeys((*self.inner.optional, "time_s")) if name not in OF_STREAMS)
 
     @property
     def answers(self) -> tuple[str, ...]:

@@ -109,7 +109,8 @@ class StandingOutputs(_Around):
         """Return the standard deviation of an output about its zero: as stated, or as it shows itself where larger."""
         names = list(sensor.names)
         at = names.index("offset_v") if "offset_v" in names else None
-        stated = float(np.hypot(sensor.reading_sd_v, 0.0 if at is None else np.sqrt(max(sensor.covariance[at, at], 0))))
+        of_offset = 0.0 if at is None else np.sqrt(max(sensor.covariance[at, at], 0))
+        stated = float(np.hypot(np.min(sensor.reading_sd_v), of_offset))
         most = _MOST_NOISE_G * float(np.linalg.norm(sensor.k_v_per_g))
         shown = self._quietest_v[axis]
         least = LEAST_NOISE_G * float(np.linalg.norm(sensor.k_v_per_g))
