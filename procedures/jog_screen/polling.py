@@ -15,9 +15,10 @@ from rig.assembly.open_rig import Rig
 from rig.clock import Clock
 from rig.devices.abilities import Readout, TurnLook, Wait
 from rig.devices.rates import measured_rate
-from rig.errors import GuardLost, LinkLost, MotionBreach, RequestRefused, RigError, WaitEnded
+from rig.errors import DeviceFault, GuardLost, LinkLost, MotionBreach, RequestRefused, RigError, WaitEnded
 from rig.motion import jog
 from rig.motion.jog_steps import steps_deg
+from rig.motion.standstill import stop_what_moves
 
 _AXES_S, _CHAMBERS_S, _AGAIN_S = 0.2, 2.0, 5.0
 _UNSEEN_S = 3.0
@@ -74,6 +75,17 @@ class Polling:
         self._ready_from_s = dict.fromkeys(self._rig.readouts, 0.0)
         self._prepared: set[str] = set()
         self._channels = cycle([(name, channel) for name, it in self._rig.readouts.items() for channel in it.channels])
+
+    def begin_anew(self) -> None:
+        """Lines are open: forget what was seen before, and see every axis stand; what moved, or was moved, is told."""
+        self.start_anew()
+        self.awaited = "every axis to be seen at rest"
+        try:
+            sentences = stop_what_moves(self._rig.axes, self._rig.clock, self._rig.motion)
+        except DeviceFault as error:
+            sentences = [str(error)]
+        for sentence in sentences:
+            self._tell(sentence)
 
     def round(self, wait: Wait) -> None:
         """Poll everything that is due once. Raises: WaitEnded, LinkLost."""

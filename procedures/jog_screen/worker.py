@@ -1,8 +1,7 @@
 """The bench by hand: one thread owns the devices; a screen asks, looks at a view, and stops past everybody.
 
-Requests wait in a queue of one motion at a time: a step asked for while an axis moves is refused, not saved up. Looking
-goes on during a motion. A stop does not queue: the guard sends it at once, this thread leaves whatever it does at its
-next look and then sees every axis stand.
+Requests wait in a queue of one motion at a time: a step asked for while an axis moves is refused, not saved up. A stop
+does not queue: the guard sends it at once, this thread leaves what it does at its next look and sees every axis stand.
 """
 
 from contextlib import suppress
@@ -172,6 +171,7 @@ class Bench:
 
     def _run(self) -> None:
         try:
+            self._polling.begin_anew()
             self._polling.awaited = "the watchdogs to be proven"
             with suppress(WaitEnded):
                 self._watchdogs.arm(self._silent_wait)
@@ -363,13 +363,13 @@ class Bench:
         self._polling.awaited = "the lines to be open again"
         try:
             self._rig.reconnect()
+            self._polling.begin_anew()
             identities = self._rig.identities()
         except RigError as error:
             self._lost_line = str(error)
             return
         self._lost_line = ""
         self._strangers = _difference(self._identities, identities)
-        self._polling.start_anew()
         self._tell("failed" if self._strangers else "note", self._strangers or "every line is open again")
         self._log.write("reconnected", identities=identities)
 

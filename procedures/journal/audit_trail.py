@@ -200,7 +200,7 @@ def _word(event: Event) -> str:
     match event.kind:
         case "clock_step":
             return clock_sentence(step_s(event))
-        case "common_mode" | "seam":
+        case "common_mode" | "seam" | "stray_motion":
             return str(event.detail.get("text", ""))
         case "held_up":
             return str(event.detail.get("text", ""))

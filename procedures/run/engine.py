@@ -1,14 +1,11 @@
 """The engine: what is left of a plan, epoch by epoch, each step journalled before and after.
 
-Whatever happens, the rig is brought to its safe state and the journal gets its last line.
-
-* Between two epochs trust was lost: a link broke, a device stayed silent, an axis lost its home, the machine was
-  suspended. The run is held, the lines are opened anew with growing pauses until they answer, and the next epoch
-  homes and measures the check set, exactly as a resume does. Only stop and abort end that.
-* A fault that a device reports, and whatever a person must look at, trips the run: it ends here, and only a resume
-  with a name and a reason takes it up again.
-* In virtual time nobody is there: whatever needs the outside world fails the run with the sentence.
-* A disk that refuses the journal stops the run: it can be resumed when there is space again.
+Whatever happens, the rig is brought to its safe state and the journal gets its last line:
+* Between two epochs trust was lost: a link broke, an axis lost its home, the machine was suspended. The run is held,
+  the lines are opened anew until they answer, and the next epoch homes and measures the check set, as a resume does.
+* A fault that a device reports, and whatever a person must look at, trips the run: only a resume with a name and a
+  reason takes it up again. In virtual time nobody is there: what needs the outside world fails it with the sentence.
+* A disk that refuses the journal stops the run: it can be resumed when there is space.
 """
 
 import os
@@ -52,6 +49,7 @@ from procedures.run.judgement.history import History, read_history
 from procedures.run.progress_log import ProgressLog
 from procedures.run.pulse import RunPulse
 from procedures.run.services import RunServices
+from procedures.run.start_checks import require_no_fault, require_standstill
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import ENDED_BY, UNASKED, explain
 from procedures.run.watch.clock_watch import GapWatch
@@ -298,7 +296,7 @@ class _Engine:
                     raise TrustLost(alarm.cause, alarm.reason) from error
                 except RequestRefused as error:
                     # A device that lost its home refuses every move, and to home it mends that; the answer of one that
-                    # has its home is changed by no repetition.
+                    # has its home, or says why it does not move, is changed by no repetition.
                     if self._has_home():
                         raise
                     raise TrustLost("home", str(error)) from error
@@ -311,6 +309,7 @@ class _Engine:
 
     def _has_home(self) -> bool:
         try:
+            require_no_fault(self._rig.axes)
             return all(self._rig.axes[name].state().is_homed for name in self._context.plan.axes)
         except _LOST as error:
             alarm = lost_link(error)
@@ -356,10 +355,10 @@ class _Engine:
         self._progress_log.event("safe", safe.detail())
         self._context.record_lines()
         if restarts > MOST_RESTARTS:
-            raise RunEnds(
-                Ending(State.TRIPPED, f"{lost.reason}; lost {restarts} times without a dwell between", cause=lost.cause)
-            )
+            reason = f"{lost.reason}; lost {restarts} times without a dwell between"
+            raise RunEnds(Ending(State.TRIPPED, reason, cause=lost.cause))
         if lost.cause not in RECONNECT:
+            require_no_fault(self._rig.axes)
             self._progress_log.enter(State.HELD, lost.reason, cause=lost.cause)
             return
         self._context.live.tell("asking every device whether it answers")
@@ -373,6 +372,7 @@ class _Engine:
                 self._is_open = False
                 self._rig.reconnect()
                 self._is_open = True
+                require_standstill(self._rig, self._progress_log)
                 self._rig.identities()
             except RigError as error:
                 if str(error) != last_error:

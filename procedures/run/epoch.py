@@ -36,7 +36,7 @@ from procedures.run.judgement.running_fit import Doubt
 from procedures.run.judgement.suspect_dwells import Suspects
 from procedures.run.live_dwells import LiveDwells
 from procedures.run.plateaus import INTERLOCK, Plateaus
-from procedures.run.start_checks import require_declared_mounts, require_no_step
+from procedures.run.start_checks import require_declared_mounts, require_no_fault, require_no_step, require_standstill
 from procedures.run.watch.device_identity import other_devices
 from procedures.run.watch.disk_space import needed_bytes
 from procedures.run.watch.meter_checks import PHASE, MeterWatch
@@ -98,17 +98,17 @@ class Epoch:
             self._left.clear()
 
     def _check_rig(self) -> None:
+        known = require_standstill(self._rig, self._progress_log)
         self._live.phase("asking every device who it is")
-        identities = dict(self._rig.identities())
-        self._progress_log.event("identities", identities)
+        self._progress_log.event("identities", identities := dict(self._rig.identities()))
         if self._identities is not None and (difference := other_devices(self._identities, identities)):
             raise RunEnds(Ending(State.TRIPPED, difference, cause="identity"))
         self._live.phase("proving the readouts")
         self._prepare_readouts()
         for name, readout in self._rig.readouts.items():
             self._progress_log.event("meter", {"readout": name, **readout.checks()})
-        # A search for home takes every axis away from where it was left.
-        self._watch.forget_positions()
+        self._watch.forget_positions()  # a search for home takes every axis away from where it was left
+        require_no_fault(self._rig.axes, known)  # before watchdogs are proved: of some that leaves an alarm to be homed
         self._context.watchdogs.arm(self._wait)
         for name in self._plan.axes:
             self._live.homes(name)

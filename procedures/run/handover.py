@@ -18,7 +18,7 @@ from procedures.journal.stop_advice import StopNumbers, held_before, left_in_dou
 from procedures.journal.verdict_file import grounds_in, hindered_in, read_verdict, rows_in
 from procedures.journal.voids import QUARANTINED
 from procedures.records.dwells import DwellRecord, Event
-from procedures.records.progress import LEASE, MADE_AGAIN
+from procedures.records.progress import LEASE, MADE_AGAIN, STRAY_MOTION
 from procedures.records.states import ACTIVE, State, state_sentence
 from procedures.run.stop_page import ENDED_BY, PAGE, UNASKED
 from rig.local_time import at_both
@@ -60,6 +60,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *[f"left out   {name}" for name in left_out],
         *_listed("stops", [event for event in events if _is_stop(event)]),
         *_listed("moves made again", [event for event in events if event.kind == MADE_AGAIN]),
+        *_listed("moved unasked", [event for event in events if event.kind == STRAY_MOTION]),
         *_listed("terminal", [event for event in events if event.kind == "terminal"]),
         *[one_line(f"clock      {word}") for word in clock_words(events)],
         *_listed("lease", [event for event in events if event.kind == LEASE]),

@@ -1,6 +1,8 @@
-"""From checking to running: check the declared mounts, and that a restart made no step since the start."""
+"""From open lines to running: see that nothing moves, that mounts are as declared, and that a restart made no step."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from types import MappingProxyType
 
 from ams.finding_kinds import OF_THE_TABLE
 from procedures.common_mode.check_sets import BACK_AT, RESTART_STEP
@@ -9,7 +11,9 @@ from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import key_of, void_detail
 from procedures.records.declared_supply import at_declared
 from procedures.records.dwells import DwellRecord
+from procedures.records.progress import STRAY_MOTION
 from procedures.records.states import State
+from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import Ending, RunEnds
 from procedures.run.judgement.history import History
 from procedures.run.judgement.mount_check import contradictions
@@ -17,6 +21,44 @@ from procedures.run.judgement.restart_step import compare, strongest
 from procedures.run.progress_log import ProgressLog
 from rig.description.rig_file import Sensor
 from rig.description.signal_chain import Chain
+from rig.devices.abilities import Axis
+from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, LinkLost, MotionBreach
+from rig.motion.standstill import stop_what_moves
+
+
+def require_standstill(rig: OpenRig, progress_log: ProgressLog) -> dict[str, str]:
+    """Stop what moves, and tell of it and of what is not where it was left; return the fault of each axis that has one.
+
+    Raises: RunEnds where one moved outside its limits, or goes on.
+    """
+    try:
+        sentences = stop_what_moves(rig.axes, rig.clock, rig.motion)
+    except DeviceFault as error:
+        cause = "supervision" if isinstance(error, MotionBreach) else "device"
+        raise RunEnds(Ending(State.TRIPPED, str(error), cause=cause)) from error
+    for sentence in sentences:
+        progress_log.event(STRAY_MOTION, {"text": sentence})
+        progress_log.tell(STRAY_MOTION, sentence)
+    return faults_of(rig.axes)
+
+
+def faults_of(axes: Mapping[str, Axis]) -> dict[str, str]:
+    """Return what each axis says of itself that a person has to clear; one that does not answer says nothing."""
+    found = {}
+    for name, axis in axes.items():
+        with suppress(DeviceSilent, DeviceNonsense, LinkLost):
+            found[name] = axis.state().fault
+    return {name: fault for name, fault in found.items() if fault}
+
+
+def require_no_fault(axes: Mapping[str, Axis], known: Mapping[str, str] = MappingProxyType({})) -> None:
+    """See that no axis says what a person has to clear: nothing may answer that with a search for home.
+
+    ``known``: said when its line was opened, so a person has begun or resumed since. Raises: DeviceFault.
+    """
+    for name, fault in faults_of(axes).items():
+        if name not in known:
+            raise DeviceFault(f"{name}: {fault}; it was not homed; clear it at the machine")
 
 
 def require_declared_mounts(

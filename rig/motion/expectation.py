@@ -72,6 +72,9 @@ class Seen:
 class Unknown:
     """Nothing is known: nobody has told it anything on this connection, or its positions were lost."""
 
+    may_move: bool = False
+    """Something that we began may move it still: an order that went out before, a watchdog that was proved."""
+
 
 @dataclass(frozen=True, slots=True)
 class Standing:
@@ -142,7 +145,7 @@ def expecting_move(watched: Watched, target_deg: float, speed_dps: float) -> Wat
     if isinstance(task, Moving) and task.target_deg == target_deg:
         return watched  # the same order told again: the way is the same
     if watched.last is None:
-        return replace(watched, task=Unknown())
+        return replace(watched, task=Unknown(may_move=True))
     here_deg = watched.last.position_deg
     return replace(watched, task=Moving(here_deg, target_deg, speed_dps, here_deg))
 
@@ -179,8 +182,17 @@ def run_on_deg(move: Moving, stands_deg: float, tolerance_deg: float) -> float:
     return left_deg if is_there and left_deg > RUN_ON_S * move.speed_dps + tolerance_deg else 0.0
 
 
-def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:
-    """Return what is known after a look, and what the axis does that it was not told; empty where there is nothing."""
+def unseen(watched: Watched) -> Watched:
+    """Return what is known of an axis whose look says nothing of its motion: of what was begun, that it may go on."""
+    return Watched(Unknown(may_move=not isinstance(watched.task, Standing) and watched.task != Unknown()))
+
+
+def judge(bounds: Bounds, watched: Watched, seen: Seen, *, must_stand: bool = False) -> tuple[Watched, str]:
+    """Return what is known after a look, and what the axis does that it was not told; empty where there is nothing.
+
+    ``must_stand``: another axis is on its way, or it is about to be told something itself. What nobody has told
+    anything, or rested after its stop, does not move then.
+    """
     task = watched.task
     match task:
         case Standing():
@@ -189,7 +201,7 @@ def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:
             return _moving(bounds, task, watched.last, seen)
         case Turning():
             if not seen.is_homed:
-                return Watched(Unknown(), seen), ""
+                return Watched(Unknown(may_move=True), seen), ""
             low_deg, high_deg = bounds.limits_deg
             margin_deg = bounds.margin_deg
             if bounds.has_ends and not low_deg - margin_deg <= seen.position_deg <= high_deg + margin_deg:
@@ -205,15 +217,25 @@ def judge(bounds: Bounds, watched: Watched, seen: Seen) -> tuple[Watched, str]:
         case Homing():
             return _homing(bounds, task, watched.last, seen)
         case Stopping():
+            if must_stand and seen.is_moving and task.resting is not None:
+                return Watched(Unknown(), seen), _unordered(
+                    seen, f"it rested at {task.resting.position_deg:g}° behind its stop and"
+                )
             return Watched(_stopping(bounds, task, seen), seen), ""
         case Unknown():
+            if must_stand and seen.is_moving and not task.may_move:
+                return Watched(Unknown(), seen), _unordered(seen, "it")
             stands = seen.is_moving is False
             return Watched(Standing(seen.position_deg, seen.is_homed) if stands else task, seen), ""
 
 
+def _unordered(seen: Seen, subject: str) -> str:
+    return f"moves, though nothing told it to: {subject} is at {seen.position_deg:g}° now"
+
+
 def _standing(bounds: Bounds, task: Standing, seen: Seen) -> tuple[Watched, str]:
     """Judge an axis that should stand: without a home it may be turned by hand; none moves by itself."""
-    if seen.is_homed != task.is_homed:
+    if seen.is_homed != task.is_homed and not seen.is_moving:
         return Watched(Unknown(), seen), ""
     is_displaced = task.is_homed and abs(seen.position_deg - task.at_deg) > bounds.standing_deg
     if seen.is_moving or is_displaced:
@@ -227,7 +249,7 @@ def _standing(bounds: Bounds, task: Standing, seen: Seen) -> tuple[Watched, str]
 
 def _moving(bounds: Bounds, task: Moving, last: Seen | None, seen: Seen) -> tuple[Watched, str]:
     if not seen.is_homed:
-        return Watched(Unknown(), seen), ""
+        return Watched(Unknown(may_move=True), seen), ""
     here_deg, margin_deg = seen.position_deg, bounds.margin_deg
     way = 1.0 if task.target_deg >= task.from_deg else -1.0
     low_deg, high_deg = sorted((task.from_deg, task.target_deg))

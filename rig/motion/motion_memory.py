@@ -21,6 +21,8 @@ class KnownMotion:
     """Whether it was seen there at rest, as it was to be."""
     order: str = ""
     """What may move it and was sent since it was last seen at rest; empty where nothing was."""
+    is_turn: bool = False
+    """Whether that leads it on and on, at a rate."""
 
     def in_words(self, name: str) -> str:
         """Return the sentence for a person who has to decide whether to go and look."""
@@ -40,14 +42,15 @@ class MotionMemory:
     def __init__(self) -> None:
         self._known: dict[str, KnownMotion] = {}
 
-    def sent(self, axis: str, order: str) -> None:
+    def sent(self, axis: str, order: str, *, is_turn: bool = False) -> None:
         """Note an order that may move the axis, before it is sent."""
-        self._known[axis] = replace(self._known.get(axis, KnownMotion()), order=order, is_at_rest=False)
+        before = self._known.get(axis, KnownMotion())
+        self._known[axis] = replace(before, order=order, is_turn=is_turn, is_at_rest=False)
 
     def saw(self, axis: str, at_deg: float, seen_utc: datetime, *, is_at_rest: bool) -> None:
         """Note a look."""
-        order = "" if is_at_rest else self._known.get(axis, KnownMotion()).order
-        self._known[axis] = KnownMotion(at_deg, seen_utc, is_at_rest, order)
+        before = KnownMotion() if is_at_rest else self._known.get(axis, KnownMotion())
+        self._known[axis] = KnownMotion(at_deg, seen_utc, is_at_rest, before.order, before.is_turn)
 
     def known(self, axis: str) -> KnownMotion:
         return self._known.get(axis, KnownMotion())

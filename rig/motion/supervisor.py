@@ -33,6 +33,7 @@ from rig.motion.expectation import (
     expecting_turn,
     judge,
     run_on_deg,
+    unseen,
 )
 from rig.motion.motion_memory import MotionMemory
 
@@ -87,7 +88,7 @@ class Supervisor:
         for axis in self._axes.values():
             if axis is not moving and axis.is_to_be_seen(only_unknown=only_unknown):
                 try:
-                    axis.look()
+                    axis.look(must_stand=True)
                 except MotionBreach:
                     raise
                 except RigError as error:
@@ -195,7 +196,7 @@ class SupervisedAxis:
 
     def is_to_be_seen(self, *, only_unknown: bool) -> bool:
         """Return whether it should stand while another one moves, and answers."""
-        wanted = (Unknown,) if only_unknown else (Unknown, Standing)
+        wanted = (Unknown, Stopping) if only_unknown else (Unknown, Stopping, Standing)
         return isinstance(self._watched.task, wanted) and not self.is_silent
 
     def identify(self) -> str:
@@ -215,9 +216,12 @@ class SupervisedAxis:
 
     def home(self) -> None:
         """As of the axis. Raises also: MotionBreach."""
-        if isinstance(self._watched.task, Unknown):
-            with suppress(RigError):  # whether it has a zero that may not move; one in alarm is homed all the same
-                self.look()
+        try:  # whether it stands, and has a zero that may not move
+            self.look(must_stand=True)
+        except MotionBreach:
+            raise
+        except RigError:
+            pass  # one in alarm is homed all the same
         self._supervisor.look_at_others(self, only_unknown=True)
         self._supervisor.expect_motion(self)
         task = self._watched.task
@@ -249,8 +253,8 @@ class SupervisedAxis:
             self._look_at_others_now_and_then()
         return state
 
-    def look(self) -> AxisState:
-        """Look at this axis alone. Raises as :meth:`state`."""
+    def look(self, *, must_stand: bool = False) -> AxisState:
+        """Look at this axis alone. ``must_stand``: as of :func:`judge`. Raises as :meth:`state`."""
 
         def ask() -> tuple[AxisState, Seen | None]:
             sent_s = self._clock.monotonic_s()
@@ -261,7 +265,7 @@ class SupervisedAxis:
             seen = Seen(state.position_deg, sent_s, self._clock.monotonic_s(), state.is_moving, state.is_homed)
             return state, seen
 
-        return self._judged(ask)
+        return self._judged(ask, must_stand=must_stand)
 
     def _turn_look(self, clock: Clock) -> TurnLook:
         def ask() -> tuple[TurnLook, Seen | None]:
@@ -276,7 +280,7 @@ class SupervisedAxis:
     def _start_rate(self, rate_dps: float) -> None:
         self._axis.check_rate(rate_dps)
         self._before_start()
-        self._expect(expecting_turn(self._watched, rate_dps), f"turn at {rate_dps:g} °/s")
+        self._expect(expecting_turn(self._watched, rate_dps), f"turn at {rate_dps:g} °/s", is_turn=True)
         self._start(lambda: self._axis.start_rate(rate_dps))
 
     def _start_sweep(self, target_deg: float, rate_dps: float) -> None:
@@ -288,12 +292,13 @@ class SupervisedAxis:
 
     def _arm_watchdog(self, wait: Wait) -> str:
         """Positions may be lost by it, and servos may go to their homes."""
-        self._expect(Watched(), "prove its watchdog, which may send it elsewhere")
+        unknown = Watched(Unknown(may_move=True))
+        self._expect(unknown, "prove its watchdog, which may send it elsewhere")
         outcome: str = self._axis.arm_watchdog(wait)
-        self._expect(Watched())
+        self._expect(unknown)
         return outcome
 
-    def _judged(self, ask: Callable[[], tuple[Answer, Seen | None]]) -> Answer:
+    def _judged(self, ask: Callable[[], tuple[Answer, Seen | None]], *, must_stand: bool = False) -> Answer:
         """Ask, and where the answer breaks what is expected, once more.
 
         A digit that the line turned over is no motion.
@@ -307,7 +312,10 @@ class SupervisedAxis:
                 # An order went out while the answer was on its way: it may be of before or of after.
                 if orders != self._orders:
                     return answer
-                watched, breach = (Watched(), "") if seen is None else judge(self._bounds, self._watched, seen)
+                if seen is None:
+                    watched, breach = unseen(self._watched), ""
+                else:
+                    watched, breach = judge(self._bounds, self._watched, seen, must_stand=must_stand)
                 if not breach:
                     if isinstance(self._watched.task, Homing) and isinstance(watched.task, Standing):
                         self._bounds = after_home(self._bounds, watched.task.at_deg)
@@ -333,7 +341,7 @@ class SupervisedAxis:
     def _before_start(self) -> None:
         """Where it starts from must be known, and where the others stand."""
         if isinstance(self._watched.task, Unknown | Stopping):
-            self.look()
+            self.look(must_stand=True)
         self._supervisor.look_at_others(self, only_unknown=True)
         # Last: a look may wait for a silent line, and who asked for a stop meanwhile is heeded before a byte goes.
         self._supervisor.expect_motion(self)
@@ -344,13 +352,13 @@ class SupervisedAxis:
             at_rest = isinstance(self._watched.task, Standing)
             self._supervisor.memory.saw(self.name, seen.position_deg, self._clock.now_utc(), is_at_rest=at_rest)
 
-    def _expect(self, watched: Watched, order: str = "") -> None:
+    def _expect(self, watched: Watched, order: str = "", *, is_turn: bool = False) -> None:
         """``order``: what may move the axis and is about to be sent, for a sentence."""
         with self._turn:
             self._orders += 1
             self._watched, self._broken_off = watched, None
             if order:
-                self._supervisor.memory.sent(self.name, order)
+                self._supervisor.memory.sent(self.name, order, is_turn=is_turn)
             # The new order may have reached another axis: all are looked at with the next look.
             self._others_due_s = 0.0
 

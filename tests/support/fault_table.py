@@ -107,6 +107,7 @@ degenerate design""".splitlines(),
     88: "all sensors turn at once",
     89: "a run dies, and nobody is told",
     90: "a run does not begin, and nobody looks",
+    91: "an axis turns when its line is opened",
 }
 HEAD = """# Faults: how each is met
 

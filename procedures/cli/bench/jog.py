@@ -31,6 +31,7 @@ from rig.errors import RigError, WaitEnded
 from rig.motion import jog as by_hand
 from rig.motion.home_memory import HomeMemory
 from rig.motion.jog import home, readings
+from rig.motion.standstill import stop_what_moves
 
 LIVE_PAUSE_S = 0.2
 
@@ -108,6 +109,8 @@ def jog(
         stoppable_wait(opened.clock) as wait,
         _homes_kept(opened),
     ):
+        for sentence in stop_what_moves(opened.axes, opened.clock, opened.motion) if wanted and not stop else ():
+            note(sentence)
         if wanted:
             opened.require_identities()
         if wanted:

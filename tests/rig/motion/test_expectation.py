@@ -210,4 +210,4 @@ def test_a_home_search_that_goes_on_and_on_or_too_fast_is_accused(rate_dps: floa
 
 
 def test_without_a_look_before_nothing_is_expected() -> None:
-    assert expecting_move(Watched(), 10.0, 5.0).task == Unknown()
+    assert expecting_move(Watched(), 10.0, 5.0).task == Unknown(may_move=True)
