@@ -3,7 +3,8 @@
 Commands are silent, so every one is followed by reading the error queue. The controller has no word for "homed": an
 axis counts as homed once this driver saw its home search begin and end without an error, until its motor is off, the
 time stamps of the queue step back (power was lost) or the search is started again; ``homed_before`` takes over a home
-that was found earlier. Replies do not repeat the question: after any doubt the line must fall silent and then
+that was found earlier. A motor that was on and is off without a loss of power was switched off by somebody, which is a
+fault until the axis is homed. Replies do not repeat the question: after any doubt the line must fall silent and then
 tell the controller's version, which no number can be taken for; and a position at rest is believed when two agree.
 """
 
@@ -31,6 +32,7 @@ _TO_ZERO_COUNT = 0
 """The home search that only goes to the zero of the counter: there, it has nothing to do."""
 _CLOCK_SLACK_S, _CLOCK_DRIFT = 5.0, 1e-3
 """How far the controller's clock may be from ours and still have run all the time."""
+SWITCHED_OFF = "the motor was switched off, not by calrig"
 Reply = TypeVar("Reply")
 
 
@@ -175,6 +177,8 @@ class Esp301Axis:
         self._trust = (0, 0)
         """Losses and doubts of the controller when the home was found or its search was started."""
         self._fault = ""
+        self._is_on = False
+        """Its motor was on at the last look."""
         self._is_paced = False
         self._travel_deg: tuple[float, float] | None = None
 
@@ -191,6 +195,8 @@ class Esp301Axis:
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
         state = self.state()
+        if state.fault:
+            raise DeviceFault(f"{self.name}: move to {target_deg:g}°: {state.fault}; nothing moved")
         require_home(self.name, f"move to {target_deg:g}°", is_homed=state.is_homed)
         self._require_degrees()
         self._pace()
@@ -221,6 +227,9 @@ class Esp301Axis:
             self._fault = "; ".join(f"error {error.code} {error.text}" for error in errors)
         if losses != self._trust[0]:
             self._is_paced, self._travel_deg = False, None
+        elif self._is_on and not is_on and not self._fault:
+            self._fault = SWITCHED_OFF
+        self._is_on = is_on
         if not is_on or losses != self._trust[0]:
             self._home, self._trust = "none", (losses, doubts)
         if self._home == "searching" and (errors or doubts != self._trust[1]):

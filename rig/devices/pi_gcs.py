@@ -92,7 +92,9 @@ class PiGcsAxis:
             is_moving=is_moving,
             is_homed=self._flag("FRF?"),
             is_seated=True,
-            fault="the servo is off: a motion error switches it off" if self._is_prepared and not has_servo else "",
+            fault="the servo is off: a motion error switched it off, or somebody did"
+            if self._is_prepared and not has_servo
+            else "",
         )
 
     def stop(self) -> None:

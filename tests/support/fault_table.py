@@ -108,6 +108,7 @@ degenerate design""".splitlines(),
     89: "a run dies, and nobody is told",
     90: "a run does not begin, and nobody looks",
     91: "an axis turns when its line is opened",
+    92: "somebody switches a motor off",
 }
 HEAD = """# Faults: how each is met
 

@@ -1,22 +1,28 @@
-"""Axes that turn, or are not where they were left, when lines are opened."""
+"""Axes that turn, or are not where they were left, when lines are opened; motors that somebody switched off."""
 
 from pathlib import Path
 from typing import Any
 
-from small_run import bench, dwells_of, measured
-from unattended_run import RigReopenedLate, UnattendedRun, events, run_unattended
+import pytest
+from small_run import Bench, bench, dwells_of, measured
+from unattended_run import RigReopenedLate, UnattendedRun, events, run_unattended, states
 
 from procedures.journal.audit_trail import notes_in
 from procedures.records.progress import STRAY_MOTION
 from procedures.records.states import State
 from procedures.run.handover import handover
-from rig.assembly.open_rig import Rig
+from procedures.run.resume import resume_on
+from rig.assembly.open_rig import Rig, open_rig
 from rig.devices.abilities import Burst
 from rig.errors import LinkLost
 from rig.motion.move import home_and_arrive
 from rig.twins.world import World
 
 SLOW = (("speed_dps = 180.0", "speed_dps = 20.0"),)
+ESP301 = (
+    ('driver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0', 'driver = "esp301"\nport = "twin"'),
+    ("speed_dps = 180.0", "speed_dps = 20.0"),
+)
 
 
 def _sent_by_somebody_else(rig: Rig, name: str, target_deg: float, slip_deg: float = 0.0) -> None:
@@ -90,3 +96,34 @@ def test_fault_91_an_axis_that_is_not_where_it_was_left_before_a_loss_is_told(tm
     (told,) = _stray(unattended.run_dir)
     assert told.startswith("roll: left at rest at "), outcome.reason
     assert "it was moved while nobody could see it, or its machine lost its count" in told
+
+
+def _motors(rig: Rig) -> Any:
+    """The motors of the controller's twin, by number."""
+    axis: Any = rig.axes["pitch"]
+    return axis._axis._controller._exchange.stream.write.__self__._peer.axes
+
+
+@pytest.mark.parametrize("other_loses_its_home", [False, True])
+def test_fault_92_a_motor_that_somebody_switched_off_is_energised_by_no_one_but_a_person(
+    tmp_path: Path, other_loses_its_home: bool
+) -> None:
+    """Detected: the motor was on and is off, on a controller that did not lose its power, at every look.
+    Response: trip; nothing is sent that switches it on before a person resumes with name and reason.
+    """
+    small: Bench = bench(tmp_path, rig=ESP301)
+
+    def switch_off(unattended: UnattendedRun) -> None:
+        _motors(unattended.rig)[2].is_on = False
+        if other_loses_its_home:  # which is mended by homing every axis
+            pitch: Any = unattended.rig.axes["pitch"]
+            pitch._axis._home = "none"
+
+    unattended = UnattendedRun(tmp_path / "run", after={5: switch_off})
+    outcome = run_unattended(small, unattended)
+    assert (outcome.state, outcome.cause) == (State.TRIPPED, "device")
+    assert "roll: the motor was switched off, not by calrig" in outcome.reason
+    assert not _motors(unattended.rig)[2].is_on
+    assert states(unattended.run_dir)[-1] == "tripped"
+    with open_rig(small.rig) as rig:
+        assert resume_on(unattended.run_dir, rig, "carla", "the guard is shut again").state is State.FINISHED

@@ -132,3 +132,27 @@ def test_another_device_is_told_by_its_nonsense() -> None:
 def test_the_identity_tells_the_controllers_limits() -> None:
     text = motion_bench("esp301").pitch.identify()
     assert text == "ESP301 Version 3.01, axis 1, own limits -360 to 360 deg"
+
+
+def test_a_motor_that_is_switched_off_while_its_line_is_up_is_a_fault_until_it_is_homed() -> None:
+    """As it was seen: MF at the panel, and `1MO;1OR1` half a second later beside whoever had switched it off."""
+    bench = motion_bench("esp301")
+    bench.home_all()
+    bench.twin.axes[1].is_on = False
+    assert bench.pitch.state().fault == "the motor was switched off, not by calrig"
+    with pytest.raises(DeviceFault, match="switched off, not by calrig; nothing moved"):
+        bench.pitch.start_move(10.0)
+    bench.twin.axes[1].is_on = True  # at the panel as well: that takes nothing back
+    assert bench.pitch.state().fault
+    assert home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep) == 0.0, "as a person asks for it"
+    assert not bench.pitch.state().fault
+
+
+def test_a_motor_without_power_was_not_switched_off_by_anybody() -> None:
+    bench = motion_bench("esp301")
+    bench.home_all()
+    bench.clock.sleep(100.0)
+    bench.twin.power_cycle(bench.clock.monotonic_s())
+    state = bench.pitch.state()
+    assert (state.is_homed, state.fault) == (False, "")
+    assert not bench.axes["roll"].state().fault
