@@ -169,8 +169,8 @@ def without_memory(left: Explained, shown: BeliefTest | None) -> Explained:
 
 
 def _settles(tests: AxisTests) -> bool:
-    """Return whether a transient at the start of every replication is plain; what a lag explains is none."""
-    test = tests.tests.get(SETTLING)
+    """Return whether a transient at the start of every replication is plain; what a lag or the ends explain is none."""
+    test = tests.tests.get(SETTLING) if tests.is_significant.get(SETTLING) else None
     plainest = min((test.p_value for test in tests.tests.values() if test.name in _ALIKE), default=1.0)
     return (
         test is not None and test.p_value <= min(tests.conviction_level, plainest) and not tests.is_significant.get(LAG)

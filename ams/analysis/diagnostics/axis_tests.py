@@ -40,6 +40,7 @@ from ams.analysis.diagnostics.decided_together import decided_together, explaine
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_columns import LINEAR, by_point_degc, column_test, low_order
 from ams.analysis.diagnostics.point_means import Elimination, eliminate, gram_of, independent
+from ams.analysis.diagnostics.range_ends import explained_by_ends
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter, is_unsteady
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.robust_fit import robust_fit
@@ -159,7 +160,8 @@ def axis_tests(
     made = {test.name: test for test in found if isfinite(test.p_value)} | dict(convicted)
     memories = [made[name] for name in MEMORIES if name in made]
     decided = decided_together(made, by_replication, between, convicted, level, columns)
-    return replace(explained_by_temperature(evidence, output, decided), grid=grid, dwells=dwells, memories=memories)
+    decided = explained_by_ends(evidence, output, explained_by_temperature(evidence, output, decided), convicted)
+    return replace(decided, grid=grid, dwells=dwells, memories=memories)
 
 
 def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | None, FloatArray | None]:

@@ -62,10 +62,16 @@ def _memory(test: BeliefTest, words: AxisWords) -> Said:
         f"the output{together} remembers the attitudes of about {about} before: "
         f"{words.scale.per_g(test.size, test.uncertainty)} of what the force along the axis changed by, fading from "
         f"dwell to dwell{_as_well(test)}; creep of the sensor, of its mount or its case, or a channel that has not "
-        "settled; sensitivities hold most of it, and the stated uncertainties only a limit that is declared "
+        f"settled{_or_the_table(words)}; sensitivities hold most of it, and the stated uncertainties only a limit that "
+        "is declared "
         "(largest_nonlinearity_v)",
         "dwell longer, or wait longer before each reading, and measure again",
     )
+
+
+def _or_the_table(words: AxisWords) -> str:
+    """Return that index errors look the same: in an order that is always the same each index has its own dwells."""
+    return words.or_the_table if words.order_repeats else ""
 
 
 def _as_well(test: BeliefTest) -> str:
@@ -76,8 +82,8 @@ def _as_well(test: BeliefTest) -> str:
 def _settling(test: BeliefTest, words: AxisWords) -> Said:
     return Said(
         f"the output settles at the start of every replication: {words.scale.words(abs(test.size))} at its first "
-        "dwell, over after about a quarter of its dwells; alike in each, it is in offset and sensitivities and not in "
-        "the stated uncertainties",
+        f"dwell, over after about a quarter of its dwells{_or_the_table(words)}; alike in each, it is in offset and "
+        "sensitivities and not in the stated uncertainties",
         "warm up and settle longer before the first dwell, leave the first dwells out, or draw the order of the points "
         'anew for every replication (order = "random")',
     )
@@ -99,8 +105,8 @@ def _held_across(test: BeliefTest, words: AxisWords) -> Said:
 def _after_moves(test: BeliefTest, words: AxisWords) -> Said:
     return Said(
         f"the output settles after every move of the slower axis: {words.scale.words(abs(test.size))} at the first "
-        "dwell after it, over after some five dwells; alike in every replication, it is in offset and sensitivities "
-        "and not in the stated uncertainties",
+        f"dwell after it, over after some five dwells{_or_the_table(words)}; alike in every replication, it is in "
+        "offset and sensitivities and not in the stated uncertainties",
         "settle longer after moves of that axis, and look for the heat of its motor and the pull of cables; a random "
         "order moves it at every dwell and hides it in the offset",
     )

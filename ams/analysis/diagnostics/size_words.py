@@ -55,6 +55,11 @@ class AxisWords:
     drifts: Mapping[str, str]
     """How far each quantity moved from replication to replication."""
 
+    @property
+    def or_the_table(self) -> str:
+        """What else has the form of a term: nothing where index errors of a table are declared."""
+        return "" if self.has_table else "; or indices of the table are wrong, of which nothing is declared"
+
 
 def within(value: float, expanded: float) -> str:
     """Return a value to the last of the two digits of its ±, which a rounder value would lie outside of."""

@@ -13,7 +13,6 @@ from ams.statistics.distributions import normal_quantile, normal_share
 _SYMBOLS: Final = {name: (symbol, unit) for name, _, symbol, unit in TERMS}
 _UNTOLD: Final = "; it is plain by itself, and beside the other terms of the model the attitudes do not tell its size"
 _BARELY: Final = "; only just told: such sizes come out too large on average, and the term may be much smaller"
-_OR_THE_TABLE: Final = "; or indices of the table are wrong, of which nothing is declared"
 _OR_THE_ORDER: Final = (
     "; or whatever repeats with the order of the points, which is the same in every replication, such as a hum that "
     "the dwells fall into step with"
@@ -26,11 +25,7 @@ _BIASED_SD: Final = 2.0
 
 
 def _term(test: BeliefTest, words: AxisWords) -> Said:
-    shown = (
-        _of_gyro(test)
-        if test.unit == PPM
-        else _of_accelerometer(test, words.scale) + ("" if words.has_table else _OR_THE_TABLE)
-    )
+    shown = _of_gyro(test) if test.unit == PPM else _of_accelerometer(test, words.scale) + words.or_the_table
     shown += _barely_significant(test, words.conviction_level)
     return Said(shown + _OR_THE_ORDER, _DRAW_THE_ORDER) if words.order_repeats else Said(shown)
 
