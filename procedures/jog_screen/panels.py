@@ -264,7 +264,9 @@ def _detail(axis: AxisView, is_selected: bool, step_deg: float) -> Text:
         parts.append(Text(f"measured {axis.measured.rate_dps:+.4f} °/s", GOOD))
     elif axis.set_rate_dps is not None:
         parts.append(Text(f"asked {axis.set_rate_dps:+g} °/s", WARM))
-    if axis.wound_turns is not None:
+    if axis.wound_turns is not None and math.isnan(axis.wound_turns):
+        parts.append(Text("cables unknown", WARM))
+    elif axis.wound_turns is not None:
         parts.append(Text(f"cables {axis.wound_turns:+.2f} turns", QUIET))
     if axis.pulse_us is not None:
         parts.append(Text(f"{axis.pulse_us:.2f} µs", QUIET))

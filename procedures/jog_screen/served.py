@@ -149,7 +149,7 @@ def _axis(view: AxisView) -> dict[str, Any]:
         "fault": "" if state is None else state.fault,
         "target_deg": view.target_deg,
         "rate_dps": None if view.measured is None else finite(view.measured.rate_dps),
-        "wound_turns": view.wound_turns,
+        "wound_turns": finite(view.wound_turns),
         "silence": view.silence,
     }
 

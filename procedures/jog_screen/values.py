@@ -117,7 +117,7 @@ class AxisView:
     pulse_us: float | None = None
     """Of a servo's calibration, at its position."""
     wound_turns: float | None = None
-    """How far its cables are wound; None where none wind up."""
+    """How far its cables are wound; None where none wind up, NaN where nobody knows."""
     target_deg: float | None = None
     set_rate_dps: float | None = None
     measured: MeasuredRate | None = None

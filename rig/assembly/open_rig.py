@@ -34,6 +34,7 @@ from rig.devices.abilities import (
 from rig.devices.cable import CableGuard, TurningAxis
 from rig.devices.cable_memory import memory_of
 from rig.devices.setpoint_memory import carry_over
+from rig.devices.winding import Machine
 from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
 from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
@@ -300,7 +301,7 @@ def _connected(
         supervisor = Supervisor(clock, guard if guarded_lines else None, memory)
         homes_deg = {name: settings.home_attitude_deg for name, settings in description.axes.items()}
         supervised = {name: supervisor.supervise(axis, homes_deg[name], line_of[name]) for name, axis in found.items()}
-        found = {name: guarded(axis, description, name, write) for name, axis in supervised.items()}
+        found = {name: guarded(axis, description, name, clock, write) for name, axis in supervised.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},
             readouts={
@@ -346,16 +347,14 @@ def stop_guard(description: RigDescription, rig_file: Path | None, purpose: str)
     return StopGuard(record, rig, folder, SystemClock())
 
 
-def guarded(axis: Axis, description: RigDescription, name: str, write: WriteFile | None) -> Axis:
-    """Return an axis that remembers how far its cables are wound, where they wind up.
-
-    Raises: DescriptionError where the memory cannot be read.
-    """
+def guarded(axis: Axis, description: RigDescription, name: str, clock: Clock, write: WriteFile | None) -> Axis:
+    """Return an axis that remembers how far its cables are wound, where they wind. Raises: DescriptionError."""
     settings = description.axes[name]
     if settings.wrap_turns is None or settings.turning != "revolves":
         return axis
     memory = memory_of(description.rig.name, name, settings, write)
-    return CableGuard(cast("TurningAxis", axis), settings.wrap_turns, memory)
+    counts = Machine(settings.home_attitude_deg, settings.position_wraps)
+    return CableGuard(cast("TurningAxis", axis), settings.wrap_turns, memory, clock, counts)
 
 
 def choose_clock(description: RigDescription) -> Clock:

@@ -71,6 +71,11 @@ class AxisSettings(StrictTable):
         return "no"
 
     @property
+    def position_wraps(self) -> bool:
+        """Whether the position that it tells begins again after a turn."""
+        return False
+
+    @property
     def moves_beside_others(self) -> bool:
         """Whether it answers, and may move, while another axis of the rig is on its way."""
         return True

@@ -1,26 +1,38 @@
 """Cables that wind up: an axis that turns on and on, refused before it turns farther than its cables bear.
 
 The machine counts its own angle; what it forgets (power cut, reference move) the memory keeps: how far the cables were
-wound when it was last looked at, and that it was about to turn. Where both contradict each other nobody knows, and
-nothing turns at a rate until a person has looked. A reference move of a wound axis first unwinds it.
+wound when it was last looked at, and that it was about to turn. Where both contradict each other nobody knows
+(:mod:`rig.devices.winding`), and nothing turns at a rate until a person has looked and removed what is kept, whatever
+moves and homes come between. A reference move of a wound axis first unwinds it.
 
-An axis in position never winds: its targets lie within its limits. Turning at a rate does.
+An axis in position winds no farther than its limits. Turning at a rate does.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import copysign
 from typing import Protocol
 
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState, RateAxis, Stoppable, StopStep, TurnLook, Wait
-from rig.devices.cable_memory import CableMemory, Winding
+from rig.devices.cable_memory import CableMemory
+from rig.devices.targets import require_home
+from rig.devices.winding import (
+    AGREES_DEG,
+    TURN_DEG,
+    Machine,
+    UnseenTurns,
+    Winding,
+    differs,
+    first_look,
+    next_look,
+    without_home,
+)
 from rig.errors import DeviceFault, RequestRefused, RigError
 
-TURN_DEG = 360.0
-AGREES_DEG = 1.0
-"""A read-back that is as close to the remembered one is the same count."""
 SPARE_DEG = 30.0
 """Beyond the limit, for the ramp of a stop."""
+COUNTS_ON_FROM_ZERO = Machine()
 
 
 class TurningAxis(Axis, RateAxis, Stoppable, Protocol):
@@ -30,7 +42,14 @@ class TurningAxis(Axis, RateAxis, Stoppable, Protocol):
 class CableGuard:
     """A :class:`TurningAxis` in front of another one whose cables bear ``wrap_turns`` either way."""
 
-    def __init__(self, axis: TurningAxis, wrap_turns: float, memory: CableMemory) -> None:
+    def __init__(
+        self,
+        axis: TurningAxis,
+        wrap_turns: float,
+        memory: CableMemory,
+        clock: Clock,
+        machine: Machine = COUNTS_ON_FROM_ZERO,
+    ) -> None:
         self.name = axis.name
         self.limits_deg = axis.limits_deg
         self.increment_deg = axis.increment_deg
@@ -41,17 +60,27 @@ class CableGuard:
         self.watchdog_s: float | None = getattr(axis, "watchdog_s", None)
         self.wrap_turns = wrap_turns
         self._axis = axis
+        self._machine = machine
+        self._clock = clock
         self._memory = memory
-        self._kept = memory.read()
-        self._offset_deg: float | None = None
-        """Winding less read-back; None before the machine was asked, or where nobody knows."""
+        self._kept = self._filed = memory.read()
+        self._is_followed = False
+        """A look of this process found the machine homed, and none since found it otherwise."""
+        self._unseen = UnseenTurns()
         self._rate_dps = 0.0
+        self._target_deg: float | None = None
+        """Of a move that winds or unwinds."""
         self._homes_when_unwound = False
 
     @property
     def wound_deg(self) -> float:
         """How far the cables are wound, as last known; degrees, signed."""
         return 0.0 if self._kept is None else self._kept.wound_deg
+
+    @property
+    def is_in_doubt(self) -> bool:
+        """Whether nobody knows how far the cables are wound: :attr:`wound_deg` is what they were once."""
+        return self._kept is not None and self._kept.is_lost
 
     @property
     def home_travel_deg(self) -> float:
@@ -82,12 +111,13 @@ class CableGuard:
         Raises: RequestRefused.
         """
         state = self.state()
-        if state.is_homed and self._offset_deg is None:
+        if self.is_in_doubt:
             raise RequestRefused(
-                f"{self.name}: its cables were wound {self.wound_deg / TURN_DEG:+.2f} revolutions, and the machine has"
-                " lost its count since, so nobody knows how far they are wound now; nothing moved; look at them,"
-                f" unwind them by hand, then remove {self._memory.location}"
+                f"{self.name}: nobody knows how far its cables are wound: they were {self.wound_deg / TURN_DEG:+.2f}"
+                f" revolutions when they were last counted, and since then {self._why_in_doubt}; nothing moved; look at"
+                f" them, unwind them by hand, home the axis, then remove {self._memory.location} and start anew"
             )
+        require_home(self.name, f"turn by {turn_deg / TURN_DEG:+.2f} revolutions", is_homed=state.is_homed)
         end_deg = self.wound_deg + turn_deg
         if abs(end_deg) > self._limit_deg and abs(end_deg) > abs(self.wound_deg):
             raise RequestRefused(
@@ -98,16 +128,29 @@ class CableGuard:
 
     def unwinding_plan(self) -> str:
         """Return how the cables come free again, in words."""
+        back = f"{-self.wound_deg / TURN_DEG:+.2f} revolutions"
+        if self._machine.wraps:
+            rate_dps = copysign(min(self.speed_dps, self.top_rate_dps), -self.wound_deg)
+            return (
+                f"turn the axis back by {back} (calrig jog --axis {self.name} --rate {rate_dps:g}"
+                f" --for {abs(self.wound_deg / rate_dps):.3g}): a move to 0° may go the near way and unwind nothing"
+            )
         return (
             f"move the axis to 0° (calrig jog --axis {self.name} --to 0), which turns it back by"
-            f" {-self.wound_deg / TURN_DEG:+.2f} revolutions in {abs(self.wound_deg) / self.speed_dps:.0f} s"
+            f" {back} in {abs(self.wound_deg) / self.speed_dps:.0f} s"
         )
 
     def start_move(self, target_deg: float) -> None:
         self._axis.check_target(target_deg)
-        if abs(self.wound_deg) > TURN_DEG / 2.0:
-            self._keep(is_turning=True)
-        self._axis.start_move(target_deg)
+        if not self._is_followed:
+            self.state()
+        kept = self._kept
+        if self._is_followed and kept and not kept.is_lost and self._machine.may_wind(kept, target_deg):
+            self._target_deg = target_deg
+            self._start(lambda: self._axis.start_move(target_deg), self.speed_dps)
+        else:
+            self._unseen.start(self.speed_dps)
+            self._axis.start_move(target_deg)
 
     def start_rate(self, rate_dps: float) -> None:
         """Start to turn.
@@ -117,8 +160,8 @@ class CableGuard:
         self._axis.check_rate(rate_dps)
         if self._rate_dps == 0.0:
             self.require_room(SPARE_DEG if rate_dps > 0.0 else -SPARE_DEG)
-            self._keep(is_turning=True)
-        self._axis.start_rate(rate_dps)
+            self._target_deg = None
+        self._start(lambda: self._axis.start_rate(rate_dps), rate_dps)
         self._rate_dps = rate_dps
 
     def turn_look(self, clock: Clock) -> TurnLook:
@@ -127,7 +170,7 @@ class CableGuard:
         Raises also: DeviceFault where the cables are at their end; the axis was told to stop.
         """
         look = self._axis.turn_look(clock)
-        self._saw(look.angle_deg)
+        self._saw(look.angle_deg, is_at_rest=False)
         return look
 
     def home(self) -> None:
@@ -136,30 +179,29 @@ class CableGuard:
         Poll :meth:`state` until homed and at rest.
         """
         state = self.state()
-        if state.is_homed and self._offset_deg is not None and abs(self.wound_deg) > TURN_DEG / 2.0:
+        if state.is_homed and self._kept is not None and self._kept.is_turning:
+            state = self.state()  # one look does not show that it rests
+        if state.is_homed and not self.is_in_doubt and self._machine.is_wound(self.wound_deg):
             self.start_move(0.0)
             self._homes_when_unwound = True
             return
-        if not state.is_homed and self._kept is not None:
-            lost = self._kept.is_lost or self._kept.is_turning
-            self._offset_deg = None
-            self._kept = Winding(self._kept.wound_deg, self._kept.read_deg, is_turning=False, is_lost=lost)
-            self._memory.write(self._kept)
         self._axis.home()
 
     def state(self) -> AxisState:
         state = self._axis.state()
+        self._look(state)
         if self._homes_when_unwound and not state.is_moving and not state.fault:
             self._homes_when_unwound = False
-            self._saw(state.position_deg)
+            if not self.is_in_doubt and self._machine.is_wound(self.wound_deg):
+                raise DeviceFault(
+                    f"{self.name}: home: its cables are wound {self.wound_deg / TURN_DEG:+.2f} revolutions, and a move"
+                    f" to 0° did not unwind them; it stands still and was not homed; {self.unwinding_plan()}"
+                )
             self._axis.home()
             state = self._axis.state()
+            self._look(state)
         if self._homes_when_unwound:
             return AxisState(state.position_deg, True, False, state.is_seated, state.fault)
-        if state.is_homed:
-            self._saw(state.position_deg)
-            if not state.is_moving and self._offset_deg is not None and (self._kept is None or self._kept.is_turning):
-                self._keep(is_turning=False)
         return state
 
     def stop(self) -> None:
@@ -181,44 +223,87 @@ class CableGuard:
     def _limit_deg(self) -> float:
         return self.wrap_turns * TURN_DEG
 
-    def _saw(self, read_deg: float) -> None:
+    @property
+    def _why_in_doubt(self) -> str:
+        lost = "the machine lost its count, or turned unseen"
+        return f"{lost}: it counts within a turn only" if self._machine.wraps else lost
+
+    def _start(self, send: Callable[[], None], speed_dps: float) -> None:
+        """Start what winds or unwinds: it is marked as turning first, and no more where it was refused."""
+        assert self._kept is not None
+        was_turning = self._kept.is_turning
+        if not was_turning:
+            self._keep(is_turning=True)
+        self._unseen.start(speed_dps)
+        try:
+            send()
+        except RequestRefused:
+            if not was_turning:
+                self._keep(is_turning=False)
+            raise
+
+    def _look(self, state: AxisState) -> None:
+        """Take note of a look at the axis, and of its rest. Raises: DeviceFault."""
+        before = self._kept
+        if not state.is_homed:
+            self._is_followed = False
+            self._kept = without_home(self._kept, self._machine)
+        else:
+            self._saw(state.position_deg, is_at_rest=not state.is_moving and self._rate_dps == 0.0)
+            if self._kept is not None and self._rests(state, before):
+                self._kept = replace(self._kept, is_turning=False)
+        if self._memory.is_writable and self._kept is not None and self._is_to_be_filed(state):
+            self._write()
+
+    def _rests(self, state: AxisState, before: Winding | None) -> bool:
+        """Return whether an axis that was to turn is seen at rest: where it was sent, or twice at one place."""
+        if state.is_moving or self._rate_dps != 0.0:
+            return False
+        stood_deg = (self._target_deg, None if before is None else before.read_deg)
+        return any(at_deg is not None and abs(state.position_deg - at_deg) <= AGREES_DEG for at_deg in stood_deg)
+
+    def _is_to_be_filed(self, state: AxisState) -> bool:
+        """Return whether the file says less than is known: of a doubt at once, of all else at rest."""
+        assert self._kept is not None
+        is_news = self._kept.is_lost or not (state.is_moving or self._kept.is_turning)
+        return is_news and differs(self._kept, self._filed, self._machine)
+
+    def _saw(self, read_deg: float, *, is_at_rest: bool) -> None:
         """Take note of a trusted read-back. Raises: DeviceFault."""
-        if self._offset_deg is None:
-            self._offset_deg = self._offset_from(read_deg)
-            if self._offset_deg is None:
-                return
-        wound_deg = read_deg + self._offset_deg
-        self._kept = Winding(wound_deg, read_deg, self._kept is not None and self._kept.is_turning)
+        if not self._is_followed:
+            self._unseen.forget()
+        is_lost = self._machine.wraps and self._unseen.is_lost(
+            read_deg, self._clock.monotonic_s(), self._rate_dps, is_at_rest=is_at_rest
+        )
+        follow = next_look if self._is_followed and not is_lost else first_look
+        self._kept = follow(self._kept, read_deg, self._machine)
+        self._is_followed = True
+        if not self._kept.is_lost:
+            self._require_not_at_end(self._kept.wound_deg)
+
+    def _require_not_at_end(self, wound_deg: float) -> None:
+        """Stop an axis that turns on beyond what its cables bear. Raises: DeviceFault where it did."""
         is_outward = self._rate_dps * wound_deg > 0.0
-        if is_outward and abs(wound_deg) > self._limit_deg + SPARE_DEG:
-            try:
-                self._axis.stop()
-            except RigError as error:
-                raise DeviceFault(
-                    f"{self.name}: could not be stopped with its cables at their end: {error}; use the stop button"
-                ) from error
+        if not is_outward or abs(wound_deg) <= self._limit_deg + SPARE_DEG:
+            return
+        try:
+            self._axis.stop()
+        except RigError as error:
             raise DeviceFault(
-                f"{self.name}: the cables are wound {wound_deg / TURN_DEG:+.2f} revolutions, allowed"
-                f" {self.wrap_turns:g} either way (axes.{self.name}: wrap_turns); the axis was told to stop; unwind:"
-                f" {self.unwinding_plan()}"
-            )
-
-    def _offset_from(self, read_deg: float) -> float | None:
-        """Compare the first trusted read-back of this process with what was kept; return the offset, None if unknown.
-
-        The same count: it goes on from there, however far it has turned meanwhile. Another count of an axis that
-        rested unwound: it was homed anew. Anything else nobody knows.
-        """
-        kept = self._kept
-        if kept is None:
-            return 0.0
-        if kept.is_lost:
-            return None
-        if kept.is_turning or abs(read_deg - kept.read_deg) <= AGREES_DEG:
-            return kept.wound_deg - kept.read_deg
-        return 0.0 if abs(kept.wound_deg) <= TURN_DEG / 2.0 else None
+                f"{self.name}: could not be stopped with its cables at their end: {error}; use the stop button"
+            ) from error
+        raise DeviceFault(
+            f"{self.name}: the cables are wound {wound_deg / TURN_DEG:+.2f} revolutions, allowed"
+            f" {self.wrap_turns:g} either way (axes.{self.name}: wrap_turns); the axis was told to stop; unwind:"
+            f" {self.unwinding_plan()}"
+        )
 
     def _keep(self, *, is_turning: bool) -> None:
-        kept = self._kept or Winding(0.0, 0.0, is_turning)
-        self._kept = replace(kept, is_turning=is_turning)
+        assert self._kept is not None
+        self._kept = replace(self._kept, is_turning=is_turning)
+        self._write()
+
+    def _write(self) -> None:
+        assert self._kept is not None
         self._memory.write(self._kept)
+        self._filed = self._kept

@@ -6,7 +6,7 @@ keep; they begin unwound with the process.
 """
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from hashlib import blake2b
 from pathlib import Path
 from typing import Protocol
@@ -15,23 +15,10 @@ from platformdirs import user_state_path
 
 from rig.description.device_settings import TWIN_PORT, AxisSettings
 from rig.devices.abilities import WriteFile
+from rig.devices.winding import Winding
 from rig.errors import DescriptionError
 
 FORMAT = "calrig cable 1"
-
-
-@dataclass(frozen=True, slots=True)
-class Winding:
-    """What is known of one axis."""
-
-    wound_deg: float
-    """Cumulative angle from where the cables hang free, at the last look."""
-    read_deg: float
-    """What the machine's own read-back was then."""
-    is_turning: bool
-    """It was about to turn: since then it may have gone on."""
-    is_lost: bool = False
-    """It turned when the machine lost its count: nobody knows."""
 
 
 class CableMemory(Protocol):
@@ -39,6 +26,10 @@ class CableMemory(Protocol):
 
     location: str
     """Where it is kept, for messages."""
+
+    @property
+    def is_writable(self) -> bool:
+        """Whether its opener meant it to be written."""
 
     def read(self) -> Winding | None:
         """Return what was kept, None where nothing ever was.
@@ -54,6 +45,7 @@ class Unkept:
     """A :class:`CableMemory` that ends with its process."""
 
     location = "this process"
+    is_writable = True
 
     def __init__(self) -> None:
         self._winding: Winding | None = None
@@ -72,6 +64,10 @@ class KeptInFile:
         self.location = str(path)
         self._path = path
         self._write = write
+
+    @property
+    def is_writable(self) -> bool:
+        return self._write is not None
 
     def read(self) -> Winding | None:
         try:

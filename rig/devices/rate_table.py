@@ -30,6 +30,10 @@ class RateTableSettings(DialectSettings, rates.RevolvingSettings):
     def spoken(self) -> Dialect:
         return load_dialect(self.dialect, self.increment_deg)
 
+    @property
+    def position_wraps(self) -> bool:
+        return self.spoken().position_wraps
+
     def refuse_rate(self, name: str, rate_dps: float) -> None:
         super().refuse_rate(name, rate_dps)
         _refuse_unwritten(name, TableCodec(self.spoken()), self, rate_dps)
@@ -51,7 +55,7 @@ def _refuse_unwritten(name: str, codec: TableCodec, settings: RateTableSettings,
 class Unwound:
     """The angle that goes on beyond a turn, of one that begins again at 360 degrees.
 
-    Between two looks the table is believed to have gone on as between the two before, to half a turn.
+    Between two looks the table is believed to have gone on as between the two before, to half a turn, unless it stood.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -69,6 +73,10 @@ class Unwound:
         self._angle_deg, self._looked_s = angle_deg, now_s
         return angle_deg
 
+    def stand(self) -> None:
+        """Take note that it was seen at rest: it does not go on from there by itself."""
+        self._rate_dps = 0.0
+
 
 class RateTableAxis:
     """A :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.RateAxis`."""
@@ -85,8 +93,8 @@ class RateTableAxis:
         self.top_rate_dps = settings.top_rate_dps or 0.0
         self._settings = settings
         self._codec = codec
-        unwrap = Unwound(exchange.stream.clock) if codec.dialect.position_wraps else float
-        self._table = IndexingTableAxis(name, settings, codec, exchange, turn, unwrap)
+        self._unwound = Unwound(exchange.stream.clock) if codec.dialect.position_wraps else None
+        self._table = IndexingTableAxis(name, settings, codec, exchange, turn, self._unwound or float)
 
     def identify(self) -> str:
         return self._table.identify()
@@ -113,7 +121,10 @@ class RateTableAxis:
         return rates.look(self._table.position_deg, clock)
 
     def state(self) -> AxisState:
-        return self._table.state()
+        state = self._table.state()
+        if self._unwound is not None and not state.is_moving:
+            self._unwound.stand()
+        return state
 
     def stop(self) -> None:
         self._table.stop()

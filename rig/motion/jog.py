@@ -3,6 +3,7 @@
 Every function needs an open rig, so the lock is held; every wait is the caller's, so a stop reaches the axis.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -183,9 +184,11 @@ def _steady_rate(looks: Sequence[TurnLook]) -> MeasuredRate:
 
 
 def wound_turns(rig: OpenRig, axis: str) -> float | None:
-    """Return the revolutions that the cables of an axis are wound; None where none wind up."""
+    """Return the revolutions that the cables of an axis are wound; None where none wind up, NaN where nobody knows."""
     device = _axis(rig, axis)
-    return device.wound_deg / WHOLE_TURN_DEG if isinstance(device, CableGuard) else None
+    if not isinstance(device, CableGuard):
+        return None
+    return math.nan if device.is_in_doubt else device.wound_deg / WHOLE_TURN_DEG
 
 
 def pulse_of(rig: OpenRig, axis: str, attitude_deg: float) -> float | None:

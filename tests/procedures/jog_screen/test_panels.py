@@ -40,6 +40,14 @@ def test_the_state_of_an_axis_is_in_words(state: AxisState, words: str) -> None:
     assert words in _drawn(panels.axes_panel(view, "pitch", 1.0, 100))
 
 
+@pytest.mark.parametrize(("wound_turns", "words"), [(2.274, "cables +2.27 turns"), (math.nan, "cables unknown")])
+def test_cables_are_told_as_wound_as_they_are_known_to_be(wound_turns: float, words: str) -> None:
+    view = BenchView((replace(AXIS, state=_state(), wound_turns=wound_turns),), (), ())
+    drawn = _drawn(panels.axes_panel(view, "pitch", 1.0, 100))
+    assert words in drawn
+    assert "nan" not in drawn
+
+
 def test_a_silent_axis_has_no_position() -> None:
     text = _drawn(panels.axes_panel(BenchView((replace(AXIS, silence="no reply"),), (), ()), "pitch", 1.0, 100))
     assert "no answer" in text

@@ -277,6 +277,19 @@ def test_positions_that_begin_again_after_a_turn_go_on(tmp_path: Path) -> None:
     assert bench.axis.state().position_deg == pytest.approx(true_deg, abs=0.1)
 
 
+def test_a_table_whose_positions_begin_again_stands_where_it_rests_however_long_nobody_looks(tmp_path: Path) -> None:
+    path = tmp_path / "wraps.toml"
+    path.write_text("position_wraps = true\n" + GENERIC.read_text(encoding="utf-8"), encoding="utf-8")
+    bench = Bench(str(path))
+    bench.home()
+    bench.axis.start_move(-170.0)
+    while bench.axis.state().is_moving:
+        bench.clock.sleep(0.5)
+    for pause_s in (30.0, 3000.0):  # as far as it would have gone on at the speed of the move, and farther
+        bench.clock.sleep(pause_s)
+        assert bench.axis.state().position_deg == pytest.approx(-170.0, abs=1e-3)
+
+
 def test_a_dialect_that_turns_and_cannot_be_stopped_is_refused(tmp_path: Path) -> None:
     shipped = GENERIC.read_text(encoding="utf-8")
     path = tmp_path / "runs.toml"
