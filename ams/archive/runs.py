@@ -16,6 +16,7 @@ from typing import Any
 
 from sqlalchemy import Connection, literal, or_, select
 
+from ams.archive.approvals import withdrawn
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import quarantine, quarantined
@@ -365,11 +366,11 @@ def _adjusted(
 def _previous(connection: Connection, new: CoefficientSet) -> CoefficientSet | None:
     """Return the latest set of this sensor from an earlier calibration.
 
-    A simulated set never stands before a measured one, nor one in quarantine before any.
+    A simulated set never stands before a measured one, nor one that is in quarantine or was withdrawn before any.
     """
     query = select(SETS.c.sha256).where(
         SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated,
-        SETS.c.sha256.not_in(quarantined()),
+        SETS.c.sha256.not_in(quarantined()), SETS.c.sha256.not_in(withdrawn()),
     )  # fmt: skip
     run_id = new.provenance["run_id"]
     if run_id is not None:

@@ -110,6 +110,14 @@ class SignOff:
         return reviewed is not None and approved is not None and is_same_person(reviewed.name, approved.name)
 
     @property
+    def withdrawal(self) -> str | None:
+        """By whom, when and why the set was withdrawn, in words; None where it was not."""
+        word = self.by("withdrawn")
+        if word is None:
+            return None
+        return f"withdrawn by {word.name} on {word.signed_utc:%Y-%m-%d} (UTC): {word.comment.strip().rstrip('.')}"
+
+    @property
     def is_approved(self) -> bool:
         return self.state == "approved"
 

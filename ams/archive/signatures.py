@@ -21,9 +21,10 @@ from typing import get_args
 
 from sqlalchemy import Connection, func, select
 
-from ams.archive.approvals import ACCEPTED, OF_WHAT
+from ams.archive.approvals import ACCEPTED, OF_WHAT, withdrawn
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ChainReport, Written, verify_chain, write
+from ams.archive.quarantines import quarantined
 from ams.archive.sets import BUSY_TIMEOUT_S, find_set, stored_set
 from ams.archive.sign_offs import (
     ORDER,
@@ -35,12 +36,14 @@ from ams.archive.sign_offs import (
     SignOff,
     is_same_person,
 )
-from ams.archive.tables import CERTIFICATES, QUARANTINES, SIGNATURES
+from ams.archive.tables import CERTIFICATES, QUARANTINES, SETS, SIGNATURES
 from ams.errors import ArchiveForbids, ArchiveUnknown
+from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import significant_findings
 from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
 
 RELEASED = "released"
+_MOST_BESIDE = 3
 
 
 def sign(
@@ -132,6 +135,34 @@ def release(
             identified_by,
         )
         return _sign_off(connection, sha256)
+
+
+def set_to_use(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> CoefficientSet:
+    """Return a set that leaves the archive to be used, by sensor (its latest) or checksum.
+
+    Raises: ArchiveForbids where it was withdrawn, by whatever key it is meant; ArchiveError, SetError.
+    """
+    with reading(archive_url, busy_timeout_s) as connection:
+        sha256 = find_set(connection, key)
+        found, withdrawal = stored_set(connection, sha256), _sign_off(connection, sha256).withdrawal
+        others = _sets_beside(connection, found) if withdrawal is not None else ()
+    if withdrawal is None:
+        return found
+    known = f"use another set of it by its checksum ({', '.join(others)}), or calibrate" if others else "calibrate"
+    raise ArchiveForbids(
+        f"archive: set {sha256[:12]} of {found.sensor} is {withdrawal}; it is not for use and nothing was written; "
+        f"{known} again; calrig archive show {sha256[:12]} tells all of it"
+    )
+
+
+def _sets_beside(connection: Connection, found: CoefficientSet) -> tuple[str, ...]:
+    """Return the newest other sets of a sensor that may be used, as checksum and day, the newest first."""
+    query = select(SETS.c.sha256, SETS.c.created_utc).where(
+        SETS.c.sensor == found.sensor, SETS.c.simulated == found.is_simulated,
+        SETS.c.sha256.not_in(withdrawn()), SETS.c.sha256.not_in(quarantined()),
+    )  # fmt: skip
+    rows = connection.execute(query.order_by(SETS.c.created_utc.desc()).limit(_MOST_BESIDE))
+    return tuple(f"{sha256[:12]} of {created_utc:%Y-%m-%d}" for sha256, created_utc in rows)
 
 
 def sign_off(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> SignOff:

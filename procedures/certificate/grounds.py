@@ -109,6 +109,8 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
         yield Said(f"it is issued on {grounds.issued}, before the calibration ended on {calibrated} (UTC)")
     if grounds.signed.is_in_quarantine:
         yield Said(f"the set is in quarantine: {_quarantine(grounds.signed)}")
+    if grounds.signed.withdrawal is not None:
+        yield Said(f"the set is {grounds.signed.withdrawal}", "calibrate again")
     if grounds.signed.by("approved") is None:
         yield Said(NOBODY_APPROVED)
     yield from declared_gaps(

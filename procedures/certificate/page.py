@@ -34,6 +34,7 @@ TURN_DEG = 360.0
 SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
 USED_AT = "temperature of use, "
 """What the names of the parts of U for use at other temperatures than that of the calibration begin with."""
+WITHDRAWN = "SET WITHDRAWN"
 NOT_USABLE = "CALIBRATION NOT USABLE"
 """Printed on every page, whoever accepted it: a page that is taken out of the paper must say it too."""
 
@@ -72,6 +73,7 @@ def certificate_page(grounds: Grounds) -> str:
         lacking=_facts(grounds.coefficients.document, outside_uncertainty(grounds.coefficients.document)),
         specimen=SPECIMEN,
         not_usable=NOT_USABLE,
+        withdrawn=WITHDRAWN,
         grounds_of_verdict=grounds_in_words(grounds.coefficients.document),
         standing_sentence=_standing_sentence(grounds),
         **page_style(STYLE_SHEET),
@@ -83,6 +85,7 @@ def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachm
     """Return the PDF/A-3b of a certificate's page."""
     moment = datetime.combine(grounds.issued, time(), tzinfo=UTC)
     stamps = (*((SPECIMEN,) if grounds.is_specimen else ()), *((NOT_USABLE,) if grounds.is_not_usable else ()))
+    stamps = (*stamps, *((WITHDRAWN,) if grounds.signed.withdrawal is not None else ()))
     return paper_of(
         page, Imprint(f"Calibration certificate {grounds.number}", stamps, f"Certificate {grounds.number}", moment),
         attachments,

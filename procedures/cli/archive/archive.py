@@ -32,10 +32,11 @@ from procedures.cli.archive.text import (
     set_lines,
     sign_off_lines,
     status_in_words,
+    withdrawal_line,
 )
 from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Json, Operator, SecretFile, require_folder_of
-from procedures.cli.output import print_json, say, say_lines
+from procedures.cli.output import note, print_json, say, say_lines
 from procedures.cli.results.coefficients_text import set_text
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
@@ -168,13 +169,23 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     """
     url = archive_url(archive)
     found = show_set(url, key)
+    signed = sign_off(url, found.sha256)
     if json:
+        _note_withdrawal(found.sensor, signed)
         print_json(found.document)
         return
     is_signed = found.approved_by_signature is not None
     status = status_in_words(found.status, found.standing, is_signed=is_signed)
+    if signed.withdrawal is not None:
+        say(withdrawal_line(found.sensor, signed))
+        status = signed.state
     say_lines([set_text(found.document, status)])
-    say_lines(("", *adjustment_lines(adjustment_of(url, found.sha256)), *sign_off_lines(sign_off(url, found.sha256))))
+    say_lines(("", *adjustment_lines(adjustment_of(url, found.sha256)), *sign_off_lines(signed)))
+
+
+def _note_withdrawal(sensor: str, signed: SignOff) -> None:
+    if signed.withdrawal is not None:
+        note(withdrawal_line(sensor, signed))
 
 
 @app.command
@@ -189,7 +200,10 @@ def compare(old: str, new: str, /, *, archive: Archive = None, json: Json = Fals
         The newer set.
     """
     url = archive_url(archive)
-    found = compare_sets(show_set(url, old), show_set(url, new))
+    before, after = show_set(url, old), show_set(url, new)
+    found = compare_sets(before, after)
+    for compared in (before, after):
+        _note_withdrawal(compared.sensor, sign_off(url, compared.sha256))
     if json:
         print_json(plain(asdict(found)))
         return

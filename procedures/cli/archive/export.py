@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ams.archive.sets import show
+from ams.archive.signatures import set_to_use
 from ams.exports.formats import format_named
 from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Json, require_folder_of
@@ -11,6 +11,8 @@ from procedures.cli.results.export import ToFormat, tell_export
 
 def export(key: str, /, *, to: ToFormat, out: Path | None = None, archive: Archive = None, json: Json = False) -> None:
     """Write a set of the archive for another system: as `calrig export` does, and with who approved it by signature.
+
+    A set that was withdrawn is refused, by sensor and by checksum.
 
     Parameters
     ----------
@@ -21,6 +23,6 @@ def export(key: str, /, *, to: ToFormat, out: Path | None = None, archive: Archi
     """
     require_folder_of(out, "--out")
     wanted = format_named(to, key)
-    found = show(archive_url(archive), key)
+    found = set_to_use(archive_url(archive), key)
     found.check_vectors(f"archive: set {found.sha256[:12]}")
     tell_export(found, to, out or Path(wanted.file_name(found.sensor)), json=json)

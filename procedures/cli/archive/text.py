@@ -55,6 +55,11 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
         yield f"{row.sha256[:12]}  {row.sensor:<16} {at_both(row.created_utc)}  {row.model}, {stamp}{judged}"
 
 
+def withdrawal_line(sensor: str, signed: SignOff) -> str:
+    """Return what whoever looks at a withdrawn set must read first."""
+    return f"{sensor}: set {signed.sha256[:12]} is {signed.withdrawal}: it must not be used"
+
+
 def due_lines(found: Sequence[Due], today: date, *, are_known: bool) -> Iterator[str]:
     """Yield a line for what is due, the earliest first; ``are_known``: whether the archive has anything to be due."""
     for item in found:

@@ -1,5 +1,6 @@
 """What a person answers for after the fact: findings accepted, a quarantine released, an approval on top of both."""
 
+import re
 from datetime import UTC, datetime
 from typing import Any
 
@@ -8,9 +9,9 @@ from archived_runs import a_run, a_sensor, turned
 from certificate_scene import set_with_findings
 
 from ams.archive.histories import history
-from ams.archive.runs import publish_run
+from ams.archive.runs import adjustment_of, publish_run
 from ams.archive.sets import list_sets, publish, show
-from ams.archive.signatures import accept, release, sign, sign_off, verify_archive
+from ams.archive.signatures import accept, release, set_to_use, sign, sign_off, verify_archive
 from ams.errors import ArchiveForbids
 
 NOW = datetime(2026, 6, 1, tzinfo=UTC)
@@ -95,3 +96,27 @@ def test_a_word_that_a_page_cannot_show_as_it_is_is_refused(archive: Any, name: 
         accept(archive.url, "SN1047", "y.cubic", name, NOW, reason)
     with pytest.raises(ArchiveForbids, match="which nobody sees"):
         sign(archive.url, "SN1047", "reviewed", name, NOW, reason)
+
+
+def test_a_withdrawn_set_does_not_leave_the_archive_and_is_nobodys_previous(archive: Any) -> None:
+    url = archive.url
+    publish_run(url, a_run(0), [a_sensor(0)], NOW)
+    for role, name in (("prepared", "A. Ray"), ("reviewed", "B. Chief"), ("approved", "C. Lim")):
+        sign(url, "SN1", role, name, NOW)
+    sha256 = list_sets(url, "SN1")[0].sha256
+    assert set_to_use(url, "SN1").sha256 == sha256
+    sign(url, "SN1", "withdrawn", "C. Lim", NOW, "the meter was wrong.")
+    said = f"set {sha256[:12]} of SN1 is withdrawn by C. Lim on {NOW:%Y-%m-%d} (UTC): the meter was wrong; it is not"
+    for key in ("SN1", sha256[:12], sha256):
+        with pytest.raises(ArchiveForbids, match=re.escape(said) + ".*nothing was written; calibrate again"):
+            set_to_use(url, key)
+    publish_run(url, a_run(30), [a_sensor(30)], NOW)
+    after = adjustment_of(url, "SN1")
+    assert after is not None
+    assert after.as_found is None
+    newest = list_sets(url, "SN1")[-1].sha256
+    assert set_to_use(url, "SN1").sha256 == newest
+    with pytest.raises(
+        ArchiveForbids, match=rf"by its checksum \({newest[:12]} of 20\d\d-\d\d-\d\d\), or calibrate again"
+    ):
+        set_to_use(url, sha256)

@@ -142,11 +142,39 @@ def test_an_unsigned_set_gets_no_certificate_and_no_file(archive: str, tmp_path:
     assert certificate_of(archive, "7") is None
 
 
+def test_a_withdrawn_set_is_not_exported_and_is_shown_as_that_first(
+    approved: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sha256 = list_sets(approved)[0].sha256
+    sign(approved, "SN1047", "withdrawn", "B. Chief", MOMENT, "dropped on the floor")
+    said = "withdrawn by B. Chief on 2026-03-02 (UTC): dropped on the floor"
+    for key in ("SN1047", sha256):
+        for form in ("c", "json", "csv", "mat", "dcc"):
+            out = tmp_path / f"set.{form}"
+            assert run_command(["archive", "export", key, "--to", form, "--out", str(out), "--archive", approved]) != 0
+            assert said in " ".join(capsys.readouterr().err.split())
+            assert not out.exists()
+        assert run_command(["archive", "show", key, "--archive", approved]) == 0
+        shown = " ".join(capsys.readouterr().out.split())
+        assert shown.startswith(f"SN1047: set {sha256[:12]} is {said}: it must not be used")
+        assert run_command(["archive", "show", key, "--json", "--archive", approved]) == 0
+        assert said in " ".join(capsys.readouterr().err.split())
+
+
 def test_a_withdrawn_set_gets_no_certificate(approved: str, tmp_path: Path) -> None:
     sign(approved, "SN1047", "withdrawn", "B. Chief", MOMENT, "dropped on the floor")
-    with pytest.raises(ArchiveError, match="is withdrawn, needed is approved"):
+    said = "the set is withdrawn by B. Chief on 2026-03-02 (UTC): dropped on the floor"
+    with pytest.raises(RequestError, match=re.escape(said)):
         issue(approved, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
     assert not list(tmp_path.glob("certificate*"))
+    early = datetime(2020, 1, 1, tzinfo=UTC)
+    with pytest.raises(RequestError, match=f"(?s)before the calibration.*{re.escape(said)}"):
+        issue(approved, "SN1047", GroundsOf("7", early), "B. Chief", tmp_path)
+    specimen = issue(approved, "SN1047", GroundsOf("7", MOMENT, is_specimen=True), "B. Chief", tmp_path)
+    page = specimen.page.read_text(encoding="utf-8")
+    assert page.count(said.removeprefix("the set is ")) == 2  # its stamp, and why it could not be issued
+    assert "SET WITHDRAWN" in page
+    assert "Withdrawn: B. Chief" in page
 
 
 def test_an_amendment_is_entered_with_what_it_replaces(approved: str, tmp_path: Path) -> None:
