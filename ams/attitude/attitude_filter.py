@@ -5,26 +5,36 @@ uncertainty growing with the gap; a force or field that is not a number is left 
 with the estimate (a package that accelerates, a magnet nearby); of forces also what follows within ``hold_off_s``,
 because a stretch of acceleration passes through values that look like gravity. Row n holds the attitude at sample n;
 between samples the rate runs straight. Arrays are channel-first.
+
+A force of the length of gravity that points elsewhere tells of a bias outside its stated spread as much as of an
+acceleration, and so does a mean of the innovations that is not zero (:mod:`ams.attitude.innovation_watch`). Such rows
+are marked as that. Where they outweigh the others by ``unaided_s``, the estimate is at fault as far as anyone can
+tell: tilt and biases are taken as unknown again, gravity leads, and every row from there on is marked.
 """
 
 from dataclasses import dataclass, field
-from math import isfinite
+from math import isfinite, sqrt
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ams.arrays import FloatArray
+from ams.attitude.innovation_watch import watch_over
 from ams.attitude.kalman import (
     Estimate,
     GyroNoise,
     KnownDirection,
     State,
     Triple,
+    Weighed,
     carry,
+    in_body_axes,
     known_direction,
     state_of,
+    take_bias,
     weigh,
+    widen,
 )
 from ams.errors import ObservationsError
 from ams.statistics.distributions import chi_square_upper_quantile
@@ -37,6 +47,8 @@ FORCE_REJECTED: Final = 4
 FIELD_MISSING: Final = 8
 FIELD_REJECTED: Final = 16
 UNAIDED: Final = 32
+FORCE_TURNED: Final = 64
+CONTRADICTED: Final = 128
 WORDS: Final = {
     GYRO_BRIDGED: "gyro bridged",
     FORCE_MISSING: "force missing",
@@ -44,6 +56,8 @@ WORDS: Final = {
     FIELD_MISSING: "field missing",
     FIELD_REJECTED: "field rejected",
     UNAIDED: "gravity not seen for too long",
+    FORCE_TURNED: "force rejected: bias not as stated, or package accelerates",
+    CONTRADICTED: "innovations not white: bias not as stated, or package accelerates",
 }
 GATE: Final = 16.266
 """Chi-square of three degrees of freedom stays below it in 99.9 %."""
@@ -66,6 +80,14 @@ class FilterSettings:
     """How wrong the last rate may be while it stands for one that is missing."""
     unaided_s: float = 10.0
     """Without an accepted force for longer than this, rows are marked."""
+    watch_s: float = 5.0
+    """Over which the mean of the innovations is looked at."""
+    frame_rate_rad_s: Triple | None = None
+    """Of the reference frame against the stars, along its axes; None: unknown, and in the biases."""
+    unknown_frame_rate_rad_s: float = 0.0
+    """Length of a rate of the frame that is in the biases: as the package turns it does not stay what it was."""
+    renewed_bias_sd_rad_s: float = float(np.deg2rad(0.1))
+    """Of biases that gravity contradicted for longer than ``unaided_s``, beside what the tilt tells of them."""
 
     def __post_init__(self) -> None:
         if not (self.interval_s > 0.0 and self.gate > 0.0):
@@ -107,6 +129,13 @@ class AttitudeFilter:
     _rejected_until: int = field(init=False, default=-1)
     _unaided: int = field(init=False, default=0)
     _row: int = field(init=False, default=0)
+    _refused: int = field(init=False, default=0)
+    """Forces refused on end."""
+    _off_length: float = field(init=False, default=0.0)
+    """Sum over these of how far their length is from the known one, in standard deviations squared."""
+    _doubtful: int = field(init=False, default=0)
+    """Rows that speak against the estimate less those that do not, 0 at least."""
+    _was_renewed: bool = field(init=False, default=False)
 
     def __post_init__(self) -> None:
         self._state = state_of(self.estimate)
@@ -117,16 +146,30 @@ class AttitudeFilter:
             self._field = known_direction(np.array(settings.field_reference_ut), settings.field_sd_ut)
         self._hold_off = round(settings.hold_off_s / settings.interval_s)
         self._most_unaided = round(settings.unaided_s / settings.interval_s)
+        self._watch = watch_over(settings.watch_s, settings.interval_s)
+        self._frame_bias_v = settings.unknown_frame_rate_rad_s**2 * settings.interval_s
+        x, y, z = settings.force_reference_g
+        self._length_g = sqrt(x * x + y * y + z * z)
 
-    def run(self, gyro_rad_s: FloatArray, force_g: FloatArray, field_ut: FloatArray | None = None) -> FilteredPath:
-        """Return the estimates at (3, n) further samples; NaN stands for what was not read."""
+    def run(
+        self,
+        gyro_rad_s: FloatArray,
+        force_g: FloatArray,
+        field_ut: FloatArray | None = None,
+        *,
+        is_resting: bool = False,
+    ) -> FilteredPath:
+        """Return the estimates at (3, n) further samples; NaN stands for what was not read.
+
+        With ``is_resting`` nothing turns: the gyros are left alone, gravity and the field correct what stands still.
+        """
         rows = gyro_rad_s.shape[1]
         fields = np.full((3, rows), np.nan) if field_ut is None else field_ut
         columns = zip(gyro_rad_s.T.tolist(), force_g.T.tolist(), fields.T.tolist(), strict=True)
         variances, turns = np.empty((rows, 6)), np.empty((rows, 3, 3))
         quaternions, biases, found = [], [], []
         for row, (gyro, force, magnetic) in enumerate(columns):
-            found.append(self.step(gyro, force, magnetic))
+            found.append(self.step(gyro, force, magnetic, is_resting=is_resting))
             quaternions.append(self._state.quaternion)
             biases.append(self._state.bias_rad_s)
             variances[row] = self._state.covariance.diagonal()
@@ -145,16 +188,24 @@ class AttitudeFilter:
             codes.astype(np.uint16),
         )
 
-    def step(self, gyro: Triple, force: Triple, magnetic: Triple) -> tuple[int, float, float]:
+    def rested(self, covariance: FloatArray) -> None:
+        """End a rest whose mean rates were taken off as the gyros' zeros, known with this (3, 3) covariance."""
+        frame = self.settings.frame_rate_rad_s
+        take_bias(self._state, (0.0, 0.0, 0.0), covariance, frame)
+        self._rate = (0.0, 0.0, 0.0) if frame is None else in_body_axes(self._state.quaternion, frame)
+
+    def step(
+        self, gyro: Triple, force: Triple, magnetic: Triple, *, is_resting: bool = False
+    ) -> tuple[int, float, float]:
         """Take one row; return its codes and the normalised innovations of force and field."""
-        code = self._carry(gyro)
+        code = 0 if is_resting else self._carry(gyro)
         self._row += 1
         code_of_force, of_force = self._correct_by_force(force)
         code |= code_of_force
         of_field = float("nan")
         if self._field is not None:
             if _is_finite(magnetic):
-                of_field = weigh(self._state, magnetic, self._field, self.settings.gate)
+                of_field = weigh(self._state, magnetic, self._field, self.settings.gate).normalised
                 code |= FIELD_REJECTED if of_field > self.settings.gate else 0
             else:
                 code |= FIELD_MISSING
@@ -171,27 +222,74 @@ class AttitudeFilter:
             mean = ((last[0] + now[0]) / 2.0, (last[1] + now[1]) / 2.0, (last[2] + now[2]) / 2.0)
             # A rate that is wrong by a constant turns n intervals by n times its error: the step's share is 2n − 1.
             turn = self.settings.bridged_rate_sd_rad_s * self.settings.interval_s
-            added = (2 * self._bridged - 1) * turn**2 if self._bridged else 0.0
-            carry(self._state, mean, self.settings.interval_s, self.settings.noise, added)
+            self._turn(mean, (2 * self._bridged - 1) * turn**2 if self._bridged else 0.0)
         elif self._row:
             turn = self.settings.bridged_rate_sd_rad_s * self.settings.interval_s
-            added = (2 * self._row - 1) * turn**2
-            carry(self._state, self._state.bias_rad_s, self.settings.interval_s, self.settings.noise, added)
+            self._turn(self._state.bias_rad_s, (2 * self._row - 1) * turn**2)
         return 0 if is_read else GYRO_BRIDGED
+
+    def _turn(self, rate: Triple, rate_variance: float) -> None:
+        settings, bias_variance = self.settings, 0.0
+        if self._frame_bias_v:
+            (x, y, z), (b_x, b_y, b_z) = rate, self._state.bias_rad_s
+            # A vector that is turned changes by no more than a walk whose variance is its square for each radian.
+            bias_variance = self._frame_bias_v * sqrt((x - b_x) ** 2 + (y - b_y) ** 2 + (z - b_z) ** 2)
+        carry(
+            self._state,
+            rate,
+            settings.interval_s,
+            settings.noise,
+            rate_variance,
+            bias_variance=bias_variance,
+            frame_rate_rad_s=settings.frame_rate_rad_s,
+        )
 
     def _correct_by_force(self, force: Triple) -> tuple[int, float]:
         code, innovation = FORCE_MISSING, float("nan")
         if _is_finite(force):
             # While it is held off a gate that nothing passes keeps the state, and the innovation still renews the wait.
             is_held_off = self._row <= self._rejected_until
-            innovation = weigh(self._state, force, self._force, -1.0 if is_held_off else self.settings.gate)
-            code = 0
+            seen = weigh(self._state, force, self._force, -1.0 if is_held_off else self.settings.gate)
+            code, innovation = 0, seen.normalised
             if innovation > self.settings.gate:
                 self._rejected_until = self._row + self._hold_off
             if is_held_off or innovation > self.settings.gate:
-                code = FORCE_REJECTED
-        self._unaided = self._unaided + 1 if code else 0
+                code = self._code_of_refused(force)
+            else:
+                self._refused, self._off_length = 0, 0.0
+            code |= self._doubted(code, seen)
+        self._unaided = self._unaided + 1 if code & (FORCE_MISSING | FORCE_REJECTED | FORCE_TURNED) else 0
         return (code | UNAIDED if self._unaided > self._most_unaided else code), innovation
+
+    def _code_of_refused(self, force: Triple) -> int:
+        """Return whether the forces that were refused on end have another length than gravity, or point elsewhere."""
+        x, y, z = force
+        off = (sqrt(x * x + y * y + z * z) - self._length_g) / self.settings.force_sd_g
+        self._refused += 1
+        self._off_length += off * off
+        # A chi-square of as many degrees of freedom, five of whose standard deviations are spared for vibration.
+        is_longer = self._off_length > self._refused + 5.0 * sqrt(2.0 * self._refused) + self.settings.gate
+        return FORCE_REJECTED if is_longer else FORCE_TURNED
+
+    def _doubted(self, code: int, seen: Weighed) -> int:
+        """Return CONTRADICTED where the estimate is in doubt; after too long let gravity lead."""
+        is_doubtful = code == FORCE_TURNED
+        if not code:
+            is_doubtful = self._watch.contradicts(seen, self._force.sd**2)
+        self._doubtful = self._doubtful + 1 if is_doubtful else max(self._doubtful - 1, 0)
+        if self._doubtful > self._most_unaided:
+            self._renew(seen)
+        return CONTRADICTED if self._was_renewed or (is_doubtful and not code) else 0
+
+    def _renew(self, seen: Weighed) -> None:
+        """Take tilt and biases as unknown: the tilt by as much as gravity is off, biases by what made it so."""
+        x, y, _ = seen.innovation
+        tilt = max(sqrt(x * x + y * y), self._watch.mean) / self._length_g
+        over_s = self._most_unaided * self.settings.interval_s
+        widen(self._state, tilt, sqrt(self.settings.renewed_bias_sd_rad_s**2 + (tilt / over_s) ** 2))
+        self._watch.forget()
+        self._doubtful, self._rejected_until, self._was_renewed = 0, -1, True
+        self._refused, self._off_length = 0, 0.0
 
 
 def _is_finite(vector: Triple) -> bool:

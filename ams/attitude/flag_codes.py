@@ -62,6 +62,8 @@ STANDS: Final = (1 << 40, 1 << 41, 1 << 42)
 """An output of x, y or z lies at its zero, and nothing of a moving package is in it."""
 IMPOSSIBLE_TEMPERATURE: Final = 1 << 43
 WINDOW_SHORT: Final = 1 << 44
+FORCE_TURNED: Final = 1 << 45
+CONTRADICTED: Final = 1 << 46
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -114,6 +116,10 @@ TEMPERATURE_WORDS: Final[Mapping[int, str]] = {
 }
 STANDING_WORDS: Final[Mapping[int, str]] = {
     code: f"{axis} lies at its zero though the package moves" for axis, code in zip("xyz", STANDS, strict=True)
+}
+GRAVITY_WORDS: Final[Mapping[int, str]] = {
+    FORCE_TURNED: "force not used: a zero of the gyros is not as stated, or the package accelerates",
+    CONTRADICTED: "gravity contradicts the gyros: a zero is not as stated, or the package accelerates",
 }
 FIELD_WORDS: Final[Mapping[int, str]] = {
     FIELD_UNUSED: "field not used: disturbed",

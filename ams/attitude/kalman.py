@@ -12,6 +12,7 @@ counted in body axes the linearisation drifts with the estimate and the filter t
 
 from dataclasses import dataclass
 from math import cos, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
@@ -83,7 +84,7 @@ def correct(
     """
     state = state_of(estimate)
     direction = known_direction(np.asarray(reference, dtype=float), sd)
-    innovation = weigh(state, tuple(np.asarray(measured, dtype=float).tolist()), direction, gate)
+    innovation = weigh(state, tuple(np.asarray(measured, dtype=float).tolist()), direction, gate).normalised
     if gate is not None and innovation > gate:
         return Correction(estimate, innovation)
     return Correction(_estimate(state), innovation)
@@ -109,6 +110,17 @@ class KnownDirection:
     """(3, 6) derivatives of the innovation by turn and bias."""
 
 
+class Weighed(NamedTuple):
+    """What a measured direction said against the estimate."""
+
+    normalised: float
+    """Chi-square with three degrees of freedom where the filter's assumptions hold."""
+    innovation: Triple
+    """Measured less known, in reference axes."""
+    spread: list[list[float]]
+    """(3, 3) covariance of the innovation by the estimate; the measurement's own is not in it."""
+
+
 def known_direction(reference: FloatArray, sd: float) -> KnownDirection:
     """Return what :func:`weigh` needs. Raises: ObservationsError as :func:`correct`."""
     if not np.linalg.norm(reference) > 0 or not sd > 0:
@@ -121,10 +133,21 @@ def known_direction(reference: FloatArray, sd: float) -> KnownDirection:
     return KnownDirection((x, y, z), sd, np.hstack([cross, np.zeros((3, 3))]))
 
 
-def carry(state: State, gyro_rad_s: Triple, interval_s: float, noise: GyroNoise, rate_variance: float = 0.0) -> None:
+def carry(
+    state: State,
+    gyro_rad_s: Triple,
+    interval_s: float,
+    noise: GyroNoise,
+    rate_variance: float = 0.0,
+    *,
+    bias_variance: float = 0.0,
+    frame_rate_rad_s: Triple | None = None,
+) -> None:
     """Move the state one interval on, the gyro taken as constant over it.
 
-    ``rate_variance`` is what a gyro that was not read adds to each turn, in rad².
+    ``rate_variance`` is what a gyro that was not read adds to each turn, in rad²; ``bias_variance`` what the interval
+    adds to each bias beside its walk, in (rad/s)²; ``frame_rate_rad_s`` the turn of the reference frame against the
+    stars along its own axes, which gyros read and an attitude in the frame does not have.
     """
     (g_x, g_y, g_z), (b_x, b_y, b_z) = gyro_rad_s, state.bias_rad_s
     turn = _half_turn((g_x - b_x) * interval_s, (g_y - b_y) * interval_s, (g_z - b_z) * interval_s)
@@ -134,29 +157,41 @@ def carry(state: State, gyro_rad_s: Triple, interval_s: float, noise: GyroNoise,
     F = _blocks(1.0, -interval_s, R, 0.0, 1.0)
     angle_v = walk * interval_s + drift * interval_s**3 / 3.0 + rate_variance
     shared = drift * interval_s**2 / -2.0
+    ahead = _times(halfway, turn)
+    if frame_rate_rad_s is not None:
+        x, y, z = (-component * interval_s for component in frame_rate_rad_s)
+        back = _half_turn(x, y, z)
+        ahead = _times(back, _times(back, ahead))
+        # A small turn is a vector of the frame, and seen from the frame it turns back as the attitude does.
+        F[:3] = np.array(((1.0, -z, y), (z, 1.0, -x), (-y, x, 1.0))).dot(F[:3])
     covariance = F.dot(state.covariance).dot(F.T)
-    covariance += _blocks(angle_v, shared, R, shared, drift * interval_s)
-    state.quaternion = _unit(_times(halfway, turn))
+    covariance += _blocks(angle_v, shared, R, shared, drift * interval_s + bias_variance)
+    state.quaternion = _unit(ahead)
     state.covariance = covariance
 
 
-def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float | None = None) -> float:
-    """Correct the state by a direction measured in body axes; return the normalised innovation.
+def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float | None = None) -> Weighed:
+    """Correct the state by a direction measured in body axes; return its innovation.
 
-    Above the gate the state stays as it is.
+    Where the normalised one is above the gate the state stays as it is.
     """
     (x, y, z), variance = measured, direction.sd**2
-    innovation = [
-        row[0] * x + row[1] * y + row[2] * z - known
-        for row, known in zip(_matrix(state.quaternion), direction.reference, strict=True)
-    ]
+    to_x, to_y, to_z = _matrix(state.quaternion)
+    known_x, known_y, known_z = direction.reference
+    innovation = (
+        to_x[0] * x + to_x[1] * y + to_x[2] * z - known_x,
+        to_y[0] * x + to_y[1] * y + to_y[2] * z - known_y,
+        to_z[0] * x + to_z[1] * y + to_z[2] * z - known_z,
+    )
     H, P = direction.H, state.covariance
     PHt = P.dot(H.T)
-    inverse = _inverse(H.dot(PHt).tolist(), variance)
+    spread: list[list[float]] = H.dot(PHt).tolist()
+    inverse = _inverse(spread, variance)
     weighted = [row[0] * innovation[0] + row[1] * innovation[1] + row[2] * innovation[2] for row in inverse]
     normalised_innovation = sum(component * other for component, other in zip(innovation, weighted, strict=True))
+    weighed = Weighed(normalised_innovation, innovation, spread)
     if gate is not None and normalised_innovation > gate:
-        return normalised_innovation
+        return weighed
     gain = PHt.dot(np.array(inverse))
     # Symmetric as it stands. What Joseph's form would save shows where the prior is 10⁷ times wider than the reading.
     covariance = P - gain.dot(PHt.T)
@@ -166,7 +201,36 @@ def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float
     state.quaternion = _unit(_times(half, _times(half, state.quaternion)))
     state.bias_rad_s = (b_x + d_bx, b_y + d_by, b_z + d_bz)
     state.covariance = covariance
-    return normalised_innovation
+    return weighed
+
+
+def in_body_axes(quaternion: Quadruple, vector: Triple) -> Triple:
+    """Return a vector of the reference axes in those of the body."""
+    (a, b, c), (d, e, f), (g, h, i) = _matrix(quaternion)
+    x, y, z = vector
+    return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
+
+
+def widen(state: State, turn_sd_rad: float, bias_sd_rad_s: float) -> None:
+    """Add to what the state does not know of the turns across the vertical, z, and of every bias."""
+    state.covariance = state.covariance + np.diag([turn_sd_rad**2] * 2 + [0.0] + [bias_sd_rad_s**2] * 3)
+
+
+def take_bias(state: State, bias_rad_s: Triple, covariance: FloatArray, frame_rate_rad_s: Triple | None) -> None:
+    """Put a bias that a rest told, with its (3, 3) covariance, in the place of the state's.
+
+    What gyros at rest read of ``frame_rate_rad_s`` was taken off by the estimated attitude: b = b̂ − Rᵀ[ω]ₓ δ.
+    """
+    P, by_turn = np.zeros((6, 6)), np.zeros((3, 3))
+    if frame_rate_rad_s is not None:
+        x, y, z = frame_rate_rad_s
+        cross = np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+        by_turn = -np.array(_matrix(state.quaternion)).T @ cross
+    P[:3, :3] = state.covariance[:3, :3]
+    P[3:, :3] = by_turn @ P[:3, :3]
+    P[:3, 3:] = P[3:, :3].T
+    P[3:, 3:] = covariance + by_turn @ P[:3, :3] @ by_turn.T
+    state.bias_rad_s, state.covariance = bias_rad_s, P
 
 
 def state_of(estimate: Estimate) -> State:

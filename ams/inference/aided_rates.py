@@ -4,6 +4,11 @@ The gyros carry the attitude, gravity as the accelerometers feel it corrects pit
 on the gyros alone, or on a magnetometer beside them. A package that accelerates does not feel gravity alone: its force
 is not used then, nor a field that something nearby disturbs, and that is said. All packages stand in the same axes. The
 normalised innovations are counted: where the assumptions hold, their mean is three.
+
+The zeros start as uncertain as the covariance of the set makes them, with what the set counts of their shift since the
+calibration, or what is stated of it, or 0.1 °/s; a rest at the beginning measures them. The Earth's turn is taken off
+where latitude and heading are stated; where they are not it is in the zeros, 15°/h (standard deviation) along any
+axis: all of it may lie along one.
 """
 
 from collections.abc import Mapping
@@ -12,24 +17,30 @@ from typing import Final
 
 import numpy as np
 
-from ams.arrays import BoolArray, FloatArray
+from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.attitude import attitude_filter, flag_codes
-from ams.attitude.attitude_filter import AttitudeFilter, FilterSettings, mean_band
+from ams.attitude.attitude_filter import AttitudeFilter, FilteredPath, FilterSettings
+from ams.attitude.earth_rate import EARTH_RATE_RAD_S
 from ams.attitude.gyro import quaternion_of_cr
-from ams.attitude.kalman import Estimate, GyroNoise
+from ams.attitude.kalman import Estimate, GyroNoise, in_body_axes
 from ams.attitude.quaternion import multiply
 from ams.attitude.rate_errors import turns_by_angle
 from ams.errors import OutsideValidity
-from ams.inference.angle_stream import Answer, nothing, with_temperature_codes
+from ams.inference.aided_words import mean_in_words, zeros_in_words
+from ams.inference.angle_stream import Answer, joined, nothing, with_temperature_codes
 from ams.inference.field_aid import FieldAid
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import ANSWERS, Motion, answer_of
+from ams.inference.rest_at_start import RestAtStart
 from ams.inference.sample_clock import SampleClock
 from ams.models.possible_temperature import possible_temperatures
 from ams.sets.vectors import inferred_force, resolves
 
 LEAST_FORCE_SD_G: Final = 1e-4
+UNSTATED_ZERO_SD_DPS: Final = 0.1
+"""Of zeros since the calibration, where neither set nor user states it: what gyros of small sensors do from one
+switching on to the next."""
 UNSTATED_TILT_SD_DEG: Final = 5.0
 """Of pitch and roll by the first force alone; yaw counts from there."""
 KNOWN: Final = ("true_pitch_deg", "true_yaw_deg", "true_roll_deg")
@@ -38,12 +49,14 @@ LEAST_SPREAD_RAD: Final = 1e-5
 _CODES: Final = (
     (attitude_filter.GYRO_BRIDGED, flag_codes.RATE_BRIDGED),
     (attitude_filter.FORCE_REJECTED, flag_codes.ACCELERATED),
+    (attitude_filter.FORCE_TURNED, flag_codes.FORCE_TURNED),
+    (attitude_filter.CONTRADICTED, flag_codes.CONTRADICTED),
     (attitude_filter.UNAIDED, flag_codes.UNAIDED),
     (attitude_filter.FORCE_MISSING, flag_codes.NOT_FINITE),
     (attitude_filter.FIELD_MISSING, flag_codes.NOT_FINITE),
     (attitude_filter.FIELD_REJECTED, flag_codes.FIELD_UNUSED),
 )
-_REASONS: Final = {**flag_codes.WORDS, **flag_codes.FIELD_WORDS}
+_REASONS: Final = {**flag_codes.WORDS, **flag_codes.GRAVITY_WORDS, **flag_codes.FIELD_WORDS}
 
 
 @dataclass(frozen=True)
@@ -54,6 +67,9 @@ class Aiding:
     """Standard deviation of one component of the force, calibration and vibration together."""
     bias_walk_dps_per_sqrt_s: float = 1e-4
     """How far the zero of a gyro wanders in a second."""
+    zero_sd_dps: float | None = None
+    """How far the zero of a gyro has gone since its calibration, standard deviation; None: as the set counts it, else
+    0.1 °/s."""
 
     def __post_init__(self) -> None:
         if not (self.force_sd_g >= LEAST_FORCE_SD_G and self.bias_walk_dps_per_sqrt_s >= 0.0):
@@ -61,6 +77,11 @@ class Aiding:
                 f"filter: got a standard deviation of {self.force_sd_g:g} g and a walk of "
                 f"{self.bias_walk_dps_per_sqrt_s:g} °/s per √s: allowed are {LEAST_FORCE_SD_G:g} g or more and 0 or "
                 "more; nothing was computed"
+            )
+        if self.zero_sd_dps is not None and not 0.0 <= self.zero_sd_dps < np.inf:
+            raise OutsideValidity(
+                f"filter: got zeros known within {self.zero_sd_dps:g} °/s (standard deviation): allowed is a number of "
+                "0 or more; nothing was computed"
             )
 
 
@@ -84,14 +105,10 @@ class AidedAngles:
                 "needed three accelerometers in TP's convention, or straight lines in g, that determine the force; "
                 "nothing was computed"
             )
-        if motion.rest_s:
+        if motion.rest_s and aiding.zero_sd_dps is not None:
             raise OutsideValidity(
-                "at rest: the filter finds the zeros of the gyros by itself; nothing was computed; leave the rest out"
-            )
-        if motion.earth is not None:
-            raise OutsideValidity(
-                "Earth rate: the filter takes it for a zero of the gyros and finds it by itself; nothing was computed; "
-                "leave the latitude out"
+                f"at rest: got {motion.rest_s:g} s at rest, which measure the zeros of the gyros, and zeros known "
+                f"within {aiding.zero_sd_dps:g} °/s: give one of the two; nothing was computed"
             )
         if motion.method != "quaternion":
             raise OutsideValidity(
@@ -99,8 +116,11 @@ class AidedAngles:
             )
         self.gyros, self.accelerometers, self.motion, self.aiding = gyros, accelerometers, motion, aiding
         self.field = field
+        self.rest = RestAtStart(gyros, motion.rest_s)
+        self._offset_v = gyros.offset_v
         self._clock = SampleClock(motion.rate_hz)
         self._filter: AttitudeFilter | None = None
+        self._zero_sd_rad_s = np.sqrt(np.diag(self._zero_covariance()))
         self._innovations, self._of_field, self._errors = np.zeros(2), np.zeros(2), np.zeros(2)
 
     @property
@@ -124,26 +144,42 @@ class AidedAngles:
 
     def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
         """Return the angles of further rows. Raises: OutsideValidity without a sampling rate."""
-        rates = self.gyros.rates_rad_s(readings)
-        force = self._force(readings)
-        field = np.full_like(force, np.nan) if self.field is None else self.field.field_ut(readings)
-        rows = rates.shape[1]
+        outputs_v = self.gyros.outputs_v(readings)
+        rows = outputs_v.shape[1]
         if not rows:
             return nothing(ANSWERS)
         steps = self._clock.steps(readings.get("time_s"), rows)
         if self._filter is None:
             steps = np.concatenate([[1], steps[1:]])
-            self._filter = self._started(force, field)
+            self._filter = self._started(*self._directions(readings))
+        assert self._clock.interval_s is not None
+        resting = self.rest.take(outputs_v, self._clock.interval_s)
+        found = nothing(ANSWERS)
+        if resting:
+            found = self._rows({name: values[:resting] for name, values in readings.items()}, steps[:resting], None)
+            if self.rest.zero is not None:
+                self._take_zero()
+        if resting < rows:
+            moving = {name: values[resting:] for name, values in readings.items()}
+            rates = self.gyros.rates_above(outputs_v[:, resting:] - self._offset_v[:, None])
+            found = joined(found, self._rows(moving, steps[resting:], rates))
+        return with_temperature_codes(found, readings)
+
+    def _rows(self, readings: Mapping[str, FloatArray], steps: IntArray, rates: FloatArray | None) -> Answer:
+        """Return the angles of rows with their (3, n) rates; None where they rest."""
+        assert self._filter is not None
+        force, field = self._directions(readings)
+        is_resting = rates is None
+        gyro = np.full_like(force, np.nan) if rates is None else rates
         sample = np.cumsum(np.minimum(steps, round(self._most_lost))) - 1
         is_used = steps > 0
         count = int(sample[-1]) + 1
         slots = np.full((9, count), np.nan)
-        slots[:, sample[is_used]] = np.concatenate([rates, force, field])[:, is_used]
-        path = self._filter.run(slots[:3], slots[3:6], slots[6:])
-        self._innovations += np.nansum(path.force_innovation), np.isfinite(path.force_innovation).sum()
-        self._of_field += np.nansum(path.field_innovation), np.isfinite(path.field_innovation).sum()
+        slots[:, sample[is_used]] = np.concatenate([gyro, force, field])[:, is_used]
+        path = self._filter.run(slots[:3], slots[3:6], slots[6:], is_resting=is_resting)
+        self._count(path)
         self._compare(readings, path.quaternion[:, sample], path.turn_covariance[sample], is_used)
-        codes = np.zeros(rows, dtype=np.uint64)
+        codes = np.full(steps.size, flag_codes.AT_REST if is_resting else 0, dtype=np.uint64)
         for path_code, code in _CODES:
             codes[(path.codes[sample] & path_code) != 0] |= np.uint64(code)
         codes[steps > 1] |= np.uint64(flag_codes.SAMPLES_LOST)
@@ -151,7 +187,38 @@ class AidedAngles:
         found = answer_of(path.quaternion[:, sample], path.turn_covariance[sample], codes)
         for values in found.columns.values():
             values[~is_used] = np.nan
-        return with_temperature_codes(Answer(found.columns, found.codes, _REASONS), readings)
+        return Answer(found.columns, found.codes, _REASONS)
+
+    def _count(self, path: FilteredPath) -> None:
+        self._innovations += np.nansum(path.force_innovation), np.isfinite(path.force_innovation).sum()
+        self._of_field += np.nansum(path.field_innovation), np.isfinite(path.field_innovation).sum()
+
+    def _directions(self, readings: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Return the (3, n) forces and fields, NaN without a magnetometer."""
+        force = self._force(readings)
+        return force, np.full_like(force, np.nan) if self.field is None else self.field.field_ut(readings)
+
+    def _take_zero(self) -> None:
+        """Put the zeros of the rest in the place of the calibration's."""
+        assert self._filter is not None
+        earth = self.motion.earth
+        turning = (0.0, 0.0, 0.0) if earth is None else tuple(earth.rate_rad_s.tolist())
+        quaternion = tuple(self._filter.estimate.quaternion.tolist())
+        self._offset_v = self.rest.offset_v(np.array(in_body_axes(quaternion, turning)))
+        covariance = self.rest.zero_covariance()
+        self._zero_sd_rad_s = np.sqrt(np.diag(covariance))
+        self._filter.rested(covariance)
+
+    def _zero_covariance(self) -> FloatArray:
+        """Return the (3, 3) covariance of the zeros without a rest: calibration, shift since then, the Earth's turn."""
+        covariance = self.gyros.calibration_covariance()[:3, :3].copy()
+        if self.aiding.zero_sd_dps is not None:
+            covariance += np.deg2rad(self.aiding.zero_sd_dps) ** 2 * np.eye(3)
+        elif not self.gyros.counts_shift:
+            covariance += np.deg2rad(UNSTATED_ZERO_SD_DPS) ** 2 * np.eye(3)
+        if self.motion.earth is None:
+            covariance += EARTH_RATE_RAD_S**2 * np.eye(3)
+        return covariance
 
     def finish(self) -> Answer:
         """Return nothing: every row is answered at once."""
@@ -174,20 +241,26 @@ class AidedAngles:
         self._errors += normalised.sum(), rows.size
 
     def consistency(self) -> str:
-        """Return what innovations, and errors where the truth is known, say of the filter's assumptions."""
+        """Return what innovations, zeros, and errors where the truth is known, say of the filter's assumptions."""
+        said = [self._innovations_in_words()]
+        if self._filter is not None and self._innovations[1]:
+            after_rest = self.rest.zero is not None
+            said.append(zeros_in_words(self._filter.estimate, self._zero_sd_rad_s, after_rest=after_rest))
         total, count = self._errors
-        if not count:
-            return self._innovations_in_words()
-        return (
-            f"{self._innovations_in_words()}; mean normalised error of the attitude (NEES) {total / count:.3g} over "
-            f"{int(count)} rows, 3 expected over many runs: rows of one run go together"
-        )
+        if count:
+            said.append(
+                f"mean normalised error of the attitude (NEES) {total / count:.3g} over {int(count)} rows, 3 expected "
+                "over many runs: rows of one run go together"
+            )
+        return "; ".join(said)
 
     def _innovations_in_words(self) -> str:
         if not self._innovations[1]:
             return "filter: no force was read"
-        sentence = f"filter: {_mean_in_words('force', self._innovations)}"
-        return sentence if not self._of_field[1] else f"{sentence}; {_mean_in_words('field', self._of_field)}"
+        sentence = f"filter: {mean_in_words('force', self._innovations, '--force-sd-g')}"
+        if not self._of_field[1]:
+            return sentence
+        return f"{sentence}; {mean_in_words('field', self._of_field, '--field-sd-ut')}"
 
     @property
     def _most_lost(self) -> float:
@@ -210,15 +283,17 @@ class AidedAngles:
         assert self._clock.interval_s is not None
         walk = np.sqrt(np.trace(self.gyros.reading_covariance()) / 3.0 * self._clock.interval_s)
         noise = GyroNoise(float(walk), float(np.deg2rad(self.aiding.bias_walk_dps_per_sqrt_s)))
-        field_aid = self.field
+        field_aid, earth = self.field, self.motion.earth
         settings = FilterSettings(
             self._clock.interval_s,
             noise,
             self.aiding.force_sd_g,
             field_reference_ut=None if field_aid is None else field_aid.reference_ut,
             field_sd_ut=None if field_aid is None else field_aid.sd_ut,
+            frame_rate_rad_s=None if earth is None else tuple(earth.rate_rad_s.tolist()),
+            unknown_frame_rate_rad_s=EARTH_RATE_RAD_S if earth is None else 0.0,
         )
-        bias = self.gyros.calibration_covariance()[:3, :3]
+        bias = self._zero_covariance()
         start_rad = self._start_rad(force, field)
         if self.motion.start_sd_deg is not None:
             turn = self.motion.start_covariance()
@@ -241,17 +316,6 @@ class AidedAngles:
             return np.zeros(3)
         x, y, z = force[:, good[0]].tolist()
         return np.array([np.arctan2(x, np.hypot(y, z)), 0.0, np.arctan2(-y, -z)])
-
-
-def _mean_in_words(what: str, innovations: FloatArray) -> str:
-    total, count = innovations
-    low, high = mean_band(3, int(count))
-    mean = total / count
-    verdict = "as assumed" if low <= mean <= high else f"not as assumed: state another deviation of the {what}"
-    return (
-        f"mean normalised innovation of the {what} {mean:.3g} over {int(count)} rows, 3 expected, within "
-        f"{low:.3g} to {high:.3g} in 99.9 %: {verdict}"
-    )
 
 
 def _unstated(start_rad: FloatArray) -> FloatArray:

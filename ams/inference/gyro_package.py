@@ -12,7 +12,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
-from ams.inputs.shared_errors import G_SENSITIVITY_LIMIT
+from ams.inputs.shared_errors import G_SENSITIVITY_LIMIT, SHIFTS
 from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import listed, matrix, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -152,6 +152,15 @@ class GyroPackage:
         numbers = self.coefficients.axes[axis]
         names = (numbers.form.offset, *numbers.form.directions, *numbers.centred_terms)
         return {name: index for index, name in enumerate(names) if name in numbers.primary}
+
+    @property
+    def counts_shift(self) -> bool:
+        """Whether the covariance has in it what the zeros do until the next calibration, as the rig file declared."""
+        section = package_of(self.coefficients.document)
+        if section is not None:
+            return SHIFTS[0] in table(section["components"])
+        axes = [table(table(self.coefficients.document["axes"])[axis]) for axis in self.columns]
+        return all(SHIFTS[0] in table(table(axis["primary"]).get("components", {})) for axis in axes)
 
     def force_covariance(self) -> FloatArray:
         """Return the (3, 3) covariance of rates, by what gravity does to zeros that were taken at another attitude.

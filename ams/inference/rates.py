@@ -22,8 +22,8 @@ from ams.attitude.three_axes import LARGEST_SD_RAD
 from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, joined, nothing
 from ams.inference.gyro_package import GyroPackage
+from ams.inference.rest_at_start import RestAtStart
 from ams.inference.sample_clock import SampleClock
-from ams.inference.zero_at_rest import ZeroAtRest, zero_at_rest
 
 ANGLES: Final = ("pitch", "roll", "yaw")
 ANSWERS: Final = (*(f"{angle}_{end}" for angle in ANGLES for end in ("deg", "sd_deg")), "flag")
@@ -99,8 +99,7 @@ class GyroAngles:
     def __init__(self, package: GyroPackage, motion: Motion) -> None:
         self.package, self.motion = package, motion
         self._clock = SampleClock(motion.rate_hz)
-        self.zero: ZeroAtRest | None = None
-        """What the rest at the beginning told; None before it is over, and without one."""
+        self.rest = RestAtStart(package, motion.rest_s)
         self._offset_v = package.offset_v
         self._errors = RateErrors(
             package.calibration_covariance(),
@@ -110,8 +109,6 @@ class GyroAngles:
         )
         self._scan: RateScan | None = None
         self._growth: ErrorGrowth | None = None
-        self._rest: list[FloatArray] = []
-        self._rested = 0
         self._pending = _Pending()
         self._rates: FloatArray = np.empty((3, 0))
         """Of samples that wait for their attitude; NaN where none was read."""
@@ -141,7 +138,9 @@ class GyroAngles:
             return nothing(ANSWERS)
         steps = self._clock.steps(readings.get("time_s"), rows)
         assert self._clock.interval_s is not None
-        resting = self._at_rest(outputs_v, steps)
+        resting = self.rest.take(outputs_v, self._clock.interval_s)
+        if resting and self.rest.zero is not None:
+            self._take_zero()
         if resting == rows:
             return self._start(resting)
         found = self._turning(outputs_v[:, resting:], steps[resting:])
@@ -154,49 +153,21 @@ class GyroAngles:
         path = self._scan.finish()
         return self._settle(path.quaternion, path.is_bridged)
 
-    def _at_rest(self, outputs_v: FloatArray, steps: IntArray) -> int:
-        """Return how many of the rows lie in the rest at the beginning; take the zero when it is over."""
-        assert self._clock.interval_s is not None
-        due = round(self.motion.rest_s / self._clock.interval_s) - self._rested
-        if due <= 0:
-            return 0
-        taken = min(due, len(steps))
-        self._rest.append(outputs_v[:, :taken])
-        self._rested += taken
-        if taken == due:
-            self._take_zero(np.concatenate(self._rest, axis=1))
-        return taken
-
-    def _take_zero(self, outputs_v: FloatArray) -> None:
-        is_there = np.isfinite(outputs_v)
-        good = outputs_v[:, is_there.all(axis=0)]
-        if good.shape[1] < 2:
-            counts = is_there.sum(axis=1).tolist()
-            by_column = ", ".join(
-                f"{count} of {column}" for column, count in zip(self.package.columns.values(), counts, strict=True)
-            )
-            raise OutsideValidity(
-                f"{self.package.coefficients.sensor}: at rest: got {good.shape[1]} readings of all three axes in "
-                f"{outputs_v.shape[1]} rows ({by_column}), needed two or more; nothing was computed; an output that "
-                "repeats one number is taken as missing: see whether it is connected, or let the package rest longer"
-            )
-        self.zero = zero_at_rest(good, self.package.reading_sd())
-        bent_v = self.package.at_rest_v - self.package.offset_v
-        self._offset_v, self._rest = self.zero.mean_v - self._earth_v() - bent_v, []
-        inverse = np.linalg.inv(self.package.k_v_per_rad_s)
+    def _take_zero(self) -> None:
+        """Put the zeros of the rest in the place of the calibration's."""
+        self._offset_v = self.rest.offset_v(self._earth_rate_rad_s())
         calibration = self._errors.calibration.copy()
         calibration[:3, :], calibration[:, :3] = 0.0, 0.0
-        calibration[:3, :3] = inverse @ self.zero.covariance_v2 @ inverse.T + self.package.force_covariance()
+        calibration[:3, :3] = self.rest.zero_covariance()
         further = self.package.further_factors(from_rest=True)
         self._errors = replace(self._errors, calibration=calibration, further=further)
 
-    def _earth_v(self) -> FloatArray:
-        """Return the (3,) volts that gyros at rest at the start read of the Earth's turn."""
+    def _earth_rate_rad_s(self) -> FloatArray:
+        """Return the (3,) rate that gyros at rest at the start read of the Earth's turn, along package axes."""
         if self.motion.earth is None:
             return np.zeros(3)
         start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
-        turned = rotation_matrices(start[:, None])[0].T @ self.motion.earth.rate_rad_s
-        return np.asarray(self.package.k_v_per_rad_s @ turned)
+        return np.asarray(rotation_matrices(start[:, None])[0].T @ self.motion.earth.rate_rad_s)
 
     def _start(self, rows: int) -> Answer:
         """Return the attitude of the start for rows at rest."""

@@ -25,6 +25,7 @@ from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_
 from procedures.cli.attitude.untested import (
     SD_OF_A_READING,
     assumed_gravity,
+    assumed_of_filter,
     assumed_of_gyros,
     remarks_on_rest,
     untested_temperature,
@@ -194,6 +195,8 @@ def _assumptions(
         yield SD_OF_A_READING
     if isinstance(angles, GyroAngles):
         yield from assumed_of_gyros(angles)
+    if isinstance(angles, AidedAngles):
+        yield from assumed_of_filter(angles)
 
 
 def _doubts_of_sets(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
@@ -214,7 +217,7 @@ def _remarks_on_rows(
     yield from (f"{package.coefficients.sensor}: {doubt}" for doubt in found.doubts())
     if isinstance(angles, AidedAngles):
         yield angles.consistency()
-    if isinstance(angles, GyroAngles):
+    if isinstance(angles, GyroAngles | AidedAngles):
         yield from remarks_on_rest(angles)
     yield from (
         watched.doubts(is_flagged_throughout=is_flagged_throughout)

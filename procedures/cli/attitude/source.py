@@ -23,7 +23,14 @@ from procedures.cli.attitude.rig_stream import StreamWiring
 from procedures.errors import RequestError
 
 OF_FIELD: Final = ("magnetometers", "magnetometer_axis", "field_ut", "field_sd_ut")
-OF_AIDING: Final = ("accelerometers", "accelerometer_axis", "force_sd_g", "bias_walk_dps_per_sqrt_s", *OF_FIELD)
+OF_AIDING: Final = (
+    "accelerometers",
+    "accelerometer_axis",
+    "force_sd_g",
+    "bias_walk_dps_per_sqrt_s",
+    "zero_sd_dps",
+    *OF_FIELD,
+)
 DEFAULT_AGREEMENT_DEG: Final = 0.1
 REMEDIES: Final = Remedies(
     not_done="nothing was computed",
@@ -113,6 +120,9 @@ class OfGyros:
     """With accelerometers: standard deviation of one component of the force, vibration included; by default 0.005 g."""
     bias_walk_dps_per_sqrt_s: float | None = None
     """With accelerometers: how far the zero of a gyro wanders in a second; by default 0.0001 °/s."""
+    zero_sd_dps: float | None = None
+    """With accelerometers: standard deviation of what the zero of a gyro has gone since its calibration; by default as
+    the set counts it, else 0.1 °/s. A rest measures it."""
     magnetometers: Path | None = None
     """With accelerometers: the set of magnetometers in the same package; its columns are magnetometer_x_ut and so on.
     Yaw then rests on the field."""
@@ -242,7 +252,9 @@ def angles_of_gyros(
     default = Aiding()
     walk, sd_g = settings.bias_walk_dps_per_sqrt_s, settings.force_sd_g
     aiding = Aiding(
-        default.force_sd_g if sd_g is None else sd_g, default.bias_walk_dps_per_sqrt_s if walk is None else walk
+        default.force_sd_g if sd_g is None else sd_g,
+        default.bias_walk_dps_per_sqrt_s if walk is None else walk,
+        settings.zero_sd_dps,
     )
     return AidedAngles(gyros, force, motion, aiding, _field_aid(settings, wiring))
 

@@ -9,6 +9,8 @@ from typing import Final
 
 import numpy as np
 
+from ams.attitude.earth_rate import EarthRate
+from ams.inference.aided_rates import UNSTATED_ZERO_SD_DPS, AidedAngles
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import GyroAngles
@@ -74,9 +76,39 @@ def assumed_of_gyros(angles: GyroAngles) -> tuple[str, ...]:
     return tuple(said)
 
 
-def remarks_on_rest(angles: GyroAngles) -> tuple[str, ...]:
+def assumed_of_filter(angles: AidedAngles) -> tuple[str, ...]:
+    """Say how far the zeros of gyros beside accelerometers are taken to lie off, and what stands for the Earth."""
+    motion, name = angles.motion, angles.gyros.coefficients.sensor
+    said = []
+    if not motion.rest_s and angles.aiding.zero_sd_dps is None:
+        said.append(
+            f"{name}: the zeros are taken to have gone by what the set counts of their shift since the calibration"
+            if angles.gyros.counts_shift
+            else f"{name}: nothing states how far the zeros have gone since the calibration: {UNSTATED_ZERO_SD_DPS:g} "
+            "°/s (standard deviation) is taken; --zero-sd-dps states it, --rest-s measures the zeros"
+        )
+    if motion.earth is None:
+        said.append(
+            f"{name}: the Earth's turn, up to 15° an hour, is taken as a part of the zeros; --latitude-deg and "
+            "--heading-deg take it off"
+        )
+    else:
+        said.append(
+            f"{name}: the heading, {motion.earth.heading_deg:g}°, is taken as exact: each degree that it is off leaves "
+            f"{_earth_by_heading_dps(motion.earth):.1g} °/s in the rates"
+        )
+    return tuple(said)
+
+
+def _earth_by_heading_dps(earth: EarthRate) -> float:
+    """Return the rate that one degree of the heading takes for another one."""
+    north, east, _ = earth.rate_rad_s
+    return float(np.hypot(north, east))
+
+
+def remarks_on_rest(angles: GyroAngles | AidedAngles) -> tuple[str, ...]:
     """Say what the rest at the beginning told of the zeros, and where it was none."""
-    zero, package = angles.zero, angles.package
+    zero, package = angles.rest.zero, angles.rest.package
     if zero is None:
         return ()
     name = package.coefficients.sensor

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ams.attitude.kalman import GyroNoise, correct, propagate, start_estimate
+from ams.attitude.kalman import GyroNoise, carry, correct, propagate, start_estimate, state_of, take_bias
 from ams.attitude.quaternion import from_euler, from_turn, multiply
 from ams.errors import ObservationsError
 
@@ -101,3 +101,35 @@ def test_a_missing_field_is_refused_in_words():
     before = start_estimate(np.array([0.0, 0.0, 0.0, 1.0]), 0.01, 0.001)
     with pytest.raises(ObservationsError, match="leave the measurement out"):
         correct(before, np.zeros(3), np.zeros(3), 0.01)
+
+
+@pytest.mark.parametrize("is_held_by_the_frame", [True, False])
+def test_a_frame_that_turns_is_taken_off(is_held_by_the_frame: bool) -> None:
+    """One body rests in a frame that turns, the other against the stars; both have a closed form."""
+    frame = np.array([4e-3, -2e-3, -6e-3])
+    start = Rotation.from_euler("YZX", [0.3, -0.2, 0.9])
+    state = state_of(start_estimate(start.as_quat(), 0.0, 0.0))
+    state.covariance = np.diag([1e-4, 4e-4, 9e-4, 0.0, 0.0, 0.0])
+    gyro = start.inv().apply(frame) if is_held_by_the_frame else np.zeros(3)
+    for _ in range(2000):
+        carry(state, tuple(gyro.tolist()), 0.1, GyroNoise(0.0, 0.0), frame_rate_rad_s=tuple(frame.tolist()))
+    back = Rotation.from_rotvec(-200.0 * frame)
+    expected = start if is_held_by_the_frame else back * start
+    assert (Rotation.from_quat(state.quaternion) * expected.inv()).magnitude() < 1e-9
+    turned = back.as_matrix() @ np.diag([1e-4, 4e-4, 9e-4]) @ back.as_matrix().T
+    np.testing.assert_allclose(state.covariance[:3, :3], turned, atol=1e-6)
+
+
+def test_a_zero_at_rest_is_as_wrong_as_the_attitude_that_the_frame_was_taken_off_by() -> None:
+    rng, frame, known = np.random.default_rng(9), (4e-3, -2e-3, -6e-3), Rotation.from_euler("YZX", [0.3, -0.2, 0.9])
+    state = state_of(start_estimate(known.as_quat(), 0.05, 1.0))
+    take_bias(state, (0.0, 0.0, 0.0), 1e-8 * np.eye(3), frame)
+    errors = []
+    for turn in rng.normal(0.0, 0.05, (20000, 3)):
+        true = Rotation.from_rotvec(turn) * known
+        read = true.inv().apply(frame) + rng.normal(0.0, 1e-4, 3)
+        errors.append(np.concatenate([turn, known.inv().apply(frame) - read]))
+    # A gyro without a bias: what the estimate lacks is what was taken off less what was read.
+    np.testing.assert_allclose(np.cov(np.array(errors).T[3:]), state.covariance[3:, 3:], atol=3e-9)
+    crossed = np.array(errors).T[:3] @ np.array(errors)[:, 3:] / 20000
+    np.testing.assert_allclose(crossed.T, state.covariance[3:, :3], atol=1.5e-6)

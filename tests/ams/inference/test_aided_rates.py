@@ -59,10 +59,14 @@ def test_stated_deviations_cover_and_the_innovations_are_those_of_the_assumption
 def test_errors_against_a_known_attitude_are_those_of_the_covariance() -> None:
     """The mean over the ends of many runs is three; here over whole runs, whose rows go together."""
     chance, means = np.random.default_rng(8), []
+    aiding = Aiding(FORCE_SD_G, 1e-6, zero_sd_dps=0.05)
     for _ in range(40):
         euler, readings = scene(chance, 10.0)
+        zeros_dps = 0.05 * chance.normal(size=3)
+        for axis, numbers in GYROS.axes.items():
+            readings[GYRO_V[axis]] = readings[GYRO_V[axis]] + numbers.direction @ zeros_dps
         truth = dict(zip(("true_pitch_deg", "true_yaw_deg", "true_roll_deg"), euler.T, strict=True))
-        found = aided()
+        found = AidedAngles(GyroPackage(GYROS, GYRO_V, NOISE_V), Package(FORCE, FORCE_V), Motion(RATE_HZ), aiding)
         found.answer({**readings, **truth})
         means.append(float(found.consistency().split("(NEES) ")[1].split()[0]))
     assert np.mean(means) == pytest.approx(3.0, abs=0.8)

@@ -397,6 +397,28 @@ def test_gyros_and_accelerometers_together(gyros: Path, tmp_path: Path, capsys: 
     np.testing.assert_allclose(angles_in((tmp_path / "a.csv").read_text())[200:], euler[200:], atol=0.05)
 
 
+def test_a_rest_and_the_earth_are_taken_beside_accelerometers(
+    gyros: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What is taken for granted is said: of the zeros where nothing states them, of the Earth, of its heading."""
+    motion_file(tmp_path / "m.csv", seconds=3.0)
+    common = "attitude", gyros, tmp_path / "m.csv", "--accelerometers", tmp_path / "tp.json", "--reading-sd-v", "1e-4"
+    plain = call(capsys, *common)
+    assert "0.1 °/s (standard deviation) is taken; --zero-sd-dps states it, --rest-s measures the zeros" in plain.err
+    assert "the Earth's turn, up to 15° an hour, is taken as a part of the zeros" in plain.err
+    assert "zeros of the gyros at the end lie x " in plain.err
+    stated = call(capsys, *common, "--zero-sd-dps", "0.001", "--latitude-deg", "60", "--heading-deg", "30")
+    assert stated.status == 0
+    assert "(standard deviation) is taken" not in stated.err
+    assert "the heading, 30°, is taken as exact: each degree that it is off leaves 4e-05 °/s" in stated.err
+    rested = call(capsys, *common, "--rest-s", "1", "--latitude-deg", "60", "--heading-deg", "30")
+    assert rested.status == 0
+    flags = [row["flag"] for row in rows_of(rested.out)]
+    assert [flag.startswith("at rest: attitude of the start") for flag in flags] == [True] * 100 + [False] * 201
+    assert "at rest the outputs lie" in rested.err
+    assert "it did not rest" in rested.err
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
@@ -405,7 +427,10 @@ def test_gyros_and_accelerometers_together(gyros: Path, tmp_path: Path, capsys: 
         (["--model-set", "tp.json"], "--model-set: belongs to a sting package"),
         (["--rate-hz", "-1"], "sampling rate: got -1 Hz"),
         (["--start-deg", "0", "95", "0"], "got yaw 95°"),
-        (["--accelerometers", "tp.json", "--rest-s", "2"], "the filter finds the zeros of the gyros by itself"),
+        (["--accelerometers", "tp.json", "--rest-s", "2", "--zero-sd-dps", "1"], "give one of the two"),
+        (["--accelerometers", "tp.json", "--zero-sd-dps", "-1"], "got zeros known within -1 °/s"),
+        (["--accelerometers", "tp.json", "--heading-deg", "30"], "the Earth's turn needs both"),
+        (["--zero-sd-dps", "0.1"], "--zero-sd-dps: belongs to --accelerometers"),
         (["--accelerometers", "tp.json", "--interpolation", "hold"], "--interpolation: the filter takes"),
         (["--accelerometers", "gyro.json"], "needed three accelerometers"),
     ],
