@@ -20,7 +20,7 @@ from threading import Thread
 
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command, without_secrets
 from procedures.alerts.settings import AlertSettings, Escalation
-from procedures.records.progress import LEASE, LEASE_LOST, Progress, RunObserver, SilentObserver, line_of
+from procedures.records.progress import AT_REST, LEASE, LEASE_LOST, Progress, RunObserver, SilentObserver, line_of
 from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 from rig.local_time import at_both
@@ -32,6 +32,7 @@ OF_EVENTS = {
     "dropped": "a sensor was dropped",
     "terminal": "the terminal was closed",
     "chamber": "a chamber tells an alarm",
+    AT_REST: "found while it stands still",
 }
 MOST_UNDER_WAY = 8
 """Threads that wait for a server at once; more are not started and said to be lost."""

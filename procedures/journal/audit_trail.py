@@ -206,7 +206,7 @@ def _word(event: Event) -> str:
             return str(event.detail.get("text", ""))
         case "note":
             return str(event.detail.get("text", ""))
-        case "terminal" | "lease":
+        case "terminal" | "lease" | "at_rest":
             return str(event.detail.get("text", ""))
         case "ack":
             return f"acknowledged. {event.detail.get('text', '')}".strip()

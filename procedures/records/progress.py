@@ -14,6 +14,8 @@ MADE_AGAIN = "again"
 """The event of a move, or of a search for home, that did not end at the first attempt and was made again."""
 STRAY_MOTION = "stray_motion"
 """The event of an axis that was found moving, or elsewhere than it was left, when its line was opened."""
+AT_REST = "at_rest"
+"""The event of what is found while a run stands still, and answered when it goes on."""
 LEASE, LEASE_LOST = "lease", "lease lost"
 """Events: held again; and an alarm though the run goes on. The first is the kind of both in the journal."""
 

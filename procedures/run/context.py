@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
+from typing import Protocol
 
 from procedures.journal.line_figures import KIND as LINKS
 from procedures.journal.line_figures import link_detail
@@ -15,6 +16,7 @@ from procedures.run.judgement.alarm import Alarm
 from procedures.run.progress_log import ProgressLog
 from procedures.run.services import RunServices
 from procedures.run.steering import Steering
+from procedures.run.watch.disk_space import needed_bytes
 from procedures.run.watch.process_health import PROCESS_EVERY, growth, process_figures
 from procedures.run.watch.watch import Watch
 from procedures.run.watch.watchdogs import Watchdogs
@@ -22,7 +24,14 @@ from rig.clock import VirtualClock
 from rig.crash_points import CrashPoint, crash_point
 
 LOOK_S = 1.0
-"""Rig seconds between two looks whether a hold is over."""
+"""Rig seconds between two looks around where a run stands still."""
+
+
+class Vigil(Protocol):
+    """Who looks around where a run stands still (:mod:`procedures.run.vigil`)."""
+
+    def look(self, *, waits_for_person: bool = False, held_by: str = "") -> None: ...
+    def require_trust(self) -> None: ...
 
 
 @dataclass
@@ -41,6 +50,10 @@ class RunContext:
     live: LiveFile
     is_attended: bool
     """False in virtual time without a person's clock: whatever needs the outside world fails the run instead."""
+    vigil: Vigil = field(init=False)
+    """Of the epoch."""
+    looked_s: float = -inf
+    """When the vigil looked last, rig seconds."""
     began_s: float = field(init=False)
     dwells: int = 0
     """Judged by this process."""
@@ -81,9 +94,25 @@ class RunContext:
             raise RunEnds(Ending(State.STOPPED, self.wait.stop.text, self.wait.stop.by))
 
     def wait_unless_stopped(self, duration_s: float) -> None:
-        """During a soak there is no dwell to finish first."""
+        """Where there is no dwell to finish first."""
         self.wait(duration_s)
         self.stop_if_requested()
+
+    def stand(self, duration_s: float) -> None:
+        """Let rig time pass while nothing moves and nothing is read: a stop takes effect, and everything is looked at.
+
+        Every second; in virtual time once at its end. Raises: RunEnds, TrustLost, RigError, WaitEnded.
+        """
+        clock = self.rig.clock
+        ends_s = clock.monotonic_s() + duration_s
+        slice_s = inf if isinstance(clock, VirtualClock) else LOOK_S
+        while True:
+            self.wait_unless_stopped(min(ends_s - clock.monotonic_s(), slice_s))
+            if clock.monotonic_s() - self.looked_s >= LOOK_S:
+                self.vigil.look()
+                self.looked_s = clock.monotonic_s()
+            if clock.monotonic_s() >= ends_s:
+                return
 
     def requests(self) -> None:
         """Between dwells: stop, pause and the longest duration take effect here."""
@@ -97,18 +126,22 @@ class RunContext:
             self.progress_log.enter(State.PAUSED, request.text, request.by)
             crash_point(CrashPoint.PAUSED)
             self.live.tell("waiting", waiting_for="a person to say continue", pending_request="")
-            by = self.stand_still(lambda: self.wait.pause is None)
+            by = self._stand_until(lambda: self.wait.pause is None, lambda: self.vigil.look(waits_for_person=True))
             self.progress_log.enter(State.RUNNING, by=by)
+            self.vigil.require_trust()
 
     def hold(self, alarm: Alarm, is_over: Callable[[], bool] = lambda: False) -> None:
         """Stand still until ``is_over``, or until a person says continue where the alarm asks for one."""
-        before = self.progress_log.state
+        before, is_asking = self.progress_log.state, alarm.response == "ask"
         self.enter_held(alarm.cause, alarm.reason)
-        waiting_for = "a person to say continue" if alarm.response == "ask" else "its cause to be over"
-        self.live.tell("waiting", waiting_for=waiting_for)
+        self.live.tell("waiting", waiting_for="a person to say continue" if is_asking else "its cause to be over")
         self.wait.continued = None
-        by = self.stand_still(lambda: (alarm.response == "ask" and self.wait.continued is not None) or is_over())
+        by = self._stand_until(
+            lambda: self.wait.continued is not None if is_asking else is_over(),
+            lambda: self.vigil.look(waits_for_person=is_asking, held_by=alarm.cause),
+        )
         self.progress_log.enter(before, by=by)
+        self.vigil.require_trust()
 
     def enter_held(self, cause: str, reason: str) -> None:
         """Enter ``held``. Raises: RunEnds where nobody could ever clear it."""
@@ -118,12 +151,25 @@ class RunContext:
         if not self.is_attended:
             raise RunEnds(Ending(State.FAILED, reason, cause=cause))
 
-    def stand_still(self, is_over: Callable[[], bool], limit_s: float = inf) -> str:
-        """Rest, with an eye on requests, until ``is_over`` or for ``limit_s``; returns who said continue."""
+    def room_bytes(self, dwells: int) -> tuple[float, float]:
+        """Return what is free on the disk of the run, and what so many more dwells need. Raises: StorageFailed."""
+        return self.services.free_bytes(self.progress_log.folder), needed_bytes(self.plan, dwells)
+
+    def has_passed(self, cause: str, dwells: int) -> bool:
+        """Return whether what holds a run until it is over is over."""
+        return not self.watch.is_short_of(cause, *self.room_bytes(dwells))
+
+    def rest(self, duration_s: float) -> None:
+        """Rest, with an eye on requests alone: the lines are lost."""
+        self._stand_until(lambda: False, lambda: None, duration_s)
+
+    def _stand_until(self, is_over: Callable[[], bool], look: Callable[[], None], limit_s: float = inf) -> str:
+        """Rest and look around until ``is_over`` or for ``limit_s``; returns who said continue."""
         rested_s = looked_s = 0.0
         while rested_s < limit_s:
             self.stop_if_requested()
             if rested_s >= looked_s:
+                look()
                 if is_over():
                     break
                 looked_s = rested_s + LOOK_S

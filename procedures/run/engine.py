@@ -44,7 +44,7 @@ from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.ending import Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
-from procedures.run.judgement.alarm import LINK, RECONNECT, TrustLost
+from procedures.run.judgement.alarm import LINK, LOST, RECONNECT, TrustLost, lost_link
 from procedures.run.judgement.history import History, read_history
 from procedures.run.progress_log import ProgressLog
 from procedures.run.pulse import RunPulse
@@ -55,7 +55,7 @@ from procedures.run.stop_page import ENDED_BY, UNASKED, explain
 from procedures.run.watch.clock_watch import GapWatch
 from procedures.run.watch.safe_state import CHAMBER, make_safe, resting_deg
 from procedures.run.watch.silent_devices import silence_words
-from procedures.run.watch.watch import Watch, lost_link
+from procedures.run.watch.watch import Watch
 from procedures.run.watch.watchdogs import Watchdogs
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.crash_points import CrashPoint, crash_point
@@ -63,13 +63,9 @@ from rig.defects import defect_text
 from rig.errors import (
     ChamberFault,
     DeviceFault,
-    DeviceNonsense,
     DeviceRefused,
-    DeviceSilent,
     FileContradicted,
     GuardLost,
-    LinkClosed,
-    LinkLost,
     MotionBreach,
     RequestRefused,
     RigError,
@@ -82,7 +78,6 @@ STOPPING, TO_STAND = "stopping", "every axis to stand"
 """A phase, and what it waits for."""
 MOST_RESTARTS = 5
 """Without a new dwell between them; after that a person must look."""
-_LOST = (LinkLost, LinkClosed, DeviceSilent, DeviceNonsense)
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,7 +286,7 @@ class _Engine:
             try:
                 try:
                     Epoch(self._context, self._history, identities).run()
-                except _LOST as error:
+                except LOST as error:
                     alarm = lost_link(error)
                     raise TrustLost(alarm.cause, alarm.reason) from error
                 except RequestRefused as error:
@@ -311,7 +306,7 @@ class _Engine:
         try:
             require_no_fault(self._rig.axes)
             return all(self._rig.axes[name].state().is_homed for name in self._context.plan.axes)
-        except _LOST as error:
+        except LOST as error:
             alarm = lost_link(error)
             raise TrustLost(alarm.cause, alarm.reason) from error
 
@@ -354,6 +349,8 @@ class _Engine:
         safe = make_safe(self._rig, self._context.plan, is_over=False)
         self._progress_log.event("safe", safe.detail())
         self._context.record_lines()
+        if self._progress_log.state is State.HELD:  # by what may be over by itself: this takes its place
+            self._progress_log.enter(State.CHECKING)
         if restarts > MOST_RESTARTS:
             reason = f"{lost.reason}; lost {restarts} times without a dwell between"
             raise RunEnds(Ending(State.TRIPPED, reason, cause=lost.cause))
@@ -367,7 +364,7 @@ class _Engine:
         pause_s, last_error = FIRST_PAUSE_S, ""
         while True:
             self._context.live.tell("reconnecting", waiting_for="the lines to answer")
-            self._context.stand_still(lambda: False, pause_s)
+            self._context.rest(pause_s)
             try:
                 self._is_open = False
                 self._rig.reconnect()

@@ -14,6 +14,7 @@ intent → move → arrival by read-back → settle → look, read, look → jud
 from collections import defaultdict, deque
 from functools import partial
 from itertools import count
+from math import inf
 
 from procedures.common_mode.visit_watch import Judged, VisitWatch, way_out
 from procedures.journal.voids import DROPPED, key_of, void_detail
@@ -37,8 +38,8 @@ from procedures.run.judgement.suspect_dwells import Suspects
 from procedures.run.live_dwells import LiveDwells
 from procedures.run.plateaus import INTERLOCK, Plateaus
 from procedures.run.start_checks import require_declared_mounts, require_no_fault, require_no_step, require_standstill
+from procedures.run.vigil import Vigil, end_where_nothing_holds
 from procedures.run.watch.device_identity import other_devices
-from procedures.run.watch.disk_space import needed_bytes
 from procedures.run.watch.meter_checks import PHASE, MeterWatch
 from procedures.run.watch.watch import suspended
 from rig.crash_points import CrashPoint, crash_point
@@ -70,6 +71,9 @@ class Epoch:
         for known in history.dwells:
             self._visits.take(known)
         self._meters = MeterWatch(self._rig, self._progress_log.event, self._wait)
+        self._taken_back: list[Step] | None = None
+        """Steps to be measured again since something was left that they need; None where nothing was."""
+        context.vigil = Vigil(context, lambda: self._announce(self._next_dwell, INTERLOCK), self._take_back)
 
     def run(self) -> None:
         """Everything that is left. Raises: RunEnds, TrustLost, RigError, StorageFailed."""
@@ -130,7 +134,8 @@ class Epoch:
         for gate in gates:
             self._live.warms_up(gate.channel)
             self._progress_log.tell("check", f"{gate.channel}: warming up")
-            self._progress_log.event("warm_up", warm_up(self._rig, gate, self._context.wait_unless_stopped))
+            found = warm_up(self._rig, gate, self._context.wait_unless_stopped, self._context.stand)
+            self._progress_log.event("warm_up", found)
         self._adaptive.try_integrations(dwells[0], self._replications[dwells[0].step])
 
     def _soak(self, step: Soak) -> None:
@@ -272,7 +277,9 @@ class Epoch:
     def _measured(self, dwell: Dwell, announcement: Announcement, readings: Readings) -> Measurement:
         for void in count(1):
             try:
-                return perform(self._rig, self._suspects.plan, dwell, announcement, self._wait, readings)
+                return perform(
+                    self._rig, self._suspects.plan, dwell, announcement, self._wait, self._context.stand, readings
+                )
             except (DeviceNonsense, DeviceSilent, DeviceRefused) as error:
                 detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
                 self._progress_log.event("void", detail)
@@ -343,58 +350,50 @@ class Epoch:
 
     def _boundary(self, dwell: Dwell | None = None) -> bool:
         """Between dwells; True where earlier steps come first now and ``dwell`` was put behind them."""
-        self._context.requests()
         # An answer may take hours, so everything is looked at anew before the next dwell.
-        while (alarm := self._look(dwell)) is not None:
-            voided = self._void_dwells(alarm)
-            self._answer(alarm, dwell)
-            first = [] if dwell is None else [dwell]
+        while True:
+            self._context.requests()
+            if self._taken_back is None:
+                if (alarm := self._look(dwell)) is None:
+                    return False
+                self._take_back(alarm)
+                end_where_nothing_holds(alarm)
+                self._context.hold(alarm, partial(self._context.has_passed, alarm.cause, len(self._left) + 1))
+            voided, self._taken_back = self._taken_back or [], None
             if voided or (dwell is not None and self._plateaus.has_lost(dwell)):
-                self._left.extendleft(reversed([*voided, *first]))
+                self._left.extendleft(reversed([*voided, *([] if dwell is None else [dwell])]))
                 return True
-        return False
 
     def _look(self, dwell: Dwell | None) -> Alarm | None:
-        services, folder = self._context.services, self._progress_log.folder
-        needed = needed_bytes(self._plan, len(self._left) + 1)
-        announced = dwell or next((step for step in self._left if isinstance(step, Dwell)), self._plan.dwells[0])
-        found = self._watch.look(services.free_bytes(folder), needed, lambda: self._announce(announced, INTERLOCK))
+        announced = dwell or self._next_dwell
+        room_bytes = self._context.room_bytes(len(self._left) + 1)
+        found = self._watch.look(*room_bytes, lambda: self._announce(announced, INTERLOCK))
         is_last = dwell is None and not self._left
         return found or self._meters.look(
             lambda: self._announce(announced, PHASE), self._last_dwell_s if is_last else None
         )
 
     @property
+    def _next_dwell(self) -> Dwell:
+        return next((step for step in self._left if isinstance(step, Dwell)), self._plan.dwells[0])
+
+    @property
     def _last_dwell_s(self) -> float | None:
         return self._accepted[-1].ended_s if self._accepted else None
 
-    def _void_dwells(self, alarm: Alarm) -> list[Step]:
-        """Void what was measured since the band was left; its steps, to be measured again."""
-        if alarm.void_from_s is None:
-            return []
-        voided = [record for record in self._accepted if record.ended_s > alarm.void_from_s]
+    def _take_back(self, alarm: Alarm) -> None:
+        """Void what was measured since a band was left, and leave the plateau."""
+        if alarm.cause == INTERLOCK:
+            self._plateaus.leave()
+        self._taken_back = self._taken_back or []
+        from_s = inf if alarm.void_from_s is None else alarm.void_from_s
+        voided = [record for record in self._accepted if record.ended_s > from_s]
         if not voided:
-            return []
-        self._accepted = [record for record in self._accepted if record.ended_s <= alarm.void_from_s]
+            return
+        self._accepted = [record for record in self._accepted if record.ended_s <= from_s]
         for record in voided:
             self._checks.pop(record.step, None)
         self._visits.take_back(record.step for record in voided)
         self._progress_log.void_dwells(voided, void_detail(map(key_of, voided), "", alarm.reason, alarm.cause))
         steps = {record.step for record in voided}
-        return [step for step in self._plan.steps if step.step in steps]
-
-    def _answer(self, alarm: Alarm, dwell: Dwell | None) -> None:
-        if alarm.response == "trip":
-            raise RunEnds(Ending(State.TRIPPED, alarm.reason, cause=alarm.cause))
-        if alarm.response == "restart":
-            raise TrustLost(alarm.cause, alarm.reason)
-        if alarm.cause == INTERLOCK:
-            self._plateaus.leave()
-        self._context.hold(alarm, lambda: alarm.response == "hold" and not self._is_still(alarm, dwell))
-
-    def _is_still(self, alarm: Alarm, dwell: Dwell | None) -> bool:
-        """Return whether a hold goes on; anything worse that is found is answered at once."""
-        found = self._look(dwell)
-        if found is not None and found.response in ("trip", "restart"):
-            self._answer(found, dwell)
-        return found is not None and found.cause == alarm.cause
+        self._taken_back += [step for step in self._plan.steps if step.step in steps]

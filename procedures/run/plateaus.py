@@ -54,7 +54,7 @@ class Plateaus:
         self._progress_log.tell("soak", f"{step.environment} to {step.setpoint_degc:g} °C for {step.soak_s:g} s")
         environment = self._rig.environments[step.environment]
         announced = self._live.soaks(step)
-        degc = soak(environment, step, self._rig.clock, self._context.wait_unless_stopped, announced)
+        degc = soak(environment, step, self._rig.clock, self._context.stand, announced)
         self._progress_log.event("soaked", {"step": step.step, "temperature_degc": degc})
         self._now = step
         self._suspects.forget()

@@ -249,7 +249,8 @@ class SupervisedAxis:
         """
         was_under_way = self.is_under_way
         state = self.look()
-        if was_under_way:
+        # Who sets an axis by hand may take hours: the others stand meanwhile.
+        if was_under_way or state.awaits_operator:
             self._look_at_others_now_and_then()
         return state
 

@@ -31,15 +31,17 @@ def perform(
     dwell: Dwell,
     announcement: Announcement,
     wait: Wait,
+    stand: Wait,
     readings: Mapping[str, Reading] = MappingProxyType({}),
 ) -> Measurement:
     """Everything of one attempt but the way to the attitude.
 
+    ``stand``: waits for a field, in which nothing moves and nothing is read.
     ``readings``: of the channels that are not read as ``[dwell]`` says; they rest and are no streams.
 
     Raises: RigError of the device that failed, WaitEnded.
     """
-    applied_ut = {} if dwell.applied is None else _apply(rig, dwell.applied, wait)
+    applied_ut = {} if dwell.applied is None else _apply(rig, dwell.applied, stand)
     match dwell.motion:
         case Turn():
             measured = turn(rig, plan, dwell, dwell.motion, announcement, wait)
@@ -60,7 +62,7 @@ def _is_plain(rig: OpenRig, plan: Plan, dwell: Dwell) -> bool:
     )
 
 
-def _apply(rig: OpenRig, applied: Applied, wait: Wait) -> dict[str, float]:
+def _apply(rig: OpenRig, applied: Applied, stand: Wait) -> dict[str, float]:
     """Bring a coil to its field where it does not stand there. Raises: DeviceFault, WaitEnded (withdrawn)."""
     coil = rig.fields[applied.coil]
     if coil.state().applied_ut != applied.field_ut:
@@ -71,7 +73,7 @@ def _apply(rig: OpenRig, applied: Applied, wait: Wait) -> dict[str, float]:
                     raise DeviceFault(
                         f"field.{applied.coil}: {state.fault}; {applied.field_ut:g} µT do not stand; see to the coil"
                     )
-                wait(_FIELD_LOOK_S)
+                stand(_FIELD_LOOK_S)
         finally:
             if coil.state().applied_ut != applied.field_ut:
                 coil.stop()

@@ -17,8 +17,8 @@ _LEAST_PAUSE_S = 6.0
 _LONGEST_S = 12.0 * 3600.0
 
 
-def warm_up(rig: OpenRig, gate: WarmUp, wait: Wait) -> dict[str, object]:
-    """Wait until the gate lets us pass; what was found, for the record.
+def warm_up(rig: OpenRig, gate: WarmUp, wait: Wait, stand: Wait) -> dict[str, object]:
+    """Wait until the gate lets us pass; what was found, for the record. ``stand``: between two looks, ``wait`` in them.
 
     Raises: DeviceFault after twelve hours of drift, WaitEnded, RigError of the readout.
     """
@@ -39,7 +39,7 @@ def warm_up(rig: OpenRig, gate: WarmUp, wait: Wait) -> dict[str, object]:
                 f"{gate.slope_v_per_h:g} V/h (rig file: chain.{gate.channel}.warm_up_slope_v_per_h); nothing was "
                 "measured; look at supply, temperature and sensor"
             )
-        wait(pause_s)
+        stand(pause_s)
 
 
 def _slope_v_per_h(times_s: list[float], means_v: list[float]) -> float | None:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from rig.errors import DeviceNonsense, DeviceSilent, LinkClosed, LinkLost
+
 Response = Literal["hold", "ask", "trip", "restart"]
 """``hold``: wait until it has cleared itself. ``ask``: wait for a person's ``continue``. ``trip``: end the process, a
 person has to look. ``restart``: trust in positions or lines is lost, so begin anew: home, check set, its judgement."""
@@ -10,6 +12,8 @@ person has to look. ``restart``: trust in positions or lines is lost, so begin a
 LINK = "link"
 RECONNECT = frozenset({LINK, "suspend"})
 """Causes after which every line is opened anew before anything else."""
+LOST = (LinkLost, LinkClosed, DeviceSilent, DeviceNonsense)
+"""Errors after which a line is not trusted before it was opened anew."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +26,10 @@ class Alarm:
     response: Response
     void_from_s: float | None = None
     """Dwells of this process that ended later (rig seconds) are taken back; None for none."""
+
+
+def lost_link(error: Exception) -> Alarm:
+    return Alarm(LINK, f"link lost: {error}", "restart")
 
 
 class TrustLost(Exception):

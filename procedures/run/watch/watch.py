@@ -1,4 +1,4 @@
-"""The look around between two dwells: bands, disk, lines, clocks, and axes that should rest.
+"""The look around where a run stands still, between two dwells or longer: bands, disk, lines, clocks, resting axes.
 
 Nothing is decided here about the run; what is found is an :class:`procedures.run.judgement.alarm.Alarm`. Values that
 a dwell has just brought are used as they are, everything else is read.
@@ -6,12 +6,14 @@ a dwell has just brought are used as they are, everything else is read.
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from math import inf
 
 from procedures.records.dwells import Measurement
 from procedures.run.dwell.measure import OpenRig
-from procedures.run.judgement.alarm import LINK, Alarm
+from procedures.run.judgement.alarm import LOST, Alarm
 from procedures.run.judgement.interlocks import Interlock, Watched, look_at
 from procedures.run.judgement.run_limits import RunLimits
 from procedures.run.watch.clock_watch import ClockChange, ClockWatch
@@ -30,6 +32,8 @@ FEWEST_QUESTIONS = 200
 """So many on a line before its error rate means anything; the rate is of the last one to two thousand."""
 WINDOW = 1000
 WARN_RATE = 0.001
+VOLTAGE_S = 10.0
+"""Between two readings of a voltage that keeps its band, where the run stands still: a scanner's relays wear."""
 
 
 class Watch:
@@ -56,7 +60,11 @@ class Watch:
         self._clocks = ClockWatch(rig.clock)
         self._bands: dict[str, Watched] = {}
         self._brought: dict[str, float] = {}
+        self._read_s: dict[str, float] = {}
+        """When an interlock was read, rig seconds."""
         self._rest_deg: dict[str, float] = {}
+        self._taken: set[str] = set()
+        """Axes that were brought somewhere since they were homed."""
         most_within = run_limits.rejected
         self._rejections: deque[bool] = deque(maxlen=most_within[1] if most_within else 1)
         self._counted: dict[str, ExchangeCounts] = {}
@@ -69,10 +77,12 @@ class Watch:
     def rests_at(self, positions_deg: Mapping[str, float]) -> None:
         """Note where axes were left; from now on they have no reason to be elsewhere."""
         self._rest_deg.update(positions_deg)
+        self._taken.update(positions_deg)
 
     def forget_positions(self) -> None:
         """Forget where axes rest, before homing."""
         self._rest_deg.clear()
+        self._taken.clear()
         self._counted.clear()
 
     def saw(self, measured: Measurement, *, is_accepted: bool) -> None:
@@ -101,18 +111,35 @@ class Watch:
         """
         return next(self._findings(free_bytes, needed_bytes, announce), None)
 
+    def at_rest(self, announce: Callable[[], None]) -> dict[str, Callable[[], Iterator[Alarm]]]:
+        """Return what is looked at where the run stands still, by name: one that cannot be asked keeps no other.
+
+        Each raises RigError of its device.
+        """
+        axes = {
+            f"axes.{name}": partial(self._axis if name in self._taken else self._idle_axis, name)
+            for name in self._rig.axes
+        }
+        bands = {lock.name: partial(self._band_at_rest, lock, read, announce) for lock, read in self._locks()}
+        return {"clock": self._suspension, "chambers": self._chambers, **axes, **bands}
+
+    def is_short_of(self, cause: str, free_bytes: float, needed_bytes: float) -> bool:
+        """Return whether what holds a run until it is over goes on: room on the disk, or a band."""
+        if cause == "disk":
+            return any(True for _ in self._disk(free_bytes, needed_bytes))
+        return any(seen.is_alarmed for seen in self._bands.values())
+
     def _findings(self, free_bytes: float, needed_bytes: float, announce: Callable[[], None]) -> Iterator[Alarm]:
-        change = self.clock_change()
-        if change.is_suspension:
-            yield suspended(change)
-        self._chambers()
-        yield from self._axes()
+        yield from self._suspension()
+        yield from self._chambers()
+        for name in self._rest_deg:
+            yield from self._axis(name)
         yield from self._disk(free_bytes, needed_bytes)
         yield from self._bands_kept(announce)
         yield from self._rejected()
         yield from self._lines()
 
-    def _chambers(self) -> None:
+    def _chambers(self) -> Iterator[Alarm]:
         """Tell what a chamber had to be told twice, and the alarms that it tells, when they change."""
         now_s = self._rig.clock.monotonic_s()
         asks_alarms = now_s >= self._alarms_read_s + ALARMS_EVERY_S
@@ -123,6 +150,7 @@ class Watch:
                     self._record(CHAMBER, {"environment": name, "told": sentence})
             if asks_alarms and isinstance(chamber, TellsAlarms) and name not in self._mute:
                 self._ask_alarms(name, chamber)
+        yield from ()
 
     def _ask_alarms(self, name: str, chamber: TellsAlarms) -> None:
         """Tell alarms that came or went. A chamber that has no answer is told, and asked no more: it ends no run."""
@@ -140,18 +168,28 @@ class Watch:
         self._record(CHAMBER, {"environment": name, "told": sentence})
         self._tell(CHAMBER, sentence)
 
-    def _axes(self) -> Iterator[Alarm]:
+    def _suspension(self) -> Iterator[Alarm]:
+        change = self.clock_change()
+        if change.is_suspension:
+            yield suspended(change)
+
+    def _axis(self, name: str) -> Iterator[Alarm]:
         """Yield what an axis tells twice: a digit that the line turned over is no motion. Told once, it is recorded."""
-        for name, rest_deg in self._rest_deg.items():
-            axis = self._rig.axes[name]
-            first = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
-            if first is None:
-                continue
-            alarm = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
-            if alarm is None:
-                self._record("unconfirmed", {"axis": name, "told": first.reason})
-            else:
-                yield alarm
+        axis, rest_deg = self._rig.axes[name], self._rest_deg.get(name)
+        first = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
+        if first is None:
+            return
+        alarm = _axis_alarm(name, axis.state(), rest_deg, axis.arrival_tolerance_deg)
+        if alarm is None:
+            self._record("unconfirmed", {"axis": name, "told": first.reason})
+        else:
+            yield alarm
+
+    def _idle_axis(self, name: str) -> Iterator[Alarm]:
+        """Look at an axis that this run brings nowhere: none may move, and nothing else is asked of it."""
+        with suppress(*LOST):
+            self._rig.axes[name].state()
+        yield from ()
 
     def _disk(self, free_bytes: float, needed_bytes: float) -> Iterator[Alarm]:
         needed_bytes += self._run_limits.min_free_mb * MB
@@ -161,22 +199,38 @@ class Watch:
                 "disk", f"disk: {room} (rig file: interlocks.min_free_mb); it goes on when there is room", "hold"
             )
 
+    def _locks(self) -> Iterator[tuple[Interlock, Callable[[], float]]]:
+        """Yield every interlock with what reads it."""
+        for name, lock in self._run_limits.temperatures:
+            yield lock, self._rig.environments[name].temperature_degc
+        for channel, lock in self._run_limits.voltages:
+            yield lock, partial(self._single_reading_v, channel)
+
     def _bands_kept(self, announce: Callable[[], None]) -> Iterator[Alarm]:
-        locks = [lock for _, lock in (*self._run_limits.temperatures, *self._run_limits.voltages)]
+        locks = list(self._locks())
         if not locks:
             return
         announce()
-        for name, lock in self._run_limits.temperatures:
-            yield from self._band(lock, lambda name=name: self._rig.environments[name].temperature_degc())  # type: ignore[misc]
-        for channel, lock in self._run_limits.voltages:
-            yield from self._band(lock, lambda channel=channel: self._single_reading_v(channel))  # type: ignore[misc]
+        for lock, read in locks:
+            yield from self._band(lock, read)
+
+    def _band_at_rest(
+        self, lock: Interlock, read: Callable[[], float], announce: Callable[[], None]
+    ) -> Iterator[Alarm]:
+        seen, read_s = self._bands.get(lock.name, Watched()), self._read_s.get(lock.name)
+        is_kept = seen.outside_since_s is None and not seen.is_alarmed
+        is_early = read_s is not None and self._rig.clock.monotonic_s() - read_s < VOLTAGE_S
+        if lock.unit == "V" and is_kept and is_early:
+            return
+        announce()
+        yield from self._band(lock, read)
 
     def _band(self, lock: Interlock, read: Callable[[], float]) -> Iterator[Alarm]:
         brought = self._brought.pop(lock.name, None)
         value = read() if brought is None else brought
         now_s, before = self._rig.clock.monotonic_s(), self._bands.get(lock.name, Watched())
         seen = look_at(lock, before, value, now_s)
-        self._bands[lock.name] = seen
+        self._bands[lock.name], self._read_s[lock.name] = seen, now_s
         if seen.is_alarmed:
             alarms = alarm_clause(self._rig.environments.get(lock.name.removeprefix("environment.")))
             yield Alarm("interlock", f"{lock.sentence(value)}{alarms}", lock.action, seen.kept_until_s)
@@ -222,15 +276,13 @@ def suspended(change: ClockChange) -> Alarm:
     return Alarm("suspend", f"the machine was suspended for {change.suspended_s:.0f} s", "restart")
 
 
-def lost_link(error: Exception) -> Alarm:
-    return Alarm(LINK, f"link lost: {error}", "restart")
-
-
-def _axis_alarm(name: str, state: AxisState, rest_deg: float, tolerance_deg: float) -> Alarm | None:
+def _axis_alarm(name: str, state: AxisState, rest_deg: float | None, tolerance_deg: float) -> Alarm | None:
     if state.fault:
         return Alarm("device", f"{name}: {state.fault} while it should rest; clear it at the machine", "trip")
     if not state.is_homed:
         return Alarm("home", f"{name}: the axis has lost its home, so its position is not known", "restart")
+    if rest_deg is None:  # its dwell was rejected, maybe for where it stood: the next attempt approaches anew
+        return None
     if state.is_moving or abs(state.position_deg - rest_deg) > 2.0 * tolerance_deg:
         what = "moves" if state.is_moving else "was moved"
         return Alarm(

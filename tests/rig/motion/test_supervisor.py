@@ -199,6 +199,29 @@ def test_an_axis_that_somebody_moves_while_another_is_sent_stops_both() -> None:
     assert bench.world.axes["roll"].table_deg(bench.clock.monotonic_s()) < 15.0
 
 
+def test_an_axis_that_somebody_moves_while_the_operator_sets_another_is_stopped() -> None:
+    """The operator takes a quarter of an hour; the table beside him is moved in its second minute."""
+    by_hand, table = motion_bench("manual"), motion_bench("indexing-table")
+    table.home_all()
+    by_hand.clock.sleep(table.clock.monotonic_s() - by_hand.clock.monotonic_s())
+    supervisor = Supervisor(by_hand.clock)
+    pitch, roll = supervisor.supervise(by_hand.pitch), supervisor.supervise(table.axes["roll"])
+    home_and_arrive(pitch, by_hand.clock, by_hand.clock.sleep)
+    roll.state()
+    by_hand.world.axes["pitch"].speed_dps = 0.1
+    began_s = by_hand.clock.monotonic_s()
+
+    def wait(duration_s: float) -> None:
+        by_hand.clock.sleep(duration_s)
+        table.clock.sleep(duration_s)
+        if 100.0 < by_hand.clock.monotonic_s() - began_s < 101.0:
+            table.axes["roll"].start_move(90.0)  # past the supervisor, as another program would
+
+    with pytest.raises(MotionBreach, match="roll: moves, though nothing told it to"):
+        move_and_arrive(pitch, 90.0, by_hand.clock, wait)
+    assert by_hand.clock.monotonic_s() - began_s < 105.0
+
+
 class FallsSilent:
     """Faults of a line on which nothing is answered from the first question on that has ``mark``, after ``since_s``."""
 

@@ -128,7 +128,7 @@ def test_fault_65_stuck_air_stays_held_until_stop(tmp_path: Path) -> None:
 
 
 def test_fault_65_a_plateau_that_is_lost_is_waited_for_and_soaked_anew(tmp_path: Path) -> None:
-    """Detected: band at every look, before and after every dwell, with hysteresis and delay.
+    """Detected: band at every look, around every dwell and where the run stands still, with hysteresis and delay.
     Response: held, goes on by itself; dwells since the band was last kept are taken back; a plateau is soaked anew.
     """
     plateau = "[environment]\nplateaus_degc = [30.0]\nsoak_s = 300.0\nband_degc = 1.0\n[check]"

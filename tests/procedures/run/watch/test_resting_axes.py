@@ -36,8 +36,8 @@ class Touched(FaultyRig):
 
 
 def test_fault_52_an_axis_that_moves_though_nothing_told_it_to_trips(small: Bench, tmp_path: Path) -> None:
-    """Detected: every look at an axis that should rest, inside dwells, between them and while another axis moves; a
-    jog finds the rig locked.
+    """Detected: every look at an axis that should rest, inside dwells, between them, while another axis moves, and
+    every second of a pause, a hold or a soak; a jog finds the rig locked.
     Response: trip; what was measured is safe, the position is not trusted before the next home.
     """
     unattended = UnattendedRun(tmp_path / "run")
