@@ -154,7 +154,7 @@ class AidedAngles:
             self._filter = self._started(*self._directions(readings))
         assert self._clock.interval_s is not None
         resting = self.rest.take(outputs_v, self._clock.interval_s)
-        found = nothing(ANSWERS)
+        found = None
         if resting:
             found = self._rows({name: values[:resting] for name, values in readings.items()}, steps[:resting], None)
             if self.rest.zero is not None:
@@ -162,7 +162,9 @@ class AidedAngles:
         if resting < rows:
             moving = {name: values[resting:] for name, values in readings.items()}
             rates = self.gyros.rates_above(outputs_v[:, resting:] - self._offset_v[:, None])
-            found = joined(found, self._rows(moving, steps[resting:], rates))
+            turning = self._rows(moving, steps[resting:], rates)
+            found = turning if found is None else joined(found, turning)
+        assert found is not None
         return with_temperature_codes(found, readings)
 
     def _rows(self, readings: Mapping[str, FloatArray], steps: IntArray, rates: FloatArray | None) -> Answer:

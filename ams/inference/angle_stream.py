@@ -38,7 +38,7 @@ class Answer:
 def joined(first: Answer, second: Answer) -> Answer:
     """Return two answers as one."""
     columns = {name: np.concatenate([values, second.columns[name]]) for name, values in first.columns.items()}
-    return Answer(columns, np.concatenate([first.codes, second.codes]), {**first.reasons, **second.reasons})
+    return Answer(columns, np.concatenate([first.codes, second.codes]), first.reasons)
 
 
 class AngleStream(Protocol):

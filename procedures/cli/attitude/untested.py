@@ -71,6 +71,11 @@ def assumed_of_gyros(angles: GyroAngles) -> tuple[str, ...]:
             f"{name}: the Earth's turn, up to 15° an hour, is left in the angles and is in no standard deviation; "
             "--latitude-deg and --heading-deg take it off"
         )
+    if not motion.rest_s and not angles.package.counts_shift:
+        said.append(
+            f"{name}: the zeros are taken as those of the calibration: what they have gone since is in no standard "
+            "deviation; --rest-s measures them"
+        )
     if motion.interpolation != "cubic":
         said.append(f"{name}: --interpolation {motion.interpolation}: what it makes wrong is in no standard deviation")
     return tuple(said)

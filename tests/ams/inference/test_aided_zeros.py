@@ -124,6 +124,23 @@ def test_the_earth_is_taken_off_where_latitude_and_heading_are_stated() -> None:
     assert widest_deg < 0.12  # the Earth turns by 0.3° about the vertical meanwhile
 
 
+@pytest.mark.parametrize("earth", [(45.0, 30.0), (-70.0, 200.0), (0.0, 300.0)], ids=str)
+@pytest.mark.parametrize("rest_s", [0.0, 10.0])
+def test_the_earth_that_is_not_taken_off_is_in_the_standard_deviations(
+    earth: tuple[float, float], rest_s: float
+) -> None:
+    """Zeros that are known otherwise, as stated or by a rest: the share of an axis changes as the package turns."""
+    motion, zero_sd_dps = (replace(STARTED, rest_s=rest_s), None) if rest_s else (STARTED, 1e-4)
+    inside: dict[str, list[np.ndarray]] = {name: [] for name in NAMES}
+    for seed in range(6):
+        scene = Scene(seed, 100.0, earth=earth, rest_s=rest_s + 0.5 if rest_s else 0.0)
+        found = aided(motion, zero_sd_dps).answer(scene.readings)
+        for name in NAMES:
+            inside[name].append(scene.within_two_sd(found, name))
+    for name in NAMES:
+        assert np.mean(inside[name]) >= 0.93, name
+
+
 @pytest.mark.parametrize("is_told", [True, False])
 def test_a_rest_measures_zeros_with_the_earth_and_without(is_told: bool) -> None:
     motion = replace(STARTED, rest_s=15.0, earth=EarthRate(45.0, 30.0) if is_told else None)
