@@ -110,13 +110,21 @@ def rate_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> 
     )
 
 
-def temperature_remarks(rows: Observations) -> tuple[str, ...]:
-    """Say of readings without a temperature that nothing is known of the sensor at any other than theirs."""
+def temperature_remarks(rows: Observations, use_degc: tuple[float, float] | None = None) -> tuple[str, ...]:
+    """Say of readings without a temperature that nothing is known of the sensor at any other than theirs.
+
+    ``use_degc``: the range of use where it is declared.
+    """
     if rows.temperature_degc is not None:
         return ()
+    flagged = (
+        "no use at another is flagged"
+        if use_degc is None
+        else f"use is flagged outside {use_degc[0]:g} to {use_degc[1]:g} °C, which is declared and not measured"
+    )
     return (
-        f"{NO_TEMPERATURE}: what the sensor reads otherwise at another temperature is not in the uncertainty, and no "
-        "use at another is flagged; one that went with the attitude, as in layered air, passes for sensitivity and "
+        f"{NO_TEMPERATURE}: what the sensor reads otherwise at another temperature is not in the uncertainty, and "
+        f"{flagged}; one that went with the attitude, as in layered air, passes for sensitivity and "
         "for terms of second order; in a file it is the column temperature_degc, in a rig file temperature of the "
         "sensor",
     )

@@ -101,7 +101,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *solved.remarks,
         *_remarks(item.plan.solve, item.dwells),
         *undeclared.remarks,
-        *temperature_remarks(observations),
+        *temperature_remarks(observations, item.sensor.use_temperature_degc),
         *(said.text for said in thermometer_remarks(item.rig, [item.sensor], request.temperature)),
         *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
         *gravity_on_gyros_remarks(request.shared_errors, senses_rates=model is not None and model.needs_rates),
@@ -111,7 +111,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *solved.warnings,
         *(level_warnings(item.rig) if is_levelled else ()),
         *gravity_warnings(item.rig, item.sensor),
-        *use_warnings(item.sensor, calibrated_degc(item.plan.solve, observations)),
+        *_of_use(item, observations),
     )
     priors = joint_priors_in_words(solve.joint_priors_arcsec.items())
     budgets = budgets_of(solved, request, item.rig, priors_in_words=priors)
@@ -120,6 +120,11 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     reference = reference_of(item.rig, solve, request.shared_errors)
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets, reference=reference)
     return with_run_findings(sensor, undeclared.findings)
+
+
+def _of_use(item: SensorRows, observations: Observations) -> tuple[str, ...]:
+    degc, is_recorded = calibrated_degc(item.plan.solve, observations), observations.temperature_degc is not None
+    return use_warnings(item.sensor, degc, is_recorded=is_recorded)
 
 
 def checked_by_monte_carlo(

@@ -86,7 +86,7 @@ def fitted(
         *solved.remarks,
         *rate_remarks(request),
         *undeclared.remarks,
-        *temperature_remarks(observations),
+        *temperature_remarks(observations, None if rig is None else use_degc_of(sensor_of(rig, name))),
         *(said.text for said in of_thermometer),
     )
     calibration = replace(solved, warnings=warnings, remarks=remarks)
@@ -103,8 +103,10 @@ def _at_use(
     As a run has it: where its temperature was recorded and is not modelled.
     """
     measured = observations.temperature_degc
-    if sensor is None or measured is None or request.temperature != "none":
+    if sensor is None or request.temperature != "none":
         return request, ()
+    if measured is None:
+        return request, use_warnings(sensor, None, is_recorded=False)
     calibrated_degc = float(measured.mean())
     errors = tuple(use_errors(sensor, calibrated_degc))
     shared = {axis: (*others, *errors) for axis, others in request.shared_errors.items()}
@@ -200,6 +202,11 @@ def errors_of_file(rig: RigDescription, name: str | None) -> dict[str, tuple[Sha
     """Return what the rig file declares of the readings of a file; the sensor as :func:`sensor_of` takes it."""
     sensor = sensor_of(rig, name)
     return shared_errors(rig, sensor, None if sensor is None else environment_of(rig, sensor))
+
+
+def use_degc_of(sensor: Sensor | None) -> tuple[float, float] | None:
+    """Return the declared range of use; None where none is, or no sensor is known."""
+    return None if sensor is None else sensor.use_temperature_degc
 
 
 def sensor_of(rig: RigDescription, name: str | None) -> Sensor | None:

@@ -14,6 +14,7 @@ from ams.calibration.mountings import calibrate_mountings
 from ams.calibration_result import AxisCalibration
 from ams.findings import significant_texts
 from procedures.description.procedure_file import Solve
+from procedures.plan.channels import temperature_source
 from procedures.solution.expected import Believed, PlannedRows, assumed_degc, at_use, planned_observations
 from procedures.solution.request import calibrated_degc, request_of
 from procedures.solution.type_b import use_warnings
@@ -41,7 +42,8 @@ def foreseen_warnings(
     }
     observations = replace(plain, outputs=outputs)
     solved = calibrate_mountings(observations, request_of(serial, rig, sensor, solve, observations))
-    used = use_warnings(sensor, calibrated_degc(solve, observations))
+    is_recorded = temperature_source(rig, sensor) is not None
+    used = use_warnings(sensor, calibrated_degc(solve, observations), is_recorded=is_recorded)
     return tuple(dict.fromkeys([*solved.warnings, *_of_axes(solved.axes), *used]))
 
 

@@ -80,7 +80,7 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         rates=rate_remarks(item.rig, item.sensor, item.plan.axes),
         gravity=gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
     )
-    remarks = (*remarks, *undeclared.remarks, *temperature_remarks(observations))
+    remarks = (*remarks, *undeclared.remarks, *temperature_remarks(observations, item.sensor.use_temperature_degc))
     calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
     return with_run_findings(solved_sensor, [*_field_findings(item, lines), *undeclared.findings])

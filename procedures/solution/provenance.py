@@ -90,9 +90,9 @@ def _chained(sensor: Sensor, rig: RigDescription) -> list[str]:
 
 def _temperature_range(sensor: Sensor, measured_degc: FloatArray | None) -> tuple[float, float] | None:
     """Return where the set is valid: the range of use that is declared, else the span measured; None without either."""
-    if measured_degc is None:
-        return None
-    return sensor.use_temperature_degc or _range(measured_degc)
+    if sensor.use_temperature_degc is not None:
+        return sensor.use_temperature_degc
+    return None if measured_degc is None else _range(measured_degc)
 
 
 def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]:

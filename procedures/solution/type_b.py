@@ -19,6 +19,7 @@ from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertai
 from ams.sets.verdict_conditions import NO_LEVEL
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
+from procedures.records.declared_gaps import NO_TEMPERATURE
 from procedures.solution.earth_turn import earth_errors
 from rig.description.device_settings import AxisSettings
 from rig.description.index_table import IndexTable
@@ -354,9 +355,19 @@ def _shift(sensor: Sensor) -> Iterator[SharedError]:
         yield SharedError(SHIFTS_WITHIN[1], "gain-course", u, stated=stated, is_of_one_channel=True)
 
 
-def use_warnings(sensor: Sensor, calibrated_degc: float | None) -> tuple[str, ...]:
-    """Say that the range of use is not in the uncertainties, where neither a model nor a data sheet has its effect."""
+def use_warnings(sensor: Sensor, calibrated_degc: float | None, *, is_recorded: bool = True) -> tuple[str, ...]:
+    """Say that the range of use is not in the uncertainties, where neither a model nor a data sheet has its effect.
+
+    ``is_recorded``: whether a temperature was, or will be, recorded with the readings; nothing is counted without.
+    """
     used = sensor.use_temperature_degc
+    if used is not None and not is_recorded:
+        return (
+            f"the sensor is to be used at {used[0]:g} to {used[1]:g} °C, as declared, and {NO_TEMPERATURE}: how far "
+            "that is from the calibration's is not known, and what it does, whatever limits are declared, is not in "
+            "these uncertainties; record it: temperature of the sensor in the rig file, or the column temperature_degc "
+            "of a file",
+        )
     is_known = sensor.largest_offset_tc_v_per_degc > 0.0 or sensor.largest_sensitivity_tc_per_degc > 0.0
     if used is None or calibrated_degc is None or is_known:
         return ()

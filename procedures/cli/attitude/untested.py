@@ -14,6 +14,8 @@ from ams.inference.aided_rates import UNSTATED_ZERO_SD_DPS, AidedAngles
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import GyroAngles
+from ams.sets.canonical import listed
+from procedures.records.declared_gaps import NO_TEMPERATURE
 
 SD_OF_A_READING: Final = (
     "standard deviations count the noise of one reading, as the calibration saw it: how much less an average or a "
@@ -53,6 +55,19 @@ def untested_temperature(packages: Sequence[Package | GyroPackage]) -> Iterator[
             f"{', '.join(names)}: no temperature was recorded in the calibration: what the sensor reads otherwise at "
             "another one is in no angle, no standard deviation and no flag"
         )
+    for name in dict.fromkeys(used.coefficients.sensor for used in packages if _is_declared_alone(used)):
+        yield (
+            f"{name}: no temperature was recorded in the calibration, its range of use is declared: rows "
+            "outside it are flagged where temperature_degc tells theirs; what the sensor reads otherwise inside it is "
+            "in no angle and no standard deviation"
+        )
+
+
+def _is_declared_alone(used: Package | GyroPackage) -> bool:
+    """Return whether a set is valid over temperatures that were declared, and none was recorded."""
+    remarks = listed(used.coefficients.document.get("remarks", []))
+    is_recorded = not any(str(remark).startswith(NO_TEMPERATURE) for remark in remarks)
+    return used.coefficients.validity.temperature_degc is not None and not is_recorded
 
 
 def assumed_of_gyros(angles: GyroAngles) -> tuple[str, ...]:

@@ -130,7 +130,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         yaw_range_deg=_yaw_range(rows, calibration),
         rate_range_dps=rates,
         level_ranges=level_ranges(calibration),
-        temperature_range_degc=degc and (wish.use_degc or degc),
+        temperature_range_degc=wish.use_degc or degc,
         created_utc=wish.measured_utc or datetime.now(UTC),
         software_version=version("calrig"),
         rig=wish.rig,

@@ -18,7 +18,7 @@ from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import gravity_remarks, meter_remarks, temperature_remarks
 from procedures.solution.declared_temperature import temperature_warnings
-from procedures.solution.fitted import sensor_of, sensor_warnings
+from procedures.solution.fitted import sensor_of, sensor_warnings, use_degc_of
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
@@ -73,7 +73,7 @@ def joint(
         meter_remarks(rig, measured),
         gravity=gravity_remarks(rig, senses_gravity=True),
     )
-    remarks = (*undeclared.remarks, *temperature_remarks(mountings[0].observations))
+    remarks = (*undeclared.remarks, *temperature_remarks(mountings[0].observations, use_degc_of(measured)))
     calibration = joint_calibration(found, diagnosis, of_rig, remarks)
     budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))
     solved = with_findings(calibration, undeclared.findings)

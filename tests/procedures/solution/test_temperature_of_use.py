@@ -36,6 +36,8 @@ def test_a_range_without_a_model_or_a_limit_is_said(tmp_path) -> None:
     sensor = _rig(tmp_path, use_temperature_degc="[15.0, 30.0]").sensors["SN1047"]
     assert "15 to 30 °C" in use_warnings(sensor, 22.0)[0]
     assert use_warnings(sensor, None) == ()
+    (said,) = use_warnings(sensor, None, is_recorded=False)
+    assert said.startswith("the sensor is to be used at 15 to 30 °C, as declared, and no temperature was recorded")
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,8 @@ from example_files import EXAMPLE_RIG
 
 from ams.exports.formats import load_set
 from ams.frames import specific_force
+from ams.inference.inference import Inference, Package
+from procedures.cli.attitude.untested import untested_temperature
 from procedures.cli.main import run_command
 
 PLATEAUS_DEGC = (10.0, 25.0, 40.0, 40.0, 25.0, 10.0)
@@ -102,6 +104,25 @@ def test_the_set_of_a_file_is_valid_where_the_sensor_is_used(tmp_path: Path) -> 
     line = ["fit", csv, "--axis", "x=sx_v", "--rig", rig, "--sensor", "SN1047", "--set", stored]
     assert run_command([str(word) for word in line]) == 0
     assert load_set(stored).validity.temperature_degc == USED_DEGC
+
+
+def test_where_none_was_recorded_the_declared_range_is_the_validity_and_both_is_said(tmp_path: Path) -> None:
+    """The key had no effect there: a row at 60 °C was answered without a flag."""
+    csv, stored = tmp_path / "obs.csv", tmp_path / "set.json"
+    _readings().drop(columns="temperature_degc").to_csv(csv, index=False)
+    rig = _used(tmp_path, f"largest_offset_tc_v_per_degc = {OFFSET_LIMIT}\n")
+    line = ["fit", csv, "--axis", "x=sx_v", "--rig", rig, "--sensor", "SN1047", "--set", stored]
+    assert run_command([str(word) for word in line]) == 0
+    coefficients = load_set(stored)
+    assert coefficients.validity.temperature_degc == USED_DEGC
+    warnings, remarks = (" ".join(coefficients.document[name]) for name in ("warnings", "remarks"))
+    assert "used at 10 to 30 °C, as declared, and no temperature was recorded with the readings" in warnings
+    assert "use is flagged outside 10 to 30 °C, which is declared and not measured" in remarks
+    rows = {"x_v": np.full(3, 0.1), "roll_deg": np.zeros(3), "temperature_degc": np.array([20.0, 29.0, 60.0])}
+    found = Inference(Package(coefficients, {"x": "x_v"}), reading_sd_v=1e-4).answer(rows)
+    assert found.flags == ("", "", "temperature outside the validity of the set")
+    (said,) = untested_temperature([Package(coefficients, {"x": "x_v"})])
+    assert "no temperature was recorded in the calibration, its range of use is declared" in said
 
 
 def test_without_terms_of_temperature_nothing_is_said_of_the_thermometer(tmp_path: Path) -> None:
