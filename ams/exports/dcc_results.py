@@ -65,7 +65,7 @@ def _equipment(row: Equipment) -> Element:
     said = [f"used for: {row.used_for}"] if row.used_for else []
     said += [f"{key}: {value}" for key, value in (("certificate", row.certificate), ("due", row.due)) if value]
     said += [f"uncertainty: {json.dumps(row.uncertainty)}"] if row.uncertainty else []
-    said += [] if row.is_standard else ["no certificate of its uncertainty is declared"]
+    said += [] if row.certificate else ["no certificate of its uncertainty is declared"]
     described = [content("dcc:description", *said)] if said else []
     known = [identification("manufacturer", row.serial, "serial number")] if row.serial else []
     identifications = [Element("dcc:identifications", known)] if known else []

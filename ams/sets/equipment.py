@@ -36,16 +36,19 @@ class Equipment:
     certificate: str | None
     due: str | None
     is_standard: bool = True
-    """Whether a certificate stands behind it."""
+    """Whether an uncertainty is declared of it."""
     uncertainty: Document | None = None
 
 
 def equipment_of(coefficients: CoefficientSet) -> list[Equipment]:
-    """Return the standards that a set names, then what was read without one, then local gravity where it counts."""
+    """Return the standards that a set names, then what was read without one: thermometers, level, local gravity."""
     standards = [table(standard) for standard in listed(coefficients.provenance["standards"])]
     rows = [_of_standard(standard) for standard in standards]
     pointed = {str(text) for standard in standards for text in listed(standard.get("used_for", []))}
     rows += _thermometers_without(coefficients, pointed)
+    level = coefficients.provenance.get("level")
+    if level is not None and table(level).get("instrument"):
+        rows.append(Equipment(str(table(level)["instrument"]), "level of the base", None, None, None))
     gravity = coefficients.gravity
     if coefficients.senses_gravity:
         is_known = gravity.standard_uncertainty_mps2 > 0.0

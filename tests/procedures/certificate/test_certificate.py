@@ -282,6 +282,25 @@ def test_every_equipment_stands_with_what_it_was_used_for_and_a_thermometer_with
     assert "The results are traceable" not in _text(without)
 
 
+def test_what_is_in_the_uncertainty_without_a_certificate_is_not_called_traceable() -> None:
+    """Gravity that is only said to be known, and a level that only has a name, are what somebody says."""
+    table = replace(STANDARD, used_for=("axes.pitch", "axes.roll"))
+    standards = (table, replace(METER, used_for=("readouts.dmm",)))
+    probe = Standard("probe", "T-9", "C-2025-30", date(2027, 2, 1), {"uncertainty_degc": 0.1}, ("environment.air",))
+    level = {"instrument": "Talyvel 6, L-12", "uncertainty_arcsec": 0.5}
+    whole = "The results are traceable to the International System of Units through the certificates named."
+    assert whole in _text(_grounds(coefficients=_set(standards=(*standards, probe))))
+    for changed, named in (
+        ({"gravity_source": ""}, "Of local gravity (unit of acceleration) no certificate is named"),
+        ({"level": level}, "Of Talyvel 6, L-12 (level of the base) no certificate is named"),
+    ):
+        grounds = _grounds(coefficients=_set(standards=(*standards, probe), **changed))
+        text = _text(grounds)
+        assert f"{named}: what rests on it is not shown to be traceable." in text
+        assert whole not in text
+        assert "no certificate of its uncertainty is declared" in _words_of_dcc(grounds)
+
+
 def _words_of_dcc(grounds: Grounds) -> str:
     return " ".join(unescape(re.sub(r"<[^>]+>", " ", to_dcc(grounds.coefficients).decode("utf-8"))).split())
 
