@@ -30,6 +30,14 @@ def messages_in(folder: Path) -> Iterator[tuple[str, str]]:
                     yield path.name, message
 
 
+def texts_in(folder: Path) -> Iterator[str]:
+    """Every literal or formatted text in the files under ``folder``."""
+    for path in sorted(folder.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.expr) and (text := _text(node)):
+                yield text
+
+
 def _text(node: ast.expr) -> str:
     """Of a literal or formatted text; empty for anything else."""
     if isinstance(node, ast.Constant):
