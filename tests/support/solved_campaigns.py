@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 from physics_scenes import Campaign, GyroRates
 
 from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.calibration.packages import calibrate_packages
+from ams.findings import Finding
 from ams.frames import AXES, Attitude, euler_rates_rad_s
+from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import IndexErrors, Shape, TableUncertainty
 from ams.models.accelerometer import PitchRoll
@@ -93,6 +96,17 @@ def rows_of_package(campaign: Campaign, index: int = 0, sensor: int = 0) -> Obse
     temperature = campaign.grid(campaign.temperature_degc).reshape(campaign.campaigns, -1)[index]
     outputs = {axis: columns_of(campaign, axis, sensor)[:, index] for axis in campaign.setup.axes}
     return replace(rows_of(campaign), temperature_degc=temperature, outputs=outputs)
+
+
+def findings_of_lone_x(drawn: Campaign, count: int) -> list[list[Finding]]:
+    """The significant findings of x, seen alone, of each of the first campaigns."""
+    found = []
+    for campaign in range(count):
+        rows = rows_of_package(drawn, campaign)
+        seen = replace(rows, outputs={"x": rows.outputs["x"]})
+        axis = calibrate_packages({"p": seen}, CalibrationRequest())["p"].axes["x"]
+        found.append([finding for finding in axis.findings if finding.is_significant])
+    return found
 
 
 def solved(

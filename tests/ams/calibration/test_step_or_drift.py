@@ -3,34 +3,22 @@
 Campaigns are those of the laboratory of ``physics_scenes``; a truth that is a step is named in a kind or in words.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from physics_scenes import campaigns
-from solved_campaigns import rows_of_package
+from solved_campaigns import findings_of_lone_x
 
 from ams.analysis.diagnostics.beliefs import OVER_TIME, STEP, AxisTests, BeliefTest
-from ams.calibration.packages import calibrate_packages
 from ams.calibration.steps_of_output import StepsOfOutput, UndecidedStep
 from ams.findings import Finding
-from ams.inputs.request import CalibrationRequest
 
 COUNT = 24
 STEPS = {"meter-offset", "meter-gain", "sensor-change", "table-rotation"}
 AS_WELL = "explains it as well"
 
 
-def told_of_x(scene: str, size: float, **design: object) -> list[list[Finding]]:
-    """Return the significant findings of x, seen alone, of each campaign."""
-    drawn = campaigns(scene, size, np.random.default_rng(20), COUNT, **design)
-    found = []
-    for place in range(COUNT):
-        rows = rows_of_package(drawn, place)
-        seen = replace(rows, outputs={"x": rows.outputs["x"]})
-        axis = calibrate_packages({"p": seen}, CalibrationRequest())["p"].axes["x"]
-        found.append([finding for finding in axis.findings if finding.is_significant])
-    return found
+def findings_in(scene: str, size: float, **design: object) -> list[list[Finding]]:
+    return findings_of_lone_x(campaigns(scene, size, np.random.default_rng(20), COUNT, **design), COUNT)
 
 
 def kinds(findings: list[Finding]) -> set[str]:
@@ -39,7 +27,7 @@ def kinds(findings: list[Finding]) -> set[str]:
 
 @pytest.mark.parametrize(("scene", "size"), [("drift-warm-up", 2.0), ("temperature-self-heating", 1.0)])
 def test_a_drift_that_has_just_been_seen_is_no_step_of_meter_or_sensor(scene: str, size: float) -> None:
-    found = told_of_x(scene, size)
+    found = findings_in(scene, size)
     assert (
         sum(bool(kinds(findings) & STEPS) for findings in found) <= COUNT // 8
     )  # of any likeliest step one in two is told
@@ -48,7 +36,7 @@ def test_a_drift_that_has_just_been_seen_is_no_step_of_meter_or_sensor(scene: st
 
 def test_a_step_is_told_or_named_beside_the_drift_that_explains_it_as_well() -> None:
     """A step of 0.6 standard deviations of a dwell, at any dwell but those at the ends."""
-    found = told_of_x("drift-step", 1.0)
+    found = findings_in("drift-step", 1.0)
     as_step = [bool(kinds(findings) & STEPS) for findings in found]
     named = [
         any("a step of the offset between" in said.text and AS_WELL in said.text for said in each) for each in found
@@ -59,7 +47,7 @@ def test_a_step_is_told_or_named_beside_the_drift_that_explains_it_as_well() -> 
 
 def test_a_turn_that_drift_does_not_explain_stays_a_turn() -> None:
     alone = {"sensors": 1, "reference_every": 0, "check_set": False}
-    found = told_of_x("slip-pitch", 2.0, **alone)
+    found = findings_in("slip-pitch", 2.0, **alone)
     assert sum("table-rotation" in kinds(findings) for findings in found) >= COUNT - 1
 
 

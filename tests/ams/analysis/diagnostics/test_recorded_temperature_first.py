@@ -4,28 +4,13 @@ The room swings once in every replication, and one axis alone, that senses pitch
 what the temperature does has nearly the form of a memory of ten dwells, or of a bend.
 """
 
-from dataclasses import replace
-
 import numpy as np
-from physics_scenes import Campaign, campaigns, mixed
-from solved_campaigns import rows_of_package
+from physics_scenes import campaigns, mixed
+from solved_campaigns import findings_of_lone_x
 
-from ams.calibration.packages import calibrate_packages
 from ams.findings import Finding
-from ams.inputs.request import CalibrationRequest
 
 COUNT = 30
-
-
-def told_of_x(drawn: Campaign) -> list[list[Finding]]:
-    """Return the significant findings of x, seen alone, of each campaign."""
-    found = []
-    for place in range(COUNT):
-        rows = rows_of_package(drawn, place)
-        seen = replace(rows, outputs={"x": rows.outputs["x"]})
-        axis = calibrate_packages({"p": seen}, CalibrationRequest())["p"].axes["x"]
-        found.append([finding for finding in axis.findings if finding.is_significant])
-    return found
 
 
 def by_point(findings: list[Finding]) -> list[Finding]:
@@ -33,14 +18,16 @@ def by_point(findings: list[Finding]) -> list[Finding]:
 
 
 def test_a_temperature_in_step_with_the_replications_is_no_memory_and_no_bend() -> None:
-    found = told_of_x(campaigns("temperature-in-step", 0.1, np.random.default_rng(20), COUNT))
+    found = findings_of_lone_x(campaigns("temperature-in-step", 0.1, np.random.default_rng(20), COUNT), COUNT)
     imagined = [any(said.kind in ("autocorrelation", "quadratic") for said in each) for each in found]
     assert sum(imagined) <= 3  # in six of ten where the most significant column went first
     assert sum(bool(by_point(each)) for each in found) >= COUNT - 2
 
 
 def test_a_bend_that_the_temperature_explains_as_well_is_named_beside_it() -> None:
-    found = told_of_x(mixed({"k2": 10.0, "temperature-in-step": 0.02}, np.random.default_rng(20), COUNT))
+    found = findings_of_lone_x(
+        mixed({"k2": 10.0, "temperature-in-step": 0.02}, np.random.default_rng(20), COUNT), COUNT
+    )
     bends = [any("K₂" in said.text for said in each) for each in found]
     assert sum(bends) >= COUNT - 2
     either = [said.text for each in found for said in by_point(each) if "K₂ fits these points as well" in said.text]
