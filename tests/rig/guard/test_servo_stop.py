@@ -28,10 +28,15 @@ def _controller(positions: Mapping[int, int]) -> Iterator[tuple[int, str, list[b
 
     def serve() -> None:
         heard = b""
-        while not is_over.is_set():
+        while True:
             if not select.select([far], [], [], 0.02)[0]:
+                if is_over.is_set():  # only once nothing is left to be read
+                    return
                 continue
-            heard += os.read(far, 64)
+            try:
+                heard += os.read(far, 64)
+            except OSError:  # the line was closed, and all that was sent has been read
+                return
             while len(heard) >= 2:
                 if heard[0] == GET_POSITION:
                     os.write(far, encode_word(positions[heard[1]]))
