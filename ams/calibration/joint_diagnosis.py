@@ -2,9 +2,9 @@
 
 What the fit has found of the whole table and of the seat is taken out of the outputs; what it does not know of droop
 and squareness, and the index errors as their certificate has them, in the angles at which the package met them, stand
-in the covariance of the tests. So every mounting is
-a calibration like any other and is tested like one, its table's limit included; what the table's errors explain within
-their priors is no finding. The tests of all axes in all mountings are one family.
+in the covariance of the tests. So every mounting is a calibration like any other and is tested like one, its table's
+limit included; what the table's errors explain within their priors is no finding. The tests of all axes in all
+mountings are one family.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

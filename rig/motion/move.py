@@ -30,7 +30,6 @@ since a command that the line altered shows at once, and so do those at the targ
 _ALLOWANCE_S = 5.0
 _STOP_LIMIT_S = 20.0
 _STOP_AGAIN_S = 1.0
-_RAN_ON = "went on"
 _AGAIN = 2
 _BESIDE_DEG = 1.0
 """From so far away a machine without teeth approaches anew."""
@@ -229,31 +228,33 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
     One that goes on moving is told again every second: a start that was late, or came twice, undoes a stop.
     Raises: DeviceFault naming every axis that could not be stopped, still moves, or went on to where it was sent.
     """
-    failures: dict[str, str] = {}
-    threads = [Thread(target=_stop_axis, args=(axis, clock, limit_s, failures), daemon=True) for axis in axes.values()]
+    failures, ran_on = dict[str, str](), dict[str, str]()
+    threads = [
+        Thread(target=_stop_axis, args=(axis, clock, limit_s, failures, ran_on), daemon=True) for axis in axes.values()
+    ]
     for thread in threads:
         thread.start()
     for thread, name in zip(threads, axes, strict=True):
         thread.join(limit_s + _ALLOWANCE_S)
         if thread.is_alive():
             failures[name] = f"no answer within {limit_s + _ALLOWANCE_S:g} s"
-    if failures:
+    if what_failed := {**ran_on, **failures}:
         failed: dict[str, list[str]] = {}
-        for name in sorted(failures):  # axes on one line fail alike: that is told once
-            failed.setdefault(failures[name], []).append(name)
+        for name in sorted(what_failed):  # axes on one line fail alike: that is told once
+            failed.setdefault(what_failed[name], []).append(name)
         faults = "; ".join(f"{' and '.join(names)}: {failure}" for failure, names in failed.items())
-        has_all_at_rest = all(failure.startswith(_RAN_ON) for failure in failures.values())
-        what = "not every axis obeyed it" if has_all_at_rest else "not every axis is known to stand still"
+        what = "not every axis is known to stand still" if failures else "not every axis obeyed it"
         raise DeviceFault(f"stop: {what}: {faults}; use the stop button at the machine")
 
 
-def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str]) -> None:
+def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str], ran_on: dict[str, str]) -> None:
+    """``failures``: of axes that may not stand; ``ran_on``: of those that stand where they were sent all the same."""
     try:
         axis.stop()
         stands_deg = _see_standstill(axis, clock, limit_s)
         if isinstance(axis, KnowsItsWay) and (run_on_deg := axis.run_on_deg(stands_deg)):
-            failures[axis.name] = (
-                f"{_RAN_ON} for {run_on_deg:.3g}° after it was told to stop, to {stands_deg:g}°, where it was sent:"
+            ran_on[axis.name] = (
+                f"went on for {run_on_deg:.3g}° after it was told to stop, to {stands_deg:g}°, where it was sent:"
                 " stops do not reach it, or it does not obey them"
             )
     except RigError as error:

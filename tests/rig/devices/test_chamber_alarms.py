@@ -2,6 +2,7 @@
 
 import pytest
 from gpib_rig import virtual_clock
+from still_room import StillRoom
 
 from rig.devices.ascii_chamber import AsciiChamber, AsciiChamberSettings
 from rig.devices.chamber_alarms import TellsAlarms, alarm_clause
@@ -17,26 +18,11 @@ from rig.twins.watlow_f4t import WatlowF4TTwin
 from rig.wire.chamber_text import chamber_words
 
 
-class Room:
-    """At 25 °C, wherever it is sent."""
-
-    held_degc = 25.0
-
-    def read_temperature_degc(self, environment: str, now_s: float) -> float:
-        return 25.0
-
-    def setpoint_degc(self, environment: str) -> float:
-        return self.held_degc
-
-    def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
-        self.held_degc = setpoint_degc
-
-
 class TextBench:
     """A chamber that speaks lines of text, and its twin."""
 
     def __init__(self, model: str) -> None:
-        self.twin, self.faults = AsciiChamberTwin("air", Room(), model=model), FaultScript()
+        self.twin, self.faults = AsciiChamberTwin("air", StillRoom(), model=model), FaultScript()
         values = {} if model == "thermotron-8800" else {"values": "degc"}
         table = {"driver": "ascii-chamber", "port": "twin", "model": model, "pause_s": 0.01} | values
         stream = MemoryStream(self.twin, virtual_clock(), "chamber", self.faults)
@@ -91,7 +77,7 @@ def test_of_a_3800_no_question_is_known_and_none_is_asked() -> None:
 @pytest.mark.parametrize("transport", ["tcp", "rtu"])
 def test_an_f4t_is_asked_alarm_by_alarm_as_far_as_it_has_them(transport: str) -> None:
     # ECC: 1356 + 100 (n - 1); 88, 61, 12 are no alarm.
-    twin = WatlowF4TTwin("air", Room())
+    twin = WatlowF4TTwin("air", StillRoom())
     settings = WatlowF4TSettings.model_validate({"driver": "watlow-f4t", "port": "twin", "transport": transport})
     slave = ModbusSlave(twin, framing=settings.transport)
     air = connect("air", settings, MemoryStream(slave, virtual_clock(), "chamber"))

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import pytest
 from gpib_rig import virtual_clock
+from still_room import StillRoom
 
 from rig.devices import watlow_f4, watlow_f4t
 from rig.devices.ascii_chamber import AsciiChamber, AsciiChamberSettings
@@ -27,21 +28,16 @@ TEXT = [model for model in MODELS if model != "thermotron-3800"]
 """Those that are set before they are started."""
 
 
-class Room:
+class Room(StillRoom):
     """What a chamber heard: ``garbles`` set points more are heard as 80 °C, a digit turned over on the line."""
 
     def __init__(self) -> None:
-        self.held_degc, self.garbles = 25.0, 0
+        super().__init__()
+        self.garbles = 0
         self.heard: list[float] = []
 
-    def read_temperature_degc(self, environment: str, now_s: float) -> float:
-        return 25.0
-
-    def setpoint_degc(self, environment: str) -> float:
-        return self.held_degc
-
     def hold(self, environment: str, setpoint_degc: float, now_s: float) -> None:
-        self.held_degc = setpoint_degc
+        super().hold(environment, setpoint_degc, now_s)
         self.heard.append(setpoint_degc)
 
     def as_heard(self, setpoint_degc: float) -> float:
