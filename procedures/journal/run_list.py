@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from procedures.errors import ProcedureError
+from procedures.errors import ExitStatus, ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
 from procedures.journal.standing import derived_state
@@ -49,6 +49,8 @@ class ListedRun:
     """Why the journal cannot be read."""
     damaged: tuple[str, ...] = ()
     """Events and dwells that are not as they were written, by name; empty where the list does not verify."""
+    exit_status: ExitStatus = ExitStatus.DONE
+    """What ``calrig status`` of it ends with: of a journal that cannot be read, that of the refusal."""
 
     def to_document(self) -> dict[str, Any]:
         """Return the entry as it stands in ``calrig status --all --json``."""
@@ -104,7 +106,8 @@ class RunList:
                 continue  # removed meanwhile
             except OSError as error:
                 whose = ": it belongs to another account of this machine" if isinstance(error, PermissionError) else ""
-                listed.append(_unreadable(path, None, f"{error.filename}: {error.strerror}{whose}", is_alive=False))
+                trouble = f"{error.filename}: {error.strerror}{whose}"
+                listed.append(_unreadable(path, None, trouble, ExitStatus.FAILED))
                 continue
             listed.append(_as_it_stands(found[path], is_alive=is_alive))
         self._seen = {path: seen for path, seen in found.items() if seen.written is not None and self._is_settled(seen)}
@@ -142,11 +145,13 @@ def _read(path: Path, fingerprint: Fingerprint, *, verifies: bool) -> _Seen:
             written, done = reader.state(), len(reader.accepted_steps() & planned)
             damaged = reader.damage().names if verifies else ()
     except (ProcedureError, LookupError, TypeError, ValueError) as error:
-        return _Seen(fingerprint, None, _unreadable(path, fingerprint, str(error), is_alive=False))
+        answer = error.exit_status if isinstance(error, ProcedureError) else ExitStatus.WRONG_REQUEST
+        return _Seen(fingerprint, None, _unreadable(path, fingerprint, str(error), answer))
     modified_utc = _modified_utc(fingerprint)
     listed = ListedRun(
-        path, header.title, written, header.created_utc, done, len(planned), False, modified_utc, damaged=damaged
-    )
+        path, header.title, written, header.created_utc, done, len(planned), False, modified_utc, damaged=damaged,
+        exit_status=ExitStatus.WRONG_REQUEST if damaged else ExitStatus.DONE,
+    )  # fmt: skip
     return _Seen(fingerprint, written, listed)
 
 
@@ -155,9 +160,9 @@ def _as_it_stands(seen: _Seen, *, is_alive: bool) -> ListedRun:
     return replace(seen.listed, state=state, is_alive=is_alive)
 
 
-def _unreadable(path: Path, fingerprint: Fingerprint | None, trouble: str, *, is_alive: bool) -> ListedRun:
+def _unreadable(path: Path, fingerprint: Fingerprint | None, trouble: str, answer: ExitStatus) -> ListedRun:
     modified = _modified_utc(fingerprint or ())
-    return ListedRun(path, "", None, None, 0, 0, is_alive, modified, trouble)
+    return ListedRun(path, "", None, None, 0, 0, False, modified, trouble, exit_status=answer)
 
 
 def _is_owned_for_all_we_know(path: Path) -> bool:

@@ -55,8 +55,7 @@ def status(
     """Look at a run: state, dwells done, when it should end; or list all of them."""
     _refuse_beside_each_other(run, all_=all_, metrics=metrics, follow=follow, json=json)
     if all_:
-        _list(out, json=json)
-        return ExitStatus.DONE
+        return _list(out, json=json)
     if metrics:
         say(metrics_text(_figures(out)).rstrip("\n"))
         return ExitStatus.DONE
@@ -174,14 +173,17 @@ def _ask(
     say(f"{folder}: asked to {kind}; `calrig status {folder}` shows when it did")
 
 
-def _list(runs: Path, *, json: bool) -> None:
+def _list(runs: Path, *, json: bool) -> ExitStatus:
+    """Print every run; return the highest status that ``calrig status`` of any of them ends with."""
     listed = RunList(runs, verifies=True).read()
+    answer = max((run.exit_status for run in listed), default=ExitStatus.DONE)
     if json:
         print_json({"runs": [run.to_document() for run in listed]})
-        return
+        return answer
     say(f"{len(listed)} {'run' if len(listed) == 1 else 'runs'} in {runs}")
     for line in _lines(listed):
         say(line)
+    return answer
 
 
 def _figures(runs: Path) -> Iterable[RunFigures]:

@@ -55,11 +55,29 @@ def test_the_list_of_runs_and_the_metrics_say_by_which_journal_they_count(
     figure = f'calrig_run_damaged{{run="{run.name}"}}'
     assert f"{figure} 0\n" in call(capsys, "status", "--metrics", "--out", run.parent).out
     _damaged(run, DAMAGES["its sum"])
-    listed = call(capsys, "status", "--all", "--out", run.parent).out
-    assert f"by a journal that is damaged: {NAME} not as written; calrig status {run} names what is" in listed
+    listed = call(capsys, "status", "--all", "--out", run.parent)
+    assert f"by a journal that is damaged: {NAME} not as written; calrig status {run} names what is" in listed.out
     assert f"{figure} 1\n" in call(capsys, "status", "--metrics", "--out", run.parent).out
     (entry,) = call(capsys, "status", "--all", "--json", "--out", run.parent).document["runs"]
     assert entry["damaged"] == [NAME]
+
+
+@pytest.mark.parametrize("of_json", [(), ("--json",)])
+def test_the_list_of_runs_ends_with_the_highest_status_of_any_of_them(
+    of_json: tuple[str, ...], finished_job: FinishedJob, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """DESIGN 5: a file that is wrong or corrupt 2, status of a readable run 0."""
+    whole = finished_job.copied_to(tmp_path / "whole")
+    everywhere = ("status", "--all", *of_json, "--out")
+    assert call(capsys, *everywhere, whole.parent).status == 0
+    damaged = _damaged(finished_job.copied_to(tmp_path / "damaged"), DAMAGES["its sum"])
+    no_journal = finished_job.copied_to(tmp_path / "no-journal")
+    (no_journal / "journal.sqlite").write_bytes(b"no journal")
+    for run in (damaged, no_journal):
+        beside = run.rename(whole.parent / run.parent.name)
+        assert call(capsys, *everywhere, whole.parent).status == call(capsys, "status", beside).status == 2
+        beside.rename(run)
+    assert call(capsys, *everywhere, whole.parent).status == 0
 
 
 @pytest.mark.parametrize("damage", ["half a text", "no text", "no object", "its sum"])
