@@ -31,6 +31,7 @@ from ams.sets.stated_verdict import (
 )
 from ams.sets.triad_section import check_triad, triad_section
 from ams.sets.vectors import LEVEL, Validity, VectorAgreement, check_vectors, make_vectors, outputs_key
+from ams.sets.verdict_conditions import NO_TEMPERATURE
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,16 @@ class CoefficientSet:
     def senses_gravity(self) -> bool:
         """Whether coefficients are per local g: those of gyros and of fields hold at every g."""
         return any(numbers.form.unit == "g" for numbers in self.axes.values())
+
+    @property
+    def is_temperature_recorded(self) -> bool:
+        """Whether a temperature was recorded with the readings; sets of before the key tell it by remark and range."""
+        stated = self.document.get("temperature_recorded")
+        if stated is not None:
+            return bool(stated)
+        remarks = listed(self.document.get("remarks", []))
+        is_remarked = any(str(remark).startswith(NO_TEMPERATURE) for remark in remarks)
+        return self.validity.temperature_degc is not None and not is_remarked
 
     @property
     def is_simulated(self) -> bool:

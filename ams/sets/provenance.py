@@ -50,6 +50,8 @@ class Provenance:
     gravity_uncertainty_mps2: float = 0.0
     """Standard; 0: nobody declared it, and the set says none."""
     temperature_range_degc: tuple[float, float] | None = None
+    temperature_recorded: bool | None = None
+    """Whether a temperature was recorded with the readings; None: nobody said, and the set says nothing."""
     yaw_range_deg: tuple[float, float] | None = None
     """For models that know yaw."""
     rate_range_dps: tuple[float, float] | None = None
@@ -164,8 +166,10 @@ def _further_ranges(provenance: Provenance) -> Document:
 def record_sections(provenance: Provenance) -> Document:
     """Return the document's sections after the coefficients: how they came about."""
     declared = ("mount", "level", "chain", "job", "acceptance", "laboratory")
+    recorded = provenance.temperature_recorded
     return {
         "environment": plain(provenance.environment, "environment"),
+        **({} if recorded is None else {"temperature_recorded": recorded}),
         "provenance": {
             "rig": provenance.rig,
             "procedure": provenance.procedure,

@@ -25,7 +25,6 @@ from procedures.certificate.grounds import Grounds, meters_undeclared, printed_g
 from procedures.certificate.results import angle_rows, coefficients_of, is_visited_again, undetermined
 from procedures.numbers import angle
 from procedures.pages import page_style, with_whole_options
-from procedures.records.declared_gaps import has_no_temperature
 from procedures.report.page import STYLE_SHEET, report_environment
 from procedures.report.page import TEMPLATES as SHARED_TEMPLATES
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
@@ -109,7 +108,7 @@ def _conditions(coefficients: CoefficientSet) -> dict[str, str]:
         if ends is not None
     }
     use_degc = validity.get("temperature_degc")
-    how = " (declared; none was recorded with the readings)" if has_no_temperature(coefficients) else ""
+    how = " (declared; none was recorded with the readings)" if not coefficients.is_temperature_recorded else ""
     use = {} if use_degc is None else {"Valid for temperature": f"{_degc_in_words(listed(use_degc))}{how}"}
     air = {
         f"Temperature, {name}": _degc_in_words([table(condition)["min_degc"], table(condition)["max_degc"]])

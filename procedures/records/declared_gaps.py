@@ -9,15 +9,18 @@ from typing import Any
 
 from ams.findings import Said
 from ams.observations import Observations
-from ams.sets.canonical import listed
-from ams.sets.coefficients import CoefficientSet
-from ams.sets.verdict_conditions import NO_GRAVITY, NO_METER, NO_STANDARD_OF_RATES, NO_TABLE, NO_THERMOMETER
+from ams.sets.verdict_conditions import (
+    NO_GRAVITY,
+    NO_METER,
+    NO_STANDARD_OF_RATES,
+    NO_TABLE,
+    NO_TEMPERATURE,
+    NO_THERMOMETER,
+)
 from rig.description.rig_file import RigDescription, Sensor
 
 NOBODY_APPROVED = "nobody has signed the set as approved"
 OF_A_TWIN = "the readings come from a twin (SIMULATED)"
-NO_TEMPERATURE = "no temperature was recorded with the readings"
-"""How it is said of a sensor whose own temperature nobody knows."""
 VOLTS = "v"
 """As it is written in a key."""
 
@@ -130,12 +133,6 @@ def temperature_remarks(rows: Observations, use_degc: tuple[float, float] | None
         "for terms of second order; in a file it is the column temperature_degc, in a rig file temperature of the "
         "sensor",
     )
-
-
-def has_no_temperature(coefficients: CoefficientSet) -> bool:
-    """Return whether a set says that no temperature was recorded with its readings."""
-    remarks = listed(coefficients.document.get("remarks", []))
-    return any(str(remark).startswith(NO_TEMPERATURE) for remark in remarks)
 
 
 def thermometer_remarks(rig: RigDescription, sensors: Iterable[Sensor], temperature: str) -> tuple[Said, ...]:

@@ -47,6 +47,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         procedure=plan.title,
         simulated=record.is_simulated,
         temperature_range_degc=_temperature_range(sensor, temperatures),
+        temperature_recorded=temperatures is not None,
         serial=solved.name,
         sensor_model=sensor.model,
         operator=record.operator,

@@ -16,10 +16,9 @@ from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
-from ams.sets.verdict_conditions import NO_LEVEL
+from ams.sets.verdict_conditions import NO_LEVEL, NO_TEMPERATURE
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
-from procedures.records.declared_gaps import NO_TEMPERATURE
 from procedures.solution.earth_turn import earth_errors
 from rig.description.device_settings import AxisSettings
 from rig.description.index_table import IndexTable

@@ -14,7 +14,6 @@ from ams.inference.aided_rates import UNSTATED_ZERO_SD_DPS, AidedAngles
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import GyroAngles
-from procedures.records.declared_gaps import has_no_temperature
 
 SD_OF_A_READING: Final = (
     "standard deviations count the noise of one reading, as the calibration saw it: how much less an average or a "
@@ -64,7 +63,7 @@ def untested_temperature(packages: Sequence[Package | GyroPackage]) -> Iterator[
 
 def _is_declared_alone(used: Package | GyroPackage) -> bool:
     """Return whether a set is valid over temperatures that were declared, and none was recorded."""
-    return used.coefficients.validity.temperature_degc is not None and has_no_temperature(used.coefficients)
+    return used.coefficients.validity.temperature_degc is not None and not used.coefficients.is_temperature_recorded
 
 
 def assumed_of_gyros(angles: GyroAngles) -> tuple[str, ...]:

@@ -131,6 +131,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         rate_range_dps=rates,
         level_ranges=level_ranges(calibration),
         temperature_range_degc=wish.use_degc or degc,
+        temperature_recorded=degc is not None,
         created_utc=wish.measured_utc or datetime.now(UTC),
         software_version=version("calrig"),
         rig=wish.rig,

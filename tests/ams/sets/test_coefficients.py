@@ -18,6 +18,7 @@ from ams.sets.apply import apply, sensed_force
 from ams.sets.canonical import checksum, render
 from ams.sets.coefficients import build_set, from_document
 from ams.sets.vectors import angles_of
+from ams.sets.verdict_conditions import NO_TEMPERATURE
 
 
 def one_axis(axis: AxisCalibration) -> Calibration:
@@ -90,6 +91,29 @@ def test_a_set_carries_its_provenance() -> None:
     assert document["provenance"]["created_utc"] == "2026-03-01T06:20:00+00:00"
     assert document["provenance"]["journal_sha256"] == "0123456789abcdef" * 4
     assert document["environment"]["air"]["mean_degc"] == 20.02
+
+
+@pytest.mark.parametrize("is_recorded", [True, False])
+def test_whether_a_temperature_was_recorded_is_a_key_and_no_sentence(is_recorded: bool) -> None:
+    """A range may be declared and not measured; the remark that says so may read otherwise tomorrow."""
+    said = replace(one_axis(solved_axis("x")), remarks=(NO_TEMPERATURE,) if is_recorded else ())
+    built = build_set(said, replace(provenance(), temperature_recorded=is_recorded))
+    assert built.validity.temperature_degc is not None
+    read = from_document(json.loads(to_json(built)), "a set")
+    assert (read.document["temperature_recorded"], read.is_temperature_recorded) == (is_recorded, is_recorded)
+
+
+@pytest.mark.parametrize(
+    ("remarks", "range_degc", "is_recorded"),
+    [((), (15.0, 30.0), True), ((NO_TEMPERATURE,), (15.0, 30.0), False), ((), None, False)],
+)
+def test_of_a_set_without_the_key_remark_and_range_tell_whether_a_temperature_was_recorded(
+    remarks: tuple[str, ...], range_degc: tuple[float, float] | None, is_recorded: bool
+) -> None:
+    calibration = replace(one_axis(solved_axis("x")), remarks=remarks)
+    before = build_set(calibration, replace(provenance(), temperature_range_degc=range_degc))
+    assert "temperature_recorded" not in before.document
+    assert before.is_temperature_recorded is is_recorded
 
 
 def test_without_an_approver_a_set_is_engineering() -> None:

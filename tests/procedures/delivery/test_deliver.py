@@ -1,16 +1,18 @@
 """What is measured is delivered, whatever the archive can tell of the years before."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command import call
 from finished_job import FinishedJob
 from job_files import job
 
 from ams.errors import ArchiveError, WriteFailed
-from procedures.delivery.deliver import deliver, solve_run
+from procedures.delivery.deliver import deliver, sets_of, solve_run
 from procedures.report.write import draw_report, view_of
 
 
@@ -69,3 +71,13 @@ def _raises(error: Exception) -> Callable[..., object]:
         raise error
 
     return make
+
+
+@pytest.mark.parametrize("is_recorded", [True, False])
+def test_the_set_of_a_run_says_whether_a_temperature_was_recorded(finished_job: FinishedJob, is_recorded: bool) -> None:
+    run = solve_run(finished_job.run)
+    (solved,) = run.sensors.values()
+    degc = np.full(solved.observations.rows, 21.0) if is_recorded else None
+    measured = replace(solved, observations=replace(solved.observations, temperature_degc=degc))
+    (made,) = sets_of(replace(run, sensors={solved.name: measured})).values()
+    assert made.document["temperature_recorded"] is is_recorded

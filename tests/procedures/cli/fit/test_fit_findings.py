@@ -20,10 +20,9 @@ from ams.archive.sign_offs import SignOff
 from ams.errors import ObservationsError
 from ams.exports.formats import load_set
 from ams.sets.stated_findings import TABLE_NOT_COUNTED, outside_uncertainty
-from ams.sets.verdict_conditions import NO_GRAVITY, NO_LEVEL, NO_METER
+from ams.sets.verdict_conditions import NO_GRAVITY, NO_LEVEL, NO_METER, NO_TEMPERATURE
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import NO_TEMPERATURE
 from procedures.run.readiness import readiness
 from rig.description.read import read_rig
 from rig.errors import DescriptionError

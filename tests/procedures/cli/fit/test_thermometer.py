@@ -104,6 +104,7 @@ def test_the_set_of_a_file_is_valid_where_the_sensor_is_used(tmp_path: Path) -> 
     line = ["fit", csv, "--axis", "x=sx_v", "--rig", rig, "--sensor", "SN1047", "--set", stored]
     assert run_command([str(word) for word in line]) == 0
     assert load_set(stored).validity.temperature_degc == USED_DEGC
+    assert load_set(stored).document["temperature_recorded"] is True
 
 
 def test_where_none_was_recorded_the_declared_range_is_the_validity_and_both_is_said(tmp_path: Path) -> None:
@@ -115,6 +116,7 @@ def test_where_none_was_recorded_the_declared_range_is_the_validity_and_both_is_
     assert run_command([str(word) for word in line]) == 0
     coefficients = load_set(stored)
     assert coefficients.validity.temperature_degc == USED_DEGC
+    assert coefficients.document["temperature_recorded"] is False
     warnings, remarks = (" ".join(coefficients.document[name]) for name in ("warnings", "remarks"))
     assert "used at 10 to 30 °C, as declared, and no temperature was recorded with the readings" in warnings
     assert "use is flagged outside 10 to 30 °C, which is declared and not measured" in remarks
