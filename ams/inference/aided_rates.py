@@ -13,6 +13,7 @@ axis: all of it may lie along one.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -34,7 +35,9 @@ from ams.inference.inference import Package
 from ams.inference.rates import ANSWERS, Motion, answer_of
 from ams.inference.rest_at_start import RestAtStart
 from ams.inference.sample_clock import SampleClock
-from ams.models.possible_temperature import possible_temperatures
+from ams.inference.used_beyond import codes_of_angles, codes_of_rates
+from ams.models.possible_temperature import COLUMN, possible_temperatures
+from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import inferred_force, resolves
 
 LEAST_FORCE_SD_G: Final = 1e-4
@@ -132,7 +135,7 @@ class AidedAngles:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        return ("time_s", *KNOWN)
+        return ("time_s", COLUMN, *KNOWN)
 
     @property
     def answers_at_once(self) -> bool:
@@ -165,7 +168,12 @@ class AidedAngles:
             turning = self._rows(moving, steps[resting:], rates)
             found = turning if found is None else joined(found, turning)
         assert found is not None
-        return with_temperature_codes(found, readings)
+        return with_temperature_codes(found, readings, self._sets)
+
+    @cached_property
+    def _sets(self) -> tuple[CoefficientSet, ...]:
+        of_field = () if self.field is None else (self.field.package.coefficients,)
+        return (self.gyros.coefficients, self.accelerometers.coefficients, *of_field)
 
     def _rows(self, readings: Mapping[str, FloatArray], steps: IntArray, rates: FloatArray | None) -> Answer:
         """Return the angles of rows with their (3, n) rates; None where they rest."""
@@ -184,12 +192,15 @@ class AidedAngles:
         codes = np.full(steps.size, flag_codes.AT_REST if is_resting else 0, dtype=np.uint64)
         for path_code, code in _CODES:
             codes[(path.codes[sample] & path_code) != 0] |= np.uint64(code)
+        codes |= codes_of_rates(self.gyros.coefficients, gyro)
         codes[steps > 1] |= np.uint64(flag_codes.SAMPLES_LOST)
         codes[~is_used] = flag_codes.NOT_AFTER
         found = answer_of(path.quaternion[:, sample], path.turn_covariance[sample], codes)
         for values in found.columns.values():
             values[~is_used] = np.nan
-        return Answer(found.columns, found.codes, _REASONS)
+        pitch_deg, roll_deg = found.columns["pitch_deg"], found.columns["roll_deg"]
+        beyond = codes_of_angles(self.accelerometers.coefficients, pitch_deg, None, roll_deg)
+        return Answer(found.columns, found.codes | beyond, _REASONS)
 
     def _count(self, path: FilteredPath) -> None:
         self._innovations += np.nansum(path.force_innovation), np.isfinite(path.force_innovation).sum()

@@ -1,6 +1,6 @@
 """What turns readings into angles piece by piece, whatever it remembers between the pieces."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Final, Protocol
 
@@ -8,7 +8,9 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
+from ams.inference.used_beyond import codes_of_temperature
 from ams.models.possible_temperature import impossible_temperature
+from ams.sets.coefficients import CoefficientSet
 
 CARRIED_CODES: Final = "codes of what was done before"
 """A column of codes that a stream takes along where it is optional: its answers are not one for each row."""
@@ -67,8 +69,14 @@ class AngleStream(Protocol):
         """Return the angles that are still due; the stream ends here."""
 
 
-def with_temperature_codes(found: Answer, readings: Mapping[str, FloatArray]) -> Answer:
-    """Return an answer to rows that tells which of them have a temperature that no sensor stands."""
+def with_temperature_codes(found: Answer, readings: Mapping[str, FloatArray], sets: Iterable[CoefficientSet]) -> Answer:
+    """Return an answer to rows that tells which have a temperature that no sensor stands, or at which no set is valid.
+
+    ``sets``: those that the rows are read by.
+    """
+    outside = codes_of_temperature(sets, readings)
+    if outside is not None:
+        found = Answer(found.columns, found.codes | outside, found.reasons)
     beyond = impossible_temperature(readings)
     if beyond is None:
         return found

@@ -209,9 +209,10 @@ class FrozenOutputs:
         """Rows by column that were taken as missing."""
         self.impossible_rows = 0
         """Rows whose temperature no sensor stands."""
+        self.rows_without_temperature = 0
         self._impossible_degc = (np.inf, -np.inf)
         self._outputs = {name: _Output() for name in noise}
-        self._rows = 0
+        self.rows = 0
         self._ends = dict.fromkeys(untested, (np.inf, -np.inf))
         self._codes: flag_codes.AnswerCodes = np.empty(0, dtype=np.uint64)
         """Of rows that were handed on and are not answered yet."""
@@ -237,10 +238,12 @@ class FrozenOutputs:
         rows = next(iter(readings.values())).size
         if not rows:
             return self._answered(self.inner.answer(readings))
-        self._rows += rows
+        self.rows += rows
         for name, (least, most) in self._ends.items():
             finite = readings[name][np.isfinite(readings[name])]
             self._ends[name] = (finite.min(initial=least), finite.max(initial=most))
+        with_temperature = np.count_nonzero(np.isfinite(readings[COLUMN])) if COLUMN in readings else 0
+        self.rows_without_temperature += rows - int(with_temperature)
         codes, changed = np.zeros(rows, dtype=np.uint64), dict(readings)
         beyond = impossible_temperature(readings)
         if beyond is not None:
@@ -277,10 +280,10 @@ class FrozenOutputs:
             if count
         ]
         constant = [
-            f"{name} is the same number in all {self._rows} rows: a dead axis, a broken wire or an input that reads "
+            f"{name} is the same number in all {self.rows} rows: a dead axis, a broken wire or an input that reads "
             "nothing looks like that, and so does a package that never moved; look before the angles are used"
             for name, (least, most) in self._ends.items()
-            if least == most and self._rows >= LEAST_ROWS and not self.frozen.get(name)
+            if least == most and self.rows >= LEAST_ROWS and not self.frozen.get(name)
         ]
         return (*frozen, *constant, *self._doubts_of_temperature())
 

@@ -26,13 +26,12 @@ from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, packag
 from ams.inference.fixed_sensors import Kernel, kernel_of, name_suspects_of
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.inference.site_gravity import check_site_gravity
-from ams.models.possible_temperature import possible_temperatures
+from ams.inference.used_beyond import codes_of_angles, senses_roll_within
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
 from ams.units import printed
 
-ROUNDING_DEG: Final = 1e-6
 _ROUNDS: Final = 30
 _DEG_PER_RAD: Final = float(np.rad2deg(1.0))
 """A product of a column costs a fifth of what numpy's function of it does."""
@@ -151,9 +150,8 @@ class Inference:
     @cached_property
     def needed(self) -> tuple[str, ...]:
         """Columns that every row must have."""
-        packages = [self.package, *([self.model_package] if self.model_package else [])]
-        columns = [column for package in packages for column in package.columns.values()]
-        if any(package.coefficients.needs_temperature for package in packages):
+        columns = [column for package in self._packages for column in package.columns.values()]
+        if any(package.coefficients.needs_temperature for package in self._packages):
             columns.append("temperature_degc")
         if self.package.states_roll and len(self.package.columns) == 1:
             columns.append("roll_deg")
@@ -192,7 +190,8 @@ class Inference:
 
         Raises: DesignError, OutsideValidity where no row can be inferred.
         """
-        return with_temperature_codes(self._in_blocks(readings), readings)
+        sets = [package.coefficients for package in self._packages]
+        return with_temperature_codes(self._in_blocks(readings), readings, sets)
 
     def _in_blocks(self, readings: Mapping[str, FloatArray]) -> Answer:
         rows = readings[self.needed[0]].size
@@ -224,7 +223,7 @@ class Inference:
     def _answer(self, readings: Mapping[str, FloatArray]) -> Answer:
         found = self._angles(readings)
         columns = {name: _DEG_PER_RAD * getattr(found, in_rad) for name, in_rad in self._in_rad}
-        return Answer(columns, found.codes | self._beyond(found, readings), found.reasons)
+        return Answer(columns, found.codes | self._beyond(found), found.reasons)
 
     @cached_property
     def _in_rad(self) -> tuple[tuple[str, str], ...]:
@@ -288,34 +287,23 @@ class Inference:
             return np.deg2rad(readings["roll_deg"])
         return np.zeros(readings[next(iter(self.package.columns.values()))].size)
 
-    def _beyond(
-        self, found: AttitudeColumns | Angles | SpreadAngles, readings: Mapping[str, FloatArray]
-    ) -> flag_codes.AnswerCodes:
-        """Return the codes of where a set is used beyond its calibration."""
-        validity = self.package.coefficients.validity
-        # A straight line is valid over levels, which reach over all attitudes; its run has a few positions alone.
-        checked = (
-            [] if validity.levels else [(flag_codes.OUTSIDE_PITCH, _DEG_PER_RAD * found.pitch_rad, validity.pitch_deg)]
-        )
-        if isinstance(found, SpreadAngles) and validity.yaw_deg is not None:
-            checked.append((flag_codes.OUTSIDE_YAW, _DEG_PER_RAD * found.yaw_rad, validity.yaw_deg))
-        if validity.temperature_degc is not None and "temperature_degc" in readings:
-            read_degc = possible_temperatures(readings["temperature_degc"])
-            checked.append((flag_codes.OUTSIDE_TEMPERATURE, read_degc, validity.temperature_degc))
-        codes = np.zeros(found.codes.size, dtype=np.uint32)
-        for code, values, (low, high) in checked:
-            codes[(values < low - ROUNDING_DEG) | (values > high + ROUNDING_DEG)] |= np.uint32(code)
-        if not self._checks_roll:
-            return codes
-        is_beyond = np.minimum(*validity.roll_margins_deg(_DEG_PER_RAD * found.roll_rad)) < -ROUNDING_DEG
-        return codes | np.where(is_beyond, flag_codes.OUTSIDE_ROLL, 0).astype(np.uint64)
+    def _beyond(self, found: AttitudeColumns | Angles | SpreadAngles) -> flag_codes.AnswerCodes:
+        """Return the codes of angles at which a set is used beyond its calibration."""
+        yaw_deg = _DEG_PER_RAD * found.yaw_rad if isinstance(found, SpreadAngles) else None
+        codes: flag_codes.AnswerCodes = np.zeros(found.codes.size, dtype=np.uint32)
+        for package in self._packages:
+            roll_deg = _DEG_PER_RAD * found.roll_rad if senses_roll_within(package.coefficients) else None
+            codes = codes | codes_of_angles(package.coefficients, _DEG_PER_RAD * found.pitch_rad, yaw_deg, roll_deg)
+        return codes
+
+    @cached_property
+    def _packages(self) -> tuple[Package, ...]:
+        return (self.package,) if self.model_package is None else (self.package, self.model_package)
 
     @cached_property
     def _checks_roll(self) -> bool:
-        """Whether the set senses roll and is not valid all round, by the rule of :func:`ams.sets.apply.apply`."""
-        validity = self.package.coefficients.validity
-        senses = all(numbers.form.senses_roll for numbers in self.package.coefficients.axes.values())
-        return senses and not validity.levels and not validity.goes_round
+        """Whether an answer has codes of roll, which is not valid all round."""
+        return any(senses_roll_within(package.coefficients) for package in self._packages)
 
 
 def inference(

@@ -24,6 +24,8 @@ from ams.inference.angle_stream import Answer, joined, nothing
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.rest_at_start import RestAtStart
 from ams.inference.sample_clock import SampleClock
+from ams.inference.used_beyond import codes_of_rates, codes_of_temperature
+from ams.models.possible_temperature import COLUMN
 
 ANGLES: Final = ("pitch", "roll", "yaw")
 ANSWERS: Final = (*(f"{angle}_{end}" for angle in ANGLES for end in ("deg", "sd_deg")), "flag")
@@ -120,7 +122,7 @@ class GyroAngles:
 
     @property
     def optional(self) -> tuple[str, ...]:
-        return ("time_s",)
+        return ("time_s", COLUMN)
 
     @property
     def answers_at_once(self) -> bool:
@@ -141,10 +143,12 @@ class GyroAngles:
         resting = self.rest.take(outputs_v, self._clock.interval_s)
         if resting and self.rest.zero is not None:
             self._take_zero()
+        of_temperature = codes_of_temperature([self.package.coefficients], readings)
+        outside = np.zeros(rows, dtype=np.uint32) if of_temperature is None else of_temperature
         if resting == rows:
-            return self._start(resting)
-        found = self._turning(outputs_v[:, resting:], steps[resting:])
-        return joined(self._start(resting), found) if resting else found
+            return self._start(outside)
+        found = self._turning(outputs_v[:, resting:], steps[resting:], outside[resting:])
+        return joined(self._start(outside[:resting]), found) if resting else found
 
     def finish(self) -> Answer:
         """Return the angles still due. Raises: ObservationsError with too few samples."""
@@ -169,13 +173,15 @@ class GyroAngles:
         start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
         return np.asarray(rotation_matrices(start[:, None])[0].T @ self.motion.earth.rate_rad_s)
 
-    def _start(self, rows: int) -> Answer:
-        """Return the attitude of the start for rows at rest."""
+    def _start(self, outside: flag_codes.Codes) -> Answer:
+        """Return the attitude of the start for rows at rest, with the codes of their temperature."""
+        rows = outside.size
         angles = np.tile(np.deg2rad(self.motion.stated_start_deg)[:, None], rows)
-        codes = np.full(rows, flag_codes.AT_REST, dtype=np.uint32)
-        return _answer(angles, np.broadcast_to(self._errors.start, (rows, 3, 3)), codes)
+        return _answer(
+            angles, np.broadcast_to(self._errors.start, (rows, 3, 3)), outside | np.uint32(flag_codes.AT_REST)
+        )
 
-    def _turning(self, outputs_v: FloatArray, steps: IntArray) -> Answer:
+    def _turning(self, outputs_v: FloatArray, steps: IntArray, outside: flag_codes.Codes) -> Answer:
         if self._scan is None or self._growth is None:
             assert self._clock.interval_s is not None
             start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
@@ -187,15 +193,11 @@ class GyroAngles:
         is_used = steps > 0
         gaps = np.minimum(steps, LONGEST_GAP_SAMPLES)
         sample = self._last_sample + np.cumsum(gaps)
-        limits = self.package.coefficients.validity.rate_dps
         missing = ~np.isfinite(rates).all(axis=0)
         codes = np.where(missing, flag_codes.NOT_FINITE | flag_codes.RATE_BRIDGED, 0).astype(np.uint32)
+        codes |= codes_of_rates(self.package.coefficients, rates) | outside
         codes[steps > 1] |= np.uint32(flag_codes.SAMPLES_LOST)
         codes[steps < 1] = flag_codes.NOT_AFTER
-        if limits is not None:
-            with np.errstate(invalid="ignore"):
-                beyond = ((np.rad2deg(rates) < limits[0]) | (np.rad2deg(rates) > limits[1])).any(axis=0)
-            codes[beyond & (steps > 0)] |= np.uint32(flag_codes.OUTSIDE_RATE)
         self._pending.add(sample, is_used, codes)
         slots = np.full((3, int(sample[-1]) - self._last_sample), np.nan)
         slots[:, sample[is_used] - self._last_sample - 1] = rates[:, is_used]

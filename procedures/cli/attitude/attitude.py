@@ -28,6 +28,7 @@ from procedures.cli.attitude.untested import (
     assumed_of_filter,
     assumed_of_gyros,
     remarks_on_rest,
+    rows_without_temperature,
     untested_temperature,
 )
 from procedures.cli.options import require_folder_of
@@ -165,7 +166,10 @@ def attitude(
         note(remark)
     answers = Answers(out, view, plot, package.coefficients.sensor)
     is_flagged_throughout = answer_all(found, found_again, data, wiring, for_s, answers)
-    for remark in _remarks_on_rows(package, found, watched, angles, is_flagged_throughout=is_flagged_throughout):
+    packages = _packages_of(angles, package, second)
+    for remark in _remarks_on_rows(
+        package, packages, found, watched, angles, is_flagged_throughout=is_flagged_throughout
+    ):
         note(remark)
 
 
@@ -207,6 +211,7 @@ def _doubts_of_sets(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
 
 def _remarks_on_rows(
     package: Package,
+    packages: Sequence[Package | GyroPackage],
     found: FrozenOutputs,
     watched: AngleStream | StandingOutputs,
     angles: AngleStream,
@@ -215,6 +220,7 @@ def _remarks_on_rows(
 ) -> Iterator[str]:
     """Yield what all rows say of the package that they were read from."""
     yield from (f"{package.coefficients.sensor}: {doubt}" for doubt in found.doubts())
+    yield from rows_without_temperature(packages, found)
     if isinstance(angles, AidedAngles):
         yield angles.consistency()
     if isinstance(angles, GyroAngles | AidedAngles):

@@ -11,6 +11,7 @@ import numpy as np
 
 from ams.attitude.earth_rate import EarthRate
 from ams.inference.aided_rates import UNSTATED_ZERO_SD_DPS, AidedAngles
+from ams.inference.frozen_outputs import FrozenOutputs
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import GyroAngles
@@ -59,6 +60,21 @@ def untested_temperature(packages: Sequence[Package | GyroPackage]) -> Iterator[
             "outside it are flagged where temperature_degc tells theirs; what the sensor reads otherwise inside it is "
             "in no angle and no standard deviation"
         )
+
+
+def rows_without_temperature(packages: Sequence[Package | GyroPackage], found: FrozenOutputs) -> Iterator[str]:
+    """Say of sets that are valid over a range of temperatures how many rows told none, and were not held against it."""
+    missing, rows = found.rows_without_temperature, found.rows
+    if not missing:
+        return
+    of_rows = f"none of the {rows} rows has" if missing == rows else f"{missing} of {rows} rows lack"
+    ranges = {used.coefficients.sensor: used.coefficients.validity.temperature_degc for used in packages}
+    for name, degc in ranges.items():
+        if degc is not None:
+            yield (
+                f"{name}: valid at {degc[0]:.4g} to {degc[1]:.4g} °C; {of_rows} a temperature (temperature_degc): "
+                "whether the sensor was used at another, and what it then reads otherwise, is in no flag"
+            )
 
 
 def _is_declared_alone(used: Package | GyroPackage) -> bool:
