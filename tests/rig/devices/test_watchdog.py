@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from motion_bench import DRIVERS, MotionBench, motion_bench, settings_of, twin_of, world_of
 from pydantic import ValidationError
+from table_bench import virtual_clock
 
 from rig.clock import Clock, ScaledClock, SystemClock
 from rig.devices.abilities import Watchdog
@@ -199,7 +200,8 @@ def test_a_time_out_that_no_run_could_keep_is_refused(driver: str, wrong: float)
 @pytest.mark.parametrize("serve", [serve_tcp, serve_pty], ids=["tcp", "pty"])
 @pytest.mark.parametrize("driver", GUARDED)
 def test_a_watchdog_is_proven_over_real_lines(driver: str, serve: Callable[[Any, Clock], TwinServer]) -> None:
-    axes, clock = settings_of(driver, watchdog_s=T_S), ScaledClock(50.0)
+    """Real ports and threads. The twin's time is virtual: it passes in the host's waits, however late those are."""
+    axes, clock = settings_of(driver, watchdog_s=T_S), virtual_clock()
     with serve(twin_of(driver, axes, world_of(axes)), clock) as server:
         stream = open_stream(server.address, clock=SystemClock())
         connected: Mapping[str, Any] = DRIVERS[driver].connect(axes, stream)
