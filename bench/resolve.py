@@ -8,10 +8,8 @@ machine's own, and 1.8 × where the machine has so much to give.
 """
 
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from datetime import UTC, datetime
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from timeit import Timer
@@ -21,7 +19,8 @@ import numpy as np
 from bench.figure import Effort, Figure
 from procedures.delivery.deliver import publish_folder
 from procedures.delivery.resolve import Job, Mapper, chunks, jobs_of
-from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster, one_thread
+from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
+from procedures.delivery.worker_processes import worker_processes
 from procedures.journal.header import make_header
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
@@ -72,10 +71,10 @@ def _scaling(what: str, ratio: float, machine: float) -> Iterator[Figure]:
 
 def machine_scaling(rounds: int) -> float:
     """Return how many times faster two processes do NumPy's work than one does the same, their start left out."""
-    with ProcessPoolExecutor(WORKERS, get_context("spawn"), one_thread) as pool:
-        list(pool.map(numpy_work, [10] * WORKERS))
-        alone_s = Timer(lambda: pool.submit(numpy_work, WORKERS * rounds).result()).timeit(1)
-        together_s = Timer(lambda: list(pool.map(numpy_work, [rounds] * WORKERS))).timeit(1)
+    with worker_processes(WORKERS, numpy_work) as answers:
+        list(answers([10] * WORKERS))
+        alone_s = Timer(lambda: list(answers([WORKERS * rounds]))).timeit(1)
+        together_s = Timer(lambda: list(answers([rounds] * WORKERS))).timeit(1)
     return alone_s / together_s
 
 

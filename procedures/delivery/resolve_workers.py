@@ -1,26 +1,22 @@
 """Where archived runs are solved: in spawned processes of this machine, or on a Dask cluster.
 
-Every worker has one BLAS thread: many small fits gain nothing from more, and lose to each other. A chunk is one task.
-On a cluster a task costs some milliseconds whatever it holds, so a chunk has at least fifty fits. A Dask scheduler runs
-whatever it is sent, so an address that is not on this machine must be ``tls://``.
+A chunk is one task. On a cluster a task costs some milliseconds whatever it holds, so a chunk has at least fifty fits.
+A Dask scheduler runs whatever it is sent, so an address that is not on this machine must be ``tls://``.
 """
 
-import os
 from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
-from multiprocessing import get_context
 from typing import TYPE_CHECKING, Any
 
 from procedures.delivery.resolve import Answer, Job, Mapper, resolve_chunk
+from procedures.delivery.worker_processes import WorkerDied, worker_processes
 from procedures.errors import RequestError, RunFailed
 from procedures.journal.header import calrig_version
 
 if TYPE_CHECKING:
     from distributed import Client
 
-THREAD_SETTINGS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 LEAST_FITS_OF_A_TASK = 50
 MOST_FITS_OF_A_CHUNK = 50
 CHUNKS_OF_A_WORKER = 4
@@ -36,28 +32,18 @@ def chunk_size(jobs: int, workers: int) -> int:
 @contextmanager
 def in_processes(workers: int) -> Iterator[Mapper]:
     """Yield a mapper over so many processes of this machine."""
-    with ProcessPoolExecutor(workers, get_context("spawn"), one_thread) as pool:
-
-        def answers(parts: Sequence[Sequence[Job]]) -> Iterator[list[Answer]]:
-            waiting = [pool.submit(resolve_chunk, part) for part in parts]
-            try:
-                yield from (future.result() for future in as_completed(waiting))
-            except BrokenProcessPool as error:
-                raise RunFailed(
-                    "resolve: a worker process died (killed, or out of memory); nothing was written; "
-                    "do it again, with fewer --workers if memory was short"
-                ) from error
-            finally:
-                for future in waiting:
-                    future.cancel()
-
-        yield answers
+    with worker_processes(workers, resolve_chunk) as answers:
+        yield lambda parts: _of_living(answers(parts))
 
 
-def one_thread() -> None:
-    """Limit a new process to one thread, before numpy is imported in it."""
-    for name in THREAD_SETTINGS:
-        os.environ[name] = "1"
+def _of_living(answers: Iterator[list[Answer]]) -> Iterator[list[Answer]]:
+    try:
+        yield from answers
+    except WorkerDied as error:
+        raise RunFailed(
+            "resolve: a worker process died (killed, or out of memory); nothing was written; "
+            "do it again, with fewer --workers if memory was short"
+        ) from error
 
 
 @contextmanager

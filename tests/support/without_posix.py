@@ -32,7 +32,7 @@ OF_OS = (
     "set_blocking",
 )
 _KEPT_BY_THE_LIBRARIES = (
-    "apsw", "asyncio", "concurrent.futures.process", "getpass", "matplotlib", "multiprocessing.connection", "pandas",
+    "apsw", "asyncio", "getpass", "matplotlib", "multiprocessing.connection", "pandas",
     "platformdirs", "psutil", "pymodbus.client", "rich.console", "scipy.io", "serial.tools.list_ports", "sqlalchemy",
     "subprocess", "tempfile",
 )  # fmt: skip

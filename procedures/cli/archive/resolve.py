@@ -71,7 +71,8 @@ def _resolved(
     count = (os.cpu_count() or 1) if workers is None else workers
     if count < 1:
         raise RequestError(f"--workers: got {count}, allowed are 1 and more; nothing was solved")
-    if count == 1 or jobs < 2:
+    count = min(count, jobs)
+    if count < 2:
         return in_this_process, 1
     return lambda: in_processes(count), chunk_size(jobs, count)
 
