@@ -44,7 +44,7 @@ def shared_refusals(
     yield from _temperature_terms(rig, procedure, sensors, environment)
     if environment is not None:
         yield from _outside_interlocks(rig, procedure, environment)
-    yield from _plateaus_beyond_limits(rig, procedure, environment)
+    yield from _setpoints_beyond_limits(rig, procedure, environment)
     yield from _integration_not_offered(rig, procedure, sensors)
     yield from _bursts_too_long(rig, procedure, channels_of(rig, sensors))
 
@@ -143,16 +143,18 @@ def design_refusals(
             )
 
 
-def _plateaus_beyond_limits(
+def _setpoints_beyond_limits(
     rig: RigDescription, procedure: ProcedureDescription, environment: EnvironmentPlan | None
 ) -> Iterator[PlanError]:
     if environment is None or environment.name is None:
         return
-    for plateau_degc in environment.plateaus_degc:
-        try:
-            rig.environment[environment.name].refuse_beyond_limits(environment.name, plateau_degc)
-        except RequestRefused as error:
-            yield procedure.error(("environment", "plateaus_degc"), str(error))
+    at_the_end = () if environment.end_degc is None else (environment.end_degc,)
+    for key, setpoints in (("plateaus_degc", environment.plateaus_degc), ("end_degc", at_the_end)):
+        for setpoint_degc in setpoints:
+            try:
+                rig.environment[environment.name].refuse_beyond_limits(environment.name, setpoint_degc)
+            except RequestRefused as error:
+                yield procedure.error(("environment", key), str(error))
 
 
 def _missing_axes(

@@ -29,9 +29,7 @@ Kind = Literal["limit", "standard", "expanded"]
 
 def divisor(standard: Standard | None) -> float:
     """Return what a stated uncertainty is divided by; a limit where no certificate says otherwise."""
-    if standard is None:
-        return sqrt(3.0)
-    return {"limit": sqrt(3.0), "standard": 1.0, "expanded": standard.k}[standard.kind]
+    return sqrt(3.0) if standard is None else standard.divisor
 
 
 def standard_uncertainty_arcsec(rig: RigDescription, axis: str) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
+from rig.description.certified_indices import better_than_certified
 from rig.description.device_settings import TWIN_PORT
 from rig.description.plausible_limits import implausible_limits
 from rig.description.rig_file import RigDescription
@@ -36,6 +37,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _unknown_interlocks(file, rig, voltages)
     yield from _supplies_outside_interlocks(file, rig)
     yield from _unknown_standards(file, rig)
+    yield from better_than_certified(file, rig)
     yield from _axis_twice(file, rig)
     yield from _instrument_twice(file, rig)
     yield from _nobody_to_go_with(file, rig)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, ValidationError, create_model
 
+from rig.description.certified_indices import as_certified
 from rig.description.cross_checks import complaints_about_references
 from rig.description.drivers import TABLES, classes_for
 from rig.description.earlier_versions import as_stored_now
@@ -41,10 +42,13 @@ def rig_of(file: TomlFile) -> RigDescription:
     complaints += complaints_about_references(file, description)
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
-    axes = _dialects_found(description.axes, file.path.parent)
+    axes, certified = _dialects_found(description.axes, file.path.parent), as_certified(description)
     return description.model_copy(
         update={
-            "axes": {name: axis.model_copy(update=tables.get(name, {})) for name, axis in axes.items()},
+            "axes": {
+                name: axis.model_copy(update={**tables.get(name, {}), **certified.get(name, {})})
+                for name, axis in axes.items()
+            },
             "readouts": _dialects_found(description.readouts, file.path.parent),
         }
     )

@@ -5,6 +5,7 @@ Everything is checked here before any port is opened; nothing here opens one.
 
 from collections.abc import Iterable, Mapping
 from datetime import date, datetime
+from math import sqrt
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field, ValidationInfo, field_validator, model_validator
@@ -97,6 +98,11 @@ class Standard(StrictTable):
     uncertainty_v: NotNegative | None = None
     uncertainty_degc: NotNegative | None = None
     uncertainty_ohm: NotNegative | None = None
+
+    @property
+    def divisor(self) -> float:
+        """Return what its uncertainties are divided by to be standard uncertainties; of a limit √3 (rectangular)."""
+        return {"limit": sqrt(3.0), "standard": 1.0, "expanded": self.k}[self.kind]
 
 
 class AttitudeReference(StrictTable):

@@ -217,3 +217,10 @@ def _send_everywhere(axis, targets_deg):
     for target_deg in targets_deg:
         for angle_deg in {target_deg, target_deg + axis.approach_deg}:
             check_target("pitch", axis, angle_deg)
+
+
+def test_an_end_that_the_chamber_may_not_go_to_is_refused_before_the_night(tmp_path):
+    """Every dwell was measured, and then the run tripped at every resume: no set, no export, no archive."""
+    more = "[environment]\nplateaus_degc = [20.0]\nend_degc = 200.0\n"
+    said = refusal(tmp_path, more=more, rig_more=AIR)
+    assert "environment.end_degc: air: setpoint 200 °C, allowed -60 to 150 °C" in said
