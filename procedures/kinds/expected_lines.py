@@ -9,10 +9,13 @@ from collections.abc import Iterable, Iterator
 from ams.units import printed
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import Forecast
+from procedures.plan.channels import temperature_source
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Follow, Turn
 from procedures.records.declared_gaps import undeclared_references
-from procedures.solution.expected_points import Solver, expected_points
+from procedures.solution.expected_points import Solver, expected_points, planned_degc
+from procedures.solution.foreseen import use_remarks
+from procedures.solution.temperature_of_use import use_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
 FEWEST_REPLICATIONS = 4
@@ -25,8 +28,28 @@ def forecast_of_points(rig: RigDescription, plan: Plan, solver: Solver | None) -
     if solver is not None:
         for name, sensor in plan.sensors.items():
             expected += _expected(rig, plan, name, sensor, solver)
-    remarks = tuple(said.text for said in undeclared_references(rig, plan.sensors.values(), plan.axes))
-    return Forecast(tuple(expected), (*_advice(plan), *_unguarded(rig, plan)), turns=_turns(plan), remarks=remarks)
+    remarks = [said.text for said in undeclared_references(rig, plan.sensors.values(), plan.axes)]
+    if plan.environment is None:
+        remarks += use_remarks(rig, plan.solve, plan.sensors)
+    return Forecast(
+        tuple(expected),
+        (*_advice(plan), *_unguarded(rig, plan)),
+        turns=_turns(plan),
+        reservations=_of_use(rig, plan),
+        remarks=tuple(remarks),
+    )
+
+
+def _of_use(rig: RigDescription, plan: Plan) -> tuple[str, ...]:
+    """Return the reservations about the range of use, what all sensors share once."""
+    said: dict[str, list[str]] = {}
+    for name, sensor in plan.sensors.items():
+        is_recorded = temperature_source(rig, sensor) is not None
+        for text in use_warnings(sensor, planned_degc(rig, plan, sensor), is_recorded=is_recorded):
+            said.setdefault(text, []).append(name)
+    return tuple(
+        text if len(names) == len(plan.sensors) else f"{', '.join(names)}: {text}" for text, names in said.items()
+    )
 
 
 def _turns(plan: Plan) -> dict[str, float]:

@@ -33,20 +33,19 @@ from procedures.solution.request import (
     SensorRows,
     SolvedSensor,
     budgets_of,
-    calibrated_degc,
     joint_priors,
     joint_priors_in_words,
     reference_of,
     request_of,
 )
 from procedures.solution.run_findings import with_run_findings
+from procedures.solution.temperature_of_use import warnings_of_use
 from procedures.solution.type_b import (
     gravity_on_gyros_remarks,
     gravity_warnings,
     level_remarks,
     level_warnings,
     single_approach,
-    use_warnings,
 )
 from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription, Sensor
@@ -111,7 +110,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         *solved.warnings,
         *(level_warnings(item.rig) if is_levelled else ()),
         *gravity_warnings(item.rig, item.sensor),
-        *_of_use(item, observations),
+        *warnings_of_use(item.sensor, solve.temperature, observations.temperature_degc),
     )
     priors = joint_priors_in_words(solve.joint_priors_arcsec.items())
     budgets = budgets_of(solved, request, item.rig, priors_in_words=priors)
@@ -120,11 +119,6 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
     reference = reference_of(item.rig, solve, request.shared_errors)
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets, reference=reference)
     return with_run_findings(sensor, undeclared.findings)
-
-
-def _of_use(item: SensorRows, observations: Observations) -> tuple[str, ...]:
-    degc, is_recorded = calibrated_degc(item.plan.solve, observations), observations.temperature_degc is not None
-    return use_warnings(item.sensor, degc, is_recorded=is_recorded)
 
 
 def checked_by_monte_carlo(

@@ -24,6 +24,7 @@ from procedures.plan.steps import Dwell, Rest, Turn
 from procedures.records.dwells import ChannelReading, DwellRecord, MotionRecord
 from procedures.solution.beliefs import NOMINAL_CONING_DEG
 from procedures.solution.by_model import observed
+from procedures.solution.expected import assumed_degc
 from procedures.solution.levels import applied_ut
 from procedures.solution.lines import line_request, lines_of
 from procedures.solution.request import SensorRows, request_of
@@ -75,10 +76,23 @@ def expected_points(
     item = SensorRows(name, measured, _planned_dwells(rig, plan, channels.values()), rig, plan, "plan")
     rows = observed(item)
     sensed = _sensed(item, rows)
+    degc = planned_degc(rig, plan, sensor)
+    recorded_degc = None if degc is None else np.full(rows.rows, degc)
+    rows = replace(rows, temperature_degc=recorded_degc)
     rows = replace(rows, outputs={axis: _output(item, axis, truths[axis], sensed) for axis in truths})
     noise = {axis: _noise(item, axis, truth.noise) for axis, truth in truths.items()}
     solutions = solver(item, rows, {axis: Belief(noise_belief) for axis, noise_belief in noise.items()})
     return {axis: ExpectedPoints(solution, noise[axis], truths[axis]) for axis, solution in solutions.items()}
+
+
+def planned_degc(rig: RigDescription, plan: Plan, sensor: Sensor) -> float | None:
+    """Return the mean temperature that a plan sets, else what use is taken to be counted from.
+
+    None without either, and where the solution models temperature.
+    """
+    if plan.environment is not None and plan.solve.temperature == "none":
+        return float(np.mean(plan.environment.plateaus_degc))
+    return assumed_degc(rig, plan.solve, sensor)
 
 
 def _planned_dwells(rig: RigDescription, plan: Plan, channels: Iterable[str]) -> tuple[DwellRecord, ...]:

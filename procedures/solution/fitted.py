@@ -25,14 +25,13 @@ from procedures.solution.earth_turn import EARTH_DPS
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.run_findings import with_run_findings
+from procedures.solution.temperature_of_use import at_use, warnings_of_use
 from procedures.solution.type_b import (
     gravity_on_gyros_remarks,
     gravity_warnings,
     level_remarks,
     level_warnings,
     shared_errors,
-    use_errors,
-    use_warnings,
 )
 from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription, Sensor
@@ -60,7 +59,8 @@ def fitted(
     if not MODELS[request.model].needs_rates:
         reach = {} if rig is None else meter_reach(rig, sensor_of(rig, name))
         refuse_impossible_outputs(observations, columns, reach)
-    request, of_use = _at_use(request, observations, None if rig is None else sensor_of(rig, name))
+    used, recorded_degc = None if rig is None else sensor_of(rig, name), observations.temperature_degc
+    request = at_use(request, used, recorded_degc)
     solved = calibrate_packages({name: observations}, request)[name]
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     of_rig += () if rig is None else temperature_warnings(observations, rig, sensor_of(rig, name))
@@ -71,7 +71,7 @@ def fitted(
         *doubts,
         *solved.warnings,
         *of_rig,
-        *of_use,
+        *warnings_of_use(used, request.temperature, recorded_degc),
     )
     undeclared, of_thermometer = Undeclared(), tuple[Said, ...]()
     if rig is not None:
@@ -93,24 +93,6 @@ def fitted(
     budgets = budgets_of(calibration, request, rig, trials)
     calibration = replace(calibration, remarks=(*remarks, *dominating_limits(calibration.axes, budgets)))
     return with_run_findings(SolvedSensor(name, observations, calibration, None, budgets), undeclared.findings)
-
-
-def _at_use(
-    request: CalibrationRequest, observations: Observations, sensor: Sensor | None
-) -> tuple[CalibrationRequest, tuple[str, ...]]:
-    """Return the request with what the sensor does at most where it is to be used, and what is not known of that.
-
-    As a run has it: where its temperature was recorded and is not modelled.
-    """
-    measured = observations.temperature_degc
-    if sensor is None or request.temperature != "none":
-        return request, ()
-    if measured is None:
-        return request, use_warnings(sensor, None, is_recorded=False)
-    calibrated_degc = float(measured.mean())
-    errors = tuple(use_errors(sensor, calibrated_degc))
-    shared = {axis: (*others, *errors) for axis, others in request.shared_errors.items()}
-    return replace(request, shared_errors=shared), use_warnings(sensor, calibrated_degc)
 
 
 def _of_level(request: CalibrationRequest, rig: RigDescription | None) -> tuple[str, ...]:

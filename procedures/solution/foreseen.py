@@ -16,8 +16,8 @@ from ams.findings import significant_texts
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.solution.expected import Believed, PlannedRows, assumed_degc, at_use, planned_observations
-from procedures.solution.request import calibrated_degc, request_of
-from procedures.solution.type_b import use_warnings
+from procedures.solution.request import request_of
+from procedures.solution.temperature_of_use import calibrated_degc, use_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
 FACTS = ("time-confounded", "axis-undetermined")
@@ -43,7 +43,8 @@ def foreseen_warnings(
     observations = replace(plain, outputs=outputs)
     solved = calibrate_mountings(observations, request_of(serial, rig, sensor, solve, observations))
     is_recorded = temperature_source(rig, sensor) is not None
-    used = use_warnings(sensor, calibrated_degc(solve, observations), is_recorded=is_recorded)
+    degc = calibrated_degc(solve.temperature, observations.temperature_degc)
+    used = use_warnings(sensor, degc, is_recorded=is_recorded)
     return tuple(dict.fromkeys([*solved.warnings, *_of_axes(solved.axes), *used]))
 
 

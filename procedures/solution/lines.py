@@ -34,6 +34,7 @@ from procedures.solution.declared_directions import declared_in_package
 from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import with_run_findings
+from procedures.solution.temperature_of_use import calibrated_degc, warnings_of_use
 from procedures.solution.triad import TriadAxis, triad_of
 from procedures.solution.type_b import gravity_on_gyros_remarks, shared_errors
 from procedures.solution.undeclared import Undeclared
@@ -69,6 +70,7 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         warnings |= dict.fromkeys(solved.warnings)
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
+    warnings |= dict.fromkeys(warnings_of_use(item.sensor, item.plan.solve.temperature, observations.temperature_degc))
     warnings |= dict.fromkeys(
         _across(item, [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)])
     )
@@ -130,7 +132,7 @@ def _line(item: SensorRows, observations: Observations, label: str) -> Line | No
         return None
     line = StraightLine if levels.sense is None else FieldLine
     model = line(label, UNITS[item.sensor.measures], observations.unit_of(label))
-    return Line(model, _rows(observations, label, levels), _errors(item, label, levels.errors))
+    return Line(model, _rows(observations, label, levels), _errors(item, observations, label, levels.errors))
 
 
 def _of_triad(item: SensorRows, observations: Observations, label: str, axis: TriadAxis) -> Line:
@@ -143,7 +145,7 @@ def _of_triad(item: SensorRows, observations: Observations, label: str, axis: Tr
         source=f"{observations.source}, axis {label}",
     )
     of_field = [replace(error, error=replace(error.error, effect="field")) for error in axis.errors]
-    return Line(axis.model, rows, _errors(item, label, of_field))
+    return Line(axis.model, rows, _errors(item, observations, label, of_field))
 
 
 def _field_findings(item: SensorRows, lines: Mapping[str, Line]) -> Iterator[Finding]:
@@ -189,11 +191,14 @@ def _across(item: SensorRows, labels: Sequence[str]) -> Iterator[str]:
     )
 
 
-def _errors(item: SensorRows, label: str, errors: Sequence[LevelError]) -> tuple[SharedError, ...]:
-    """Return the meter's errors as they are, and everything else as an error of the known levels."""
+def _errors(
+    item: SensorRows, observations: Observations, label: str, errors: Sequence[LevelError]
+) -> tuple[SharedError, ...]:
+    """Return the errors of meter and sensor as they are, and everything else as an error of the known levels."""
+    degc = calibrated_degc(item.plan.solve.temperature, observations.temperature_degc)
     of_reading = [
         shared_error
-        for shared_error in shared_errors(item.rig, item.sensor)[label]
+        for shared_error in shared_errors(item.rig, item.sensor, calibrated_degc=degc)[label]
         if shared_error.effect in ("reading", "gain", "departure", "specific-force", *COURSES)
     ]
     ends = np.cumsum([error.columns.shape[1] for error in errors]).tolist()

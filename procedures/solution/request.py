@@ -25,6 +25,7 @@ from procedures.plan.plan import Plan
 from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import DwellRecord
 from procedures.solution.declared_directions import declared_directions
+from procedures.solution.temperature_of_use import calibrated_degc
 from procedures.solution.type_b import (
     gravity_of,
     level_remarks,
@@ -235,16 +236,10 @@ def request_of(
         rig,
         sensor,
         environment_of(rig, sensor),
-        calibrated_degc(solve, observations),
+        calibrated_degc(solve.temperature, observations.temperature_degc),
         counts_earth=observations.from_level is not None,
     )
     declared = declared_directions(sensor)
     return request_for(
         name, sensor.channels, solve, table_uncertainty(rig), errors, rolls=sensor.rolls, declared=declared
     )
-
-
-def calibrated_degc(solve: Solve, observations: Observations) -> float | None:
-    """Return the mean temperature of a calibration that does not model it; None where it does or none was measured."""
-    measured = observations.temperature_degc
-    return None if measured is None or solve.temperature != "none" else float(measured.mean())

@@ -16,10 +16,11 @@ from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
-from ams.sets.verdict_conditions import NO_LEVEL, NO_TEMPERATURE
+from ams.sets.verdict_conditions import NO_LEVEL
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
 from procedures.solution.earth_turn import earth_errors
+from procedures.solution.temperature_of_use import use_errors
 from rig.description.device_settings import AxisSettings
 from rig.description.index_table import IndexTable
 from rig.description.rig_file import RigDescription, Sensor, Standard
@@ -299,24 +300,6 @@ def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -
         yield SharedError("thermometer", "temperature", u_degc, probe[1].kind, stated)
 
 
-def use_errors(sensor: Sensor, calibrated_degc: float | None) -> Iterator[SharedError]:
-    """Yield what use at other temperatures than that of the calibration does at most, by the sensor's data sheet."""
-    used = sensor.use_temperature_degc
-    if used is None or calibrated_degc is None:
-        return
-    away_degc = max(abs(end - calibrated_degc) for end in used)
-    where = f"used at {used[0]:g} to {used[1]:g} °C, calibrated at {calibrated_degc:.4g} °C"
-    offset_v, gain = (
-        largest * away_degc for largest in (sensor.largest_offset_tc_v_per_degc, sensor.largest_sensitivity_tc_per_degc)
-    )
-    if offset_v > 0.0:
-        stated = f"limit {1e6 * sensor.largest_offset_tc_v_per_degc:g} µV/°C, {where}"
-        yield SharedError("temperature of use, offset", "reading", offset_v / sqrt(3.0), "limit", stated)
-    if gain > 0.0:
-        stated = f"limit {1e6 * sensor.largest_sensitivity_tc_per_degc:g} ppm/°C, {where}"
-        yield SharedError("temperature of use, sensitivity", "gain", gain / sqrt(3.0), "limit", stated)
-
-
 def _nonlinearity(sensor: Sensor) -> Iterator[SharedError]:
     """Yield by what an output leaves its equation at most, each axis for itself."""
     if sensor.largest_nonlinearity_v > 0.0:
@@ -350,30 +333,6 @@ def _shift(sensor: Sensor) -> Iterator[SharedError]:
         yield SharedError(SHIFTS[1], "gain", u, "limit", f"{limit} {words}", is_of_one_channel=True)
         stated = f"{limit} {within}"
         yield SharedError(SHIFTS_WITHIN[1], "gain-course", u, stated=stated, is_of_one_channel=True)
-
-
-def use_warnings(sensor: Sensor, calibrated_degc: float | None, *, is_recorded: bool = True) -> tuple[str, ...]:
-    """Say that the range of use is not in the uncertainties, where neither a model nor a data sheet has its effect.
-
-    ``is_recorded``: whether a temperature was, or will be, recorded with the readings; nothing is counted without.
-    """
-    used = sensor.use_temperature_degc
-    if used is not None and not is_recorded:
-        return (
-            f"the sensor is to be used at {used[0]:g} to {used[1]:g} °C, as declared, and {NO_TEMPERATURE}: how far "
-            "that is from the calibration's is not known, and what it does, whatever limits are declared, is not in "
-            "these uncertainties; record it: temperature of the sensor in the rig file, or the column temperature_degc "
-            "of a file",
-        )
-    is_known = sensor.largest_offset_tc_v_per_degc > 0.0 or sensor.largest_sensitivity_tc_per_degc > 0.0
-    if used is None or calibrated_degc is None or is_known:
-        return ()
-    return (
-        f"the sensor is to be used at {used[0]:g} to {used[1]:g} °C and was calibrated at {calibrated_degc:.4g} °C "
-        "without a model of temperature: what that does is not in these uncertainties; declare "
-        "largest_offset_tc_v_per_degc and largest_sensitivity_tc_per_degc from its data sheet, or estimate temperature "
-        "coefficients",
-    )
 
 
 def _standard(rig: RigDescription, name: str | None) -> tuple[str, Standard] | None:

@@ -168,7 +168,7 @@ def _volts_of_other_units(file: TomlFile, rig: RigDescription, units: Mapping[st
     """Yield limits in volts of sensors that are not read in volts."""
     for serial, sensor in rig.sensors.items():
         others = [channel for channel in sensor.channels.values() if units.get(channel, "v") != "v"]
-        for key in ("largest_offset_shift_v", "largest_nonlinearity_v"):
+        for key in ("largest_offset_shift_v", "largest_nonlinearity_v", "largest_offset_tc_v_per_degc"):
             if getattr(sensor, key) > 0.0 and others:
                 yield file.complaint(
                     ("sensors", serial, key), f"is in volts, and {', '.join(others)} is not read in volts; remove it"

@@ -1,9 +1,12 @@
 """``calrig fit --joint``: package and table in one fit, under what the rig and the operator state of the table."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import numpy as np
+
+from ams.arrays import FloatArray
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
 from ams.calibration.jointly import solve_jointly, with_level
 from ams.calibration_result import with_findings
@@ -12,7 +15,7 @@ from ams.inputs.csv_table import CsvForm
 from ams.inputs.possible_outputs import refuse_impossible_outputs, refuse_overloads
 from ams.inputs.reading_times import clock_warnings
 from ams.inputs.request import CalibrationRequest
-from ams.solve.table_errors import TablePriors
+from ams.solve.table_errors import Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
@@ -21,6 +24,7 @@ from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.fitted import sensor_of, sensor_warnings, use_degc_of
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
+from procedures.solution.temperature_of_use import at_use, warnings_of_use
 from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
 from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription
@@ -61,12 +65,15 @@ def joint(
         refuse_overloads(mounting.observations, columns)
         refuse_impossible_outputs(mounting.observations, columns, meter_reach(rig, sensor_of(rig, sensor)))
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
+    measured = sensor_of(rig, sensor)
+    recorded_degc = _recorded_degc(mountings)
+    request = at_use(request, measured, recorded_degc)
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
-    measured = sensor_of(rig, sensor)
     of_temperature = temperature_warnings(mountings[0].observations, rig, measured)
     of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts, *of_temperature)
     of_rig += sensor_warnings(rig, sensor)
+    of_rig += warnings_of_use(measured, request.temperature, recorded_degc)
     of_rig += tuple(text for mounting in mountings for text in clock_warnings(mounting.observations))
     undeclared = Undeclared(
         () if set(priors) >= _TILTS else level_remarks(rig),
@@ -80,6 +87,12 @@ def joint(
     if wish is not None:
         write_set(wish, mountings[0].observations, solved)
     return {**joint_document(found, solved, budgets), "model": "pitch-roll", "convention": "TP"}
+
+
+def _recorded_degc(mountings: Sequence[Mounting]) -> FloatArray | None:
+    """Return the temperatures of all rows; None where the file has none."""
+    read = [rows for mounting in mountings if (rows := mounting.observations.temperature_degc) is not None]
+    return np.concatenate(read) if read else None
 
 
 def check_joint(request: CalibrationRequest, rig: RigDescription | None) -> RigDescription:

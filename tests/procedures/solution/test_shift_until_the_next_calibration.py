@@ -46,13 +46,20 @@ def test_a_limit_of_each_axis_is_an_error_of_its_own(tmp_path) -> None:
     assert at_rest == found.keys() - {*SHIFTS, *SHIFTS_WITHIN}
 
 
-@pytest.mark.parametrize("key", ["largest_offset_shift_v", "largest_nonlinearity_v"])
+@pytest.mark.parametrize(
+    "key",
+    [
+        "largest_offset_shift_v",
+        "largest_nonlinearity_v",
+        "use_temperature_degc = [10.0, 30.0]\nlargest_offset_tc_v_per_degc",
+    ],
+)
 def test_volts_of_a_sensor_that_is_read_in_counts_are_refused(tmp_path, key: str) -> None:
     path = tmp_path / "rig.toml"
     text = (ROOT / "examples" / "servo-mechanism" / "rig.toml").read_text(encoding="utf-8")
     serial = text.partition("[sensors.")[2].partition("]")[0]
     path.write_text(text.replace(f"[sensors.{serial}]\n", f"[sensors.{serial}]\n{key} = 1e-4\n"))
-    with pytest.raises(DescriptionError, match=f"{key}.*not read in volts"):
+    with pytest.raises(DescriptionError, match=f"{key.rpartition(chr(10))[2]}.*not read in volts"):
         read_rig(path)
 
 

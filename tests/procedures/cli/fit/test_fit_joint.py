@@ -236,6 +236,37 @@ def test_what_a_sensor_may_shift_by_is_in_a_joint_fit_of_two_mounts(
         assert limit_v / 3.0**0.5 < u_v < limit_v * 2.0**0.5, "shift since, and within: each at most its limit"
 
 
+@pytest.mark.parametrize("mounts", [("upright",), ("upright", "reversed")], ids=["one", "two"])
+def test_use_at_other_temperatures_is_in_a_joint_fit_or_said_as_in_any_other(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], mounts: tuple[str, ...]
+) -> None:
+    """GUM 4.3.7: a limit over the 12 °C to the farther end of use is a rectangle; it was neither counted nor said."""
+    file, limit_v_per_degc, range_of_use = write_mounts(tmp_path / "rows.csv", mounts, 0.0), 3e-5, "10 to 30 °C"
+    head, *rows = file.read_text(encoding="utf-8").splitlines()
+    at_22 = [f"{head},temperature_degc", *(f"{row},22.0" for row in rows)]
+    two = ("--prior", "seat=0.5", "--mount", "mount") if len(mounts) > 1 else ()
+
+    def fitted(limits: str, lines: list[str]) -> tuple[dict[str, float], str]:
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        rig = rig_with(tmp_path, 2e-6, f"use_temperature_degc = [10.0, 30.0]\n{limits}")
+        document = call(
+            capsys, "fit", file, *AXES, "--joint", "--rig", rig, "--sensor", "SN1047", *two, "--json"
+        ).document
+        offsets = {axis: found["parameters"]["offset_v"] for axis, found in document["axes"].items()}
+        said = [text for text in document["warnings"] if f"is to be used at {range_of_use}" in text]
+        return {axis: offset["standard_uncertainty"] for axis, offset in offsets.items()}, " ".join(said)
+
+    limit = f"largest_offset_tc_v_per_degc = {limit_v_per_degc}\n"
+    (unknown, said), (limited, silent), (_, unread) = (
+        fitted("", at_22), fitted(limit, at_22), fitted(limit, [head, *rows])
+    )  # fmt: skip
+    assert ("without a model of temperature" in said, silent) == (True, "")
+    assert "as declared, and no temperature was recorded" in unread
+    for axis, u_v in limited.items():
+        added = (limit_v_per_degc * 12.0) ** 2 / 3.0
+        assert u_v**2 - unknown[axis] ** 2 == pytest.approx(added, rel=1e-5)
+
+
 def test_a_meter_that_nobody_declared_is_told_by_a_joint_fit(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
