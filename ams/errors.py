@@ -21,6 +21,10 @@ class SetError(AmsError):
     """A coefficient set or export is damaged, of a newer version, or of another kind than it says."""
 
 
+class SetWithdrawn(SetError):
+    """A set that a person withdrew, by name and with a reason; nothing was computed or written with it."""
+
+
 class SetNotUsable(UserWarning):
     """A set in use whose calibration says of itself that it is not usable: a warning, the set does what it is asked."""
 

@@ -7,7 +7,7 @@ out carries the name of who approved it since, and everything drawn from it says
 from sqlalchemy import Connection, Select, select
 
 from ams.archive.tables import SIGNATURES
-from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict
+from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, Withdrawal
 
 ACCEPTED = "accepted"
 """The role of a signature whose comment is what was accepted, a colon and the reason."""
@@ -15,9 +15,21 @@ OF_WHAT = ": "
 """Between what was accepted (a finding's name, or the verdict) and the reason."""
 
 
+WITHDRAWN = "withdrawn"
+"""The role of a signature whose comment is why the set must not be used any more."""
+
+
 def withdrawn() -> Select[tuple[str]]:
     """Return the query of the checksums of sets that must not be used any more."""
-    return select(SIGNATURES.c.sha256).where(SIGNATURES.c.role == "withdrawn")
+    return select(SIGNATURES.c.sha256).where(SIGNATURES.c.role == WITHDRAWN)
+
+
+def withdrawals(connection: Connection, sha256: str | None = None) -> dict[str, Withdrawal]:
+    """Return who withdrew a set, when and why, by the checksum of the set; of one set or all."""
+    query = select(SIGNATURES.c.sha256, SIGNATURES.c.name, SIGNATURES.c.signed_utc, SIGNATURES.c.comment).where(
+        SIGNATURES.c.role == WITHDRAWN, *([] if sha256 is None else [SIGNATURES.c.sha256 == sha256])
+    )
+    return {of: Withdrawal(name, utc, reason) for of, name, utc, reason in connection.execute(query)}
 
 
 def approved() -> Select[tuple[str]]:

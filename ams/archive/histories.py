@@ -4,23 +4,28 @@ A history reads the sensor's own calibrations and as many of others as its scatt
 archive is. Only where something is found are all of the kind read: whose characteristics these are, and what the
 witnesses of the same run say, is known by them alone.
 
+A calibration that was withdrawn is told beside the charts, with what it had found: it is in no mean, in no limit and in
+no scatter, and before no other.
+
 Where the rig has a permanent check sensor, what it says of a run stands beside what a sensor is found to have done.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from itertools import accumulate
 
-from sqlalchemy import Connection, select, true
+from sqlalchemy import ColumnElement, Connection, and_, select, true
 from sqlalchemy.sql.functions import count
 
+from ams.archive.approvals import withdrawals, withdrawn
 from ams.archive.connection import reading
 from ams.archive.quarantines import Quarantined, quarantined, quarantined_of
 from ams.archive.sets import BUSY_TIMEOUT_S, stored_provenance
 from ams.archive.tables import POINTS, SETS
 from ams.errors import ArchiveError, ArchiveUnknown
 from ams.sets.canonical import table
+from ams.sets.stated_verdict import Withdrawal
 from ams.surveillance.adjustment import acceptance_of
 from ams.surveillance.between_runs import LEARNED_FROM, names_behind
 from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
@@ -28,6 +33,17 @@ from ams.surveillance.control_chart import History, history_of
 from ams.surveillance.history_points import unpack
 from ams.surveillance.interval_advice import IntervalAdvice, advise_interval
 from ams.surveillance.series import PointLabel, Population
+
+
+@dataclass(frozen=True)
+class WithdrawnCalibration:
+    """A calibration that must not be used: beside the charts, and no point of them."""
+
+    sha256: str
+    created_utc: datetime
+    withdrawal: Withdrawal
+    value: Mapping[str, float] = field(default_factory=dict)
+    """What it had found, by the name and in the unit of a chart; empty where it was of other axes."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +58,9 @@ class SensorHistory:
     advice: IntervalAdvice | None
     """None without a limit, or with one calibration."""
     in_quarantine: tuple[Quarantined, ...] = ()
-    """Its calibrations that are no points of the charts, the earliest first."""
+    """Its calibrations in quarantine, which are no points of the charts, the earliest first."""
+    withdrawn: tuple[WithdrawnCalibration, ...] = ()
+    """Its calibrations that were withdrawn, which are no points of the charts either, the earliest first."""
 
 
 def history(
@@ -55,6 +73,7 @@ def history(
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
     """
     population = population_of(archive_url, sensor, busy_timeout_s, until_utc, only_needed=True)
+    _require_points(population, sensor)
     if not population.numbers.sensitivity.all():
         raise ArchiveError(
             f"archive: sensor {sensor!r}: its sets have an equation of their own, without a direction of sensitivity; "
@@ -67,6 +86,7 @@ def history(
         found = with_rig_causes(population, found)
     with reading(archive_url, busy_timeout_s) as connection:
         held = quarantined_of(connection, sensor, until_utc)
+        gone = _withdrawn_of(connection, population, sensor, until_utc)
         declared = stored_provenance(connection, found.labels[-1].sha256)["acceptance"]
     limits = acceptance_of(None if declared is None else table(declared)).limits_deg
     limit = min(limits.values(), default=None)
@@ -76,7 +96,51 @@ def history(
         limit,
         None if limit is None else advise_interval(found, limit),
         held,
+        gone,
     )
+
+
+def _require_points(population: Population, sensor: str) -> None:
+    """Check that anything is charted of a sensor. Raises: ArchiveUnknown."""
+    rows = population.rows_of(sensor)
+    if rows.start == rows.stop:
+        raise ArchiveUnknown(
+            f"archive: sensor {sensor!r}: no calibration of it counts: all are withdrawn, in quarantine or later than "
+            f"was asked for; nothing is charted; calrig archive list --sensor {sensor} names them"
+        )
+
+
+def _withdrawn_of(
+    connection: Connection, population: Population, sensor: str, until_utc: datetime | None
+) -> tuple[WithdrawnCalibration, ...]:
+    """Return the withdrawn calibrations of a sensor; their values per the g of its latest one that counts."""
+    words = withdrawals(connection)
+    query = select(SETS.c.sha256, SETS.c.created_utc).where(SETS.c.sensor == sensor, SETS.c.sha256.in_(withdrawn()))
+    found = [
+        WithdrawnCalibration(sha256, created_utc, words[sha256])
+        for sha256, created_utc in connection.execute(query.order_by(SETS.c.created_utc, SETS.c.sha256))
+        if until_utc is None or created_utc <= until_utc
+    ]
+    numbers, first = population.numbers, population.rows_of(sensor)
+    is_simulated = connection.execute(
+        select(SETS.c.simulated).where(SETS.c.sha256 == population.labels[first.start].sha256)
+    ).scalar_one()
+    kind = _Kind(",".join(numbers.axes), numbers.sensitivity_name, bool(is_simulated))
+    rows = _rows(connection, kind, [sensor], SETS.c.sha256.in_(withdrawn()))
+    beside = _rows(connection, kind, [sensor])
+    value = _values_beside(kind, rows, sorted(_known(beside, until_utc), key=lambda row: row[3]))
+    return tuple(replace(entry, value=value.get(entry.sha256, {})) for entry in found)
+
+
+def _values_beside(kind: "_Kind", rows: Sequence["_Row"], counted: Sequence["_Row"]) -> dict[str, dict[str, float]]:
+    """Return the characteristics of withdrawn calibrations by checksum; the latest that counts stands last."""
+    every = [*rows, *counted]
+    packed = unpack(kind.axes.split(","), [row[-1] for row in every], kind.sensitivity_name)
+    found = Population([PointLabel(*row[:-1]) for row in every], packed).characteristics
+    return {
+        row[0]: dict(zip(found.names, values.tolist(), strict=True))
+        for row, values in zip(rows, found.value, strict=False)
+    }
 
 
 def _of(population: Population, sensor: str) -> tuple[History, CheckHistory | None]:
@@ -108,7 +172,9 @@ def population_of(
     """Return all calibrations of the sensor's kind (same axes, same unit).
 
     Of several solutions of a run the one that was published last counts. Simulated calibrations count only for a sensor
-    that was never measured. Sets in quarantine are left out. ``only_needed``: the sensor's own and those of others that
+    that was never measured. Sets in quarantine and sets that were withdrawn are left out.
+
+    ``only_needed``: the sensor's own and those of others that
     :func:`ams.surveillance.between_runs.pooled_scatter` learns from.
 
     Raises: ArchiveError; ArchiveUnknown where the sensor is not in the archive.
@@ -171,8 +237,18 @@ def _known(rows: Sequence[_Row], until_utc: datetime | None) -> list[_Row]:
     return list({(sensor, run_id or sha256): row for row in known for sha256, sensor, run_id in (row[:3],)}.values())
 
 
-def _rows(connection: Connection, kind: _Kind, sensors: Sequence[str] | None) -> list[_Row]:
-    """Return the calibrations of a kind, of the named sensors or of all, in the order in which they were published."""
+def _standing() -> ColumnElement[bool]:
+    """Return the condition that nobody withdrew a set, and that it is in no quarantine."""
+    return and_(SETS.c.sha256.not_in(quarantined()), SETS.c.sha256.not_in(withdrawn()))
+
+
+def _rows(
+    connection: Connection, kind: _Kind, sensors: Sequence[str] | None, which: ColumnElement[bool] | None = None
+) -> list[_Row]:
+    """Return the calibrations of a kind, of the named sensors or of all, in the order in which they were published.
+
+    ``which``: None: those that stand.
+    """
     columns = (SETS.c.sha256, SETS.c.sensor, SETS.c.run_id, SETS.c.created_utc, POINTS.c.rig, POINTS.c.check_sensor,
                POINTS.c.gravity_mps2, POINTS.c.numbers)  # fmt: skip
     both = SETS.join(POINTS, SETS.c.sha256 == POINTS.c.sha256)
@@ -182,7 +258,7 @@ def _rows(connection: Connection, kind: _Kind, sensors: Sequence[str] | None) ->
         .where(POINTS.c.axes == kind.axes, POINTS.c.sensitivity_name == kind.sensitivity_name)
         .where(SETS.c.simulated == kind.is_simulated)
         .where(true() if sensors is None else SETS.c.sensor.in_(sensors))
-        .where(SETS.c.sha256.not_in(quarantined()))
+        .where(_standing() if which is None else which)
         .order_by(SETS.c.published_utc, SETS.c.sha256)
     )
     return [tuple(row) for row in connection.execute(query)]

@@ -10,13 +10,13 @@ reason; both go into the record. Simulated runs rest on no standard, so nothing 
 
 import json
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date, datetime
 from typing import Any
 
 from sqlalchemy import Connection, literal, or_, select
 
-from ams.archive.approvals import withdrawn
+from ams.archive.approvals import withdrawals, withdrawn
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import quarantine, quarantined
@@ -385,5 +385,12 @@ def _stored_adjustment(connection: Connection, sha256: str) -> Adjustment | None
     if text is None:
         return None
     is_held = connection.execute(quarantined().where(QUARANTINES.c.sha256 == sha256)).first() is not None
-    why = no_conformity(stored_set(connection, sha256).verdict, is_in_quarantine=is_held)
-    return without_conformity(from_document(json.loads(text)), why)
+    stored = stored_set(connection, sha256)
+    why = no_conformity(stored.verdict, is_in_quarantine=is_held, is_withdrawn=stored.withdrawal is not None)
+    found = without_conformity(from_document(json.loads(text)), why)
+    if found.as_found is None:
+        return found
+    if stored.withdrawal is not None:
+        return replace(found, as_found=None, no_as_found="not judged, the set of this run is withdrawn")
+    previous = found.as_found.set_sha256
+    return replace(found, withdrawn_since=withdrawals(connection, previous).get(previous))

@@ -7,22 +7,22 @@ found and left are published by :mod:`ams.archive.runs`; this file holds what is
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from datetime import datetime
+from datetime import date, datetime
 from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Select, case, select
 
-from ams.archive.approvals import accepted_verdicts, approved, approver_of, withdrawn
+from ams.archive.approvals import accepted_verdicts, approved, approver_of, withdrawals, withdrawn
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import Written, write
 from ams.archive.quarantines import quarantined
 from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS, VERDICTS
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.exports.json_text import from_json, parsed, to_json
-from ams.sets.canonical import Document, table
+from ams.sets.canonical import Document, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.schema import check_identity
-from ams.sets.stated_verdict import no_conformity, standing_in_words, unsigned_status
+from ams.sets.stated_verdict import Withdrawal, no_conformity, standing_in_words, unsigned_status
 from ams.surveillance.history_points import point_row
 
 BUSY_TIMEOUT_S = 10.0
@@ -41,9 +41,10 @@ class ArchivedSet:
     status: str
     """``engineering``, ``approved`` (by the rig file or by signatures since) or ``withdrawn``."""
     standing: str
-    """The status in words; of a set that is approved though not usable, with who accepted that and why."""
+    """The status in words: by whom it was withdrawn and why, or who accepted an approval over not usable."""
     verdict: str | None
-    """Of the calibration: ``sound``, ``usable`` or ``not usable``; None where an earlier version tells none."""
+    """Of the calibration: ``sound``, ``usable`` or ``not usable``; None where an earlier version tells none, and of a
+    set that was withdrawn."""
     is_signed: bool
     """Approved by signature, as a certificate needs it; the rig file's ``approved_by`` is of rig and procedure."""
     simulated: bool
@@ -53,11 +54,13 @@ class ArchivedSet:
     published_utc: datetime
     rig: str
     as_found: str | None
-    """Verdict; None where there was nothing to find or no limit."""
+    """Verdict; None where there was nothing to find or no limit, and by a set that was withdrawn."""
     as_left: str | None
-    """Verdict; None where there is no limit, or none is judged: not usable, or in quarantine."""
+    """Verdict; None where there is no limit, or none is judged: not usable, withdrawn, or in quarantine."""
     quarantine: str | None
     """Why it is in quarantine; None where it is not, or was released."""
+    withdrawal: Withdrawal | None
+    """Who withdrew it, when and why; None where nobody did."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +93,12 @@ def publish(
 ) -> tuple[Publication, ...]:
     """Put the sets into the archive, all or none; a set that is there already is left as it is.
 
-    Raises: ArchiveError where the archive cannot be written; VectorsDisagree for a set that contradicts itself.
+    Raises: ArchiveError where the archive cannot be written, or a standard of a measured set had expired when it was
+    calibrated; VectorsDisagree for a set that contradicts itself; SetWithdrawn.
     """
     require_publishable(sets, published_utc)
+    for coefficients in sets:
+        _refuse_expired(coefficients)
     with writing(archive_url, busy_timeout_s) as connection:
         return insert_sets(connection, sets, published_utc, {})
 
@@ -117,14 +123,17 @@ def list_sets(
         "verdict": VERDICTS.c.verdict,
         "is_signed": case((SETS.c.sha256.in_(approved()), True), else_=False),
     }
-    names = [field.name for field in fields(ArchivedSet) if field.name != "standing"]
+    names = [field.name for field in fields(ArchivedSet) if field.name not in ("standing", "withdrawal")]
     listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]
     wanted = [*_conditions(search or Search()), *([] if sensor is None else [SETS.c.sensor == sensor])]
     with reading(archive_url, busy_timeout_s) as connection:
         rows = [dict(zip(names, row, strict=True)) for row in connection.execute(_query(listed, wanted))]
-        accepted = accepted_verdicts(connection)
+        accepted, withdrawn_by = accepted_verdicts(connection), withdrawals(connection)
     for row in rows:
-        word = accepted.get(row["sha256"])
+        word, row["withdrawal"] = accepted.get(row["sha256"]), withdrawn_by.get(row["sha256"])
+        if row["withdrawal"] is not None:
+            row |= {"standing": str(row["withdrawal"]), "verdict": None, "as_found": None, "as_left": None}
+            continue
         if row["status"] == "approved" and not row["is_signed"]:
             row["status"] = unsigned_status(row["status"], row["verdict"])
         row["standing"] = standing_in_words(row["status"], row["verdict"], word)
@@ -175,6 +184,7 @@ def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
         found,
         approved_by_signature=approver_of(connection, sha256),
         accepted_verdict=accepted_verdicts(connection, sha256).get(sha256),
+        withdrawal=withdrawals(connection, sha256).get(sha256),
     )
 
 
@@ -210,7 +220,7 @@ def _refuse_another(document: Document, sha256: str) -> None:
 def require_publishable(sets: Sequence[CoefficientSet], published_utc: datetime) -> None:
     """Refuse sets that cannot be published.
 
-    Raises: ArchiveError for a time without its zone; VectorsDisagree for a set that contradicts itself.
+    Raises: ArchiveError for a time without its zone; VectorsDisagree for a set that contradicts itself; SetWithdrawn.
     """
     if published_utc.tzinfo is None:
         raise ArchiveError(
@@ -218,7 +228,23 @@ def require_publishable(sets: Sequence[CoefficientSet], published_utc: datetime)
             "pass an aware time"
         )
     for coefficients in sets:
+        coefficients.require_standing(f"{coefficients.sensor}: publish", "nothing was published")
         coefficients.check_vectors(f"{coefficients.sensor}: publish")
+
+
+def _refuse_expired(coefficients: CoefficientSet) -> None:
+    """Refuse a measured set whose standards were overdue on its day. Raises: ArchiveError."""
+    day = coefficients.created_utc.astimezone().date()  # a certificate's due day is one at the wall
+    standards = [table(entry) for entry in listed(coefficients.provenance["standards"])]
+    overdue = [entry for entry in standards if entry["due"] and date.fromisoformat(str(entry["due"])) < day]
+    if overdue and not coefficients.is_simulated:
+        named = ", ".join(
+            f"{entry['name']} ({entry['certificate'] or 'no certificate'}, due {entry['due']})" for entry in overdue
+        )
+        raise ArchiveError(
+            f"{coefficients.sensor}: standards had expired when it was calibrated on {day}: {named}; nothing was "
+            "published; have them calibrated and measure again"
+        )
 
 
 def insert_sets(

@@ -5,7 +5,7 @@ from datetime import datetime
 from typing import Literal
 
 from ams.sets.stated_findings import StatedFinding
-from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, standing_in_words
+from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, Withdrawal, standing_in_words
 
 Role = Literal["prepared", "reviewed", "approved", "withdrawn"]
 ORDER: tuple[Role, ...] = ("prepared", "reviewed", "approved")
@@ -82,7 +82,9 @@ class SignOff:
 
     @property
     def standing(self) -> str:
-        """The state in words; of a set that is approved though not usable, with who accepted that and why."""
+        """The state in words: by whom it was withdrawn and why, or who accepted an approval over not usable."""
+        if self.withdrawal is not None:
+            return str(self.withdrawal)
         word = self.accepted_verdict
         return standing_in_words(
             self.state, self.verdict, None if word is None else AcceptedVerdict(word.name, word.reason)
@@ -110,12 +112,10 @@ class SignOff:
         return reviewed is not None and approved is not None and is_same_person(reviewed.name, approved.name)
 
     @property
-    def withdrawal(self) -> str | None:
-        """By whom, when and why the set was withdrawn, in words; None where it was not."""
+    def withdrawal(self) -> Withdrawal | None:
+        """By whom, when and why the set was withdrawn; None where it was not."""
         word = self.by("withdrawn")
-        if word is None:
-            return None
-        return f"withdrawn by {word.name} on {word.signed_utc:%Y-%m-%d} (UTC): {word.comment.strip().rstrip('.')}"
+        return None if word is None else Withdrawal(word.name, word.signed_utc, word.comment)
 
     @property
     def is_approved(self) -> bool:

@@ -19,9 +19,10 @@ FORMATS: Registry[Format] = Registry("calrig.exports", Format, SetError)
 def export_set(coefficients: CoefficientSet, format_name: str, path: str | Path) -> None:
     """Write the set whole.
 
-    Raises: SetError for an unknown format, a file name of another format, a set that the format has no form of, or a
-    file system that refuses.
+    Raises: SetWithdrawn; SetError for an unknown format, a file name of another format, a set that the format has no
+    form of, or a file system that refuses.
     """
+    coefficients.require_standing(f"{path}: export", "nothing was written")
     wanted, path = format_named(format_name, coefficients.sensor), Path(path)
     if _by_ending(path) != wanted:
         raise SetError(

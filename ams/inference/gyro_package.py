@@ -35,6 +35,7 @@ class GyroPackage:
 
     def __post_init__(self) -> None:
         name, axes = self.coefficients.sensor, tuple(self.columns)
+        self.coefficients.require_standing(name, "nothing was computed")
         if len(axes) != 3 or any(self.coefficients.axes[axis].form.unit != "dps" for axis in axes):
             raise OutsideValidity(f"{name}: got the axes {', '.join(axes)}, needed three gyros; nothing was computed")
         if self.coefficients.needs_temperature:

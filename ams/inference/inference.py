@@ -52,6 +52,7 @@ class Package:
     """Standard, of the g where the set is used; None where nobody declares it."""
 
     def __post_init__(self) -> None:
+        self.coefficients.require_standing(self.coefficients.sensor, "nothing was computed")
         self._check_alignment()
         check_site_gravity(self.coefficients, self.site_gravity_mps2, self.site_gravity_uncertainty_mps2)
 

@@ -22,8 +22,9 @@ def check_applicability(
 ) -> None:
     """Refuse a set that does not belong to where it is used.
 
-    Raises: OutsideValidity where it was calibrated with another chain or at another g, or does not say.
+    Raises: OutsideValidity where it was calibrated with another chain or at another g, or does not say; SetWithdrawn.
     """
+    coefficients.require_standing(coefficients.sensor, "nothing was computed")
     if chain_serial is not None:
         _check_chain(coefficients, chain_serial)
     if site_gravity_mps2 is not None and coefficients.senses_gravity:

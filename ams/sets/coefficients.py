@@ -11,7 +11,7 @@ from functools import cached_property
 from html import escape
 
 from ams.calibration_result import METHOD_VERSION, Calibration
-from ams.errors import SetError
+from ams.errors import SetError, SetWithdrawn
 from ams.gravity import Gravity
 from ams.sets.axis_section import axis_numbers, axis_section
 from ams.sets.canonical import Document, Json, listed, number, plain, render, table, with_checksum
@@ -24,6 +24,7 @@ from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_verdict import (
     NOT_USABLE,
     AcceptedVerdict,
+    Withdrawal,
     standing_in_words,
     stated_verdict,
     unsigned_status,
@@ -48,6 +49,9 @@ class CoefficientSet:
     accepted_verdict: AcceptedVerdict | None = field(default=None, compare=False)
     """Who accepted that the calibration is not usable, as the archive knows; None where nobody did or had to."""
 
+    withdrawal: Withdrawal | None = field(default=None, compare=False)
+    """Who withdrew it, when and why, as the archive knows; None where nobody did."""
+
     def __repr__(self) -> str:
         axes = ", ".join(self.axes)
         return f"CoefficientSet({self.sensor}: {self.model}, axes {axes}, {self.standing}, sha256 {self.sha256[:12]})"
@@ -71,7 +75,9 @@ class CoefficientSet:
 
     @property
     def status(self) -> str:
-        """``engineering`` or ``approved``; not usable, it is approved by nothing but a signature over it."""
+        """``engineering``, ``approved`` or ``withdrawn``; not usable, nothing but a signature over it approves it."""
+        if self.withdrawal is not None:
+            return "withdrawn"
         if self.approved_by:
             return "approved"
         return unsigned_status(str(self.document["status"]), self.verdict)
@@ -80,8 +86,10 @@ class CoefficientSet:
     def approved_by(self) -> str | None:
         """Who approved it: by the rig file when it was calibrated, or by signature since; None where nobody did.
 
-        Who approved the rig said nothing of a calibration that is not usable.
+        Who approved the rig said nothing of a calibration that is not usable; withdrawn, it is approved by nobody.
         """
+        if self.withdrawal is not None:
+            return None
         declared = None if self.verdict == NOT_USABLE else self.document["approved_by"]
         return str(declared) if declared else self.approved_by_signature
 
@@ -92,7 +100,9 @@ class CoefficientSet:
 
     @property
     def doubt(self) -> str | None:
-        """What whoever uses it must know: that its calibration is not usable, why, and who accepted that; else None."""
+        """What a user must know: that it is withdrawn, or not usable, why, and who accepted that; else None."""
+        if self.withdrawal is not None:
+            return f"{self.sensor}: set {self.sha256[:12]} is {self.withdrawal}: it must not be used"
         if self.verdict != NOT_USABLE:
             return None
         word = self.accepted_verdict
@@ -101,7 +111,9 @@ class CoefficientSet:
 
     @property
     def standing(self) -> str:
-        """The status in words; of a set that is approved though not usable, with who accepted that and why."""
+        """The status in words: by whom it was withdrawn and why, or who accepted an approval over not usable."""
+        if self.withdrawal is not None:
+            return str(self.withdrawal)
         return standing_in_words(self.status, self.verdict, self.accepted_verdict)
 
     @property
@@ -163,6 +175,14 @@ class CoefficientSet:
         if self.is_built:
             check_schema(self.document, self.sensor)
         return render(self.document)
+
+    def require_standing(self, where: str, spared: str) -> None:
+        """Refuse a set that was withdrawn. ``spared``: what was not done. Raises: SetWithdrawn."""
+        if self.withdrawal is not None:
+            raise SetWithdrawn(
+                f"{where}: set {self.sha256[:12]} of {self.sensor} is {self.withdrawal}; it is not for use and "
+                f"{spared}; use another set of the sensor, or calibrate again"
+            )
 
     def check_vectors(self, where: str) -> VectorAgreement:
         """Recompute the test vectors. Raises: VectorsDisagree."""

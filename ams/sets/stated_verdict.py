@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Final
 
 from ams.finding_kinds import UNUSABLE_AXIS
@@ -21,6 +22,19 @@ class AcceptedVerdict:
 
     name: str
     reason: str
+
+
+@dataclass(frozen=True)
+class Withdrawal:
+    """One person's word that a set must not be used any more, when it was given and why."""
+
+    name: str
+    withdrawn_utc: datetime
+    reason: str
+
+    def __str__(self) -> str:
+        """Return ``withdrawn by A. Ray on 2026-03-05 (UTC): the mount was loose``."""
+        return f"withdrawn by {self.name} on {self.withdrawn_utc:%Y-%m-%d} (UTC): {self.reason.strip().rstrip('.')}"
 
 
 def stated_verdict(document: Document) -> str | None:
@@ -68,8 +82,10 @@ def grounds_in_words(document: Document) -> str:
     return "; ".join(f"{ground} ({found})" for ground, found in stated.items() if found)
 
 
-def no_conformity(verdict: str | None, *, is_in_quarantine: bool) -> str | None:
+def no_conformity(verdict: str | None, *, is_in_quarantine: bool, is_withdrawn: bool = False) -> str | None:
     """Return why no limit is judged of a sensor as left: its stated uncertainties do not hold; else None."""
+    if is_withdrawn:
+        return "the set is withdrawn"
     if verdict == NOT_USABLE:
         return "the calibration is not usable"
     return "the set was put in quarantine" if is_in_quarantine else None

@@ -26,7 +26,7 @@ from ams.errors import OutsideValidity
 from ams.observations import Observations
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.stated_verdict import no_conformity
+from ams.sets.stated_verdict import Withdrawal, no_conformity
 from ams.surveillance.attitude_errors import AngleErrors, angles_of, errors_of
 from ams.surveillance.level_errors import LevelErrors, level_errors_of
 from ams.surveillance.level_errors import from_document as read_level_errors
@@ -123,6 +123,8 @@ class Adjustment:
     """What of the reference attitude the uncertainties of the errors count."""
     not_judged: str | None = None
     """Why the limits that are declared are not judged as left; None where they are, or where there is none."""
+    withdrawn_since: Withdrawal | None = None
+    """Who withdrew the set that the sensor was found by, as the archive knows now; None where nobody did."""
 
 
 def adjust(

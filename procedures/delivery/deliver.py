@@ -144,15 +144,18 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     elif not sets:
         parts.fail(("archive", "exports"), "there is no set")
     tell("writing coefficient sets, archive and exports")
-    paths = parts.made("set", lambda: _written_sets(run, sets)) if sets else {}
+    standing = {name: made for name, made in sets.items() if made.withdrawal is None}
+    if len(standing) < len(sets):
+        parts.leave_out(("set", "archive", "exports"), _why_withdrawn(sets))
+    paths = parts.made("set", lambda: _written_sets(run, standing)) if standing else {}
     crash_point(CrashPoint.SETS_WRITTEN)
     archived = None
-    if sets and archive_url is not None and kept is not None:
-        archived = parts.made("archive", lambda: publish_solved(url, run.folder, run.record, run.sensors, sets))
+    if standing and archive_url is not None and kept is not None:
+        archived = parts.made("archive", lambda: publish_solved(url, run.folder, run.record, run.sensors, standing))
     elif sets and archive_url is None:
         parts.leave_out(("archive",), "no archive is asked for")
     crash_point(CrashPoint.PUBLISHED)
-    exports = parts.made("exports", lambda: _exported(run, sets)) if sets else ()
+    exports = parts.made("exports", lambda: _exported(run, standing)) if standing else ()
     past = parts.made("html", lambda: past_of(run.record, run.sensors, sets, archived, archive_url))
     view = parts.made("html", lambda: view_of(run.record, run.sensors, past))
     drawn = None if view is None else parts.made("html", lambda: draw_report(view, tell))
@@ -162,8 +165,8 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     else:
         parts.made("html", lambda: write_screen(drawn, run.folder))
         tell("setting the paper")
-        parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(sets.values())))
-        _write_sensor_documents(run, drawn, sets, past, parts, tell)
+        parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(standing.values())))
+        _write_sensor_documents(run, drawn, standing, past, parts, tell)
     if (hindered := parts.hindered()) and view is not None:
         rows = [asdict(row) for row in overview_rows(view)]
         parts.made("html", lambda: write_verdict(run.folder, view.verdict, rows, hindered))
@@ -208,6 +211,12 @@ def _write_plain(run: SolvedRun, view: RunView | None, parts: Parts) -> None:
 
 def _tracebacks(run: SolvedRun) -> dict[str, str]:
     return {name: solved.traceback for name, solved in run.sensors.items() if solved.traceback}
+
+
+def _why_withdrawn(sets: Mapping[str, CoefficientSet]) -> str:
+    """Say which sets are not delivered again, and why; files of before are not called back."""
+    gone = [f"set {made.sha256[:12]} of {name} is {made.withdrawal}" for name, made in sets.items() if made.withdrawal]
+    return f"{'; '.join(gone)}: it is not for use and not written again; do not use files of it from before"
 
 
 def _why_no_set(run: SolvedRun) -> str:
@@ -377,4 +386,5 @@ def publish_folder(
         raise RequestError(f"{folder}: no sensor has a set: {'; '.join(_without_set(run))}; nothing was published")
     url = archive_of(run.record.is_simulated)
     sets |= kept_sets(url, sets)
-    return url, publish_solved(url, folder, run.record, run.sensors, sets, override, supersede)
+    standing = {name: made for name, made in sets.items() if made.withdrawal is None}
+    return url, publish_solved(url, folder, run.record, run.sensors, standing or sets, override, supersede)

@@ -16,6 +16,8 @@ from procedures.delivery.number_changes import number_changes
 def kept_sets(archive_url: str, sets: Mapping[str, CoefficientSet]) -> dict[str, CoefficientSet]:
     """Return sensor to the archived set of the same run that its set repeats; a sensor without one is missing.
 
+    One that was withdrawn comes with that: what a person withdrew does not stand again under other last digits.
+
     An archive that is not there, or cannot be read now, keeps nothing: that it cannot be written is told where the sets
     are published.
 
@@ -28,7 +30,7 @@ def kept_sets(archive_url: str, sets: Mapping[str, CoefficientSet]) -> dict[str,
             entries = list_sets(archive_url, search=Search(run_id=run_id)) if isinstance(run_id, str) else ()
             for entry in entries:  # of several that are alike the newest
                 made = sets.get(entry.sensor)
-                if made is None or entry.status == "withdrawn":
+                if made is None:
                     continue
                 archived = show(archive_url, entry.sha256)
                 if _is_repeated(archived, made):

@@ -23,12 +23,13 @@ def past_of(
     archive_url: str | None,
 ) -> Past:
     """Return as found, as left and the calibrations before, as the archive knew them when this run ended."""
+    standing = {name: coefficients for name, coefficients in sets.items() if coefficients.withdrawal is None}
     if archived is None or archive_url is None:
-        return Past(as_left(record, sensors, sets))
+        gone = () if archive_url is None else tuple(made for made in sets.values() if made.withdrawal is not None)
+        withdrawn = {made.sensor: sign_off(str(archive_url), made.sha256) for made in gone}
+        return Past(as_left(record, sensors, standing), signed=withdrawn)
     try:
-        histories = {
-            name: history(archive_url, name, until_utc=coefficients.created_utc) for name, coefficients in sets.items()
-        }
+        histories = {name: history(archive_url, name, until_utc=made.created_utc) for name, made in standing.items()}
     except ArchiveError:  # what was published stands; the look at the years before is told where the command looks
         histories = {}
     signed = {}

@@ -1,7 +1,8 @@
 """A sensor's control charts: every characteristic against its first value, as an angle, with what was to be expected.
 
 One panel a characteristic, one row a kind. The band is the prediction interval of the calibration before, bars are
-expanded uncertainties (k = 2), a finding is a ring and a dashed line. Told apart without colour by their shapes.
+expanded uncertainties (k = 2), a finding is a ring and a dashed line, a withdrawn calibration a cross that no line
+touches. Told apart without colour by their shapes.
 """
 
 from collections.abc import Sequence
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ams.archive.histories import SensorHistory
+from ams.archive.histories import SensorHistory, WithdrawnCalibration
 from ams.arrays import FloatArray
 from ams.surveillance.check_chart import ComponentChart
 from ams.surveillance.control_chart import Chart
@@ -30,6 +31,7 @@ CAPTION = (
     "since the last step. Ring: a finding. Of a check sensor also what its axes did alike (meter) and how it turned "
     "(table): band about the mean of the runs before, dotted: exponentially weighted mean."
 )
+WITHDRAWN = " Cross: a calibration that was withdrawn; it is in no mean and no band, and before no other."
 
 
 def history_figure(found: SensorHistory) -> Figure:
@@ -50,6 +52,7 @@ def history_figure(found: SensorHistory) -> Figure:
             for axes, chart in zip(panels, row, strict=False):
                 _draw_chart(axes, when, chart)
                 _mark(axes, when, found, chart)
+                _strike(axes, found.withdrawn, chart)
         for panels, part in zip(grid[len(rows) :], components, strict=True):
             for axes, component in zip(panels, part, strict=False):
                 _draw_component(axes, when, component)
@@ -63,7 +66,8 @@ def history_figure(found: SensorHistory) -> Figure:
         figure.suptitle(_title(found), fontsize=9.5, x=0.01, ha="left")
         figure.tight_layout(rect=(0.0, 0.0, 1.0, 0.985))
         svg = canvas.to_svg(figure)
-    return Figure(f"history-{history.sensor}", f"History of {history.sensor}", CAPTION, svg)
+    caption = CAPTION + (WITHDRAWN if found.withdrawn else "")
+    return Figure(f"history-{history.sensor}", f"History of {history.sensor}", caption, svg)
 
 
 def _draw_chart(axes: "Axes", when: Any, chart: Chart) -> None:
@@ -109,6 +113,27 @@ def _mark(axes: "Axes", when: Any, found: SensorHistory, chart: Chart) -> None:
         )  # fmt: skip
 
 
+def _strike(axes: "Axes", withdrawn: Sequence[WithdrawnCalibration], chart: Chart) -> None:
+    """Draw a cross for each withdrawn calibration; one far outside what counts stands at the edge, with its value."""
+    low, high = axes.get_ylim()
+    room = high - low
+    for gone in withdrawn:
+        if chart.name not in gone.value:
+            continue
+        (value,) = _as_arcsec(chart, np.array([gone.value[chart.name]]))
+        moment = np.datetime64(gone.created_utc.replace(tzinfo=None), "s")
+        if low - room <= value <= high + room:
+            axes.plot(moment, value, color=canvas.INK, marker="x", markersize=5.0, linestyle="none")
+            continue
+        edge = 0.93 if value > high else 0.07
+        across = axes.get_xaxis_transform()
+        axes.plot(moment, edge, color=canvas.INK, marker="x", markersize=5.0, linestyle="none", transform=across)
+        axes.annotate(
+            f"{value:+.4g}″", (moment, edge), xycoords=("data", "axes fraction"), xytext=(4, -2),
+            textcoords="offset points", fontsize=6.5, color=canvas.INK,
+        )  # fmt: skip
+
+
 def _ring(axes: "Axes", when: Any, value: FloatArray) -> None:
     axes.plot(when, value, linestyle="none", marker="o", markersize=7.5, markerfacecolor="none", color=canvas.RED)
 
@@ -133,4 +158,5 @@ def _title(found: SensorHistory) -> str:
     shared = [] if found.check is None else [finding.component for finding in found.check.findings]
     unjudged = found.check is not None and not found.check.is_judged
     signs = ", ".join(dict.fromkeys([*found_signs, *shared])) or ("cannot judge yet" if unjudged else "nothing found")
-    return f"{history.sensor}: {len(history.labels)} calibrations on {history.labels[-1].rig}: {signs}"
+    struck = f", {len(found.withdrawn)} withdrawn" if found.withdrawn else ""
+    return f"{history.sensor}: {len(history.labels)} calibrations{struck} on {history.labels[-1].rig}: {signs}"

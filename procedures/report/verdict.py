@@ -58,6 +58,8 @@ def judge(
     results = [sensor.section.result for sensor in sensors if sensor.section is not None]
     result = "; ".join(results) if results else _result([sensor for sensor in sensors if sensor.axes])
     result += verdict_conditions(_remark_texts(sensors))
+    if gone := list(_withdrawn(sensors)):
+        return Verdict("unusable", f"Not to be used: {'; '.join(gone)}.", (*failures, *beyond, *doubts, *facts))
     if failures:
         without = [sensor.name for sensor in sensors if sensor.failure]
         whose = "any sensor" if len(without) == len(sensors) > 1 else ", ".join(without)
@@ -80,6 +82,13 @@ def judge(
         sentence = f"Usable with the stated uncertainties, with reservations. {result}."
         return Verdict("reserved", sentence, (*doubts, *facts))
     return Verdict("sound", f"The calibration is sound. {result}.", tuple(facts))
+
+
+def _withdrawn(sensors: Iterable[SensorView]) -> Iterable[str]:
+    """Yield whose set must not be used any more, by whose word and why."""
+    for sensor in sensors:
+        if sensor.signed is not None and sensor.signed.withdrawal is not None:
+            yield f"the set of {sensor.name} is {sensor.signed.withdrawal}"
 
 
 def _turned(turned: Sequence[Finding], sensors: Sequence[SensorView], together: Sequence[Finding]) -> str:

@@ -179,7 +179,7 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     if signed.withdrawal is not None:
         say(withdrawal_line(found.sensor, signed))
         status = signed.state
-    say_lines([set_text(found.document, status)])
+    say_lines([set_text(found.document, status, is_withdrawn=signed.withdrawal is not None)])
     say_lines(("", *adjustment_lines(adjustment_of(url, found.sha256)), *sign_off_lines(signed)))
 
 

@@ -1,22 +1,29 @@
 """``calrig archive publish`` and ``demo``: what puts runs, real or made up, into an archive."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ams.archive.refusals import without_password
 from ams.archive.runs import Override
+from ams.archive.sets import Publication, list_sets
+from ams.archive.sets import publish as publish_sets
 from ams.archive.synthetic import Story, synthetic_archive
 from ams.archive.synthetic_runs import publish_synthetic
+from ams.exports.formats import load_set
+from ams.sets.stated_verdict import Withdrawal
 from procedures.cli.archive.text import adjustment_lines, plain
-from procedures.cli.locations import find_run
+from procedures.cli.locations import JOURNAL, archive_url, find_run
 from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
 from procedures.cli.output import note, print_json, say
 from procedures.cli.run.archive_url import url_of_run
 from procedures.delivery.deliver import publish_folder
 from procedures.delivery.publish import history_findings
 from procedures.errors import RequestError
+from rig.clock import SystemClock
 
 
 def publish(
@@ -31,6 +38,8 @@ def publish(
     json: Json = False,
 ) -> None:
     """Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.
+
+    A coefficient set of `calrig fit --set` is published by its file. It has no run, so nothing is found by it.
 
     Parameters
     ----------
@@ -47,23 +56,67 @@ def publish(
     word, succession = (
         Override(operator, why) if why is not None and operator is not None else None for why in (override, supersede)
     )
+    if Path(run).is_file() and Path(run).name != JOURNAL:
+        _publish_file(Path(run), archive, is_answered_for=operator is not None, json=json)
+        return
     folder = find_run(run, out)
     url, published = publish_folder(
         folder, lambda simulated: url_of_run(folder, archive, is_simulated=simulated), word, succession
     )
+    gone = _withdrawn(url, published.publications)
     if json:
-        sets = [plain(asdict(publication)) for publication in published.publications]
+        sets = [_entry(publication, gone) for publication in published.publications]
         found = {name: plain(asdict(adjustment)) for name, adjustment in published.adjustments.items()}
         print_json({"archive": without_password(url), "sets": sets, "adjustments": found})
         return
     shown = without_password(url)
     for publication in published.publications:
-        outcome = "published" if publication.is_new else "was there already"
-        say(f"{publication.sha256[:12]}  {publication.sensor:<16} {outcome}   {shown}")
+        say(_outcome(publication, gone, shown))
         for line in adjustment_lines(published.adjustments.get(publication.sensor)):
             say(f"  {line}")
     for finding in history_findings(url, published):
         say(f"look at this: {finding}")
+
+
+def _publish_file(file: Path, archive: str | None, *, is_answered_for: bool, json: bool) -> None:
+    """Publish a set that no run made. Raises: RequestError, ams.errors.SetError, ArchiveError."""
+    coefficients = load_set(file)
+    if is_answered_for:
+        raise RequestError(f"{file}: is a set, and --override and --supersede belong to runs; nothing was published")
+    if (run_id := coefficients.provenance["run_id"]) is not None:
+        raise RequestError(
+            f"{file}: is the set of the run {run_id}, which is published whole, with what was found and its standards; "
+            f"nothing was published; give the run's folder: calrig archive publish {run_id}"
+        )
+    if coefficients.is_simulated:
+        raise RequestError(
+            f"{file}: was measured on a twin, whose sets are archived beside their run only; nothing was published"
+        )
+    url = archive_url(archive)
+    (publication,) = publish_sets(url, [coefficients], SystemClock().now_utc())
+    gone = _withdrawn(url, [publication])
+    if json:
+        print_json({"archive": without_password(url), "sets": [_entry(publication, gone)], "adjustments": {}})
+        return
+    say(_outcome(publication, gone, without_password(url)))
+
+
+def _withdrawn(url: str, publications: Sequence[Publication]) -> dict[str, Withdrawal]:
+    """Return who withdrew which of the sets, by checksum."""
+    found = {name: list_sets(url, name) for name in dict.fromkeys(each.sensor for each in publications)}
+    return {entry.sha256: entry.withdrawal for rows in found.values() for entry in rows if entry.withdrawal is not None}
+
+
+def _entry(publication: Publication, gone: Mapping[str, Withdrawal]) -> dict[str, Any]:
+    word = gone.get(publication.sha256)
+    return {**plain(asdict(publication)), "withdrawal": None if word is None else plain(asdict(word))}
+
+
+def _outcome(publication: Publication, gone: Mapping[str, Withdrawal], shown: str) -> str:
+    outcome = "published" if publication.is_new else "was there already"
+    if (word := gone.get(publication.sha256)) is not None:
+        outcome = f"was there already, {word}: it must not be used"
+    return f"{publication.sha256[:12]}  {publication.sensor:<16} {outcome}   {shown}"
 
 
 def demo(

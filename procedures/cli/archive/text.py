@@ -46,13 +46,17 @@ def status_in_words(status: str, standing: str, *, is_signed: bool) -> str:
 def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
     """Yield a line for each archived set."""
     for row in rows:
+        head, simulated = f"{row.sha256[:12]}  {row.sensor:<16} {at_both(row.created_utc)}  {row.model}", row.simulated
+        if row.withdrawal is not None:
+            yield f"{head}{', simulated' if simulated else ''}, {row.withdrawal}: not to be used"
+            continue
         status = status_in_words(row.status, row.standing, is_signed=row.is_signed)
-        stamp = f"{status}{', simulated' if row.simulated else ''}"
+        stamp = f"{status}{', simulated' if simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
         judged = f", {', '.join(verdicts)}" if verdicts else ""
         judged += f", verdict {row.verdict}" if row.verdict is not None else ""
         judged += ", in quarantine" if row.quarantine else ""
-        yield f"{row.sha256[:12]}  {row.sensor:<16} {at_both(row.created_utc)}  {row.model}, {stamp}{judged}"
+        yield f"{head}, {stamp}{judged}"
 
 
 def withdrawal_line(sensor: str, signed: SignOff) -> str:
@@ -94,6 +98,8 @@ def adjustment_lines(adjustment: Adjustment | None) -> Iterator[str]:
         yield f"as found: none ({adjustment.no_as_found})"
     else:
         yield from _condition_lines(adjustment.as_found, None)
+        if adjustment.withdrawn_since is not None:
+            yield f"  the set that it was found by is {adjustment.withdrawn_since}"
     yield from _condition_lines(adjustment.as_left, adjustment.not_judged)
     if adjustment.as_left.errors:
         yield adjustment.reference.sentence
@@ -218,6 +224,11 @@ def history_lines(found: SensorHistory) -> Iterator[str]:
         yield (
             f"left out: the calibration of {held.created_utc:%Y-%m-%d} (set {held.sha256[:12]}) is in quarantine: "
             f"{held.reason}; calrig archive release lets it count"
+        )
+    for gone in found.withdrawn:
+        yield (
+            f"left out: the calibration of {gone.created_utc:%Y-%m-%d} (set {gone.sha256[:12]}) is {gone.withdrawal}; "
+            "it is in no mean, no limit and no scatter, and no later one is held against it"
         )
     if found.check is not None:
         yield from _check_lines(found.check)

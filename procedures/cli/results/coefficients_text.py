@@ -14,8 +14,11 @@ from procedures.cli.results.findings_text import findings_lines
 from rig.local_time import at_both
 
 
-def set_text(document: Mapping[str, Any], status: str) -> str:
-    """Return a coefficient set as text; ``status`` is the document's, or what the signatures have made of it."""
+def set_text(document: Mapping[str, Any], status: str, *, is_withdrawn: bool = False) -> str:
+    """Return a coefficient set as text; ``status`` is the document's, or what the signatures have made of it.
+
+    ``is_withdrawn``: whether that is its verdict, whatever its calibration said of itself.
+    """
     stamp = f"{status}{', simulated' if document['simulated'] else ''}"
     sensor, provenance = document["sensor"], document["provenance"]
     calibrated = at_both(datetime.fromisoformat(provenance["created_utc"]))
@@ -23,11 +26,17 @@ def set_text(document: Mapping[str, Any], status: str) -> str:
         f"{sensor['name']}: {document['model']} ({document['convention']['name']}), {stamp}",
         f"calibrated {calibrated}, run {provenance['run_id'] or 'none'}, "
         f"checksum {document['checksum']['sha256'][:12]}",
-        *verdict_lines(document),
+        *(_withdrawn_lines(document) if is_withdrawn else verdict_lines(document)),
         *axes_lines(document["axes"], document.get("remarks", ())),
         *(f"{kind_of_warning(document, text)}: {text}" for text in document["warnings"]),
     ]
     return "\n".join(lines)
+
+
+def _withdrawn_lines(document: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the verdict of a set that must not be used, and what its calibration said of itself before."""
+    before = verdict_in_words(dict(document))
+    yield "verdict: withdrawn, not to be used" + (f" (the calibration had said {before})" if before else "")
 
 
 def verdict_lines(document: Mapping[str, Any]) -> Iterator[str]:
