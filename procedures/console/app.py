@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -32,6 +33,7 @@ from procedures.console.sessions import Visitor
 from procedures.console.shared import Console
 from procedures.console.templates_of import HERE, Pages
 from procedures.console.watched_run import RunPage
+from procedures.console.withdrawn_sets import withdrawn_sentence
 from procedures.console.withheld import withheld_sentence
 from procedures.errors import ProcedureError
 from procedures.journal.live import read_live
@@ -125,7 +127,17 @@ class _Pages:
 
     def _banner_of(self, page: RunPage) -> dict[str, Any]:
         """Return what the banner of a run is made from."""
-        return {"page": page, "waits": needs_a_person(page), "item": self._item_of(page)}
+        return {
+            "page": page,
+            "waits": needs_a_person(page),
+            "item": self._item_of(page),
+            "verdict": self._verdict(page),
+        }
+
+    def _verdict(self, page: RunPage) -> Mapping[str, object] | None:
+        """Return what a run came to; of one whose set was withdrawn since, that."""
+        gone = withdrawn_sentence(self._console.archive_url, page.run_id) if page.verdict else ""
+        return {**page.verdict, "sentence": gone, "trust": "unusable"} if gone and page.verdict else page.verdict
 
     def _item_of(self, page: RunPage) -> int | None:
         """Return the number of the queue's item that waits for what becomes of this run; None where none does."""
@@ -182,7 +194,7 @@ class _Pages:
         page = await run_sync(self._console.page, request.path_params["name"])
         document = {**page.status.to_document(), "run": page.run_id, "alive": page.is_alive}
         document["state_sequence"] = page.status.state_sequence
-        return JSONResponse(document | {"rows": dict(page.rows), "verdict": page.verdict})
+        return JSONResponse(document | {"rows": dict(page.rows), "verdict": await run_sync(self._verdict, page)})
 
     async def api_map(self, request: Request) -> Response:
         watched = await run_sync(self._console.watched, request.path_params["name"])

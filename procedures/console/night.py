@@ -9,6 +9,7 @@ from pathlib import Path
 from ams.archive.due_list import Due, due_list
 from ams.errors import ArchiveAbsent, ArchiveError
 from procedures.console.watched_run import RunPage
+from procedures.console.withdrawn_sets import withdrawn_sentence
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.run_list import ListedRun
@@ -73,7 +74,7 @@ def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime, unde
     """
     since_utc = evening_before(now_utc)
     runs = [
-        _night_run(run, undecided.get(run.path.resolve()))
+        _night_run(run, undecided.get(run.path.resolve()), archive_url)
         for run in listed
         if run.is_alive or run.modified_utc >= since_utc
     ]
@@ -92,7 +93,7 @@ def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
     return tuple(soon), ""
 
 
-def _night_run(run: ListedRun, item: int | None) -> NightRun:
+def _night_run(run: ListedRun, item: int | None, archive_url: str) -> NightRun:
     if run.trouble or run.state is None:
         return NightRun(
             run,
@@ -108,6 +109,8 @@ def _night_run(run: ListedRun, item: int | None) -> NightRun:
     except ProcedureError as error:
         return NightRun(run, (), "", "", str(error))
     verdict = read_verdict(run.path, run.state) or {}
+    if verdict and (gone := withdrawn_sentence(archive_url, run.path.name)):
+        verdict = {**verdict, "sentence": gone, "trust": "unusable"}
     return NightRun(
         run,
         tuple(_stops(states)),

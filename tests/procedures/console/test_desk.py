@@ -1,12 +1,15 @@
 """The laboratory's desk in the browser: what is due, what is recalled, runs by any word; looking changes nothing."""
 
 import hashlib
+import json
+from dataclasses import replace
 from datetime import UTC, date, datetime
 from pathlib import Path
 
 import pytest
 from archived_runs import a_run, a_sensor, turned
 from axe import serious_findings
+from changed_sets import changed
 from chromium import chromium
 from consoles import served_console
 from pages import CUT, OVER, SMALL
@@ -14,6 +17,8 @@ from playwright.sync_api import expect
 from visited_console import Visited
 
 from ams.archive.runs import Override, publish_run
+from ams.archive.signatures import sign
+from ams.sets.coefficients import from_document
 
 NOW = datetime(2026, 9, 1, tzinfo=UTC)
 SIZES = [(390, 844), (820, 1180), (1440, 900)]
@@ -47,6 +52,31 @@ def test_the_desk_tells_what_is_due_and_what_was_measured_with_a_standard(tmp_pa
     assert (unknown.status_code >= 400, "stands behind no run" in unknown.text) == (True, True)
     visited.console.close()
     assert hashlib.sha256(archive.read_bytes()).hexdigest() == before
+
+
+def test_every_page_tells_a_withdrawal_where_a_verdict_stood(tmp_path: Path) -> None:
+    """The page of a sensor had no word of it, and the run's page and the night went on to say "Sound"."""
+    visited = Visited(tmp_path)
+    of_run = {"trust": "sound", "sentence": "Sound.", "grounds": [], "sensors": []}
+    (visited.run / "verdict.json").write_text(json.dumps(of_run), encoding="utf-8")
+    url = f"sqlite:///{tmp_path / 'none.sqlite'}"
+    publish_run(url, a_run(0), [a_sensor(0)], NOW)
+    measured = replace(a_run(90), run_id=visited.run.name)
+    wrong = a_sensor(90)
+    document = changed(wrong.coefficients, lambda d: d["provenance"].update(run_id=visited.run.name))
+    publish_run(url, measured, [replace(wrong, coefficients=from_document(document, "a set"))], NOW)
+    browser = visited.enter()
+    pages = ("/archive", "/archive/SN1", f"/run/{visited.run.name}", "/night", f"/api/v1/runs/{visited.run.name}")
+    before = {path: browser.get(path).text for path in pages}
+    sign(url, "SN1", "withdrawn", "C. Lim", NOW, "wrong mount")
+    said = "withdrawn by C. Lim on 2026-09-01 (UTC): wrong mount"
+    for path in pages:
+        page = browser.get(path).text
+        assert (said in before[path], said in page) == (False, True), path
+        if path in pages[2:]:
+            assert ("Sound." in before[path], "Sound." in page) == (True, False), path
+    row = browser.get("/archive/SN1").text.partition("<tbody>")[2].partition("</tr>")[0]
+    assert (said in row, row.count("<td>—</td>")) == (True, 2), "neither as found nor as left"
 
 
 @pytest.mark.thorough

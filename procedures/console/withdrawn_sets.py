@@ -1,0 +1,17 @@
+"""What the archive says of the sets of a run that a person withdrew since: it stands in place of the run's verdict."""
+
+from ams.archive.sets import Search, list_sets
+from ams.errors import ArchiveError
+
+
+def withdrawn_sentence(archive_url: str, run_id: str) -> str:
+    """Return whose sets of a run were withdrawn, by whom, when and why; empty where none was.
+
+    Empty too where the archive tells nothing, which the pages of the archive and of the night say.
+    """
+    try:
+        sets = list_sets(archive_url, search=Search(run_id=run_id))
+    except ArchiveError:
+        return ""
+    gone = [f"the set of {entry.sensor} is {entry.withdrawal}" for entry in sets if entry.withdrawal is not None]
+    return f"Not to be used: {'; '.join(gone)}." if gone else ""
