@@ -6,6 +6,7 @@ every right-hand side. Source: TP (43) to (50) with a gradient that does not dep
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,9 +56,9 @@ class LinearForm:
 
 
 def factor(
-    basis: FloatArray, names: Sequence[str], stimulus: Stimulus, weights: FloatArray | None = None
+    basis: FloatArray, names: Sequence[str], stimulus: Stimulus, weights: FloatArray | None = None, times: int = 1
 ) -> LinearForm:
-    """Factor a basis of shape (N, P).
+    """Factor a basis of shape (N, P), of which ``times`` are to stand one below the other where nothing is weighted.
 
     Raises:
         DesignError: fewer rows than parameters, or the points leave a direction of the parameters undetermined.
@@ -69,21 +70,41 @@ def factor(
             f"allowed {size} distinct points or more; nothing was solved; add points"
         )
     if weights is None:
-        condition_number = _refuse_rank_deficiency(_principal_of(basis), names, stimulus)
-        return LinearForm(basis, None, *_inverted(basis), condition_number)
+        form, principal = _unweighted(basis, times)
+        _refuse_rank_deficiency(principal, names, stimulus)
+        return form
+    assert times == 1
     root = np.sqrt(weights)[:, None]
     q, r = np.linalg.qr(root * basis)
-    condition_number = _refuse_rank_deficiency(_principal(r), names, stimulus)
+    principal = _principal(r)
+    _refuse_rank_deficiency(principal, names, stimulus)
     inverse = np.linalg.inv(r)
-    return LinearForm(basis, weights, inverse @ q.T * root.T, inverse @ inverse.T, condition_number)
+    return LinearForm(basis, weights, inverse @ q.T * root.T, inverse @ inverse.T, principal.condition_number)
+
+
+class _Principal(NamedTuple):
+    """Of columns at unit length."""
+
+    condition_number: float
+    """Infinite where the rows leave a direction undetermined."""
+    missing: FloatArray
+    """(d, P) directions that the rows leave undetermined."""
 
 
 @remembered(16)
-def _inverted(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the estimator and the covariance for rows of unit variance."""
+def _unweighted(basis: FloatArray, times: int) -> tuple[LinearForm, _Principal]:
+    """Return the form of a basis that stands that many times, one block below the other.
+
+    Its numbers are NaN where the rows leave a direction undetermined.
+    """
     q, r = orthogonal(basis)
-    inverse = np.linalg.inv(r)
-    return inverse @ q.T, inverse @ inverse.T
+    principal = _principal(r)
+    inverse = np.linalg.inv(r) if principal.missing.size == 0 else np.full(r.shape, np.nan)
+    estimator, covariance = inverse @ q.T, inverse @ inverse.T
+    if times == 1:
+        return LinearForm(basis.copy(), None, estimator, covariance, principal.condition_number), principal
+    repeated = np.tile(basis, (times, 1)), None, np.tile(estimator / times, times), covariance / times
+    return LinearForm(*repeated, principal.condition_number, times, basis.copy()), principal
 
 
 @remembered(16)
@@ -93,33 +114,11 @@ def orthogonal(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
     return q, r
 
 
-def repeated(form: LinearForm, times: int) -> LinearForm:
-    """Return the same basis that many times, one block below the other."""
-    if times == 1:
-        return form
-    assert form.weights is None
-    basis, estimator, covariance = _tiled(form.basis, form.estimator, form.unscaled_covariance, times)
-    return LinearForm(basis, None, estimator, covariance, form.condition_number, times * form.repeats, form.block)
-
-
-@remembered(16)
-def _tiled(
-    basis: FloatArray, estimator: FloatArray, covariance: FloatArray, times: int
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    return np.tile(basis, (times, 1)), np.tile(estimator / times, times), covariance / times
-
-
-def _refuse_rank_deficiency(
-    principal: tuple[FloatArray, FloatArray], names: Sequence[str], stimulus: Stimulus
-) -> float:
-    """Return the condition number of the columns at unit length, by their singular values and directions.
-
-    Raises: DesignError where a parameter is not determined.
-    """
-    singular, directions = principal
-    missing = directions[singular <= RANK_TOLERANCE * singular[0]]
+def _refuse_rank_deficiency(principal: _Principal, names: Sequence[str], stimulus: Stimulus) -> None:
+    """Raise a DesignError where a parameter is not determined."""
+    missing = principal.missing
     if missing.size == 0:
-        return float(singular[0] / singular[-1])
+        return
     touched = np.abs(missing).max(axis=0) > _PART_OF_A_DIRECTION
     undetermined = [name for name, is_touched in zip(names, touched, strict=True) if is_touched]
     raise DesignError(
@@ -128,16 +127,12 @@ def _refuse_rank_deficiency(
     )
 
 
-@remembered(16)
-def _principal_of(basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    return _principal(orthogonal(basis)[1])
-
-
-def _principal(r: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return singular values and directions of the columns at unit length."""
+def _principal(r: FloatArray) -> _Principal:
+    """Return what columns determine, by their triangular factor."""
     length = np.linalg.norm(r, axis=0)
     _, singular, directions = np.linalg.svd(r / np.where(length > _ROUNDING * length.max(), length, np.inf))
-    return singular, directions
+    missing = directions[singular <= RANK_TOLERANCE * singular[0]]
+    return _Principal(float(singular[0] / singular[-1]) if missing.size == 0 else np.inf, missing)
 
 
 def _distinct_deg(angle_rad: FloatArray) -> FloatArray:

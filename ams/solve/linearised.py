@@ -20,7 +20,7 @@ from ams.observations import Observations
 from ams.remembered import known, remembered
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
-from ams.solve.linear_form import LinearForm, factor, repeated
+from ams.solve.linear_form import LinearForm, factor
 
 SHARED = MappingProxyType(
     {
@@ -116,13 +116,9 @@ def linearise(
         basis = model.basis(stimulus) if block is None else known(block)
         if model.fixed:
             outputs = outputs - model.predict(_complete(model, free, np.zeros(free.size)), rows)[:, None]
-    form = repeated(factor(basis, names, stimulus, weights), times)
+    form = factor(basis, names, stimulus, weights, times)
     unshared = free.size - sum(is_shared(name) for name in names)
-    alone = (
-        form
-        if unshared == free.size
-        else repeated(factor(basis[:, :unshared], names[:unshared], stimulus, weights), times)
-    )
+    alone = form if unshared == free.size else factor(basis[:, :unshared], names[:unshared], stimulus, weights, times)
     return Linearised(tuple(models), form, alone, outputs, convergence, stimulus, rows.time_s)
 
 

@@ -93,7 +93,7 @@ class Course:
         """(N,) pitch, roll and yaw."""
         return self.pitch_rad, self.roll_rad, self.yaw_rad
 
-    @property
+    @cached_property
     def turns(self) -> tuple[What, ...]:
         """What table and package may turn about."""
         return slips_of(self.yaw_rad, is_rolled=self.is_rolled)
