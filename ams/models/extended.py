@@ -25,6 +25,7 @@ import numpy as np
 from ams.arrays import Centring, FloatArray
 from ams.frames import specific_force, specific_force_by_pitch, specific_force_by_roll
 from ams.models.accelerometer import PITCH_ROLL_FORM, PITCH_ROLL_SOURCE, PITCH_ROLL_TEXT, PitchRoll
+from ams.models.leverage import LEAST_LEVER, attitudes_between, least_lever
 from ams.models.model import LinearModel, Stimulus
 from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, LowOrder, SensorModel
 from ams.remembered import remembered
@@ -87,7 +88,10 @@ def _centring(pitch_rad: FloatArray, roll_rad: FloatArray, points: int, nominal_
 
 
 def centring_over(force: FloatArray, points: int, nominal_axis: str) -> Centring | None:
-    """Return the same over (N, 3) forces, whichever way the package was mounted at each."""
+    """Return the same over (N, 3) forces, whichever way the package was mounted at each.
+
+    None too where the points have the terms by chance alone (:mod:`ams.models.leverage`).
+    """
     linear, terms = linear_part(force), term_basis(force, nominal_axis)
     if points < linear.shape[1]:
         return None
@@ -100,9 +104,17 @@ def centring_over(force: FloatArray, points: int, nominal_axis: str) -> Centring
     squares = left.T @ left
     for count in (len(TERM_NAMES), len(Q_NAMES)):
         smallest = float(np.linalg.eigvalsh(squares[:count, :count])[0])
-        if points >= linear.shape[1] + count + LEAST_LEFT and smallest > _EXCITED**2:
+        has_rows_left = points >= linear.shape[1] + count + LEAST_LEFT
+        if has_rows_left and smallest > _EXCITED**2 and _lever(force, nominal_axis, rows[:count]) > LEAST_LEVER:
             return tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in rows[:count])
     return None
+
+
+def _lever(force: FloatArray, nominal_axis: str, rows: FloatArray) -> float:
+    """Return how much of the terms there is at (N, 3) forces, of what there is of them between these."""
+    centring = tuple(map(tuple, rows.tolist()))
+    at_points, between = (centred_basis(where, nominal_axis, centring) for where in (force, attitudes_between(force)))
+    return least_lever(at_points, between)
 
 
 def slope_of_terms(terms: FloatArray, force: FloatArray, nominal_axis: str, centring: Centring) -> FloatArray:

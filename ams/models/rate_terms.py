@@ -12,6 +12,7 @@ import numpy as np
 
 from ams.arrays import Centring, FloatArray
 from ams.models.extended import TERM_NAMES, linear_part
+from ams.models.leverage import LEAST_LEVER, least_lever
 from ams.models.sensor_model import LowOrder
 from ams.remembered import remembered
 
@@ -24,6 +25,8 @@ _EXCITED: Final = 1e-3
 """Of its length: what is left of a term across the linear sensor and the term before it. The Earth's rotation beside a
 table's rate of a few °/s, and what a servo holds a rate to, excite no term."""
 
+_RATES: Final = 41
+
 
 def rate_term_basis(velocity_dps: FloatArray, nominal_axis: str) -> FloatArray:
     """Return the (…, 2) terms at the (…, 3) angular velocity, in the order of ``RATE_TERM_NAMES``."""
@@ -35,7 +38,8 @@ def rate_term_basis(velocity_dps: FloatArray, nominal_axis: str) -> FloatArray:
 def rate_centring_over(velocity_dps: FloatArray, points: int, nominal_axis: str) -> Centring | None:
     """Return the best linear approximations of the terms over the (N, 3) rows: of both, or of the square alone.
 
-    None where the points do not determine the square beside the linear sensor and leave something over.
+    None where the points do not determine the square beside the linear sensor and leave something over, or have the
+    terms by chance alone (:mod:`ams.models.leverage`): at two rates that a servo does not hold exactly.
     """
     linear, terms = linear_part(velocity_dps), rate_term_basis(velocity_dps, nominal_axis)
     length = np.linalg.norm(linear, axis=0)
@@ -47,9 +51,19 @@ def rate_centring_over(velocity_dps: FloatArray, points: int, nominal_axis: str)
     left = (terms - linear @ rows.T) / np.where(span > 0.0, span, 1.0)
     for count in (2, 1):
         smallest = float(np.linalg.svd(left[:, :count], compute_uv=False)[-1])
-        if points >= linear.shape[1] + count + _LEAST_LEFT and smallest > _EXCITED:
+        has_rows_left = points >= linear.shape[1] + count + _LEAST_LEFT
+        if has_rows_left and smallest > _EXCITED and _lever(velocity_dps, nominal_axis, rows[:count]) > LEAST_LEVER:
             return tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in rows[:count])
     return None
+
+
+def _lever(velocity_dps: FloatArray, nominal_axis: str, rows: FloatArray) -> float:
+    """Return how much of the terms there is at (N, 3) rates, of what there is of them between these."""
+    index, centring = "xyz".index(nominal_axis), tuple(map(tuple, rows.tolist()))
+    between = np.zeros((_RATES, 3))
+    between[:, index] = np.linspace(velocity_dps[:, index].min(), velocity_dps[:, index].max(), _RATES)
+    at_points, within = (centred_rate_terms(where, nominal_axis, centring) for where in (velocity_dps, between))
+    return least_lever(at_points, within)
 
 
 def centred_rate_terms(velocity_dps: FloatArray, nominal_axis: str, centring: Centring) -> FloatArray:
