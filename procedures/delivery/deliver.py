@@ -169,7 +169,7 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
         _write_sensor_documents(run, drawn, standing, past, parts, tell)
     if (hindered := parts.hindered()) and view is not None:
         rows = [asdict(row) for row in overview_rows(view)]
-        parts.made("html", lambda: write_verdict(run.folder, view.verdict, rows, hindered))
+        parts.made("html", lambda: write_verdict(run.folder, view.verdict, rows, view.state, hindered))
     defects = {**_tracebacks(run), **parts.tracebacks}
     keep_tracebacks(run.folder, defects)
     crash_point(CrashPoint.REPORTED)

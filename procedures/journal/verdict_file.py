@@ -14,15 +14,29 @@ VERDICT_FILE = "verdict.json"
 def read_verdict(folder: Path, state: State | None) -> Mapping[str, object] | None:
     """Return what the report says in one sentence; None where there is none, or while the run goes on.
 
-    A report beside a run that was resumed is of the stop before.
+    A report beside a run that was resumed is of the stop before, until the run has been solved again.
     """
-    if state in ACTIVE:
-        return None
+    document = None if state in ACTIVE else _document(folder)
+    return None if document is None or _is_of_a_stop_before(document, state) else document
+
+
+def has_earlier_verdict(folder: Path, state: State | None) -> bool:
+    """Return whether what was judged last, and the report with it, is of a stop before the end."""
+    document = _document(folder)
+    return document is not None and _is_of_a_stop_before(document, state)
+
+
+def _document(folder: Path) -> Mapping[str, object] | None:
     try:
         document = json.loads((folder / VERDICT_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     return document if isinstance(document, dict) else None
+
+
+def _is_of_a_stop_before(document: Mapping[str, object], state: State | None) -> bool:
+    """Return whether a run that is finished was judged while it stood still; earlier versions did not write when."""
+    return state is State.FINISHED and document.get("state", state) != state
 
 
 def rows_in(verdict: Mapping[str, object]) -> list[Mapping[str, object]]:

@@ -44,5 +44,5 @@ def write_plain(folder: Path, page: PlainPage, sensors: Sequence[str], view: Run
         .get_template("plain.html.j2")
         .render(page=page, verdict=verdict, **page_style(STYLE_SHEET))
     )
-    write_verdict(folder, verdict, rows)
+    write_verdict(folder, verdict, rows, page.state)
     write_whole(folder / REPORT_FILE, with_whole_options(text).encode("utf-8"))

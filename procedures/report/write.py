@@ -69,17 +69,25 @@ def write_sensor_document(drawn: Drawn, folder: Path, attachments: Sequence[Atta
 def write_screen(drawn: Drawn, folder: Path) -> Path:
     """``report.html``, ``verdict.json`` and ``figures/``; returns the page's path. Raises: WriteFailed."""
     write_figures(drawn.figures, folder / FIGURES_FOLDER)
-    write_verdict(folder, drawn.view.verdict, [asdict(row) for row in overview_rows(drawn.view)])
+    rows = [asdict(row) for row in overview_rows(drawn.view)]
+    write_verdict(folder, drawn.view.verdict, rows, drawn.view.state)
     write_whole(folder / REPORT_FILE, drawn.page.encode("utf-8"))
     return folder / REPORT_FILE
 
 
 def write_verdict(
-    folder: Path, verdict: Verdict, rows: Sequence[Mapping[str, object]], not_made: Mapping[str, str] | None = None
+    folder: Path,
+    verdict: Verdict,
+    rows: Sequence[Mapping[str, object]],
+    state: str,
+    not_made: Mapping[str, str] | None = None,
 ) -> None:
-    """``verdict.json``. ``not_made``: the parts that a defect hindered, each with its sentence. Raises: WriteFailed."""
+    """``verdict.json``. ``state``: of the run when it was judged. Raises: WriteFailed.
+
+    ``not_made``: the parts that a defect hindered, each with its sentence.
+    """
     hindered = {"not_made": dict(not_made)} if not_made else {}
-    document = {**asdict(verdict), "sensors": list(rows), **hindered}
+    document = {**asdict(verdict), "state": str(state), "sensors": list(rows), **hindered}
     write_whole(folder / VERDICT_FILE, (json.dumps(document, ensure_ascii=False, indent=1) + "\n").encode("utf-8"))
 
 

@@ -15,7 +15,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
 from procedures.journal.stop_advice import StopNumbers, held_before, left_in_doubt, next_step, numbers_of, of_damage
-from procedures.journal.verdict_file import grounds_in, hindered_in, read_verdict, rows_in
+from procedures.journal.verdict_file import grounds_in, has_earlier_verdict, hindered_in, read_verdict, rows_in
 from procedures.journal.voids import QUARANTINED
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, MADE_AGAIN, STRAY_MOTION
@@ -170,7 +170,7 @@ def _solved(run_dir: Path, state: State) -> Iterable[str]:
         unusable = [str(row.get("sensor")) for row in rows_in(verdict) if row.get("verdict") == "not usable"]
         yield from ([one_line(f"not usable {', '.join(unusable)}")] if unusable else [])
     report = run_dir / "report.html"
-    if state is State.FINISHED and report.exists():
+    if state is State.FINISHED and report.exists() and not has_earlier_verdict(run_dir, state):
         yield f"report     {report}"
 
 

@@ -185,6 +185,18 @@ def test_the_handover_of_a_finished_run_tells_its_verdict_and_no_end_to_come(who
     assert "ground 12" not in page
 
 
+def test_what_was_judged_at_a_stop_is_no_verdict_of_the_run_that_was_finished_since(whole: Path) -> None:
+    """For the minutes until it was solved again it was said to have no result to use of any sensor."""
+    document = {"trust": "unusable", "sentence": "There is no result to use of any sensor.", "grounds": []}
+    (whole / "report.html").write_text("<p>", encoding="utf-8")
+    for state, is_told in (("tripped", False), ("finished", True)):
+        (whole / "verdict.json").write_text(json.dumps({**document, "state": state}), encoding="utf-8")
+        page = handover(whole)
+        assert ("There is no result to use of any sensor." in page) == is_told
+        assert (f"report     {whole / 'report.html'}" in page) == is_told
+        assert (f"next       calrig solve {whole}\n" in page) != is_told
+
+
 def test_what_a_result_lacks_is_listed_and_what_contradicts_the_day_is_refused(small: Bench) -> None:
     today = date(2026, 3, 1)
     missing = readiness(small.rig, today).missing
