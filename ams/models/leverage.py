@@ -39,8 +39,8 @@ def attitudes_between(force: FloatArray) -> FloatArray:
     """Return the (M, 3) specific force in g at attitudes all over the pitches and rolls of (N, 3) forces."""
     across = np.hypot(force[:, 1], force[:, 2])
     pitch_rad = np.arctan2(force[:, 0], across)
-    told = force[across > _ON_END]
-    start_rad, width_rad = _rolls_rad(np.arctan2(-told[:, 1], -told[:, 2]))
+    off_end = force[across > _ON_END]
+    start_rad, width_rad = _rolls_rad(np.arctan2(-off_end[:, 1], -off_end[:, 2]))
     pitch, roll = np.meshgrid(
         np.linspace(pitch_rad.min(), pitch_rad.max(), _PITCHES), start_rad + np.linspace(0.0, width_rad, _ROLLS)
     )

@@ -3,11 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import product
 from typing import Final
 
 from ams.finding_kinds import UNUSABLE_AXIS
 from ams.findings import is_left_to_a_person, turns_away
-from ams.sets.canonical import Document, listed
+from ams.sets.canonical import Document, listed, table
 from ams.sets.findings_by_axis import findings_by_axis
 from ams.sets.verdict_conditions import verdict_conditions
 
@@ -64,7 +65,9 @@ def verdict_in_words(document: Document) -> str | None:
 
 def conditions_in_words(document: Document) -> str:
     """Return what the verdict of a set or of a fit is without, as a verdict goes on; empty where nothing lacks."""
-    return verdict_conditions(str(text) for name in ("warnings", "remarks") for text in listed(document.get(name, [])))
+    sections = (document, *(table(section) for section in table(document.get("axes", {})).values()))
+    names = product(sections, ("warnings", "remarks"))
+    return verdict_conditions(str(text) for section, name in names for text in listed(section.get(name, [])))
 
 
 def grounds_in_words(document: Document) -> str:

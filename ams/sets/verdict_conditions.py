@@ -20,6 +20,8 @@ NO_COEFFICIENTS_U: Final = "no uncertainty of the known temperature coefficients
 """How it is said of coefficients that are applied as if they were exact."""
 NO_GRAVITY: Final = "no uncertainty of local gravity is declared"
 """How it is said of a gravity that is stated alone: in remark, verdict and gap."""
+NO_TIMES: Final = "no times are given"
+"""How it is said of rows of which nobody knows when they were measured, and whose order lets a drift pass."""
 TERMS_NOT_TESTED: Final = (
     "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
     "model: what they do passes for a drift, for a lack of fit or for a sensitivity"
@@ -39,6 +41,7 @@ _WITHOUT: Final = MappingProxyType(
 _UNTESTED: Final = MappingProxyType(
     {
         TERMS_NOT_TESTED: "terms of second and third order, memories and slips of the table",
+        NO_TIMES: "a drift inside the replications, of which no times are given",
     }
 )
 """A remark, and what the verdict then says that nobody looked for."""

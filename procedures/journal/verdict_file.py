@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+from ams.whole_file import write_whole
 from procedures.records.states import ACTIVE, State
 from rig.plain_text import one_line
 
@@ -18,6 +19,14 @@ def read_verdict(folder: Path, state: State | None) -> Mapping[str, object] | No
     """
     document = None if state in ACTIVE else _document(folder)
     return None if document is None or _is_of_a_stop_before(document, state) else document
+
+
+def set_verdict_aside(folder: Path) -> None:
+    """Write beside the verdict that the run goes on: it is of the stop before. Raises: WriteFailed."""
+    document = _document(folder)
+    if document is not None:
+        aside = {**document, "state": "resumed"}
+        write_whole(folder / VERDICT_FILE, (json.dumps(aside, ensure_ascii=False, indent=1) + "\n").encode("utf-8"))
 
 
 def has_earlier_verdict(folder: Path, state: State | None) -> bool:

@@ -6,11 +6,12 @@ refuse the resume with the difference shown, unless somebody answers for it (:mo
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
+from ams.errors import WriteFailed
 from ams.whole_file import replace_file
 from procedures.errors import RequestError
 from procedures.journal.changes import KIND as OVERRIDE
@@ -22,6 +23,7 @@ from procedures.journal.location import is_copy
 from procedures.journal.owner import owning
 from procedures.journal.spool import Spool
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.verdict_file import set_verdict_aside
 from procedures.journal.voids import QUARANTINED
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver
@@ -32,6 +34,7 @@ from procedures.run.engine import Start, run
 from procedures.run.judgement.history import History, read_history
 from procedures.run.services import RunServices, with_run_limits
 from procedures.run.unbegun import telling_where_nothing_is_stored
+from procedures.run.watch.clock_watch import TOLERANCE_S
 from rig.assembly.open_rig import Rig, choose_clock, open_rig
 from rig.clock import Clock, VirtualClock
 from rig.description.read import rig_from_json
@@ -54,6 +57,8 @@ class Interrupted:
     """Of these, before."""
     last_utc: datetime
     """Of what happened in it so far: in virtual time it may be to come."""
+    stopped_utc: datetime
+    """What the clock showed when it stopped, however that was set before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +138,10 @@ def _go_on(
         if new:
             detail = {"by": authorisation.operator, "reason": authorisation.reason, "differences": new}
             journal.append_event(OVERRIDE, detail, rig.clock)
+        if (behind_s := (found.stopped_utc - rig.clock.now_utc()).total_seconds()) > TOLERANCE_S:
+            journal.append_event("clock_step", {"step_s": -round(behind_s, 3)}, rig.clock)
+        with suppress(WriteFailed):  # a verdict that stands too long hinders no run
+            set_verdict_aside(run_dir)
     services.begun()
     start = Start(authorisation.operator, found.state, authorisation.reason, found.identities)
     return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, services)
@@ -187,7 +196,7 @@ def _taken_over(run_dir: Path, authorisation: ResumeAuthorisation, clock: Clock 
 
 def _read(run_dir: Path) -> Interrupted:
     with JournalReader.open(run_dir) as reader:
-        plan, identities = reader.header.plan, reader.last_event("identities")
+        plan, identities, events = reader.header.plan, reader.last_event("identities"), list(reader.events())
         return Interrupted(
             header=reader.header,
             plan=plan,
@@ -196,7 +205,8 @@ def _read(run_dir: Path) -> Interrupted:
             history=read_history(reader, plan),
             changes=(*changes_since(reader.header), *_copied(run_dir, reader)),
             answered=tuple(_answered(reader)),
-            last_utc=max(event.utc for event in reader.events()),
+            last_utc=max(event.utc for event in events),
+            stopped_utc=events[-1].utc,
         )
 
 

@@ -13,6 +13,7 @@ from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.rounding import significant, two_digits
+from ams.sets.verdict_conditions import NO_TIMES
 from ams.statistics.intervals import t_factor
 from ams.units import label_and_unit, signed_in_words
 
@@ -28,7 +29,6 @@ _MOST_NAMED = 3
 """Parameters in a sentence."""
 _ORDER_OF_ROWS, _NO_ORDER = "order of the rows with attitude", "order of the rows"
 """Tests of rows without times: how the one goes with the other, and where nothing says in which order they stand."""
-_NO_TIMES = "no times are given"
 CONTAINED = "it is contained in the stated uncertainties"
 _PASSES = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
 _UNJUDGED = (
@@ -138,7 +138,7 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
     passed = row_time(evidence)
     if passed is None:
         fact = (
-            f"{_NO_TIMES}, and the rows are not in the order of the replications: a drift inside the replications "
+            f"{NO_TIMES}, and the rows are not in the order of the replications: a drift inside the replications "
             "cannot be judged, and is not in the uncertainty"
         )
         what_to_do = "give the column time_s, or the rows in the order in which they were measured"
@@ -148,7 +148,7 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
     if r is None or not r > LARGEST_CORRELATION or DRIFT_NAME in evidence.models[0].primary_names:
         return
     fact = (
-        f"{_NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
+        f"{NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
         f"inside the replications (correlation {r:.2f}, allowed {LARGEST_CORRELATION:g}): a drift within a replication "
         "would pass for offset and sensitivity, and is not in the uncertainty"
     )
@@ -200,7 +200,7 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, *, has_times:
         for quantity, words in (label_and_unit(moved.names[index]),)
     )
     each, rate = ("an hour", drift.slope * SECONDS_PER_HOUR) if has_times else ("from row to row", drift.slope)
-    taken = "" if has_times else f" ({_NO_TIMES}; the order of the rows was taken for them, evenly spaced)"
+    taken = "" if has_times else f" ({NO_TIMES}; the order of the rows was taken for them, evenly spaced)"
     fact = (
         f"the output drifts evenly through the run, by {signed_in_words(rate, unit)} {each}{taken}, and the order "
         f"of the points lets that into the estimate: {shown}; the stated uncertainties do not hold it"

@@ -6,7 +6,7 @@ import re
 import resource
 import signal
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from file_keys import keys_of, value_at
 from small_run import Bench, StopAt, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
+from procedures.journal.audit_trail import on_one_clock
 from procedures.journal.changes import Change, may_be_answered_for, require_unchanged, with_what_may_change
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
@@ -23,6 +24,7 @@ from procedures.journal.owner import is_owned, owning
 from procedures.journal.spool import Request, Spool, ask
 from procedures.journal.status import status
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.verdict_file import has_earlier_verdict, read_verdict, set_verdict_aside
 from procedures.kinds.read import procedure_form
 from procedures.plan.steps import Dwell, Soak
 from procedures.records.progress import Progress
@@ -30,7 +32,7 @@ from procedures.records.states import State
 from procedures.run.judgement.history import agenda, history_of, replications_before
 from procedures.run.resume import resume, resume_on
 from rig.assembly.open_rig import open_rig
-from rig.clock import SystemClock
+from rig.clock import SystemClock, VirtualClock
 from rig.description.read import rig_form
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Burst
@@ -62,6 +64,45 @@ def test_a_resume_in_virtual_time_begins_no_earlier_than_what_was_measured_ended
     resume(run_dir, "carla")
     with JournalReader.open(run_dir) as reader:
         assert min(event.utc for event in reader.events(after=last.sequence)) >= last.utc
+
+
+def test_a_clock_that_was_set_back_while_the_run_stood_is_told_and_moves_no_date(small: Bench) -> None:
+    """Three days back between stop and resume stood in no status, no report and no set."""
+    run_dir = _stopped(small)
+    with JournalReader.open(run_dir) as reader:
+        stopped = reader.last_event()
+    assert stopped is not None
+    clock = VirtualClock(stopped.utc - timedelta(days=3))
+    with open_rig(small.rig, clock=clock) as opened:
+        assert resume_on(run_dir, opened, "carla").state is State.FINISHED
+    with JournalReader.open(run_dir) as reader:
+        (noted,) = reader.events("clock_step")
+        counted = [event.utc for event in on_one_clock(list(reader.events()))]
+    assert noted.detail["step_s"] == pytest.approx(-3 * 86400.0, abs=1.0)
+    assert counted == sorted(counted)
+    assert status(run_dir).clock_set_by_s == noted.detail["step_s"]
+
+
+def test_a_resume_sets_the_verdict_of_the_stop_aside(small: Bench) -> None:
+    """After a redo, and after a trip, the verdict of before stood for the minutes until the run was solved again."""
+    run_dir = _stopped(small)
+    stands = {"trust": "unusable", "sentence": "There is no result to use of any sensor.", "grounds": []}
+    for judged in ({}, {"state": "finished"}):
+        (run_dir / "verdict.json").write_text(json.dumps(stands | judged), encoding="utf-8")
+        assert read_verdict(run_dir, State.FINISHED) is not None
+        set_verdict_aside(run_dir)
+        assert read_verdict(run_dir, State.FINISHED) is None
+        assert has_earlier_verdict(run_dir, State.FINISHED)
+    (run_dir / "verdict.json").write_text(json.dumps(stands | {"state": "finished"}), encoding="utf-8")
+    resume(run_dir, "carla")
+    assert read_verdict(run_dir, State.FINISHED) is None
+
+
+def test_a_clock_that_was_not_set_is_not_told(small: Bench) -> None:
+    run_dir = _stopped(small)
+    resume(run_dir, "carla")
+    with JournalReader.open(run_dir) as reader:
+        assert list(reader.events("clock_step")) == []
 
 
 def _on_changed_rig(run_dir: Path, rig: RigDescription, **words: str) -> State:
