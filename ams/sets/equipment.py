@@ -11,6 +11,7 @@ from typing import Final
 from ams.sets.canonical import Document, listed, table
 from ams.sets.coefficients import CoefficientSet
 
+_LEVEL: Final = "level of the base"
 _WHAT_FOR: Final = MappingProxyType(
     {
         "axes": "attitude",
@@ -20,9 +21,12 @@ _WHAT_FOR: Final = MappingProxyType(
         "environment": "temperature",
         "field": "field",
         "chain": "load resistor",
+        "level": _LEVEL,
     }
 )
 """A table of the rig file to what the certificate behind it is for."""
+_LEVEL_IN_USE: Final = ("instrument", "uncertainty_arcsec", "before", "after")
+"""Keys of ``[level]`` of which any says that the attitudes are counted from a level that was read."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +47,13 @@ class Equipment:
 def equipment_of(coefficients: CoefficientSet) -> list[Equipment]:
     """Return the standards that a set names, then what was read without one: thermometers, level, local gravity."""
     standards = [table(standard) for standard in listed(coefficients.provenance["standards"])]
-    rows = [_of_standard(standard) for standard in standards]
+    level = table(coefficients.provenance["level"] or {})
+    rows = [_of_standard(standard, str(level.get("instrument") or "")) for standard in standards]
     pointed = {str(text) for standard in standards for text in listed(standard.get("used_for", []))}
     rows += _thermometers_without(coefficients, pointed)
-    level = coefficients.provenance.get("level")
-    if level is not None and table(level).get("instrument"):
-        rows.append(Equipment(str(table(level)["instrument"]), "level of the base", None, None, None))
+    counts = coefficients.senses_gravity and any(level.get(key) for key in _LEVEL_IN_USE)
+    if counts and "level" not in pointed:
+        rows.append(Equipment(str(level.get("instrument") or "level"), _LEVEL, None, None, None))
     gravity = coefficients.gravity
     if coefficients.senses_gravity:
         is_known = gravity.standard_uncertainty_mps2 > 0.0
@@ -56,14 +61,16 @@ def equipment_of(coefficients: CoefficientSet) -> list[Equipment]:
     return rows
 
 
-def _of_standard(standard: Document) -> Equipment:
+def _of_standard(standard: Document, instrument: str) -> Equipment:
+    """Return the row of a standard; ``instrument``: what read the level, which its standard is the certificate of."""
     serial, certificate, due = (standard[key] and str(standard[key]) for key in ("serial", "certificate", "due"))
     declared = None if standard["uncertainty"] is None else table(standard["uncertainty"])
     used_for: dict[str, list[str]] = {}
     for text in map(str, listed(standard.get("used_for", []))):
         kind, _, name = text.partition(".")
         is_thermometer = kind == "chain" and "uncertainty_degc" in (declared or {})
-        used_for.setdefault("temperature" if is_thermometer else _WHAT_FOR[kind], []).append(name)
+        what = "temperature" if is_thermometer else _WHAT_FOR[kind]
+        used_for.setdefault(what, []).append(instrument if kind == "level" else name)
     words = [f"{what} ({', '.join(filter(None, names))})".removesuffix(" ()") for what, names in used_for.items()]
     return Equipment(
         str(standard["name"]), ", ".join(words), serial or None, certificate or None, due or None, uncertainty=declared

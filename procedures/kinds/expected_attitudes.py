@@ -25,8 +25,9 @@ from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
 from procedures.solution.expected_readings import read_adaptively
 from procedures.solution.foreseen import foreseen_warnings, use_remarks
+from procedures.solution.level_of_base import level_remarks, level_warnings
 from procedures.solution.request import joint_priors_in_words
-from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings
+from procedures.solution.type_b import gravity_warnings
 from rig.description.rig_file import RigDescription
 
 _NO_PARAMETERS = (TRACELESS_NAME, REFERENCE_NAME, "reference_temperature_degc")

@@ -29,11 +29,13 @@ def device_rows(rig: RigDescription, identities: Mapping[str, str]) -> tuple[Dev
         for group, named in groups.items()
         for name, settings in named.items()
     )
-    reference = rig.attitude_reference
-    if reference is None:
-        return devices
-    channels = ", ".join(f"{axis} by {channel}" for axis, channel in reference.channels.items())
-    return (*devices, Device("attitude_reference", "", channels, reference.standard or ""))
+    if (reference := rig.attitude_reference) is not None:
+        channels = ", ".join(f"{axis} by {channel}" for axis, channel in reference.channels.items())
+        devices += (Device("attitude_reference", "", channels, reference.standard or ""),)
+    level = rig.level
+    if level.instrument or level.standard:
+        devices += (Device("level", "", level.instrument, level.standard or ""),)
+    return devices
 
 
 def standard_rows(rig: RigDescription) -> tuple[StandardRow, ...]:

@@ -28,6 +28,7 @@ from procedures.records.dwells import DwellRecord
 from procedures.solution.adaptive_words import adaptive_in_words
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import earth_remarks, mean_rotations, with_turned_earth
+from procedures.solution.level_of_base import level_remarks, level_warnings
 from procedures.solution.observations import observations_of
 from procedures.solution.request import (
     SensorRows,
@@ -43,8 +44,6 @@ from procedures.solution.temperature_of_use import warnings_of_use
 from procedures.solution.type_b import (
     gravity_on_gyros_remarks,
     gravity_warnings,
-    level_remarks,
-    level_warnings,
     single_approach,
 )
 from procedures.solution.undeclared import Undeclared

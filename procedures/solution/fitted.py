@@ -22,6 +22,7 @@ from procedures.records.declared_gaps import gravity_remarks, meter_remarks, tem
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import EARTH_DPS
+from procedures.solution.level_of_base import level_remarks, level_warnings
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.run_findings import with_run_findings
@@ -29,8 +30,6 @@ from procedures.solution.temperature_of_use import at_use, warnings_of_use
 from procedures.solution.type_b import (
     gravity_on_gyros_remarks,
     gravity_warnings,
-    level_remarks,
-    level_warnings,
     shared_errors,
 )
 from procedures.solution.undeclared import Undeclared

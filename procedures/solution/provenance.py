@@ -177,6 +177,7 @@ def _pointing(rig: RigDescription) -> Iterable[tuple[str, str | None]]:
     yield from ((f"field.{name}", coil.standard) for name, coil in rig.field.items())
     if rig.attitude_reference is not None:
         yield "attitude_reference", rig.attitude_reference.standard
+    yield "level", rig.level.standard
 
 
 def _dwells(record: RunRecord) -> dict[str, Any]:

@@ -2,24 +2,22 @@
 
 A certificate states a limit, a standard or an expanded uncertainty; here each becomes a standard uncertainty on what it
 acts on. A meter's one figure is taken for its zero and, over its range, for its gain: both, each whole, since the
-certificate does not say which. A level that was read is not corrected for, so the tilt that it showed is an error of
-unknown sign up to that size. Source: GUM 4.3, F.2.4.5.
+certificate does not say which. Source: GUM 4.3, F.2.4.5.
 """
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from math import degrees, hypot, radians, sqrt
+from math import degrees, radians, sqrt
 from typing import Literal
 
-from ams.findings import Said
 from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
 from ams.inputs.request import CalibrationRequest
-from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, Effect, SharedError
+from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
-from ams.sets.verdict_conditions import NO_LEVEL
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
 from procedures.solution.earth_turn import earth_errors
+from procedures.solution.level_of_base import level_errors
 from procedures.solution.temperature_of_use import use_errors
 from rig.description.device_settings import AxisSettings
 from rig.description.index_table import IndexTable
@@ -149,41 +147,6 @@ def gravity_on_gyros_remarks(shared: Mapping[str, tuple[SharedError, ...]], *, s
     )
 
 
-def level_remarks(rig: RigDescription) -> tuple[Said, ...]:
-    """Say that nobody read the level of the base, where the attitude is counted from it."""
-    reference = rig.attitude_reference
-    is_referred = reference is not None and {"pitch", "roll"} <= set(reference.channels)
-    if rig.level.before is not None or rig.level.after is not None or is_referred:
-        return ()
-    return (
-        Said(
-            f"{NO_LEVEL}: a tilted base, or an axis that was set to zero wrongly, passes for a turned package and is "
-            "not in these uncertainties",
-            "read it before and after ([level] of the rig file)",
-        ),
-    )
-
-
-def level_warnings(rig: RigDescription) -> tuple[str, ...]:
-    """Say that the base moved between its two readings by more than the limits of the instrument explain."""
-    before, after, limit_arcsec = rig.level.before, rig.level.after, rig.level.uncertainty_arcsec
-    if before is None or after is None:
-        return ()
-    turned = {
-        "pitch": after.about_pitch_arcsec - before.about_pitch_arcsec,
-        "roll": after.about_roll_arcsec - before.about_roll_arcsec,
-    }
-    moved = [f"{by:+.3g}″ about {about}" for about, by in turned.items() if abs(by) > 2.0 * limit_arcsec]
-    if not moved:
-        return ()
-    return (
-        f"the base turned by {' and '.join(moved)} between the readings of its level before and after, more than the "
-        f"instrument may be wrong by (±{limit_arcsec:g}″ each, level.uncertainty_arcsec): the dwells do not stand at "
-        "one level; the uncertainties count the larger reading as a limit, and nothing tells when it moved; find what "
-        "moved and calibrate again",
-    )
-
-
 def gravity_warnings(rig: RigDescription, sensor: Sensor | None) -> tuple[str, ...]:
     """Say that the stated gravity is not that of the place; what a sensor gives per local g stands all the same.
 
@@ -235,7 +198,7 @@ def shared_errors(
 
     Without a sensor only the level of the base is known, for x, y and z.
     """
-    level = tuple(_level(rig))
+    level = tuple(level_errors(rig))
     if sensor is None:
         return dict.fromkeys("xyz", level)
     common = (
@@ -273,19 +236,6 @@ def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
         stated = _in_words(resistor, resistor[1].uncertainty_ohm, "Ω")
         stated = f"{stated}, of {chain.load_resistor_ohm:g} Ω"
         yield SharedError("load resistor", "gain", u, resistor[1].kind, stated, is_of_one_channel=True)
-
-
-def _level(rig: RigDescription) -> Iterator[SharedError]:
-    """Yield the errors of the base, as it was read before and after, and of the instrument itself (a limit)."""
-    read = [reading for reading in (rig.level.before, rig.level.after) if reading is not None]
-    level_arcsec = rig.level.uncertainty_arcsec
-    directions: tuple[tuple[str, Effect], ...] = (("about_pitch", "pitch"), ("about_roll", "base-tilt"))
-    for key, effect in directions:
-        largest_arcsec = max((abs(getattr(reading, f"{key}_arcsec")) for reading in read), default=0.0)
-        u_rad = radians(hypot(largest_arcsec, level_arcsec) / sqrt(3.0) / ARCSEC_PER_DEG)
-        if u_rad > 0.0:
-            stated = f"level: read up to {largest_arcsec:g}″, instrument ±{level_arcsec:g}″"
-            yield SharedError(f"level of the base {key.replace('_', ' ')}", effect, u_rad, "limit", stated)
 
 
 def _thermometer(rig: RigDescription, sensor: Sensor, temperature: str | None) -> Iterator[SharedError]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from rig.description.certified_indices import better_than_certified
+from rig.description.certified_angles import better_than_certified
 from rig.description.device_settings import TWIN_PORT
 from rig.description.plausible_limits import implausible_limits
 from rig.description.rig_file import RigDescription
@@ -248,6 +248,7 @@ def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:
         *((("streams", name), stream.standard) for name, stream in rig.streams.items()),
         *((("field", name), coil.standard) for name, coil in rig.field.items()),
         (("attitude_reference",), rig.attitude_reference.standard if rig.attitude_reference else None),
+        (("level",), rig.level.standard),
     ]
     for key, standard in tables:
         if standard is not None and standard not in rig.standards:

@@ -7,7 +7,7 @@ shows; ``uncertainty_arcsec`` is stated as the axis' own (a limit unless its sta
 import csv
 from collections.abc import Iterable
 from itertools import pairwise
-from math import isfinite
+from math import isclose, isfinite
 from pathlib import Path
 
 from rig.errors import DescriptionError
@@ -16,6 +16,8 @@ from rig.toml_file import StrictTable
 COLUMNS = ("angle_deg", "error_arcsec", "uncertainty_arcsec")
 FULL_TURN_DEG = 360.0
 _SAME_INDEX_DEG = 1e-5
+_SAME_NUMBER = 1e-9
+"""As a part of it, and in arc seconds: two rows of one index that were computed, not copied."""
 _LARGEST_STEP = 1.5
 _FEWEST_OF_A_TURN = 3
 """Two indices, and the first again."""
@@ -140,8 +142,8 @@ def _disagreeing_ends(line: int, values: list[tuple[float, float, float]]) -> It
     if len(values) < _FEWEST_OF_A_TURN:
         yield f"{line}: angle_deg: got one index, {start[0]:g} and {end[0]:g}, allowed 2 or more; list those between"
     for column, at_start, at_end in zip(COLUMNS[1:], start[1:], end[1:], strict=True):
-        if at_start != at_end:
+        if not isclose(at_start, at_end, rel_tol=_SAME_NUMBER, abs_tol=_SAME_NUMBER):
             yield (
-                f"{line}: {column}: got {at_end:g} at {end[0]:g} and {at_start:g} at {start[0]:g}, allowed the same: "
-                "the two are one index; correct one, or remove the row"
+                f"{line}: {column}: got {at_end:.10g} at {end[0]:g} and {at_start:.10g} at {start[0]:g}, allowed the "
+                "same: the two are one index; correct one, or remove the row"
             )

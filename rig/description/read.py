@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, ValidationError, create_model
 
-from rig.description.certified_indices import as_certified
+from rig.description.certified_angles import as_certified, level_as_certified
 from rig.description.cross_checks import complaints_about_references
 from rig.description.drivers import TABLES, classes_for
 from rig.description.earlier_versions import as_stored_now
@@ -50,6 +50,7 @@ def rig_of(file: TomlFile) -> RigDescription:
                 for name, axis in axes.items()
             },
             "readouts": _dialects_found(description.readouts, file.path.parent),
+            "level": level_as_certified(description),
         }
     )
 

@@ -99,6 +99,17 @@ class Standard(StrictTable):
     uncertainty_degc: NotNegative | None = None
     uncertainty_ohm: NotNegative | None = None
 
+    @field_validator("k")
+    @classmethod
+    def _covers_a_standard_uncertainty(cls, value: float, info: ValidationInfo) -> float:
+        """Refuse a factor that makes u larger than U; a run that was stored with one stays one."""
+        if info.mode != "json" and info.data.get("kind") == "expanded" and value < 1.0:
+            raise ValueError(
+                "allowed is 1 or more: an expanded uncertainty is k times the standard one, which would be larger "
+                "than what the certificate states; give the certificate's k (2 for about 95 %)"
+            )
+        return value
+
     @property
     def divisor(self) -> float:
         """Return what its uncertainties are divided by to be standard uncertainties; of a limit √3 (rectangular)."""
@@ -149,8 +160,9 @@ class Level(StrictTable):
     """``[level]``: the base before and after."""
 
     instrument: str = ""
+    standard: str | None = None
     uncertainty_arcsec: NotNegative = 0.0
-    """Of the instrument: a limit."""
+    """Of the instrument: a limit, unless its standard says otherwise."""
     before: LevelReading | None = None
     after: LevelReading | None = None
 

@@ -14,12 +14,18 @@ LABORATORY = {"name": "Instrument Laboratory", "address": "1 Granite Way, Hampto
 JOB = {"customer": "Tunnel Ltd, 2 Wind Road", "item": "inclinometer package, clean, no damage", "number": "J-7"}
 STANDARD = Standard("table", "77", "C-2025-14", date(2027, 1, 31), {"limit_arcsec": 1.0, "kind": "limit"})
 METER = Standard("meter", "3", "C-2025-21", date(2027, 1, 31), {"uncertainty_v": 1e-5, "kind": "limit"})
-LEVEL = {"uncertainty_arcsec": 0.5, "before": {"about_pitch_arcsec": 0.3, "about_roll_arcsec": -0.2}}
+LEVEL_STANDARD = Standard("level", "L-12", "C-2025-9", date(2027, 1, 31), {"uncertainty_arcsec": 0.5}, ("level",))
+LEVEL = {
+    "instrument": "Talyvel 6",
+    "standard": "level",
+    "uncertainty_arcsec": 0.5,
+    "before": {"about_pitch_arcsec": 0.3, "about_roll_arcsec": -0.2},
+}
 RELEASED = {
     "approved_by": "B. Chief",
     "laboratory": LABORATORY,
     "job": JOB,
-    "standards": (STANDARD, METER),
+    "standards": (STANDARD, METER, LEVEL_STANDARD),
     "level": LEVEL,
     "gravity_uncertainty_mps2": 2e-6,
 }

@@ -19,6 +19,7 @@ table = { serial = "1", certificate = "c1", due = 2027-06-30, kind = "expanded",
 meter = { serial = "2", certificate = "c2", due = 2027-06-30, kind = "limit", uncertainty_v = 0.0001 }
 resistor = { serial = "3", certificate = "c3", due = 2027-06-30, uncertainty_ohm = 0.1 }
 probe = { serial = "4", certificate = "c4", due = 2027-06-30, uncertainty_degc = 0.05 }
+level = { serial = "6", certificate = "c6", due = 2027-06-30, kind = "expanded", uncertainty_arcsec = 0.5 }
 second = { serial = "5", certificate = "c5", due = 2027-06-30, kind = "standard", uncertainty_v = 0.0002 }
 """)
 GRID: Document = tomllib.loads("""
@@ -99,6 +100,7 @@ samples = 3
 mount = { x = "+x", y = "+y", z = "+z" }
 temperature = { channel = "dmm.t", offset_degc = 20.0, slope_degc_per_v = 100.0 }
 [level]
+standard = "level"
 uncertainty_arcsec = 0.5
 before = { about_pitch_arcsec = 1.0, about_roll_arcsec = 2.0, taken = "2026-02-28" }
 after = { about_pitch_arcsec = -1.5, about_roll_arcsec = 1.0 }

@@ -22,10 +22,11 @@ from procedures.errors import RequestError
 from procedures.records.declared_gaps import gravity_remarks, meter_remarks, temperature_remarks
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.fitted import sensor_of, sensor_warnings, use_degc_of
+from procedures.solution.level_of_base import level_remarks, level_warnings
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
 from procedures.solution.temperature_of_use import at_use, warnings_of_use
-from procedures.solution.type_b import gravity_warnings, level_remarks, level_warnings, table_uncertainty
+from procedures.solution.type_b import gravity_warnings, table_uncertainty
 from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription
 

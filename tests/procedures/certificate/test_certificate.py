@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from certificate_scene import JOB, LABORATORY, METER, RELEASED, STANDARD, set_with_findings
+from certificate_scene import JOB, LABORATORY, LEVEL, LEVEL_STANDARD, METER, RELEASED, STANDARD, set_with_findings
 from line_sets import line_set
 from not_usable import set_not_usable
 from planning_files import rig_file
@@ -36,7 +36,7 @@ from procedures.cli.archive.text import sign_off_lines
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import meter_remarks, thermometer_remarks
 from procedures.report.paper.page_tree import page_tree_of
-from procedures.solution.type_b import level_remarks
+from procedures.solution.level_of_base import level_remarks
 from procedures.solution.undeclared import Undeclared
 
 SIGNED = datetime(2026, 3, 2, 9, tzinfo=UTC)
@@ -270,31 +270,36 @@ def test_every_equipment_stands_with_what_it_was_used_for_and_a_thermometer_with
     table = replace(STANDARD, used_for=("axes.pitch", "axes.roll"))
     probe = Standard("probe", "T-9", "C-2025-30", date(2027, 2, 1), {"uncertainty_degc": 0.1}, ("environment.air",))
     meter = replace(METER, used_for=("readouts.dmm",))
-    with_probe = _grounds(coefficients=_set(standards=(table, meter, probe)))
+    of_level = ("level of the base (Talyvel 6)", "L-12", "C-2025-9", "2027-01-31")
+    of_probe = ("temperature (air)", "T-9", "C-2025-30", "2027-02-01")
+    with_probe = _grounds(coefficients=_set(standards=(table, meter, probe, LEVEL_STANDARD)))
     for text in (_text(with_probe), _words_of_dcc(with_probe)):
-        for said in ("attitude (pitch, roll)", "outputs (dmm)", "temperature (air)", "T-9", "C-2025-30", "2027-02-01"):
+        for said in ("attitude (pitch, roll)", "outputs (dmm)", *of_probe, *of_level):
             assert said in text, said
         assert "local gravity" in text
     assert "not shown to be traceable" not in _text(with_probe)
-    without = _grounds(coefficients=_set(standards=(table, meter)))
+    without = _grounds(coefficients=_set(standards=(table, meter, LEVEL_STANDARD)))
     assert "Of air (temperature) no uncertainty is declared" in _text(without)
     assert "no certificate of its uncertainty is declared" in _words_of_dcc(without)
     assert "The results are traceable" not in _text(without)
 
 
 def test_what_is_in_the_uncertainty_without_a_certificate_is_not_called_traceable() -> None:
-    """Gravity that is only said to be known, and a level that only has a name, are what somebody says."""
+    """Gravity that is only said to be known, a level with a name, a limit or a reading only: somebody's word."""
     table = replace(STANDARD, used_for=("axes.pitch", "axes.roll"))
     standards = (table, replace(METER, used_for=("readouts.dmm",)))
     probe = Standard("probe", "T-9", "C-2025-30", date(2027, 2, 1), {"uncertainty_degc": 0.1}, ("environment.air",))
-    level = {"instrument": "Talyvel 6, L-12", "uncertainty_arcsec": 0.5}
+    of_level = {"standards": (*standards, probe)}
     whole = "The results are traceable to the International System of Units through the certificates named."
-    assert whole in _text(_grounds(coefficients=_set(standards=(*standards, probe))))
+    every: dict[str, object] = {"standards": (*standards, probe, LEVEL_STANDARD)}
+    assert whole in _text(_grounds(coefficients=_set(**every)))
     for changed, named in (
         ({"gravity_source": ""}, "Of local gravity (unit of acceleration) no certificate is named"),
-        ({"level": level}, "Of Talyvel 6, L-12 (level of the base) no certificate is named"),
+        (of_level, "Of Talyvel 6 (level of the base) no certificate is named"),
+        (of_level | {"level": {"uncertainty_arcsec": 0.5}}, "Of level (level of the base) no certificate is named"),
+        (of_level | {"level": {"before": LEVEL["before"]}}, "Of level (level of the base) no certificate is named"),
     ):
-        grounds = _grounds(coefficients=_set(standards=(*standards, probe), **changed))
+        grounds = _grounds(coefficients=_set(**{**every, **changed}))
         text = _text(grounds)
         assert f"{named}: what rests on it is not shown to be traceable." in text
         assert whole not in text

@@ -39,3 +39,9 @@ def test_every_device_stands_with_what_it_answered() -> None:
     assert rows["axes.pitch"].standard == "table"
     assert rows["readouts.dmm"].identity == "HP3458A"
     assert rows["environment.air"].identity == ""
+
+
+def test_the_level_stands_among_the_devices_with_its_instrument_and_standard() -> None:
+    assert "level" not in {row.name for row in device_rows(_rig(), {})}
+    rows = {row.name: row for row in device_rows(_rig(level=Level(instrument="Talyvel 6", standard="level")), {})}
+    assert (rows["level"].identity, rows["level"].standard) == ("Talyvel 6", "level")

@@ -1,5 +1,5 @@
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, date, datetime
 from pathlib import Path
 
 import pytest
@@ -11,9 +11,9 @@ from procedures.journal.audit_trail import Interruption
 from procedures.records.declared_gaps import meter_remarks
 from procedures.report.verdict import judge
 from procedures.report.view import RunView, SensorView
-from procedures.solution.type_b import level_remarks, level_warnings
+from procedures.solution.level_of_base import level_remarks, level_warnings
 from rig.description.read import read_rig
-from rig.description.rig_file import Level, LevelReading
+from rig.description.rig_file import Level, LevelReading, Standard
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -242,3 +242,19 @@ def test_a_base_that_moved_by_more_than_its_instrument_explains_is_told(after_ar
     if is_moved:
         assert f"turned by {after_arcsec:+.3g}″ about pitch between" in said[0]
         assert "roll between" not in said[0]
+
+
+def test_a_level_without_a_limit_may_be_wrong_by_twice_its_standard_uncertainty_at_each_reading() -> None:
+    """U = 1.2″ at k = 3 is u = 0.4″: two readings differ by up to 1.6″."""
+    of_level = Standard(serial="L", certificate="c", due=date(2030, 1, 1), kind="expanded", k=3.0)
+    plain = read_rig(EXAMPLES / "inclinometer" / "rig.toml")
+    plain = plain.model_copy(update={"standards": {**plain.standards, "level": of_level}})
+    at_zero = LevelReading(about_pitch_arcsec=0.0, about_roll_arcsec=0.0)
+    told = []
+    for after_arcsec in (1.5, 1.7):
+        after = LevelReading(about_pitch_arcsec=after_arcsec, about_roll_arcsec=0.0)
+        level = Level(standard="level", uncertainty_arcsec=1.2, before=at_zero, after=after)
+        told.append(level_warnings(plain.model_copy(update={"level": level})))
+    assert told[0] == ()
+    assert "turned by +1.7″ about pitch" in told[1][0]
+    assert "(±0.8″ each" in told[1][0]

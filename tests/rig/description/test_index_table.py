@@ -23,6 +23,10 @@ FAULTS = [
     (HEADER + "-60,1,0.1\n0,1,0.1\n60,1,0.1\n", r"index.csv:4: angle_deg: got -60 to 60, needed are .* -90 to 90; add"),
     (HEADER + "-180,1,0.1\n0,1,0.1\n180,2,0.1\n", r"index.csv:4: error_arcsec: got 2 at 180 and 1 at -180, .* same"),
     (HEADER + "-180,1,0.1\n0,1,0.1\n180,1,0.2\n", r"index.csv:4: uncertainty_arcsec: got 0.2 at 180 and 0.1 at -180"),
+    (
+        HEADER + "-180,0.0832747,0.1\n0,1,0.1\n180,0.083275,0.1\n",
+        r"got 0.083275 at 180 and 0.0832747 at -180, allowed the same",
+    ),
     (HEADER + "-180,1,0.1\n0,1,0.1\n185,1,0.1\n", r"index.csv:4: .*-180 to 185, allowed at most one turn.*each index"),
     (HEADER + "-180,1,0.1\n180,1,0.1\n", r"index.csv:3: .*got one index, -180 and 180, .*list those between"),
 ]
@@ -51,6 +55,13 @@ def test_both_ends_of_a_turn_are_one_index(tmp_path: Path) -> None:
     assert closed.model_copy(update={"file": ""}) == opened.model_copy(update={"file": ""})
     (tmp_path / "wide.csv").write_text(HEADER + "-180,1,0.1\n-170,1,0.1\n-160,1,0.1\n180,1,0.1\n")
     assert read_index_table(tmp_path / "wide.csv", limits_deg).angle_deg == (-180.0, -170.0, -160.0)
+
+
+def test_ends_that_were_computed_may_differ_in_their_last_digits(tmp_path: Path) -> None:
+    """Printed with all digits 0.1 + 0.2 and 0.3 are two numbers; both are the error of one index."""
+    rows = f"-180,{0.1 + 0.2!r},0.1\n0,1,0.1\n180,0.3,0.1\n"
+    (tmp_path / "index.csv").write_text(HEADER + rows)
+    assert read_index_table(tmp_path / "index.csv", (-180.0, 180.0)).error_arcsec == (0.1 + 0.2, 1.0)
 
 
 def test_what_is_asked_for_where_limits_exceed_a_turn_is_a_turn(tmp_path: Path) -> None:

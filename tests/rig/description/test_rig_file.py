@@ -56,6 +56,12 @@ MISTAKES = [
         "standards.table.correction_file: a standard states an uncertainty, and corrections stand where they are used; "
         "remove it. Errors that a table's certificate lists at angles are corrected by axes.NAME.index_table",
     ),
+    (
+        "a coverage factor below 1",
+        'kind = "limit"\nuncertainty_arcsec = 1.0',
+        'kind = "expanded"\nk = 0.5\nuncertainty_arcsec = 1.0',
+        "standards.table.k: got 0.5: allowed is 1 or more: an expanded uncertainty is k times the standard one",
+    ),
     ("unknown standard", 'standard = "table"', 'standard = "tabel"', "axes.pitch.standard: no standard 'tabel'"),
     (
         "two-axis package of three",
@@ -229,6 +235,14 @@ def test_a_run_that_was_stored_with_any_words_for_that_day_is_still_read(tmp_pat
     before = rig_from_json(stored).level.before
     assert before is not None
     assert before.taken == "this morning"
+
+
+def test_a_run_that_was_stored_with_a_coverage_factor_below_one_is_still_read(tmp_path: Path) -> None:
+    now = 'kind = "expanded"\nk = 1.0\nuncertainty_arcsec = 1.0'
+    path = changed(EXAMPLE_RIG, 'kind = "limit"\nuncertainty_arcsec = 1.0', now, tmp_path / "rig.toml")
+    stored = read_rig(path).model_dump_json()
+    assert '"k":1.0' in stored
+    assert rig_from_json(stored.replace('"k":1.0', '"k":0.5')).standards["table"].k == 0.5
 
 
 @pytest.mark.parametrize("name", ["", "   "])

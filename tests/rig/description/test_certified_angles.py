@@ -1,10 +1,12 @@
-"""One certificate, one number: what an axis declares of its indices is never better than what its standard states."""
+"""One certificate, one number: what an axis, a level or a reference declares is never better than its standard."""
 
+from math import radians
 from pathlib import Path
 
 import pytest
 from example_files import EXAMPLE_RIG, changed
 
+from procedures.solution.level_of_base import level_errors
 from procedures.solution.type_b import standard_uncertainty_arcsec
 from rig.description.read import read_rig
 from rig.errors import DescriptionError
@@ -48,3 +50,45 @@ def test_a_reference_better_than_its_certificate_is_refused(tmp_path: Path) -> N
     path = changed(example, "uncertainty_deg = 0.0008", "uncertainty_deg = 0.0004", tmp_path / "rig.toml")
     with pytest.raises(DescriptionError, match=r"attitude_reference.uncertainty_deg: got 0.0004 .* states 0.0008 "):
         read_rig(path)
+
+
+LEVEL = """
+[standards.level]
+serial = "L-12"
+certificate = "26-0311"
+due = 2027-06-30
+kind = "{kind}"
+uncertainty_arcsec = 0.6
+
+[level]
+instrument = "electronic level 6"
+standard = "{name}"
+"""
+
+
+def _with_level(folder: Path, more: str = "", *, kind: str = "expanded", name: str = "level") -> Path:
+    path = folder / "rig.toml"
+    text = EXAMPLE_RIG.read_text(encoding="utf-8")
+    path.write_text(text + LEVEL.format(kind=kind, name=name) + more, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("kind", ["limit", "standard", "expanded"])
+def test_a_level_that_leaves_it_to_its_standard_has_the_certificates_number(tmp_path: Path, kind: str) -> None:
+    """Of U at k = 2 half is the standard uncertainty, of a limit the part 1/√3: GUM 4.3.3, 4.3.7."""
+    rig = read_rig(_with_level(tmp_path, kind=kind))
+    u_arcsec = {"limit": 0.6 / 3.0**0.5, "standard": 0.6, "expanded": 0.3}[kind]
+    found = {error.effect: error.standard_uncertainty for error in level_errors(rig)}
+    assert found == pytest.approx(dict.fromkeys(("pitch", "base-tilt"), radians(u_arcsec / 3600.0)))
+
+
+def test_a_level_may_be_worse_than_its_certificate_and_not_better(tmp_path: Path) -> None:
+    assert read_rig(_with_level(tmp_path, "uncertainty_arcsec = 0.8")).level.uncertainty_arcsec == 0.8
+    better = _with_level(tmp_path, "uncertainty_arcsec = 0.5")
+    with pytest.raises(DescriptionError, match=r"level.uncertainty_arcsec: got 0.5, and its standard states 0.6 "):
+        read_rig(better)
+
+
+def test_a_level_names_a_standard_of_the_file(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match=r"level.standard: no standard 'spirit' \(allowed: table, level\)"):
+        read_rig(_with_level(tmp_path, name="spirit"))
