@@ -13,6 +13,7 @@ from platformdirs import user_state_path
 from ams.errors import AmsError, ArchiveError, ArchiveForbids, ArchiveUnknown, SolveError, VectorsDisagree, WriteFailed
 from ams.exports.optional_libraries import EXTRA_OF, missing_sentence
 from procedures.cli.program_log import tell as log
+from procedures.cli.standard_streams import let_go_of
 from procedures.errors import ExitStatus, ProcedureError
 from rig.defects import defect_text, is_ours
 from rig.errors import DescriptionError, RequestRefused, RigError, WaitEnded
@@ -43,7 +44,7 @@ def tell(error: BaseException) -> None:
     if isinstance(error, SystemExit):
         return
     if isinstance(error, BrokenPipeError):
-        _close_standard_output()
+        let_go_of(sys.stdout)  # `calrig … | head` ends quietly
         return
     sentence = sentence_of(error)
     log("error", sentence, "error")
@@ -84,8 +85,3 @@ def _write_report(error: BaseException) -> Path:
         traceback.print_exception(error)
         return Path("the lines above")
     return path
-
-
-def _close_standard_output() -> None:
-    """End quietly where the reader of our output went away (``calrig … | head``)."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -11,6 +11,7 @@ from cyclopts import App, CycloptsError, Group
 from procedures.cli.failure import status_of, tell
 from procedures.cli.program_log import logged
 from procedures.cli.program_log import tell as log
+from procedures.cli.standard_streams import open_closed_streams
 from procedures.cli.stop_at_once import stop_at_once
 from procedures.errors import ExitStatus, ProcedureError, RequestError
 from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
@@ -134,6 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     if arguments is not None:
         sys.exit(run_command(arguments))
+    open_closed_streams()
     status = stop_at_once(sys.argv[1:])
     sys.exit(run_command(sys.argv[1:]) if status is None else status)
 

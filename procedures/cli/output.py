@@ -2,12 +2,14 @@
 
 import json
 import sys
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import fill
 from typing import Any, TextIO
 
+from procedures.cli.standard_streams import let_go_of
 from rig.plain_text import shown
 
 _NARROWEST = 20
@@ -65,3 +67,18 @@ def note(text: str) -> None:
 def note_paragraph(text: str) -> None:
     """Print sentences as :func:`note`, broken as :func:`say_paragraph` does."""
     note(_between_words(shown(text), sys.stderr))
+
+
+@contextmanager
+def telling_what_is_done(folder: Path) -> Iterator[None]:
+    """Inside, what is done already is told on standard output; where that takes nothing, the telling ends and no more.
+
+    ``folder``: of the run, where all of it stands.
+    """
+    try:
+        yield
+        sys.stdout.flush()
+    except OSError as error:
+        let_go_of(sys.stdout)
+        if not isinstance(error, BrokenPipeError):  # `calrig … | head` has read what it wanted
+            note(f"standard output: {error.strerror}; everything is written; calrig solve {folder} tells it again")

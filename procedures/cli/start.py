@@ -2,11 +2,13 @@
 
 import sys
 
+from procedures.cli.standard_streams import open_closed_streams
 from procedures.cli.stop_at_once import stop_at_once
 
 
 def main() -> None:
     """Entry point of ``calrig``."""
+    open_closed_streams()
     arguments = sys.argv[1:]
     status = stop_at_once(arguments)
     if status is None:

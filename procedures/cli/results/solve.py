@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
-from procedures.cli.output import note, print_json, say
+from procedures.cli.output import note, print_json, say, telling_what_is_done
 from procedures.cli.results.findings_text import check_trials, findings_lines
 from procedures.cli.run.archive_url import url_of_run
 from procedures.cli.run.run import tell, tell_failures
@@ -49,12 +49,13 @@ def solve(
     with working() as progress_line:
         url = url_of_run(folder, archive, is_simulated=solved.record.is_simulated)
         delivery = deliver(solved, url, progress_line)
-    if json:
-        print_json({"sensors": sensors_document(solved)})
-    else:
-        for line in _findings(solved):
-            say(line)
-        tell(delivery)
+    with telling_what_is_done(folder):
+        if json:
+            print_json({"sensors": sensors_document(solved)})
+        else:
+            for line in _findings(solved):
+                say(line)
+            tell(delivery)
     tell_failures(delivery)
     return ExitStatus.FAILED if solved.failures or delivery.failures else ExitStatus.DONE
 

@@ -1,12 +1,13 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
 import shlex
+import sys
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Final
+from typing import Final, TextIO, cast
 
 from rich.console import Console
 
@@ -35,7 +36,7 @@ from procedures.cli.options import (
     Rig,
     RunsFolder,
 )
-from procedures.cli.output import note, note_paragraph, print_json, say
+from procedures.cli.output import note, note_paragraph, print_json, say, telling_what_is_done
 from procedures.cli.program_log import tell as log
 from procedures.cli.run.archive_url import archive_of_run, as_kept, require_archive_url, url_of_run
 from procedures.cli.run.attend import Attendance, attended
@@ -66,6 +67,7 @@ from procedures.report.view import Trust
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.handover import unfinished
+from procedures.run.progress import Unbreakable
 from procedures.run.resume import resume as resume_run
 from rig.assembly.open_rig import choose_clock, open_rig
 from rig.assembly.unguarded import unguarded_sentences
@@ -264,10 +266,11 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     if delivery.archived is not None and delivery.archive_url is not None:
         for finding in history_findings(delivery.archive_url, delivery.archived):
             note_paragraph(f"look at this: {finding}")
-    if json:
-        print_json(run_document(delivery))
-    else:
-        tell(delivery)
+    with telling_what_is_done(folder):
+        if json:
+            print_json(run_document(delivery))
+        else:
+            tell(delivery)
     tell_failures(delivery)
     _tell_unfinished(folder, outcome)
     failed = delivery.failures or (solved.is_finished and solved.failures)
@@ -351,7 +354,7 @@ def _lacking(delivery: Delivery) -> str:
 
 def tell(delivery: Delivery) -> None:
     """Tell the outcome to a person: coefficients, verdict, and where everything is."""
-    console = Console()
+    console = Console(file=cast(TextIO, Unbreakable(sys.stdout)))  # rich itself ends a program with status 1
     if delivery.view is not None:
         print_summary(delivery.view, console)
         say()
