@@ -176,7 +176,7 @@ def _say(store: QueueStore, action: Action, now_utc: datetime) -> None:
         case "remove":
             people.remove(store, number, action.by)
         case "attest":
-            parts = (word.partition("=") for word in action.fields["mounted"].replace(",", " ").split())
-            people.attest(store, action.by, {name: datum for name, _, datum in parts})
+            words = action.fields["mounted"].replace(",", " ").split()
+            people.attest(store, action.by, people.mounted_in(words))
         case "decide":
             people.decide(store, number, action.fields["choice"], action.text, action.by)

@@ -1,7 +1,7 @@
 """What people say to the queue: each act is refused with a sentence, or is one event with a name."""
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime
@@ -14,6 +14,7 @@ from procedures.queue.state import OVER, Item, ItemState, Queue, Source
 from procedures.queue.store import Change, QueueStore
 from rig.description.rig_file import RigDescription
 from rig.local_time import at_both
+from rig.plain_text import hidden_complaint, one_line
 
 Choice = Literal["resume", "again", "drop"]
 Check = Callable[[Path, Path, Path], Sequence[str]]
@@ -123,6 +124,22 @@ def disarm(store: QueueStore, by: str) -> Queue:
     """Let nothing more start; what runs goes on. Raises: RequestError."""
     _require_name("disarm", by)
     return store.change(lambda _queue: ("disarm", {"by": by, "reason": f"{by} disarmed it"}))
+
+
+def mounted_in(words: Iterable[str]) -> dict[str, str]:
+    """Return what a person says is mounted, sensor to datum face, from words such as SN1047 and SN1047=A.
+
+    Raises: RequestError for a word without a sensor or with what nobody sees, and for a sensor that is named twice.
+    """
+    mounted: dict[str, str] = {}
+    for word in words:
+        name, datum = (part.strip() for part in word.partition("=")[::2])
+        complaint = hidden_complaint(word) or ("" if name else "names no sensor; write SN1047 or SN1047=A")
+        if complaint or name in mounted:
+            complaint = complaint or "names a sensor a second time; name each once"
+            raise RequestError(f"queue attest: {one_line(word)[:80]}: {complaint}; nothing was attested")
+        mounted[name] = datum
+    return mounted
 
 
 def attest(store: QueueStore, by: str, mounted: Mapping[str, str]) -> Queue:

@@ -129,8 +129,7 @@ def attest(
     operator: Operator = None,
 ) -> None:
     """Say, by name, what is mounted now; the check set of the next run verifies it by measurement."""
-    parts = dict(_sensor(sensor) for sensor in mounted)
-    _tell(people.attest(_store(rig), person_named(operator), parts))
+    _tell(people.attest(_store(rig), person_named(operator), people.mounted_in(mounted)))
 
 
 @app.command
@@ -197,11 +196,6 @@ def _store(rig: Path | None) -> QueueStore:
         count_text = f"there are {len(found)} queues" if found else "there is no queue"
         raise RequestError(f"queue: {count_text} in {queues}; nothing was done; give --rig with a rig file of the rig")
     return QueueStore(found[0], clock)
-
-
-def _sensor(word: str) -> tuple[str, str]:
-    name, _, datum = word.partition("=")
-    return name.strip(), datum.strip()
 
 
 def _tell(queue: Queue, *, json: bool = False) -> None:

@@ -5,6 +5,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from command import call
 from queue_scene import Scene
 from small_run import PROCEDURE, RIG
 from starlette.testclient import TestClient
@@ -52,6 +53,24 @@ def test_the_page_shows_what_waits_and_for_what(visited: Visited, scene: Scene) 
     assert "first &lt;b&gt;night" in page
     (queue,) = visited.browser.get("/api/v1/queues").json()["queues"]
     assert [entry["place"] for entry in queue["items"]] == ["waiting", "waiting"]
+
+
+@pytest.mark.parametrize(
+    ("mounted", "complaint"),
+    [
+        ("SN1=<b>\u202e", "holds <U+202E>, which nobody sees"),
+        ("=A", "names no sensor"),
+        ("SN1=A SN1=B", "names a sensor a second time"),
+    ],
+)
+def test_what_is_attested_in_the_browser_is_looked_at_as_on_the_command_line(
+    tmp_path: Path, visited: Visited, scene: Scene, capsys: pytest.CaptureFixture[str], mounted: str, complaint: str
+) -> None:
+    code, found = _post(visited, scene, visited.person("Ben", "move"), "attest", mounted=mounted)
+    assert (code, complaint in found) == (409, True)
+    outcome = call(capsys, "queue", "attest", *mounted.split(), "--rig", tmp_path / "rig.toml", "--operator", "Ben")
+    assert (outcome.status, complaint in outcome.err) == (2, True)
+    assert scene.queue().attestation is None
 
 
 def test_a_night_is_armed_and_decided_in_the_browser(visited: Visited, scene: Scene) -> None:
