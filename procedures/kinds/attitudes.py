@@ -26,7 +26,14 @@ class AttitudeKind:
 
     def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
         if DESIGNS[procedure.design.kind].is_tumble is not self.is_tumble:
-            yield ("design", "kind"), 'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")'
+            if "design" not in procedure.model_fields_set:
+                kind = procedure.procedure.kind
+                yield ("design",), f"is missing; this is a procedure of kind {kind!r}, which goes to its attitudes"
+            else:
+                yield (
+                    ("design", "kind"),
+                    'kind = "tumble" goes with a design of kind "T", and only with it (or "up-down")',
+                )
 
     def measures(self, model: str) -> tuple[str, ...]:
         return ("acceleration",)

@@ -4,7 +4,8 @@ from collections.abc import Iterable, Mapping
 
 from rig.description.certified_angles import better_than_certified
 from rig.description.device_settings import TWIN_PORT
-from rig.description.plausible_limits import implausible_limits
+from rig.description.plausible_limits import implausible_limits, implausible_temperatures
+from rig.description.ports import unusable_ports
 from rig.description.rig_file import RigDescription
 from rig.errors import RequestRefused
 from rig.link.gpib import parse_resource, port_of
@@ -31,11 +32,13 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _undeclared_sensitivities(file, rig, voltages)
     yield from _volts_of_other_units(file, rig, units)
     yield from implausible_limits(file, rig)
+    yield from implausible_temperatures(file, rig)
     yield from _approved_by_nobody(file, rig)
     yield from _unusable_reference(file, rig, units)
     yield from _ranges_too_small(file, rig)
     yield from _unknown_interlocks(file, rig, voltages)
     yield from _supplies_outside_interlocks(file, rig)
+    yield from _rejections_never_counted(file, rig)
     yield from _unknown_standards(file, rig)
     yield from better_than_certified(file, rig)
     yield from _axis_twice(file, rig)
@@ -44,6 +47,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _cables_that_never_wind(file, rig)
     yield from _unusable_dialects(file, rig)
     yield from _unusable_resources(file, rig)
+    yield from unusable_ports(file, rig)
     if rig.uses_twins:
         yield from _missing_truth(file, rig)
     if not rig.uses_twins and rig.twin is not None and rig.twin.control is None:
@@ -237,6 +241,17 @@ def _supplies_outside_interlocks(file: TomlFile, rig: RigDescription) -> Iterabl
                 f"run would {lock.action} at once; give a band around it, or correct {key}",
             )
             break
+
+
+def _rejections_never_counted(file: TomlFile, rig: RigDescription) -> Iterable[str]:
+    """Yield an interlock that could never fire. Of files only: journals hold rigs from before it was refused."""
+    rejected = rig.interlocks.rejected
+    if rejected is not None and rejected.most >= rejected.within:
+        yield file.complaint(
+            ("interlocks", "rejected", "most"),
+            f"got most = {rejected.most} of within = {rejected.within} dwells, allowed is most below within: of so few "
+            "never more are rejected, and the interlock would never fire; correct one of them",
+        )
 
 
 def _unknown_standards(file: TomlFile, rig: RigDescription) -> Iterable[str]:

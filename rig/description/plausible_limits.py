@@ -22,6 +22,11 @@ TWIN: Final = "twin"
 """Its table is left out: a truth may be anything."""
 
 
+POSSIBLE_DEGC: Final = (-100.0, 200.0)
+"""What a sensor stands at most; readings of temperature beyond it are none."""
+KELVIN: Final = 273.15
+
+
 @dataclass(frozen=True)
 class Bound:
     """What a declared limit must stay below."""
@@ -58,6 +63,21 @@ def implausible_limits(file: TomlFile, rig: RigDescription) -> Iterator[str]:
                 key,
                 f"got {value:g}{unit}, allowed is below {bound.largest:g}{unit} ({bound.reason}); correct the number, "
                 "or its unit",
+            )
+
+
+def implausible_temperatures(file: TomlFile, rig: RigDescription) -> Iterator[str]:
+    """Yield temperatures of use that no sensor stands: those of another unit."""
+    low_degc, high_degc = POSSIBLE_DEGC
+    for name, sensor in rig.sensors.items():
+        used = sensor.use_temperature_degc
+        if used is not None and not low_degc <= used[0] < used[1] <= high_degc:
+            looks_like = all(low_degc <= value - KELVIN <= high_degc for value in used)
+            to_do = "the numbers look like kelvin: subtract 273.15" if looks_like else "give both in °C"
+            yield file.complaint(
+                ("sensors", name, "use_temperature_degc"),
+                f"got {used[0]:g} to {used[1]:g} °C, allowed is inside of {low_degc:g} to {high_degc:g} °C (servo "
+                f"accelerometers end at −55 and 125 °C); {to_do}",
             )
 
 

@@ -48,6 +48,11 @@ class OrientalAzSettings(rates.RevolvingSettings):
     def _gear_pair(cls, value: object) -> object:
         return as_tuple(value)
 
+    @property
+    def modbus(self) -> tuple[str, int]:
+        """What the line speaks, and the number of this device on it."""
+        return "rtu", self.axis
+
     @model_validator(mode="after")
     def _turns_without_wrap(self) -> "OrientalAzSettings":
         if self.wrap and self.top_rate_dps is not None:

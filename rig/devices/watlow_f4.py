@@ -42,6 +42,11 @@ class WatlowF4Settings(EnvironmentSettings):
     values: Literal["degc", "degf"] | None = None
     """What the controller must be set to; None: whichever it says that it is."""
 
+    @property
+    def modbus(self) -> tuple[str, int]:
+        """What the line speaks, and the number of this device on it."""
+        return "rtu", self.unit
+
 
 @dataclass(frozen=True, slots=True)
 class Scale:

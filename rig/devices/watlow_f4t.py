@@ -71,6 +71,11 @@ class WatlowF4TSettings(EnvironmentSettings):
     """Unit of the numbers on the wire, as set for this communications channel; None: as the controller says."""
     plausible_degc: tuple[float, float] = (-100.0, 250.0)
 
+    @property
+    def modbus(self) -> tuple[str, int]:
+        """What the line speaks, and the number of this device on it."""
+        return self.transport, self.unit
+
     @field_validator("plausible_degc", mode="before")
     @classmethod
     def _pair(cls, value: object) -> object:

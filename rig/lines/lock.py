@@ -27,6 +27,7 @@ from psutil import pid_exists
 from rig import file_lock
 from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
+from rig.link.port_address import canonical_port
 from rig.local_time import text_at_both
 from rig.machine_folder import OVERRIDE, machine_folder
 from rig.system_parts import module_here
@@ -38,7 +39,6 @@ _ATTEMPTS = 5
 _HERE = "this machine"
 _READABLE = 0o644
 _BOARD = re.compile(r"GPIB(?P<number>\d*)", re.IGNORECASE)
-_WINDOWS_PORT = re.compile(r"(?:\\\\\.\\)?(COM\d+)", re.IGNORECASE)
 _NETWORK = re.compile(r"(?P<scheme>[A-Za-z0-9+.-]+)://(?P<host>\[[^\]]*\]|[^:/#]+):(?P<port>\d+)")
 
 
@@ -127,10 +127,7 @@ def canonical(resource: str) -> str:
         return resource
     if board := _BOARD.fullmatch(resource):
         return f"GPIB{int(board['number'] or 0)}"
-    if port := _WINDOWS_PORT.fullmatch(resource):
-        return port[1].upper()
-    scheme, mark, rest = resource.partition("://")
-    return f"{scheme.lower()}{mark}{rest.lower()}" if mark else str(Path(resource).resolve())
+    return canonical_port(resource)
 
 
 def identity_of(resource: str) -> str:

@@ -5,6 +5,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -60,10 +61,17 @@ def test_the_first_calibration_works(tmp_path: Path, monkeypatch: pytest.MonkeyP
     (changes,) = blocks_of("first-calibration.md", "toml")
     procedure = tmp_path / "procedure.toml"
     text = procedure.read_text("utf-8")
-    for line in changes.splitlines():
+    heading = ""
+    for line in filter(None, changes.splitlines()):
+        if line.startswith("["):
+            heading = re.escape(line)
+            continue
         key = line.partition(" =")[0]
-        text, count = re.subn(rf"^{key} = .*$", line, text, count=1, flags=re.MULTILINE)
+        text, count = re.subn(
+            rf"^({heading}\n(?:[^\[].*\n|\n)*?){key} = .*$", rf"\g<1>{line}", text, flags=re.MULTILINE
+        )
         assert count == 1, key
+    assert tomllib.loads(text)["check"] == tomllib.loads(procedure.read_text("utf-8"))["check"]
     procedure.write_text(text, encoding="utf-8")
     for step in steps:
         assert run_command(step) == 0, step

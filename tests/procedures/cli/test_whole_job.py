@@ -20,6 +20,10 @@ from procedures.delivery.deliver import solve_run
 from rig.lines.lock import acquire
 
 METER = "prologix+socket://127.0.0.1:1#22"
+AIR_APART = {'driver = "watlow-f4"\nport = "twin"': 'driver = "watlow-f4"\nport = "socket://127.0.0.1:3"'}
+"""The chamber is not on the line of the axes."""
+AIR_ON_ITS_TWIN = {'driver = "watlow-f4"\nport = "twin"': 'driver = "watlow-f4"\nport  = "twin"'}
+"""Not changed with the port of the axes."""
 
 
 def run(capsys: pytest.CaptureFixture[str], folder: Path, *options: object, **changes: dict[str, str]) -> Outcome:
@@ -192,7 +196,9 @@ def _apart_from_times(sensors: dict) -> dict:
 
 @pytest.mark.usefixtures("no_report")
 def test_a_rehearsal_needs_no_port(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    procedure, rig = job(tmp_path, None, {'port = "twin"': 'port = "socket://127.0.0.1:1"', '"twin"': f'"{METER}"'})
+    procedure, rig = job(
+        tmp_path, None, AIR_APART | {'port = "twin"': 'port = "socket://127.0.0.1:2"', '"twin"': f'"{METER}"'}
+    )
     text = Path(rig).read_text(encoding="utf-8")
     Path(rig).write_text(text[: text.index("\n[twin]\n")], encoding="utf-8")
     outcome = call(capsys, "run", procedure, "--rig", rig, "--out", tmp_path / "runs", "--json", "--rehearse")
@@ -248,7 +254,9 @@ def test_a_missing_port_is_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixt
     closed.bind(("127.0.0.1", 0))
     address = f"socket://127.0.0.1:{closed.getsockname()[1]}"
     outcome = run(
-        capsys, tmp_path, rig_changes={'port = "twin"': f'port = "{address}"', 'time = "virtual"': 'time = "real"'}
+        capsys,
+        tmp_path,
+        rig_changes=AIR_ON_ITS_TWIN | {'port = "twin"': f'port = "{address}"', 'time = "virtual"': 'time = "real"'},
     )
     closed.close()
     assert outcome.status == 1
@@ -261,7 +269,7 @@ def test_a_silent_port_is_a_sentence_with_device_and_deadline(
 ) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         address = f"socket://127.0.0.1:{silent.getsockname()[1]}"
-        changes = {'port = "twin"': f'port = "{address}"', 'time = "virtual"': 'time = "real"'}
+        changes = AIR_ON_ITS_TWIN | {'port = "twin"': f'port = "{address}"', 'time = "virtual"': 'time = "real"'}
         outcome = run(capsys, tmp_path, rig_changes=changes)
     assert outcome.status == 1
     assert f"axes.pitch at {address}: no complete reply" in outcome.err

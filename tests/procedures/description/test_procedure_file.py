@@ -47,6 +47,15 @@ def test_a_mistake_is_named_by_file_line_and_key(tmp_path: Path, old: str, new: 
     assert all(re.match(rf"{re.escape(str(path))}:\d+: ", line) for line in str(caught.value).splitlines())
 
 
+def test_a_grid_without_its_design_is_told_what_is_missing(tmp_path: Path) -> None:
+    text = EXAMPLE_PROCEDURE.read_text(encoding="utf-8")
+    path = tmp_path / "procedure.toml"
+    path.write_text(re.sub(r"^\[design\]\n(?:[^\[].*\n|\n)*", "", text, flags=re.MULTILINE), encoding="utf-8")
+    with pytest.raises(DescriptionError, match=r"design: is missing; this is a procedure of kind 'grid'") as caught:
+        read_procedure(path)
+    assert "tumble" not in str(caught.value)
+
+
 def test_the_example_has_nineteen_pitch_and_thirteen_roll_angles() -> None:
     design = read_procedure(EXAMPLE_PROCEDURE).design
     assert design.pitch_deg.values() == tuple(float(angle) for angle in range(-90, 91, 10))

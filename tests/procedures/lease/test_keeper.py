@@ -280,6 +280,7 @@ def test_fault_80_a_jog_from_a_second_computer_is_refused_but_never_its_stop(
 def test_check_says_what_guards_and_what_does_not(tmp_path: Path) -> None:
     text = RIG.partition("[twin]")[0].replace('resource = "twin"', 'resource = "prologix+socket://192.0.2.7:1234#22"')
     path = tmp_path / "rig.toml"
+    text = text.replace('driver = "watlow-f4"\nport = "twin"', 'driver = "watlow-f4"\nport = "socket://localhost:2"')
     path.write_text(text.replace('port = "twin"', 'port = "socket://localhost:1"'))
 
     def looked(url: str | None) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -220,6 +220,7 @@ def test_fault_80_a_device_that_other_computers_reach_is_told(tmp_path: Path) ->
     """
     text = RIG.partition("[twin]")[0].replace('resource = "twin"', 'resource = "prologix+socket://192.0.2.7:1234#22"')
     path = tmp_path / "rig.toml"
+    text = text.replace('driver = "watlow-f4"\nport = "twin"', 'driver = "watlow-f4"\nport = "socket://localhost:2"')
     path.write_text(text.replace('port = "twin"', 'port = "socket://localhost:1"'))
     found = preflight(path, read_rig(path), None, tmp_path / "runs", NOON_UTC)
     (sentence,) = found.unguarded
@@ -231,6 +232,7 @@ def test_fault_80_a_device_that_other_computers_reach_is_told(tmp_path: Path) ->
 def test_a_rig_of_devices_is_told_what_its_results_will_lack(tmp_path: Path) -> None:
     text = RIG.partition("[twin]")[0].replace("axis = 1\n", 'axis = 1\nstandard = "table"\n')
     text = text.replace('resource = "twin"', 'resource = "prologix+socket://127.0.0.1:2#22"')
+    text = text.replace('driver = "watlow-f4"\nport = "twin"', 'driver = "watlow-f4"\nport = "socket://127.0.0.1:3"')
     path = tmp_path / "rig.toml"
     path.write_text(
         text.replace('port = "twin"', 'port = "socket://127.0.0.1:1"')

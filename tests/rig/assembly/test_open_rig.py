@@ -76,11 +76,14 @@ def test_virtual_time_is_refused_at_a_real_port(tmp_path: Path) -> None:
 
 
 def _real_rig(folder: Path, port: int) -> Path:
-    """Every device behind one TCP port number, none of them a twin."""
+    """The axes behind one TCP port, chamber and meter behind the same number of other addresses; none is a twin."""
     text = rig_file(folder).read_text().split("\n[twin]\n")[0]
+    text = text.replace(
+        'driver = "watlow-f4"\nport = "twin"', f'driver = "watlow-f4"\nport = "socket://127.0.0.2:{port}"'
+    )
     text = text.replace('port = "twin"', f'port = "socket://127.0.0.1:{port}"')
     path = folder / "real.toml"
-    path.write_text(text.replace('resource = "twin"', f'resource = "prologix+socket://127.0.0.1:{port}#22"'))
+    path.write_text(text.replace('resource = "twin"', f'resource = "prologix+socket://127.0.0.3:{port}#22"'))
     return path
 
 
@@ -88,7 +91,7 @@ def test_a_missing_port_is_told_and_the_lock_given_back(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = listener.getsockname()[1]
     description = read_rig(_real_rig(tmp_path, port))
-    assert real_ports(description) == [f"socket://127.0.0.1:{port}"]
+    assert real_ports(description) == [f"socket://127.0.0.{host}:{port}" for host in (1, 2, 3)]
     with pytest.raises(LinkLost, match=f"socket://127.0.0.1:{port}"):
         open_rig(description)
     assert owner_of(f"socket://127.0.0.1:{port}") is None

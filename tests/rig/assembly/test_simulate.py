@@ -94,7 +94,13 @@ def test_a_scanner_of_its_own_follows_the_meter(tmp_path: Path) -> None:
 
 
 def test_a_real_rig_is_simulated_with_its_nominal_sensors(tmp_path: Path) -> None:
-    text = rig_file(tmp_path).read_text().split("\n[twin]\n")[0].replace('port = "twin"', 'port = "/dev/ttyS0"')
+    text = (
+        rig_file(tmp_path)
+        .read_text()
+        .split("\n[twin]\n")[0]
+        .replace('driver = "watlow-f4"\nport = "twin"', 'driver = "watlow-f4"\nport = "/dev/ttyS2"')
+    )
+    text = text.replace('port = "twin"', 'port = "/dev/ttyS0"')
     path = tmp_path / "real.toml"
     path.write_text(text.replace('resource = "twin"', 'resource = "prologix+/dev/ttyS1#22"'))
     with serve_rig(read_rig(path), ScaledClock(FACTOR)) as simulated:

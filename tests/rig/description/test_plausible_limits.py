@@ -8,7 +8,8 @@ from example_files import EXAMPLE_RIG
 from file_keys import changed, keys_of, paths_of, toml_of
 from key_jobs import jobs
 
-from rig.description.plausible_limits import IS_DECLARED
+from ams.models.possible_temperature import COLDEST_DEGC, HOTTEST_DEGC
+from rig.description.plausible_limits import IS_DECLARED, POSSIBLE_DEGC
 from rig.description.read import read_rig, rig_form
 from rig.errors import DescriptionError
 
@@ -89,3 +90,32 @@ def test_an_uncertainty_of_a_table_beyond_half_a_turn_is_refused_and_a_poor_one_
         read_rig(file)
     file.write_text(text.replace(old[0], "uncertainty_arcsec = 7200.0", 1), encoding="utf-8")
     read_rig(file)
+
+
+@pytest.mark.parametrize(
+    ("range_degc", "told"),
+    [
+        ((291.0, 299.0), "got 291 to 299 °C, allowed is inside of -100 to 200 °C"),
+        ((15.0, 201.0), "give both in °C"),
+        ((-101.0, 20.0), "give both in °C"),
+        (POSSIBLE_DEGC, ""),
+    ],
+)
+def test_a_temperature_of_use_that_no_sensor_stands_is_refused(
+    tmp_path: Path, range_degc: tuple[float, float], told: str
+) -> None:
+    text = EXAMPLE_RIG.read_text(encoding="utf-8")
+    line = f"[sensors.SN1047]\nuse_temperature_degc = [{range_degc[0]}, {range_degc[1]}]\n"
+    path = tmp_path / "rig.toml"
+    path.write_text(text.replace("[sensors.SN1047]\n", line), encoding="utf-8")
+    if not told:
+        assert read_rig(path).sensors["SN1047"].use_temperature_degc == range_degc
+        return
+    with pytest.raises(DescriptionError, match=r"sensors\.SN1047\.use_temperature_degc: ") as caught:
+        read_rig(path)
+    assert told in str(caught.value)
+    assert ("kelvin: subtract 273.15" in str(caught.value)) is (range_degc[0] > 200.0)
+
+
+def test_what_a_file_may_state_is_what_readings_may_be() -> None:
+    assert POSSIBLE_DEGC == (COLDEST_DEGC, HOTTEST_DEGC)

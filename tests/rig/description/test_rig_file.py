@@ -144,7 +144,10 @@ def test_a_file_that_is_not_text_is_a_sentence(tmp_path: Path) -> None:
 
 
 def test_the_rehearsal_of_a_real_rig_touches_no_address(tmp_path: Path) -> None:
-    text = EXAMPLE_RIG.read_text().replace('port = "twin"', 'port = "socket://10.0.0.9:4001"')
+    text = EXAMPLE_RIG.read_text().replace(
+        'driver = "watlow-f4"\nport = "twin"', 'driver = "watlow-f4"\nport = "socket://10.0.0.9:4002"'
+    )
+    text = text.replace('port = "twin"', 'port = "socket://10.0.0.9:4001"')
     text = text.replace('resource = "twin"', 'resource = "prologix+socket://10.0.0.9:1234#22"')
     path = tmp_path / "rig.toml"
     path.write_text(text[: text.index("\n[twin]\n")])
