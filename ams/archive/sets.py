@@ -5,6 +5,7 @@ read back has passed the same checks as a set from a file. Where the archive is,
 found and left are published by :mod:`ams.archive.runs`; this file holds what is said of sets.
 """
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from datetime import date, datetime
@@ -14,7 +15,7 @@ from sqlalchemy import ColumnElement, Connection, Select, case, select
 
 from ams.archive.approvals import accepted_verdicts, approved, approver_of, withdrawals, withdrawn
 from ams.archive.connection import reading, writing
-from ams.archive.ledger import Written, write
+from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import quarantined
 from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS, VERDICTS
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
@@ -23,6 +24,7 @@ from ams.sets.canonical import Document, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.schema import check_identity
 from ams.sets.stated_verdict import Withdrawal, no_conformity, standing_in_words, unsigned_status
+from ams.sets.verdict_conditions import BEGINNINGS, verdict_conditions
 from ams.surveillance.history_points import point_row
 
 BUSY_TIMEOUT_S = 10.0
@@ -140,6 +142,21 @@ def list_sets(
         if no_conformity(row["verdict"], is_in_quarantine=row["quarantine"] is not None):
             row["as_left"] = None
     return tuple(ArchivedSet(**row) for row in rows)
+
+
+def listed_conditions(archive_url: str, search: Search, busy_timeout_s: float = BUSY_TIMEOUT_S) -> dict[str, str]:
+    """Return checksum to what the verdict of each set is without, as a verdict goes on; empty where nothing lacks.
+
+    The stored texts are looked through and not parsed, which takes a tenth of the time: a remark stands in quotes.
+    Raises: ArchiveError where the archive cannot be read.
+    """
+    quoted = {begins: json.dumps(begins, ensure_ascii=False)[:-1] for begins in BEGINNINGS}
+    documents = _query([SETS.c.sha256, SETS.c.document], _conditions(search)).execution_options(yield_per=ROWS_AT_ONCE)
+    with reading(archive_url, busy_timeout_s) as connection:
+        return {
+            sha256: verdict_conditions(begins for begins, text in quoted.items() if text in document)
+            for sha256, document in connection.execute(documents)
+        }
 
 
 def show(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> CoefficientSet:

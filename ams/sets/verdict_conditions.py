@@ -46,6 +46,9 @@ _UNTESTED: Final = MappingProxyType(
 )
 """A remark, and what the verdict then says that nobody looked for."""
 
+BEGINNINGS: Final = (*_WITHOUT, *_UNTESTED)
+"""How every remark begins that a verdict goes on with."""
+
 
 def verdict_conditions(remarks: Iterable[str]) -> str:
     """Return without what a result is, as its verdict goes on: what nobody declared, and what is not tested.

@@ -67,7 +67,7 @@ def certificate_page(grounds: Grounds) -> str:
         verdict_conditions=conditions_in_words(grounds.coefficients.document),
         meters=[said.fact for said in meters_undeclared(grounds)],
         conditions=_conditions(grounds.coefficients),
-        calibrated=_calibrated(grounds),
+        order=_order(grounds),
         shift=_shift_in_words(grounds.coefficients),
         reservations=_reservations(grounds),
         lacking=_facts(grounds.coefficients.document, outside_uncertainty(grounds.coefficients.document)),
@@ -95,6 +95,25 @@ def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachm
 def _standing_sentence(grounds: Grounds) -> str:
     """Say where the set stands, in the words of the archive."""
     return f"The set is {grounds.signed.standing.rstrip('.')}."
+
+
+def _order(grounds: Grounds) -> dict[str, str]:
+    """Return who asked for what, where it was done, and when; the day of receipt where it is on record.
+
+    Source: ISO/IEC 17025:2017, 7.8.2.1 c, e, g, h, i, j.
+    """
+    sensor, received = table(grounds.coefficients.document["sensor"]), grounds.job.get("received")
+    return {
+        "Customer": str(grounds.job.get("customer") or "not declared"),
+        "Item": str(grounds.job.get("item") or "not declared"),
+        "Serial number": str(sensor["serial"] or sensor["name"]),
+        "Model": str(sensor["model"] or "not declared"),
+        "Order": str(grounds.job.get("number") or "none"),
+        **({"Received": str(received)} if received else {}),
+        "Calibrated": _calibrated(grounds),
+        "Issued": f"{grounds.issued}",
+        "Place": str(grounds.laboratory.get("address") or "not declared"),
+    }
 
 
 def _conditions(coefficients: CoefficientSet) -> dict[str, str]:

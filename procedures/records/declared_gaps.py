@@ -40,7 +40,11 @@ class Declared:
 
 def declared_gaps(declared: Declared) -> Iterator[Said]:
     """Yield what is not declared, and where it is."""
-    for key, what in (("name", "name"), ("address", "address"), ("capability_deg", "stated capability")):
+    for key, what in (
+        ("name", "name"),
+        ("address", "address, the place of the calibration,"),
+        ("capability_deg", "stated capability"),
+    ):
         if not declared.laboratory.get(key):
             yield Said(f"the laboratory's {what} is not declared", f"declare [laboratory] {key}")
     for key, what in (("customer", "customer"), ("item", "description of the item")):

@@ -12,7 +12,7 @@ from ams.archive.histories import history as history_of
 from ams.archive.refusals import without_password
 from ams.archive.run_search import search_runs
 from ams.archive.runs import adjustment_of
-from ams.archive.sets import Search, list_sets
+from ams.archive.sets import Search, list_sets, listed_conditions
 from ams.archive.sets import show as show_set
 from ams.archive.sign_offs import SignOff
 from ams.archive.signatures import accept as accept_finding
@@ -96,12 +96,13 @@ def list_(
     url = archive_url(archive)
     last = _day("until", until)
     wanted = Search(sensor, serial, rig, run, _day("since", since), None if last is None else last + timedelta(days=1))
-    rows = list_sets(url, search=wanted)
+    rows, conditions = list_sets(url, search=wanted), listed_conditions(url, wanted)
     if json:
-        print_json({"archive": without_password(url), "sets": [plain(asdict(row)) for row in rows]})
+        sets = [plain(asdict(row)) | {"verdict_conditions": conditions.get(row.sha256, "")} for row in rows]
+        print_json({"archive": without_password(url), "sets": sets})
         return
     say(f"{len(rows)} {'set' if len(rows) == 1 else 'sets'} in {without_password(url)}")
-    for line in set_lines(rows):
+    for line in set_lines(rows, conditions):
         say(line)
 
 

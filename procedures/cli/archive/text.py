@@ -43,8 +43,8 @@ def status_in_words(status: str, standing: str, *, is_signed: bool) -> str:
     return "by an approved rig, not signed" if status == "approved" and not is_signed else standing
 
 
-def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
-    """Yield a line for each archived set."""
+def set_lines(rows: Sequence[ArchivedSet], conditions: Mapping[str, str]) -> Iterator[str]:
+    """Yield a line for each archived set; ``conditions``: checksum to what its verdict is without."""
     for row in rows:
         head, simulated = f"{row.sha256[:12]}  {row.sensor:<16} {at_both(row.created_utc)}  {row.model}", row.simulated
         if row.withdrawal is not None:
@@ -54,7 +54,8 @@ def set_lines(rows: Sequence[ArchivedSet]) -> Iterator[str]:
         stamp = f"{status}{', simulated' if simulated else ''}"
         verdicts = [f"{name} {value}" for name, value in (("found", row.as_found), ("left", row.as_left)) if value]
         judged = f", {', '.join(verdicts)}" if verdicts else ""
-        judged += f", verdict {row.verdict}" if row.verdict is not None else ""
+        without = "" if row.verdict == NOT_USABLE else conditions.get(row.sha256, "")
+        judged += f", verdict {row.verdict}{without}" if row.verdict is not None else ""
         judged += ", in quarantine" if row.quarantine else ""
         yield f"{head}, {stamp}{judged}"
 

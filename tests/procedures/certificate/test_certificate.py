@@ -202,6 +202,15 @@ def test_without_an_approval_there_is_no_certificate() -> None:
         check_grounds(_grounds(signed=SignOff("", (Signature("prepared", "A. Operator", SIGNED, ""),), ())))
 
 
+def test_the_day_of_receipt_stands_where_it_is_on_record_and_the_files_by_the_record_that_holds_them() -> None:
+    """7.8.2.1 asks for the day only where it is critical: nothing is said of one that nobody wrote down."""
+    assert "Received" not in _text(_grounds())
+    assert "Received 2026-02-20" in _text(_grounds(coefficients=_set(job={**JOB, "received": "2026-02-20"})))
+    files = "whose record holds the rig and the procedure file as they were (SHA-256 0123abcd )"
+    assert files in _text(_grounds(coefficients=_set(run_id="r-1", journal_sha256="0123abcd")))
+    assert "whose record" not in _text(_grounds(coefficients=_set(journal_sha256=None)))
+
+
 def test_volts_without_a_standard_are_not_called_traceable() -> None:
     """The table's certificate tells of angles: VIM 2.41 wants an unbroken chain for the quantity that is stated."""
     whole = "The results are traceable to the International System of Units through the certificates named."

@@ -67,6 +67,13 @@ def test_a_run_ends_up_in_the_archive_found_and_left(archive, laboratory: Labora
     assert rows[0]["as_found"] is None
     assert rows[1]["as_found"] in ("pass", "conditional", "fail")
     assert archive("list", "--sensor", "SN2").out.startswith("0 sets")
+    shown, lines = archive("show", rows[0]["sha256"]).out, archive("list").out.splitlines()
+    without = ", without the level of the base"
+    assert without in shown
+    for row in rows:
+        (line,) = (line for line in lines if line.startswith(row["sha256"][:12]))
+        assert row["verdict_conditions"].startswith(without)
+        assert f"verdict {row['verdict']}{row['verdict_conditions']}" in line
     assert archive("list", "--since", "2999-01-01", "--json").document["sets"] == []
 
 
