@@ -57,3 +57,7 @@ class StorageFailed(ProcedureError):
     """The disk refuses the journal (full, read-only, broken, held): what was committed before is intact."""
 
     exit_status = ExitStatus.FAILED
+
+
+class JournalReplaced(StorageFailed):
+    """A file of the open journal was removed, replaced or changed by another hand: only the process still has it."""

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import apsw
 
-from procedures.errors import JournalError
+from procedures.errors import JournalError, JournalReplaced, StorageFailed
 from procedures.journal.encoding import compact_json, encode_dwell, hash_dwell, hash_event, with_sha256
 from procedures.journal.header import RunHeader, sha256
+from procedures.journal.held_files import HeldFiles
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.salvage import Salvaged, salvage_open
 from procedures.journal.storage import (
     SCHEMA,
     CommittedCount,
@@ -22,6 +24,7 @@ from procedures.journal.storage import (
     make_file,
     open_for_writing,
     put_under_name,
+    read_into_memory,
     require_journal_file,
     require_our_schema,
     storage_errors_of,
@@ -43,15 +46,19 @@ class Journal:
         chain: tuple[int, str],
         dwells: int,
         state_sequence: int,
+        header_row: tuple[str, str],
     ) -> None:
         self.path = path
         self._connection = connection
+        self._header_row = header_row
         self._run_id = run_id
         self._last_sequence, self._last_sha256 = chain
         self._dwells = dwells
         self.state_sequence = state_sequence
         """Of the newest event of a state: what a request that was made in view of that state refers to."""
         self._count = CommittedCount(path)
+        self._files = HeldFiles(path)
+        self._is_written_by_others = False
 
     @staticmethod
     def create(path: Path, header: RunHeader, clock: Clock) -> "Journal":
@@ -66,14 +73,15 @@ class Journal:
         document = header.to_json()
         new_file = path.with_name(path.name + ".new")
         new_file.unlink(missing_ok=True)
-        begun = Journal(new_file, make_file(new_file), header.run_id, (0, sha256(document)), 0, 0)
+        row = document, sha256(document)
+        begun = Journal(new_file, make_file(new_file), header.run_id, (0, row[1]), 0, 0, row)
         with begun._transaction():
             begun._connection.execute(SCHEMA)
-            begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", (document, sha256(document)))
+            begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", row)
             chain = begun._insert_event("state", {"to": State.PLANNED, "by": header.operator, "reason": ""}, clock)
         fold(new_file, begun._connection)
         put_under_name(new_file, path)
-        journal = Journal(path, open_for_writing(path), header.run_id, chain, 0, chain[0])
+        journal = Journal(path, open_for_writing(path), header.run_id, chain, 0, chain[0], row)
         journal._committed(chain, 0)
         return journal
 
@@ -87,9 +95,40 @@ class Journal:
             dwells = reader.committed_dwells()
         connection = open_for_writing(path)
         require_our_schema(path, connection)
+        row = read_into_memory(path, connection)
         assert last is not None
         entered = 0 if state is None else state.sequence
-        return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells, entered)
+        return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells, entered, row)
+
+    def has_dwell(self, record: DwellRecord) -> bool:
+        """Return whether a dwell stands under the (step, attempt, epoch) of this one. Raises: StorageFailed."""
+        return self._stored_sha256((record.step, record.attempt, record.epoch)) is not None
+
+    def salvage_into(self, target: Path, clock: Clock) -> Salvaged:
+        """Take all that the open files still give into a new journal in ``target``, whatever stands under their names.
+
+        Raises: as :func:`procedures.journal.salvage.salvage`.
+        """
+        return salvage_open(self._connection, self._header_row, self.path, target, clock, self._last_sequence)
+
+    def is_lost_with_process(self) -> bool:
+        """Return whether the open files have no name any more: who ends this process ends what is in them."""
+        return self._files.are_removed()
+
+    def require_as_written(self) -> None:
+        """Refuse to write behind another hand, unless the journal, read afresh, is whole and ends as it was left.
+
+        Raises: JournalReplaced, StorageFailed.
+        """
+        if self._files.is_as_written():
+            return
+        if not self._reads_as_left():
+            self._is_written_by_others = True
+            raise JournalReplaced(
+                f"{self.path}: another program wrote to it or to its log while it was written: as it stands now it "
+                "is no whole journal that ends with what was written last"
+            )
+        self._files.remember()
 
     def append_event(self, kind: str, detail: Mapping[str, object], clock: Clock) -> None:
         """Append one line of the audit trail, on the disk when this returns. Raises: StorageFailed."""
@@ -107,12 +146,9 @@ class Journal:
         text, samples = encode_dwell(record)
         stored = with_sha256(record, hash_dwell(text, samples))
         key = (stored.step, stored.attempt, stored.epoch)
-        with storage_errors_of(self.path):
-            found = self._connection.execute(
-                "SELECT sha256 FROM dwells WHERE step = ? AND attempt = ? AND epoch = ?", key
-            ).fetchone()
+        found = self._stored_sha256(key)
         # A commit whose acknowledgement was lost is made again: the same content is no error, other content is.
-        if found is not None and found[0] != stored.sha256:
+        if found is not None and found != stored.sha256:
             raise JournalError(
                 f"{self.path}: step {key[0]}, attempt {key[1]}, epoch {key[2]} is stored already, with other content; "
                 "a stored dwell is never changed; nothing was written"
@@ -132,10 +168,21 @@ class Journal:
         # A reader must not keep the end of the run: the log then stays beside the file and is read with it.
         self._connection.set_busy_timeout(0)
         crash_point(CrashPoint.BEFORE_CHECKPOINT)
+        if self._is_written_by_others:  # damaged files are left as they are
+            self._connection.config(apsw.SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1)
+            self._connection.close()
+            return
         try:
             checkpoint_and_close(self._connection)
         except (apsw.IOError, apsw.FullError) as error:
             raise JournalError(f"{self.path}: cannot be closed: {error}; all that was committed is in it") from error
+
+    def _stored_sha256(self, key: tuple[int, int, int]) -> str | None:
+        with storage_errors_of(self.path):
+            found = self._connection.execute(
+                "SELECT sha256 FROM dwells WHERE step = ? AND attempt = ? AND epoch = ?", key
+            ).fetchone()
+        return None if found is None else str(found[0])
 
     def _insert_event(self, kind: str, detail: Mapping[str, object], clock: Clock) -> tuple[int, str]:
         sequence, text = self._last_sequence + 1, compact_json(dict(detail))
@@ -149,10 +196,21 @@ class Journal:
     def _committed(self, chain: tuple[int, str], dwells: int) -> None:
         self._last_sequence, self._last_sha256 = chain
         self._dwells = dwells
+        self._files.remember()
         self._count.write(self._run_id, self._last_sequence, self._dwells)
+
+    def _reads_as_left(self) -> bool:
+        try:
+            with JournalReader.open(self.path) as reader:
+                reader.verify()
+                last = reader.last_event()
+        except (JournalError, StorageFailed):
+            return False
+        return last is not None and (last.sequence, last.sha256) == (self._last_sequence, self._last_sha256)
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
+        self.require_as_written()
         with storage_errors_of(self.path):
             self._connection.execute("BEGIN IMMEDIATE")
             try:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from procedures.errors import JournalReplaced
 from procedures.journal.kept_beside import KeptBeside
-from procedures.journal.storage import JOURNAL_FILE
 from rig.local_time import at_both
 
 _KEPT = KeptBeside("last-words.json", "calrig last words 1")
@@ -17,7 +17,9 @@ STORAGE = "storage"
 """The cause of an ending that the disk forced."""
 MOVED = "moved"
 """The cause where the disk is well, and somebody took the folder of the run away."""
-TAKES_NOTHING = (STORAGE, MOVED)
+REPLACED = "replaced"
+"""The cause where somebody removed, replaced or changed a file of the journal under the run."""
+TAKES_NOTHING = (STORAGE, MOVED, REPLACED)
 """Causes of an ending of which the journal may know nothing."""
 
 
@@ -39,12 +41,12 @@ class LastWords:
 
 def refusal(run_dir: Path, error: Exception) -> tuple[str, str]:
     """Return what is to be said where a run could not be written to, and the cause: it may be no disk at all."""
-    if (run_dir / JOURNAL_FILE).exists():
-        return str(error), STORAGE
+    if run_dir.is_dir():
+        return str(error), REPLACED if isinstance(error, JournalReplaced) else STORAGE
     return (
         f"{run_dir}: the folder of the run is not there any more: it was moved, renamed or removed while the run went "
-        "on; what was committed before is in its journal, the dwell in progress is not recorded; put the folder back, "
-        "or take the run up where it is now (calrig resume)",
+        "on; where it was moved, all that was committed is in its journal: put the folder back, or take the run up "
+        "where it is now (calrig resume)",
         MOVED,
     )
 

@@ -76,14 +76,29 @@ def salvage(source: Path, target: Path, clock: Clock | None = None) -> Salvaged:
     Raises: JournalError where not even the header can be read or a journal is at the target, StorageFailed.
     """
     source = source / JOURNAL_FILE if source.is_dir() else source
-    path = target / JOURNAL_FILE
-    if path.exists():
-        raise JournalError(f"{path}: exists already; nothing was written; give a folder without a journal")
+    path = _free_name(target)
     require_journal_file(source)
     with TemporaryDirectory(prefix="calrig-salvage-") as scratch:
         copy = _copied(source, Path(scratch))
         with _opened(copy, source) as rows:
-            return _written(rows, source, path, clock or SystemClock())
+            return _written(rows, source, path, clock or SystemClock(), _promised(source))
+
+
+def salvage_open(
+    connection: apsw.Connection, header: tuple[str, str], source: Path, target: Path, clock: Clock, promised: int
+) -> Salvaged:
+    """Salvage what a connection still reads of the journal that it has open, whatever became of ``source``.
+
+    ``header``: document and SHA-256. ``promised``: events that were committed. Raises: as :func:`salvage`.
+    """
+    return _written(_Rows(connection, source, header), source, _free_name(target), clock, promised)
+
+
+def _free_name(target: Path) -> Path:
+    path = target / JOURNAL_FILE
+    if path.exists():
+        raise JournalError(f"{path}: exists already; nothing was written; give a folder without a journal")
+    return path
 
 
 def _copied(source: Path, scratch: Path) -> Path:
@@ -110,10 +125,11 @@ def _fill_up(copy: Path) -> None:
 class _Rows:
     """Row by row, because one damaged page must not hide the others."""
 
-    def __init__(self, connection: apsw.Connection, source: Path) -> None:
+    def __init__(self, connection: apsw.Connection, source: Path, header: tuple[str, str] | None = None) -> None:
+        """``header``: document and SHA-256, where they are known."""
         self._connection = connection
         self._source = source
-        header = self._row("SELECT document, sha256 FROM header WHERE id = ?", 1)
+        header = header or self._row("SELECT document, sha256 FROM header WHERE id = ?", 1)
         if header is None or sha256(header[0]) != header[1]:
             raise JournalError(
                 f"{source}: the header is lost, so nothing can be salvaged; restore the file from a copy"
@@ -162,13 +178,12 @@ def _opened(copy: Path, source: Path) -> _Rows:
             raise
 
 
-def _written(rows: _Rows, source: Path, path: Path, clock: Clock) -> Salvaged:
+def _written(rows: _Rows, source: Path, path: Path, clock: Clock, promised: int) -> Salvaged:
     document = json.loads(rows.header[0])
     trail = intact_events(rows.events(), rows.header[1], str(document["created_utc"]))
     digests = _kept_digests(trail.intact)
     whole, untold = _sorted_dwells(rows.dwells(), digests)
     lost = sorted((digests.keys() - whole.keys()) | untold)
-    promised = _promised(source)
     events = _Appended(trail.rows, rows.header[1], clock)
     events.add(QUARANTINED, _quarantined_detail(lost, trail, source, promised))
     taken_back = _taken_back_again(trail, whole, events)

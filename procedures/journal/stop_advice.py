@@ -46,8 +46,15 @@ ADVICE: Mapping[str, str] = {
     ),
     "moved": (
         "Somebody moved, renamed or removed the folder of the run while it went on. Put it back where it was, or find "
-        "where it is now; then {resume}, with its new path where it has one. calrig ack {run} ends the alarm, by the "
-        "name that the run had."
+        "where it is now; then {resume}, with its new path where it has one. Where it was removed, its dwells are in "
+        "the copy that the cause names: calrig resume COPY. calrig ack {run} ends the alarm, by the name that the run "
+        "had."
+    ),
+    "replaced": (
+        "A file of the journal was removed, replaced or written to while the run went on, by a person or by a program "
+        "that synchronises, restores or cleans: find out by which, and keep it from the folders of runs. The cause "
+        "names the copy that was made of every dwell that was finished; {resume_signed}, with the path of that copy, "
+        "goes on there. Leave the old folder as it is until then."
     ),
     "no run": (
         "The disk took no journal, so there is no run yet, and nothing moved. Make room or repair it, then "

@@ -25,6 +25,9 @@ _MAGIC = b"SQLite format 3\0"
 _COUNT_LENGTH = 128
 _AS_IT_IS: int = getattr(os, "O_BINARY", 0)
 """Windows turns the ends of lines into two bytes otherwise."""
+_HELD_KIB = 32 * 1024
+"""Of its newest pages that the engine's connection keeps in memory: of these a file that is emptied or written over
+under it takes nothing."""
 _AT_ONCE: int = getattr(os, "O_NONBLOCK", 0)
 """A pipe in the place of a file is not waited for."""
 
@@ -51,7 +54,22 @@ def open_for_writing(path: Path) -> apsw.Connection:
         connection.set_busy_timeout(BUSY_MS)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
+        connection.execute(f"PRAGMA cache_size = -{_HELD_KIB}")
         return connection
+
+
+def read_into_memory(path: Path, connection: apsw.Connection) -> tuple[str, str]:
+    """Have the connection hold what was written before it was opened, as it holds what it writes; return the header's
+    document and its SHA-256.
+
+    Raises: JournalError, StorageFailed.
+    """
+    with storage_errors_of(path):
+        for query in ("SELECT * FROM events", "SELECT * FROM dwells"):
+            for _ in connection.execute(query):
+                pass
+        ((document, digest),) = connection.execute("SELECT document, sha256 FROM header")
+        return document, digest
 
 
 def make_file(path: Path) -> apsw.Connection:
@@ -108,8 +126,7 @@ def require_journal_file(path: Path) -> None:
     if path.exists() and not path.is_file() and not path.is_dir():
         raise JournalError(f"{path}: is no plain file, as a journal is; it was left as it is; give the folder of a run")
     try:
-        with open(path, "rb") as file:
-            start = file.read(len(_MAGIC))
+        start = _first_bytes(path)
     except OSError as error:
         raise JournalError(f"{path}: cannot be read: {error.strerror}; give the folder of a run") from None
     if not start:
@@ -118,6 +135,24 @@ def require_journal_file(path: Path) -> None:
         raise JournalError(f"{path}: is not a journal: it does not begin as an SQLite file does; it was left as it is")
     if len(start) < len(_MAGIC):
         raise JournalError(f"{path}: is truncated after {len(start)} bytes; restore it from a copy")
+
+
+def _first_bytes(path: Path) -> bytes:
+    """Read them through SQLite. Raises: OSError.
+
+    A process that closes a file itself loses its every lock on it (POSIX): the engine, which looks at its journal for a
+    page, would be taken for gone, and the next program that opens the journal would remove its write-ahead log.
+    """
+    try:
+        file = apsw.VFSFile("", str(path.absolute()), [apsw.SQLITE_OPEN_MAIN_DB | apsw.SQLITE_OPEN_READONLY, 0])
+        try:
+            size = min(len(_MAGIC), file.xFileSize())
+            return file.xRead(size, 0) if size else b""
+        finally:
+            file.xClose()
+    except apsw.Error:
+        with open(path, "rb") as plain:  # for the system's word why not
+            return plain.read(len(_MAGIC))
 
 
 def require_our_schema(path: Path, connection: apsw.Connection) -> None:

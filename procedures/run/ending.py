@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
 
 from procedures.errors import ExitStatus
-from procedures.journal.last_words import TAKES_NOTHING
+from procedures.journal.last_words import MOVED, REPLACED, TAKES_NOTHING
 from procedures.records.states import EXIT_STATUS, State
 from rig.local_time import at_both
 
@@ -56,6 +57,13 @@ class Outcome:
     cause: str = ""
     positions_deg: Mapping[str, float] = field(default_factory=dict)
     """Where the axes were seen to rest at the end."""
+    copy: Path | None = None
+    """The folder that holds the journal where that of the run does not any more; None where it does, or none."""
+
+    @property
+    def is_journal_away(self) -> bool:
+        """Whether what stands in the folder of the run, if anything, is not its journal."""
+        return self.state is State.INTERRUPTED and self.cause in (MOVED, REPLACED)
 
     @property
     def exit_status(self) -> ExitStatus:

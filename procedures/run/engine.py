@@ -14,12 +14,11 @@ import traceback
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
 from procedures.journal.alert_record import EVENT as ALERTED
 from procedures.journal.alert_record import forget_outcomes, keep_outcomes, read_outcomes
-from procedures.journal.emergency import emergency_copy
+from procedures.journal.emergency import EmergencyCopy
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import forget_guard_record, read_guard_record
 from procedures.journal.header import calrig_version
@@ -27,9 +26,7 @@ from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import (
     TAKES_NOTHING,
-    LastWords,
     forget_last_words,
-    keep_last_words,
     read_last_words,
     refusal,
 )
@@ -46,12 +43,13 @@ from procedures.run.ending import Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import LINK, LOST, RECONNECT, TrustLost, lost_link
 from procedures.run.judgement.history import History, read_history
+from procedures.run.last_page import leave_last_page
 from procedures.run.progress_log import ProgressLog
 from procedures.run.pulse import RunPulse
 from procedures.run.services import RunServices
 from procedures.run.start_checks import require_no_fault, require_standstill
 from procedures.run.steering import Steering, signals_steer
-from procedures.run.stop_page import ENDED_BY, UNASKED, explain
+from procedures.run.stop_page import explain
 from procedures.run.watch.clock_watch import GapWatch
 from procedures.run.watch.safe_state import CHAMBER, make_safe, resting_deg
 from procedures.run.watch.silent_devices import silence_words
@@ -144,7 +142,7 @@ def run(
         finally:
             live.remove()
             keep_outcomes(progress_log.folder, services.second_folder, pulse.unwritten_alerts)
-        return _explained(outcome, progress_log.folder, services, rig.clock)
+        return leave_last_page(outcome, progress_log.folder, services, rig.clock)
 
 
 def _take_request(progress_log: ProgressLog, live: LiveFile, taken: Taken) -> None:
@@ -161,21 +159,6 @@ def _counts_so_far(plan: Plan, history: History) -> tuple[int, int, int, int]:
     return done, rejected, len(plan.design_dwells), plan.replications
 
 
-def _explained(outcome: Outcome, folder: Path, services: RunServices, clock: Clock) -> Outcome:
-    """Leave the last words and the page of an ending that nobody asked for; the outcome says where, if elsewhere."""
-    second_folder, is_on_record = services.second_folder, True
-    if outcome.state is State.INTERRUPTED:
-        words = LastWords(outcome.reason, clock.now_utc(), outcome.cause)
-        is_on_record = keep_last_words(folder, second_folder, words)
-    if outcome.state in UNASKED or outcome.cause in ENDED_BY:
-        page = explain(folder, outcome.reason, outcome.positions_deg, second_folder, outcome.cause)
-        if page is not None and page.parent != folder:
-            outcome = replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
-    if is_on_record:
-        services.ended()
-    return outcome
-
-
 def _closed(journal: Journal, engine: "_Engine") -> Outcome:
     """Work, then close the journal; where the disk refuses even that, everything is committed, and it is told."""
     outcome = None
@@ -185,6 +168,8 @@ def _closed(journal: Journal, engine: "_Engine") -> Outcome:
     except JournalError as error:
         if outcome is None:
             raise
+        if outcome.copy is not None:  # these files are nobody's any more
+            return outcome
         sentence, cause = refusal(journal.path.parent, error)
         reasons = [outcome.reason] if outcome.reason else []
         return replace(outcome, reason="; ".join(_with(reasons, sentence)), cause=cause)
@@ -250,11 +235,10 @@ class _Engine:
         is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause in TAKES_NOTHING:
             self._announce(state, "; ".join(reasons), ending.by, cause, safe.in_words)
+        copy = EmergencyCopy()
         if cause in TAKES_NOTHING:  # the axes rest and people know: copying takes what time a bad disk takes
-            folder = self._context.services.second_folder
-            reasons[0] += (
-                "" if folder is None else emergency_copy(self._progress_log.folder, folder, self._progress_log.unsaved)
-            )
+            copy = self._copied(cause)
+            reasons[0] += copy.words
         in_words = state_sentence("; ".join(reasons), ending.by)
         try:
             if defect is not None:
@@ -266,12 +250,27 @@ class _Engine:
                 self._progress_log.enter(state, "; ".join(reasons), ending.by, cause, is_said=True)
         except StorageFailed as error:
             sentence, found = refusal(self._progress_log.folder, error)
-            in_words = "; ".join(_with(reasons, sentence))
+            reasons = _with(reasons, sentence)
             if cause not in TAKES_NOTHING:
-                self._announce(State.INTERRUPTED, in_words, "", found, safe.in_words)
+                self._announce(State.INTERRUPTED, "; ".join(reasons), "", found, safe.in_words)
+                copy = self._copied(found)
+                reasons[-1] += copy.words
+            in_words = "; ".join(reasons)
             state, cause = State.INTERRUPTED, found
         done, planned = self._progress_log.dwells_done, self._progress_log.dwells_planned
-        return Outcome(state, in_words, done, planned, cause, safe.positions_deg)
+        return Outcome(
+            state,
+            in_words,
+            done,
+            planned,
+            cause,
+            safe.positions_deg,
+            copy.folder if state is State.INTERRUPTED else None,
+        )
+
+    def _copied(self, cause: str) -> EmergencyCopy:
+        folder = self._context.services.second_folder
+        return EmergencyCopy() if folder is None else self._progress_log.emergency_copy(folder, cause)
 
     def _announce(self, state: State, reason: str, by: str, cause: str, motion: str) -> None:
         with suppress(Exception):  # the rim: a screen that fails keeps no run from its last line

@@ -14,12 +14,21 @@ from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
-from procedures.journal.stop_advice import StopNumbers, held_before, left_in_doubt, next_step, numbers_of, of_damage
+from procedures.journal.stop_advice import (
+    StopNumbers,
+    advice,
+    held_before,
+    left_in_doubt,
+    next_step,
+    numbers_of,
+    of_damage,
+)
 from procedures.journal.verdict_file import grounds_in, has_earlier_verdict, hindered_in, read_verdict, rows_in
 from procedures.journal.voids import QUARANTINED
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, MADE_AGAIN, STRAY_MOTION
 from procedures.records.states import ACTIVE, State, state_sentence
+from procedures.run.ending import Outcome
 from procedures.run.stop_page import ENDED_BY, PAGE, UNASKED
 from rig.local_time import at_both
 from rig.plain_text import one_line
@@ -98,6 +107,13 @@ def unfinished(run_dir: Path, second_folder: Path) -> list[str]:
         *[f"page       {page}" for page in pages if is_explained and page.exists()][:1],
         f"next       {_next(run_dir, state, cause, before, '', numbers)}",
     ]
+
+
+def left_elsewhere(run_dir: Path, second_folder: Path, outcome: Outcome) -> list[str]:
+    """Return what :func:`unfinished` does of a run whose journal is not in its folder any more."""
+    pages = [folder / PAGE for folder in (run_dir, second_folder / run_dir.name)]
+    to_do = advice(outcome.cause, outcome.state, StopNumbers(shlex.quote(str(outcome.copy or run_dir))))
+    return [*[f"page       {page}" for page in pages if page.exists()][:1], f"next       {to_do}"]
 
 
 def _standing(state: State, entered: Event, newest: Event, words: LastWords | None) -> str:

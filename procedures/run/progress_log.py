@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from procedures.journal.emergency import EmergencyCopy, emergency_copy
 from procedures.journal.journal import Journal
 from procedures.journal.spool import Taken
 from procedures.journal.voids import KIND as VOIDED
@@ -57,6 +58,10 @@ class ProgressLog:
         """Write one line of the audit trail."""
         self._journal.append_event(kind, detail, self._clock)
 
+    def require_journal(self) -> None:
+        """Require that the files of the journal are those of the run. Raises: StorageFailed."""
+        self._journal.require_as_written()
+
     def terminal_closed(self) -> None:
         """Nobody looks at the screen any more; that ends nothing."""
         self.event(TERMINAL, {"text": TERMINAL_CLOSED})
@@ -94,6 +99,10 @@ class ProgressLog:
             self._pace.done += counts
         self.tell("dwell" if stored.accepted else "rejected", "; ".join(stored.reasons))
         return stored
+
+    def emergency_copy(self, second_folder: Path, cause: str) -> EmergencyCopy:
+        """Copy what the open journal still gives; never raises for a disk."""
+        return emergency_copy(self._journal, second_folder, cause, self.unsaved, self._clock)
 
     @property
     def state_sequence(self) -> int:

@@ -16,7 +16,7 @@ from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
 from procedures.journal.audit_trail import MadeAgain, made_again_in
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import MOVED, STORAGE, TAKES_NOTHING
+from procedures.journal.last_words import MOVED, REPLACED, STORAGE, TAKES_NOTHING
 from procedures.journal.owner import is_owned
 from procedures.journal.second_folder import make_beside
 from procedures.journal.standing import derived_state
@@ -68,17 +68,22 @@ def explain(
     second_folder: Path | None = None,
     cause: str = "",
     utc: datetime | None = None,
+    journal_in: Path | None = None,
 ) -> Path | None:
     """Write both, where the disk of the run refuses them in a folder of the run's name in ``second_folder``.
 
     Returns the page; None where no place took it: that never keeps a run from its safe state. ``reason``, ``cause``
     and the moment ``utc``: where the journal could not take them. ``positions_deg``: read back at rest.
+    ``journal_in``: the folder that holds the journal, where that of the run does not any more.
     """
     positions_deg = positions_deg or {}
     try:
-        why = read_why(run_dir, reason, positions_deg, cause, utc)
+        # What stands in the place of a journal that was replaced may be another run's.
+        is_there = cause != REPLACED or journal_in is not None
+        why = read_why(journal_in or run_dir, reason, positions_deg, cause, utc) if is_there else None
     except ProcedureError as error:
-        why = _unread(run_dir, reason or str(error), positions_deg, cause)
+        why, reason = None, reason or str(error)
+    why = why or _unread(run_dir, reason, positions_deg, cause)
     page = page_environment(TEMPLATES).get_template("why.html.j2").render(why=why, both=at_both, local=local_clock)
     for folder in (run_dir, *([] if second_folder is None else [second_folder / run_dir.name])):
         with suppress(WriteFailed, OSError):
@@ -91,9 +96,9 @@ def explain(
 
 def _unread(run_dir: Path, reason: str, positions_deg: Mapping[str, float], cause: str) -> Why:
     """Return what can be said where the journal cannot even be read, or could not be made."""
-    is_begun = (run_dir / JOURNAL_FILE).exists()
+    is_begun = (run_dir / JOURNAL_FILE).exists() or cause == REPLACED
     is_moved = not is_begun and cause == MOVED
-    cause = MOVED if is_moved else STORAGE if is_begun else NO_RUN
+    cause = cause if cause == REPLACED or is_moved else STORAGE if is_begun else NO_RUN
     state = "not known: the journal cannot be read" if is_begun else "not begun"
     return Why(
         run=str(run_dir),

@@ -1,9 +1,9 @@
 """The look around wherever a run stands still: in a pause, in a hold, in a soak, while a gate or a field is waited for.
 
-Axes, clocks and interlocks are judged as they are between two dwells. What trips, trips at once. What a hold would
-answer holds nothing that stands still already: what was measured since is taken back, people are told, and the run does
-not go on before it is over. Where a person is waited for nothing may move: what asks for a new epoch (a line, a home
-that is lost) is told, and waits for that person's ``continue``; elsewhere it begins at once.
+Axes, clocks, interlocks and the files of the journal are judged as they are between two dwells. What trips, trips at
+once. What a hold would answer holds nothing that stands still already: what was measured since is taken back, people
+are told, and the run does not go on before it is over. Where a person is waited for nothing may move: what asks for a
+new epoch (a line, a home that is lost) is told, and waits for that person's ``continue``; elsewhere it begins at once.
 """
 
 from collections.abc import Callable
@@ -44,8 +44,9 @@ class Vigil:
         """Look once at everything. ``held_by``: cause of the hold in which the run stands, of which people know.
 
         Raises: RunEnds (a trip), TrustLost and RigError of what cannot be asked where no person is waited for,
-        MotionBreach, WaitEnded.
+        MotionBreach, WaitEnded, StorageFailed where the files of the journal are not those of the run any more.
         """
+        self._progress_log.require_journal()
         for name, look in self._watch.at_rest(self._announce).items():
             due_s, pause_s = self._silent.get(name, (0.0, 0.0))
             if pause_s and self._clock.monotonic_s() < due_s:

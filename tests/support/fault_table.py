@@ -109,6 +109,7 @@ degenerate design""".splitlines(),
     90: "a run does not begin, and nobody looks",
     91: "an axis turns when its line is opened",
     92: "somebody switches a motor off",
+    93: "the journal is taken away under a run",
 }
 HEAD = """# Faults: how each is met
 

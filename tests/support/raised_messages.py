@@ -8,6 +8,7 @@ ERRORS = (
     "RequestError",
     "JournalError",
     "StorageFailed",
+    "JournalReplaced",
     "ChamberFault",
     "DeviceFault",
     "GuardLost",

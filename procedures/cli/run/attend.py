@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -129,13 +129,13 @@ def _dispatcher_and_pulse(
 
 
 def _is_known(folder: Path) -> bool:
-    """Return whether somebody knows of the alarm; where its journal cannot be read, as
-    that of a run that was moved away, by what was left beside its last words.
+    """Return whether somebody knows of the alarm; by what was left beside its last words as well, since its journal may
+    have been moved away.
     """
-    try:
-        return is_acknowledged(folder)
-    except ProcedureError:
-        return is_acknowledged_elsewhere(folder.name)
+    with suppress(ProcedureError):
+        if is_acknowledged(folder):
+            return True
+    return is_acknowledged_elsewhere(folder.name)
 
 
 def _tell_last(run: Path, outcomes: Sequence[Mapping[str, object]]) -> None:

@@ -66,7 +66,7 @@ from procedures.report.summary import print_summary, print_verdict, worst_uncert
 from procedures.report.view import Trust
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.handover import unfinished
+from procedures.run.handover import left_elsewhere, unfinished
 from procedures.run.progress import Unbreakable
 from procedures.run.resume import resume as resume_run
 from rig.assembly.open_rig import choose_clock, open_rig
@@ -249,6 +249,10 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     """Deliver what there is to deliver, tell it, and return the exit status of the run."""
     if outcome.reason:
         note_paragraph(f"run {folder.name}: {outcome.state}: {outcome.reason}")
+    if outcome.is_journal_away:  # what stands in its place may be of another run
+        for line in left_elsewhere(folder, second_folder(), outcome):
+            note_paragraph(line)
+        return outcome.exit_status
     try:
         with working() as progress_line:
             with page_of_unsolved(folder):

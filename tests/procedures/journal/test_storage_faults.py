@@ -3,11 +3,12 @@
 import hashlib
 import json
 import os
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
-from journals import journal_with
+from journals import a_clock, journal_with
 from small_run import Bench, bench, dwells_of, measured, resumed
 from unattended_run import UnattendedRun, events, run_unattended
 from without_times import without_times
@@ -15,9 +16,10 @@ from without_times import without_times
 from procedures.delivery.deliver import SolvedRun, sensors_document, solve_run
 from procedures.errors import ExitStatus, JournalError, RequestError, StorageFailed
 from procedures.journal.corrections import Authorisation, redo
-from procedures.journal.emergency import UNSAVED_FILE, emergency_copy
+from procedures.journal.emergency import UNSAVED_FILE, EmergencyCopy, emergency_copy
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.last_words import STORAGE
 from procedures.journal.location import file_system, require_local
 from procedures.journal.salvage import salvage
 from procedures.journal.storage import JOURNAL_FILE
@@ -246,7 +248,10 @@ def test_fault_04_a_disk_that_turns_read_only_leaves_a_copy_in_the_second_place(
 def test_fault_04_a_second_place_that_fails_as_well_is_told(clean: Path, tmp_path: Path) -> None:
     location = tmp_path / "a-file"
     location.write_text("")
-    assert emergency_copy(clean, location, None).startswith(f"; no copy could be made in {location}")
+    with closing(Journal.open_for_append(clean / JOURNAL_FILE)) as journal:
+        copy = emergency_copy(journal, location, STORAGE, None, a_clock())
+    assert copy.words.startswith(f"; no copy could be made in {location}")
+    assert copy.folder is None
 
 
 def test_fault_05_a_sync_that_fails_is_not_believed(tmp_path: Path, small: Bench) -> None:
@@ -348,12 +353,12 @@ def test_a_copy_is_made_when_people_know_and_the_axes_rest(tmp_path: Path, monke
 
     seen: list[tuple[State, list[bool]]] = []
 
-    def copy(*_: object) -> str:
+    def copy(*_: object) -> EmergencyCopy:
         seen.append((run.heard[-1].state, [axis.state().is_moving for axis in run.rig.axes.values()]))
-        return "; copied elsewhere"
+        return EmergencyCopy("; copied elsewhere")
 
     run = UnattendedRun(tmp_path / "run", after={3: lambda _: monkeypatch.setattr(Journal, "append_event", refuse)})
-    monkeypatch.setattr("procedures.run.engine.emergency_copy", copy)
+    monkeypatch.setattr("procedures.run.progress_log.emergency_copy", copy)
     outcome = run_unattended(bench(tmp_path), run, RunServices(second_folder=tmp_path / "second"))
     assert seen == [(State.STOPPED, [False, False])]
     assert "; copied elsewhere" in outcome.reason
