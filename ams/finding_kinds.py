@@ -159,7 +159,10 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
         "file", "No standard of the meter is declared, so that its errors are in no uncertainty", _DECLARE
     ),
     "rate-undeclared": KindOfFinding(
-        "file", "No standard of the rates is declared, so that their errors are in no uncertainty", _DECLARE
+        "file",
+        "No standard of the rates is declared, so that their errors are in no uncertainty; or, where it is a "
+        "reservation, the rates lack the Earth's, which the readings show",
+        _DECLARE,
     ),
     "gravity-undeclared": KindOfFinding(
         "file",

@@ -29,12 +29,11 @@ from ams.calibration.diagnosis import (
     Diagnosis,
     replication_tests,
 )
+from ams.calibration.limit_of_package import SolvedGroup, limits_of_package
 from ams.calibration.model_choice import ModelChoice, base_model, choose_model
 from ams.calibration.outputs_together import diagnose_together
-from ams.calibration.step_columns import part_of
 from ams.calibration.steps import judge_steps
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
-from ams.calibration.table_limit import judge_table
 from ams.calibration.untold import undetected_dwell, untold_of_few, untold_transient
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.errors import ObservationsError
@@ -59,8 +58,6 @@ from ams.solve.usable_replications import standing_rows
 from ams.solve.whole_plots import visit_warnings, visits_of
 from ams.units import dof_words
 
-SolvedGroup = tuple[Sequence[str], SolvedColumns, FloatArray]
-"""Labels of axes that were solved together, what was solved, and (N, m) their outputs."""
 _LARGE_CONDITION = 1e4
 """Of the basis, its columns scaled: uncertainties are then so much larger than the noise that it is said."""
 _LONGEST_LIST = 8
@@ -147,12 +144,12 @@ def _diagnosed(
     family = request.tested_axes or len(choices)
     judged = [None if is_weighted else evidence_of(solved, rows) for _, solved, _ in groups]
     steps = _steps(judged, groups, family, request.known_of_run.changes)
-    still, groups_still = _without_changes(rows, groups, judged, steps), groups
-    if still is not rows:
-        groups_still = list(_solved(still, layout_of(still), choices, request, None))
     by_output = iter(
-        judge_table([(solved, range(len(group))) for group, solved, _ in groups_still], still, request.table)
-    )
+        limits_of_package(
+            rows, groups, judged, steps, request.table, family,
+            lambda less: list(_solved(less, layout_of(less), choices, request, None)),
+        )
+    )  # fmt: skip
     signs = contradicted_signs(rows, [solved for _, solved, _ in groups], tuple(choices), request)
     every = []
     for (group, solved, outputs), evidence in zip(groups, judged, strict=True):
@@ -191,24 +188,6 @@ def _steps(
     ]
     found = judge_steps([(evidence, row) for _, evidence, row in seen], family, changes)
     return {label: steps for (label, *_), steps in zip(seen, found, strict=True)}
-
-
-def _without_changes(
-    rows: Observations,
-    groups: Sequence[SolvedGroup],
-    judged: Sequence[Evidence | None],
-    steps: Mapping[str, StepsOfOutput],
-) -> Observations:
-    """Return the rows without what is told to have changed in mid-run, which would pass for errors of the table."""
-    parts = {
-        label: part_of(evidence, index, found.during, drifts=found.drifts)
-        for (group, *_), evidence in zip(groups, judged, strict=True)
-        for index, label in enumerate(group)
-        if evidence is not None and (found := steps.get(label, NO_STEPS)).during
-    }
-    if not parts:
-        return rows
-    return replace(rows, outputs={name: values - parts.get(name, 0.0) for name, values in rows.outputs.items()})
 
 
 def _refuse_foreign_units(labels: Sequence[str], observations: Observations, request: CalibrationRequest) -> None:

@@ -25,6 +25,7 @@ from ams.analysis.diagnostics.declared_signs import fits_other_angles
 from ams.analysis.diagnostics.differing_replications import LARGEST, ShiftLimits, differing_replications
 from ams.analysis.diagnostics.drift_course import changes_between
 from ams.analysis.diagnostics.dwell_words import dwell_words
+from ams.analysis.diagnostics.earth_on_gyros import EarthOnRates, earth_finding
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
 from ams.analysis.diagnostics.gravity_on_gyros import gravity_finding, gravity_on_zero
@@ -45,6 +46,7 @@ from ams.calibration.columns import SolvedColumns
 from ams.calibration.explained import (
     Explained,
     without_course_or_noise,
+    without_earth,
     without_memory,
     without_transient,
     without_wrong_dwells,
@@ -159,7 +161,7 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         steps, plays = NO_STEPS, ()
     if steps.during:
         columns = step_columns(seen.evidence, seen.index, steps.during)
-        beside = beside_of(seen.evidence, drifts=steps.drifts)
+        beside = beside_of(seen.evidence, seen.index, steps.drifting)
         before, seen = seen, seen.without(columns, beside)
         part, model = before.part_of(columns, beside), before.solved.problem.models[before.index]
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
@@ -170,10 +172,10 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     made = {test.name: test for test in (*steps.tests, *but_for_memories(together), *of_plays)}
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
-    left = without_memory(without_transient(left), together)
+    left, earth = without_earth(without_memory(without_transient(left), together))
     steps = steps.beside(left.tests)
     tests = without_lesser_memories(with_steps(left.tests, steps))
-    diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit)
+    diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit, earth)
     changes = map(step_words.as_stated, steps.findings)
     backlash = backlash_findings(plays, tests, circumstances.table)
     return replace(diagnosis, findings=(*clipped, *backlash, *changes, *steps.with_undecided(diagnosis.findings)))
@@ -242,6 +244,7 @@ def _diagnosis(
     convicted: Convicted | None,
     circumstances: Circumstances,
     limit: TableLimit | None,
+    earth: EarthOnRates | None,
 ) -> Diagnosis:
     evidence, solved, index = seen.evidence, seen.solved, seen.index
     scale = scale_of(solved, index)
@@ -255,8 +258,9 @@ def _diagnosis(
         bool(differing),
     )
     tests = limits.judged(tests)
+    known = evidence.layout.mean_by_point(np.zeros((evidence.layout.rows, 0)) if earth is None else earth.columns)
     gravity = gravity_finding(
-        gravity_on_zero(evidence, index), tests.conviction_level, _declared_g_sensitivity(circumstances.shared)
+        gravity_on_zero(evidence, index, known), tests.conviction_level, _declared_g_sensitivity(circumstances.shared)
     )
     has_table = circumstances.table is not None
     words = AxisWords(
@@ -280,7 +284,18 @@ def _diagnosis(
     findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit))
     scatter = float(solved.standard_error_v[index])
     untested = () if LACK_OF_FIT in tests.tests else untested_scatter(scatter, scale.words(scatter), limits.lack_of_fit)
-    return Diagnosis((*filter(None, [gravity]), *findings, *drifted, *differing, *untested), solved, index, tests)
+    return Diagnosis(
+        (
+            *filter(None, [gravity, None if earth is None else earth_finding(earth)]),
+            *findings,
+            *drifted,
+            *differing,
+            *untested,
+        ),
+        solved,
+        index,
+        tests,
+    )
 
 
 def _worded(

@@ -24,7 +24,10 @@ from ams.analysis.diagnostics.beliefs import (
     BeliefTest,
 )
 from ams.analysis.diagnostics.drift_course import likeliest_course, plain_courses
+from ams.analysis.diagnostics.earth_on_gyros import EarthOnRates, earth_on_rates
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.gravity_on_gyros import gravity_on_zero
+from ams.analysis.diagnostics.low_order import OF_GYROS
 from ams.analysis.diagnostics.memories import plainest_memory
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.table_curves import TableLimit
@@ -43,6 +46,10 @@ _FAR = 8.0
 """Standard deviations of the dwells of a replication, those left out that stand out of all."""
 _ALIKE = frozenset(column.name for column in COLUMNS)
 """Tests of what repeats in every replication: a transient that does is one of them."""
+
+
+_LIKE_THE_EARTH = (LACK_OF_FIT, *OF_GYROS)
+"""Tests of a gyro that ring where its rates lack the Earth's."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +173,30 @@ def without_memory(left: Explained, shown: BeliefTest | None) -> Explained:
     column = previous_attitude.memories(seen.evidence, base)[:, MEMORIES.index(memory.name)]
     without = left.then({memory.name: memory}, seen.less(memory.size * column))
     return replace(without, tests=replace(without.tests, memories=left.tests.memories))
+
+
+def without_earth(left: Explained) -> tuple[Explained, EarthOnRates | None]:
+    """Return a gyro with the Earth's rotation known to its points, where the rates lack it, and what it shows of that.
+
+    It is told where it explains all that it passes for, and where it is needed beside the terms of the scale factor.
+    """
+    evidence, index, tests = left.seen.evidence, left.seen.index, left.tests
+    passes = any(tests.is_significant.get(name) for name in _LIKE_THE_EARTH)
+    nothing = np.zeros((evidence.layout.points, 0))
+    passes = passes or _follows_gravity(left.seen, nothing, tests)
+    earth = earth_on_rates(evidence, index) if passes else None
+    if earth is None:
+        return left, None
+    known = evidence.layout.mean_by_point(earth.columns)
+    without = left.then({}, replace(left.seen, taken=np.hstack([left.seen.taken, earth.columns])))
+    explains = not any(without.tests.is_significant.get(name) for name in _LIKE_THE_EARTH)
+    explains = explains and not _follows_gravity(left.seen, known, tests)
+    return (without, earth) if explains or earth.beside_terms <= tests.conviction_level else (left, None)
+
+
+def _follows_gravity(seen: Believed, known: FloatArray, tests: AxisTests) -> bool:
+    gravity = gravity_on_zero(seen.evidence, seen.index, known)
+    return gravity is not None and gravity.p_value <= tests.conviction_level
 
 
 def _settles(tests: AxisTests) -> bool:

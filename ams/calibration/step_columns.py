@@ -1,8 +1,8 @@
 """What a change in mid-run does to an output, as columns that are taken out of it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from ams.surveillance.turns import BASE, PITCH, YAW, force_changes
 
 LINEAR: Final = 4
 """Offset and three sensitivities."""
+Drifting = Literal["offset", "sensitivity"]
+"""What of an output goes evenly through the run."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +52,21 @@ def step_columns(evidence: Evidence, output: int, during: Sequence[Changed]) -> 
     return np.hstack([np.where(changed.rows[:, None], columns_of(changed), 0.0) for changed in during])
 
 
-def beside_of(evidence: Evidence, *, drifts: bool) -> FloatArray:
-    """Return (N, 1) the even drift of an output that drifts, beside which changes are estimated; (N, 0) of another."""
-    return even_course(evidence.time_order)[:, None][:, : int(drifts)]
+def beside_of(evidence: Evidence, output: int, drifting: Collection[Drifting]) -> FloatArray:
+    """Return (N, c) the even drifts of what drifts of an output, beside which changes are estimated."""
+    course = even_course(evidence.time_order)
+    columns = {"offset": course, "sensitivity": course * evidence.sensed[:, output]}
+    return np.array([column for what, column in columns.items() if what in drifting]).reshape(-1, course.size).T
 
 
-def part_of(evidence: Evidence, output: int, during: Sequence[Changed], *, drifts: bool) -> FloatArray:
+def part_of(
+    evidence: Evidence, output: int, during: Sequence[Changed], drifting: Collection[Drifting] = ()
+) -> FloatArray:
     """Return (N,) what changes put into an output, as far as its replications differ by them.
 
-    ``drifts``: whether it drifts evenly beside them.
+    ``drifting``: what of it drifts evenly beside them.
     """
-    return evidence.part_of(output, step_columns(evidence, output, during), beside_of(evidence, drifts=drifts))
+    return evidence.part_of(output, step_columns(evidence, output, during), beside_of(evidence, output, drifting))
 
 
 def moments_of(change: ProvedChange, evidence: Evidence) -> Iterator[Changed]:

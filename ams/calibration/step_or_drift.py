@@ -33,8 +33,8 @@ _CONTRADICTED: Final = 0.01
 _LARGEST_REST: Final = 0.1
 """Of what a change explains: where the same pattern does more than this elsewhere, it is a drift."""
 _BESIDE_WAVES: Final = 36.0
-"""In variances of a dwell: what a step of an offset that drifts has to explain beyond slow waves, of which a walk is
-made; a walk is likelier a slope with a step than a step alone. A sensitivity does not drift with its offset."""
+"""In variances of a dwell: what a step of what drifts has to explain beyond slow waves, of which a walk is made; a walk
+is likelier a slope with a step than a step alone. A sensitivity does not drift with its offset."""
 _KEPT: Final = 0.5
 """Of what a change explains: beside the recorded temperature, or a level of each of few replications."""
 Likelier = Literal["step", "either", "drift"]
@@ -61,7 +61,7 @@ def likelier(search: StepSearch, change: Change) -> Likelier:
     is_large = by_parts > 0 and rest > by_parts + _LARGEST_REST * by_step / variance
     if is_large and float(f_tail(rest / by_parts, float(by_parts), float(dof))) < _CONTRADICTED:
         return "drift"
-    if change.what == "offset" and search.drifting.intersection(outputs):
+    if any(change.what in search.drifting_of(index) for index in outputs):
         *_, (waves, _) = courses_of_drift(search.course.time_order)
         if _kept(step, left(pattern, waves), y) < _BESIDE_WAVES * variance:
             return "drift"

@@ -1,6 +1,6 @@
 """The search for changes in mid-run over the outputs of a package, beside what is told of them already."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
@@ -17,7 +17,7 @@ from ams.analysis.diagnostics.temperature import explained
 from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.analysis.diagnostics.time_order import even_course
 from ams.arrays import BoolArray, FloatArray
-from ams.calibration.step_columns import Changed, moments_of, step_columns
+from ams.calibration.step_columns import Changed, Drifting, moments_of, step_columns
 from ams.inputs.known_of_run import ProvedChange
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail
 
@@ -42,6 +42,8 @@ class StepSearch:
     """Changes that are told already."""
     drifting: frozenset[int] = frozenset()
     """Outputs that drift evenly: their drift stands beside every change."""
+    gaining: frozenset[int] = frozenset()
+    """Outputs whose sensitivity drifts evenly, which is taken out of ``seen``."""
     holds_mount: bool = False
     """Whether the package is known to have stayed on its mount."""
     is_clipped: bool = False
@@ -173,24 +175,49 @@ class StepSearch:
 
         Of all that the diagnosis will look at: what one of them drifted by is no part of what another did.
         """
-        output = change.output
-        outputs = self.on_table if output is None or output in self.on_table else (output,)
+        outputs = self._diagnosed_with(change)
         found = frozenset(
-            index for index in outputs if index not in self.drifting and self._chance_of_drift(index, change) <= level
+            index
+            for index in outputs
+            if index not in self.drifting and self._chance_of(self.drift, index, change) <= level
         )
         return frozenset(outputs) - self.drifting if found and change.is_of_meter else found
 
-    def passing_for(self, change: Change) -> frozenset[int]:
-        """Return the outputs of which a drift passes for a change of the offset, and that are not known to drift."""
-        outputs = self.on_table if change.output is None else (change.output,)
-        return frozenset(outputs if change.what == "offset" else ()) - self.drifting
+    def gaining_beside(self, change: Change, level: float) -> frozenset[int]:
+        """Return the same of an even drift of the sensitivities."""
+        return frozenset(
+            index
+            for index in self._diagnosed_with(change)
+            if index not in self.gaining and self._chance_of(self._gain_drift(index), index, change) <= level
+        )
 
-    def _chance_of_drift(self, index: int, change: Change) -> float:
+    def _diagnosed_with(self, change: Change) -> tuple[int, ...]:
+        output = change.output
+        return self.on_table if output is None or output in self.on_table else (output,)
+
+    def _gain_drift(self, at: int) -> FloatArray:
+        """Return (N,) an even drift of the sensitivity of an output as replications differ by it."""
+        evidence, index = self.seen[at]
+        return evidence.layout.about_points(even_course(self.course.time_order) * evidence.sensed[:, index])
+
+    def passing_for(self, change: Change, what: Drifting) -> frozenset[int]:
+        """Return the outputs of which a drift of something passes for a change of it, and is not known yet."""
+        outputs = self.on_table if change.output is None else (change.output,)
+        known = self.drifting if what == "offset" else self.gaining
+        return frozenset(outputs if change.what == what else ()) - known
+
+    def drifting_of(self, index: int) -> frozenset[Drifting]:
+        """Return what of an output is known to drift."""
+        known: Mapping[Drifting, frozenset[int]] = {"offset": self.drifting, "sensitivity": self.gaining}
+        return frozenset(what for what, outputs in known.items() if index in outputs)
+
+    def _chance_of(self, drift: FloatArray, index: int, change: Change) -> float:
+        """Return that of a drift beside a change of an output."""
         watched = self.watched[index]
         step = self.left_of((index,), self.pattern(change, index), self.course.during(change)[:, None])
         y = watched.departures / self.sd(index)
         by_step, rank = explained(step, y)
-        together, most = explained(np.column_stack([step, self.drift]), y)
+        together, most = explained(np.column_stack([step, watched.beside(drift)]), y)
         dof = self.course.dof - most
         if most == rank or dof < 1:
             return 1.0
@@ -199,7 +226,24 @@ class StepSearch:
 
     def beside_drift_of(self, outputs: frozenset[int]) -> "StepSearch":
         """Return the search beside an even drift of some outputs."""
-        return replace(self, drifting=self.drifting | outputs)
+        return replace(self, drifting=self.drifting | outputs) if outputs else self
+
+    def beside_gain_drift_of(self, outputs: frozenset[int]) -> "StepSearch":
+        """Return the search in some outputs without an even drift of their sensitivities.
+
+        A turn does to the force what is across it, and a gain what is along it: over all attitudes neither has a part
+        of the other. A gain that drifts takes an offset with it, whose own drift stands beside every change then.
+        """
+        if not outputs:
+            return self
+        course, seen = even_course(self.course.time_order)[:, None], list(self.seen)
+        for at in outputs:
+            evidence, index = seen[at]
+            beside = np.hstack([course, step_columns(evidence, index, self.taken)] if self.taken else [course])
+            left = evidence.left.copy()
+            left[:, index] -= evidence.part_of(index, course * evidence.sensed[:, [index]], beside)
+            seen[at] = replace(evidence, left=left), index
+        return replace(self, seen=tuple(seen), gaining=self.gaining | outputs, drifting=self.drifting | outputs)
 
     def with_mount_held(self) -> "StepSearch":
         """Return the search for what else it may be, until another change is told: no turn of the package is one."""

@@ -85,14 +85,18 @@ def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list
             search, best, named = turn
         else:
             drifting = search.drifting_beside(best, level)
-            judged = "drift" if drifting else likelier(seen, best)
+            is_gain = best.what == "sensitivity"
+            gaining = frozenset[int]() if drifting or is_gain else search.gaining_beside(best, level)
+            judged = "drift" if drifting or gaining else likelier(seen, best)
             if judged == "either" and undecided is None:
                 undecided = seen, best
             if judged != "step":
-                drifting = drifting or search.passing_for(best)
-                if not drifting:
+                beside = search.beside_drift_of(drifting or search.passing_for(best, "offset"))
+                if judged == "drift" and not drifting:
+                    beside = beside.beside_gain_drift_of(gaining or search.passing_for(best, "sensitivity"))
+                if beside is search:
                     break
-                search = search.beside_drift_of(drifting)
+                search = beside
                 continue
             named = list(findings_of_change(seen, best))
         findings += named
@@ -110,7 +114,7 @@ def _found(search: StepSearch, level: float, shown: Sequence[ShownTurn]) -> list
             frozenset(filter(None, (_test_of(search, index, change) for change in changed))),
             tuple(finding for finding, whose in findings if whose in (None, index)),
             search.taken,
-            index in search.drifting,
+            search.drifting_of(index),
             None if undecided is None else _undecided_of(index, *undecided),
         )
         for index in range(len(search.seen))

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from ams.analysis.diagnostics.beliefs import BY_A_DRIFT, DRIFT_OF, OVER_TIME, SLIP, STEP, AxisTests, BeliefTest
-from ams.calibration.step_columns import Changed
+from ams.calibration.step_columns import Changed, Drifting
 from ams.findings import Finding
 
 
@@ -30,8 +30,8 @@ class StepsOfOutput:
     """Significant, of what is told."""
     during: tuple[Changed, ...] = ()
     """What is told of any output of the package, or was proved of the table."""
-    drifts: bool = False
-    """Whether an even drift of the output stands beside them."""
+    drifting: frozenset[Drifting] = frozenset()
+    """What drifts evenly beside them."""
     undecided: UndecidedStep | None = None
 
     def beside(self, tests: AxisTests) -> "StepsOfOutput":

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.point_means import LEAST_DOF, eliminate, independent
+from ams.analysis.diagnostics.point_means import eliminate, independent
 from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
 from ams.arrays import FloatArray
 from ams.findings import Finding
@@ -19,7 +19,6 @@ from ams.frames import from_level_axes
 from ams.models.gyro import Gyro, GyroWithTerms, velocity_of_dps
 from ams.observations import Observations
 from ams.rounding import two_digits
-from ams.statistics.distributions import f_tail
 
 GRAVITY: Final = "gravity on the zero"
 _ALIKE_G: Final = 1e-3
@@ -39,8 +38,11 @@ class GravityTest:
     """Whether the rates have the Earth's: along the vertical that looks like gravity."""
 
 
-def gravity_on_zero(evidence: Evidence, output: int) -> GravityTest | None:
-    """Test the zero of a gyro for gravity; None for other sensors, and where the attitudes say nothing."""
+def gravity_on_zero(evidence: Evidence, output: int, known: FloatArray) -> GravityTest | None:
+    """Test the zero of a gyro for gravity; None for other sensors, and where the attitudes say nothing.
+
+    ``known``: (K, c) of the points that something else is told to do.
+    """
     base = tested_base(evidence.models[output])
     if not isinstance(base, Gyro | GyroWithTerms) or not evidence.precision_variance[output] > 0.0:
         return None
@@ -48,21 +50,14 @@ def gravity_on_zero(evidence: Evidence, output: int) -> GravityTest | None:
     _, lengths, along = np.linalg.svd(force - force.mean(axis=0), full_matrices=False)
     columns = (force - force.mean(axis=0)) @ along[lengths > _ALIKE_G * np.sqrt(force.shape[0])].T
     terms = terms_of_gyro(evidence, output, base)
-    given = independent(np.hstack([evidence.basis, terms[:, terms.any(axis=0)]]))
-    left = columns - given @ (given.T @ columns)
-    if columns.shape[1] == 0 or np.linalg.matrix_rank(left, tol=_ALIKE_G) < columns.shape[1]:
-        return None
+    given = independent(np.hstack([evidence.basis, terms[:, terms.any(axis=0)], known]))
     tested = eliminate(evidence.means(output, given), columns, np.zeros((force.shape[0], 0)))
-    if tested.dof < LEAST_DOF:
+    found = tested.together(range(columns.shape[1]))
+    if found is None:
         return None
-    known, count = given.shape[1], columns.shape[1]
-    across = tested.gram[:known, known:]
-    rest = tested.gram[known:, known:] - across.T @ np.linalg.solve(tested.gram[:known, :known], across)
-    coefficients = np.linalg.solve(rest[:count, :count], rest[:count, count])
-    p_value = float(f_tail(float(coefficients @ rest[:count, count]) / count, float(count), float(tested.dof)))
     volts_per_dps = float(np.linalg.norm(evidence.primary[output][1:4]))
     return GravityTest(
-        p_value, float(np.linalg.norm(coefficients)) / volts_per_dps, evidence.rows.from_level is not None
+        found.p_value, float(np.linalg.norm(found.coefficients)) / volts_per_dps, evidence.rows.from_level is not None
     )
 
 
@@ -88,12 +83,17 @@ def gravity_finding(found: GravityTest | None, level: float, limit_dps_per_g: fl
 
 def _mean_force_g(rows: Observations) -> FloatArray:
     """Return (N, 3) the mean specific force on each row along the package axes."""
+    return -mean_from_level(rows)[:, :, 2]
+
+
+def mean_from_level(rows: Observations) -> FloatArray:
+    """Return (N, 3, 3) the mean rotation from level axes into those of the package on each row."""
     if rows.from_level is not None:
-        return -rows.from_level[:, :, 2]
+        return rows.from_level
     yaw = np.zeros_like(rows.pitch_rad) if rows.yaw_rad is None else rows.yaw_rad
-    force = -from_level_axes(rows.pitch_rad, yaw, rows.roll_rad)[:, :, 2]
-    velocity = velocity_of_dps(rows)
+    stood, velocity = from_level_axes(rows.pitch_rad, yaw, rows.roll_rad), velocity_of_dps(rows)
     speed = np.linalg.norm(velocity, axis=1, keepdims=True)
     turns = speed > _STILL * speed.max(initial=0.0)
     unit = velocity / np.where(turns, speed, 1.0)
-    return np.where(turns, unit * np.sum(unit * force, axis=1, keepdims=True), force)
+    along = np.einsum("ni,nj,njk->nik", unit, unit, stood)
+    return np.where(turns[:, :, None], along, stood)

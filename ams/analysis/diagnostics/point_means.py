@@ -7,6 +7,7 @@ the variance is the scatter of the points about the whole model, which holds lac
 beside them, never less than precision.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
 from typing import NamedTuple
@@ -22,6 +23,8 @@ LEAST_DOF = 3
 """Degrees of freedom that a test of the means of the points needs."""
 _NOTHING_LEFT = 1e-10
 """Of the square of a column: less is left beside the others by rounding."""
+_ALIKE = 1e-6
+"""Of the squares of columns of unit length, together: a combination with less of it left is told by none of them."""
 _SMALLEST = 1e-60
 """Volts²: keeps weights finite where nothing scatters."""
 
@@ -47,6 +50,16 @@ class Tested(NamedTuple):
 
     coefficient: float
     standard_uncertainty: float
+    p_value: float
+
+
+class Joint(NamedTuple):
+    """Several columns together beside what is given."""
+
+    coefficients: FloatArray
+    """(c,)"""
+    covariance: FloatArray
+    """(c, c)"""
     p_value: float
 
 
@@ -90,6 +103,21 @@ class Elimination:
         p_value = f_tail(coefficient * with_y, 1.0, float(self.dof))
         columns = (coefficient.tolist(), (left**-0.5).tolist(), np.where(is_left, p_value, np.nan).tolist())
         return [Tested(*numbers) for numbers in zip(*columns, strict=True)]
+
+    def together(self, columns: Sequence[int], beside: tuple[int, ...] = ()) -> Joint | None:
+        """Test several columns at once, those ``beside`` given; None where a combination of them leaves nothing."""
+        gram, known = self.gram, self._known(beside)
+        rest = [self.given + column for column in (*columns, self.columns)]
+        across = gram[np.ix_(known, rest)]
+        left = gram[np.ix_(rest, rest)] - across.T @ np.linalg.solve(gram[np.ix_(known, known)], across)
+        lengths, size = np.sqrt(np.diagonal(gram)[rest[:-1]]), len(columns)
+        alike = left[:-1, :-1] / np.outer(lengths, lengths)
+        if self.dof < LEAST_DOF or not size or not np.linalg.eigvalsh(alike)[0] > _ALIKE:
+            return None
+        covariance = np.asarray(np.linalg.inv(left[:-1, :-1]), dtype=float)
+        coefficients = covariance @ left[:-1, -1]
+        p_value = float(f_tail(float(coefficients @ left[:-1, -1]) / size, float(size), float(self.dof)))
+        return Joint(coefficients, covariance, p_value)
 
     def correlation(self, beside: tuple[int, ...] = ()) -> FloatArray:
         """Return the (c, c) correlation of the tests of the columns, those ``beside`` given.

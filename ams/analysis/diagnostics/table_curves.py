@@ -101,6 +101,8 @@ class TableLimit:
     """Which output of the package that is."""
     p_value_of_all: float = 1.0
     """With it."""
+    is_explained: bool = True
+    """Whether errors of the indices of any size explain the points; nothing is said of the limit where they do not."""
     is_departing: bool = False
     """Whether this is what it says to that output itself."""
 
@@ -226,6 +228,7 @@ def beyond_limit(outputs: Sequence[SeenPoints], indices: Mapping[str, Indices]) 
         is_of_single_output=is_of_single_output,
         departing=alone,
         p_value_of_all=p_value,
+        is_explained=_is_explained(seen),
     )
 
 
@@ -285,6 +288,19 @@ def _of_curve_within(normal: _Normal, bound: FloatArray) -> float:
     return normal.at(curve) + normal.unshared * float(np.log(normal.rows))
 
 
+def _is_explained(outputs: Sequence[_Output]) -> bool:
+    """Return whether a curve of any size, with terms of the sensors' own, explains the points."""
+    normal, dof = _sum(output.beside for output in outputs), float(sum(output.precision_dof for output in outputs))
+    return not _leaves_more(normal, dof)
+
+
+def _leaves_more(normal: _Normal, dof: float) -> bool:
+    """Return whether a curve of any size leaves more than chance does."""
+    _, least, rank = normal.unbounded()
+    left = normal.rows - normal.unshared - rank
+    return left > 0 and bool(f_tail(least / left, left, dof) < _EXPLAINED)
+
+
 def _tested(normal: _Normal, bound: FloatArray, dof: float) -> float:
     _, least, rank = normal.unbounded()
     left = normal.rows - normal.unshared - rank
@@ -295,7 +311,7 @@ def _tested(normal: _Normal, bound: FloatArray, dof: float) -> float:
     active = min(int(at_bound.sum()), rank)
     if active == 0 or not within > least:
         return 1.0
-    if f_tail(least / left, left, dof) < _EXPLAINED:
+    if _leaves_more(normal, dof):
         return 1.0
     return float(f_tail((within - least) / active, active, dof))
 

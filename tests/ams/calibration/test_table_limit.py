@@ -52,7 +52,7 @@ def test_a_curve_that_reaches_its_limit_is_not_named(curve: str) -> None:
     assert _share(_solved(curve, 1.0, 12, table_of())) <= 1 / 12
 
 
-def test_a_proved_gain_of_the_meter_is_no_error_of_the_table() -> None:
+def test_a_gain_of_the_meter_is_no_error_of_the_table_whether_it_is_proved_or_not() -> None:
     """A gain of 100 ppm from the middle of the second replication on: in raster order it looks like index errors."""
     drawn = campaigns("clean", 0.0, np.random.default_rng(6), 8, replications=3)
     rows = rows_of(drawn)
@@ -65,8 +65,7 @@ def test_a_proved_gain_of_the_meter_is_no_error_of_the_table() -> None:
         request = CalibrationRequest(table=table_of(), known_of_run=known)
         outputs = ({axis: turned_up * columns_of(drawn, axis)[:, index] for axis in "xyz"} for index in range(8))
         shares.append(_share(calibrate(replace(rows, outputs=found), request) for found in outputs))
-    assert shares[1] <= 1 / 8
-    assert shares[0] > shares[1]
+    assert max(shares) <= 1 / 8
 
 
 def test_a_zeroed_curve_within_its_limit_is_not_named_and_beyond_it_is() -> None:
