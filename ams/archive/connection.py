@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 MIGRATIONS = Path(__file__).with_name("migrations")
 POSTGRES = "postgresql"
+EMPTIED = "has 0 bytes, which no archive has: it was cut, or never begun"
+EMPTIED_REMEDY = "restore a copy; where there was none, remove the file"
 _WRITERS = 0x63616C726967
 """The advisory lock of writers: "calrig" as a number."""
 
@@ -43,6 +45,7 @@ def reading(archive_url: str, busy_timeout_s: float) -> Iterator[Connection]:
         shown = _shown(url)
         revision = _revision(connection)
         if revision is None:
+            _refuse_emptied(url)
             raise ArchiveUnknown(f"{shown}: is a database but no archive: it has no schema version; give another URL")
         _check_not_newer(revision, shown)
         if revision != REVISIONS[-1]:
@@ -79,6 +82,7 @@ def migrate(archive_url: str, busy_timeout_s: float = 10.0) -> tuple[str | None,
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
         before = _revision(connection)
     if before is None:
+        _refuse_emptied(url)
         raise ArchiveUnknown(f"{_shown(url)}: is no archive: it has no schema version; {NOTHING}; give another URL")
     with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
         return before, _revision(connection)
@@ -91,6 +95,21 @@ def _require_there(url: URL) -> None:
         raise ArchiveAbsent(
             f"{path}: there is no archive: no such file; {NOTHING}; publish a set to it first, or give another URL"
         )
+
+
+def is_emptied(archive_url: str) -> bool:
+    """Return whether a SQLite archive's file is there and has 0 bytes: one in use was cut, or a first one not begun.
+
+    SQLite takes it for a new database, and whoever writes to it begins a new archive. Raises: ArchiveUnknown.
+    """
+    path = _sqlite_path(_parsed(archive_url))
+    return path is not None and path.is_file() and path.stat().st_size == 0
+
+
+def _refuse_emptied(url: URL) -> None:
+    """Refuse to look at an archive of 0 bytes. Raises: ArchiveUnknown."""
+    if is_emptied(url.render_as_string(hide_password=False)):
+        raise ArchiveUnknown(f"{_shown(url)}: the archive {EMPTIED}; {NOTHING}; {EMPTIED_REMEDY}")
 
 
 @contextmanager

@@ -26,7 +26,7 @@ speed_dps = 10.0
 axis = 2
 [readouts.dmm]
 driver = "hp3458a"
-resource = "prologix+socket://127.0.0.1:1#22"
+resource = "prologix+socket://127.0.0.1:7#22"
 nplc = 10
 channels = { x = { scanner = 1, range_v = 10.0 }, y = { scanner = 2, range_v = 10.0 }, z = { scanner = 3, range_v = 10.0 }, t = { scanner = 4, range_v = 10.0 } }
 [sensors.SN1]

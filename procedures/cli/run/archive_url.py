@@ -1,12 +1,15 @@
 """The URL of the archive that a run's sets go to: whether it can be one, how the run keeps it, what it is later."""
 
+from contextlib import suppress
 from os import environ
 from pathlib import Path
 
 from sqlalchemy import URL, make_url
 from sqlalchemy.exc import ArgumentError
 
+from ams.archive.connection import EMPTIED, EMPTIED_REMEDY, is_emptied
 from ams.archive.refusals import HIDDEN, PASSWORD_KEYS, without_password
+from ams.errors import ArchiveError
 from procedures.cli.locations import archive_of, shared_archive_url
 from procedures.cli.output import note
 from procedures.errors import RequestError
@@ -30,6 +33,8 @@ def require_archive_url(archive_url: str) -> None:
         raise RequestError(
             f"archive: its folder is not there: got {shown!r}; nothing was begun; make the folder or give another URL"
         )
+    if url.get_backend_name() == "sqlite" and url.database and is_emptied(archive_url):
+        raise RequestError(f"{url.database}: the archive {EMPTIED}; nothing was begun; {EMPTIED_REMEDY}")
 
 
 def as_kept(archive: str | None, *, is_simulated: bool) -> str:
@@ -73,8 +78,17 @@ def archive_of_run(folder: Path, archive: str | None) -> str | None:
 
 
 def url_of_run(folder: Path, archive: str | None, *, is_simulated: bool) -> str:
-    """Return where the sets of a run go: the archive named now, else the run's own, else that of such runs here."""
-    return archive_of(folder.parent, archive_of_run(folder, archive), is_simulated=is_simulated)
+    """Return where the sets of a run go: the archive named now, else the run's own, else that of such runs here.
+
+    One whose file has 0 bytes is begun anew, and said to be: what was measured is not kept out of it.
+    """
+    url = archive_of(folder.parent, archive_of_run(folder, archive), is_simulated=is_simulated)
+    with suppress(ArchiveError):  # what is wrong with a URL is told where it is written to
+        if is_emptied(url):
+            note(
+                f"{without_password(url)}: the archive {EMPTIED}; it is begun anew; where it held sets, restore a copy"
+            )
+    return url
 
 
 def _without_stars(kept: str) -> str:

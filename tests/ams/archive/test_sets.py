@@ -3,6 +3,7 @@
 import sqlite3
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from datetime import UTC, datetime, timedelta, timezone
@@ -16,6 +17,7 @@ from solved import provenance, solved_package
 from sqlalchemy import create_engine, inspect
 from sqlalchemy.pool import NullPool
 
+from ams.archive.connection import migrate
 from ams.archive.refusals import without_password
 from ams.archive.sets import Publication, list_sets, publish, show
 from ams.archive.signatures import verify_archive
@@ -161,7 +163,9 @@ def test_a_set_that_contradicts_itself_is_not_published(url: str) -> None:
     wrong = from_document(changed(a_set("SN2"), nudge), "wrong")
     with pytest.raises(VectorsDisagree, match="SN2: publish: axis x"):
         publish(url, [a_set("SN1"), wrong], PUBLISHED)
-    with pytest.raises(ArchiveError, match=r"there is no archive: no such file|is a database but no archive"):
+    with pytest.raises(
+        ArchiveError, match=r"there is no archive: no such file|is a database but no archive|has 0 bytes"
+    ):
         list_sets(url)
 
 
@@ -255,6 +259,18 @@ def test_a_database_of_something_else_is_left_alone(url: str) -> None:
     with pytest.raises(ArchiveError, match="is a database but no archive"):
         list_sets(url)
     assert inspect(create_engine(url, poolclass=NullPool)).get_table_names() == ["invoices"]
+
+
+@pytest.mark.parametrize("look", [list_sets, migrate, verify_archive])
+def test_an_archive_that_was_cut_to_nothing_is_no_new_one(tmp_path: Path, look: Callable[[str], object]) -> None:
+    """SQLite takes a file of 0 bytes for a new database."""
+    path = tmp_path / "archive.sqlite"
+    publish(f"sqlite:///{path}", [a_set()], PUBLISHED)
+    path.write_bytes(b"")
+    with pytest.raises(
+        ArchiveError, match=r"has 0 bytes, which no archive has: .* nothing was changed; restore a copy"
+    ):
+        look(f"sqlite:///{path}")
 
 
 def test_a_file_that_is_no_database_is_left_alone(tmp_path: Path) -> None:

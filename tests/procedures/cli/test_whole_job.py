@@ -19,7 +19,7 @@ from job_files import job, simulated
 from procedures.delivery.deliver import solve_run
 from rig.lines.lock import acquire
 
-METER = "prologix+socket://127.0.0.1:1#22"
+METER = "prologix+socket://127.0.0.1:7#22"
 AIR_APART = {'driver = "watlow-f4"\nport = "twin"': 'driver = "watlow-f4"\nport = "socket://127.0.0.1:3"'}
 """The chamber is not on the line of the axes."""
 AIR_ON_ITS_TWIN = {'driver = "watlow-f4"\nport = "twin"': 'driver = "watlow-f4"\nport  = "twin"'}

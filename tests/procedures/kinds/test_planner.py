@@ -42,7 +42,7 @@ def test_every_replication_holds_every_point_once(tmp_path):
 def test_a_burst_that_the_unit_cannot_hold_is_refused_before_a_port_is_opened(tmp_path):
     # 34970A/34972A: a reading memory of 50 000 (UG-K p. 122); a procedure may ask for 100 000.
     daq = (
-        f'driver = "{driver}"\nresource = "prologix+socket://127.0.0.1:1#22"'
+        f'driver = "{driver}"\nresource = "prologix+socket://127.0.0.1:7#22"'
         for driver in ("hp3458a", 'scpi-daq"\nmodel = "34970A')
     )
     rig = rig_file(tmp_path, tuple(daq), *((f"scanner = {n}", f"channel = {100 + n}") for n in (1, 2, 3, 4)))

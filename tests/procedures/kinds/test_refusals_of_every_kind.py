@@ -32,7 +32,7 @@ speed_dps = 10.0
 axis = 2
 [readouts.dmm]
 driver = "hp3458a"
-resource = "prologix+socket://127.0.0.1:1#22"
+resource = "prologix+socket://127.0.0.1:7#22"
 nplc = 10
 channels = {{ x = {{ scanner = 1, range_v = 10.0 }} }}
 [sensors.SN1]
@@ -74,6 +74,7 @@ def test_an_angle_that_the_machine_cannot_be_told_is_refused_with_what_would_be_
         encoding="utf-8",
     )
     table = TABLE.replace("increment_deg = 1.0", 'increment_deg = 0.5\ndialect = "whole.toml"', 1)
+    table = table.replace("127.0.0.1:1", "127.0.0.1:3", 1)  # a controller of its own: one line has one dialect
     text = _refusal(tmp_path, "12.5", table=table)
     assert text.startswith(
         "/rest.toml:6: static.pitch_deg: point 1 asks for pitch 12.5°: the dialect whole would write"

@@ -58,7 +58,7 @@ FIELD_IN_VOLTS = {
 }
 AT_PORTS = {
     "axes": {name: {"port": "socket://127.0.0.1:1"} for name in ("pitch", "roll")},
-    "readouts": {"dmm": {"resource": "prologix+socket://127.0.0.1:1#22"}},
+    "readouts": {"dmm": {"resource": "prologix+socket://127.0.0.1:7#22"}},
     "environment": {"air": {"port": "socket://127.0.0.1:2"}},
     "twin": {"control": "socket://127.0.0.1:3"},
 }
@@ -135,8 +135,8 @@ TRIALS = {
     "readouts.*:angle-meter.channels.*.value": Trial("y"),
     "readouts.*:angle-meter.channels.*.sign": Trial(-1),
     "readouts.*:angle-meter.channels.*.range_deg": Trial(5.0),
-    "readouts.*:hp3458a.resource": Trial("prologix+socket://127.0.0.1:1#22"),
-    "readouts.*:hp3458a.scanner_resource": Trial("prologix+socket://127.0.0.1:1#9"),
+    "readouts.*:hp3458a.resource": Trial("prologix+socket://127.0.0.1:7#22"),
+    "readouts.*:hp3458a.scanner_resource": Trial("prologix+socket://127.0.0.1:7#9"),
     "readouts.*:hp3458a.checks.action": Trial(rig=REFERENCE_OFF),
     "readouts.*:hp3458a.checks.temperature_step_degc": Trial(5.0, rig=WARMING),
     "readouts.*:scpi-daq.resource": Trial("socket://127.0.0.1:1"),

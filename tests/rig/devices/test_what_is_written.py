@@ -36,7 +36,7 @@ homed_before = true
 [readouts.dmm]
 driver = "scpi-meter"
 model = "34401A"
-resource = "socket://127.0.0.1:1"
+resource = "socket://127.0.0.1:7"
 channels = {{ x = {{ range_v = 10.0 }} }}
 [sensors.S1]
 model = "single-axis package"

@@ -43,6 +43,34 @@ def test_solve_and_publish_go_where_the_run_went_unless_another_archive_is_named
     assert (tmp_path / "other.sqlite").exists()
 
 
+@pytest.mark.usefixtures("no_report")
+def test_an_archive_of_no_bytes_is_refused_before_a_run_and_said_behind_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    procedure, rig = job(tmp_path)
+    archive = tmp_path / "own.sqlite"
+    options = (
+        "run",
+        procedure,
+        "--rig",
+        rig,
+        "--out",
+        tmp_path / "runs",
+        "--archive",
+        f"sqlite:///{archive}",
+        "--json",
+    )
+    archive.write_bytes(b"")
+    refused = call(capsys, *options)
+    assert (refused.status, "has 0 bytes" in refused.err, "nothing was begun" in refused.err) == (2, True, True)
+    assert not (tmp_path / "runs").exists()
+    archive.unlink()
+    run = call(capsys, *options).document["run"]
+    archive.write_bytes(b"")
+    again = call(capsys, "solve", run, "--json")
+    assert (again.status, "it is begun anew; where it held sets, restore a copy" in again.err) == (0, True)
+
+
 def test_a_resume_goes_on_with_the_archive_of_the_run_and_keeps_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
