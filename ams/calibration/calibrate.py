@@ -30,13 +30,13 @@ from ams.calibration.diagnosis import (
     replication_tests,
 )
 from ams.calibration.limit_of_package import SolvedGroup, limits_of_package
-from ams.calibration.model_choice import ModelChoice, base_model, choose_model
-from ams.calibration.outputs_together import diagnose_together
+from ams.calibration.model_choice import ModelChoice, base_model, choose_model, refuse_foreign_units
+from ams.calibration.outputs_together import diagnose_together, tilt_of_base, with_tilt
 from ams.calibration.steps import judge_steps
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
+from ams.calibration.tilting_base import BaseTilt
 from ams.calibration.untold import undetected_dwell, untold_of_few, untold_transient
 from ams.calibration_result import AxisCalibration, Calibration, Replication
-from ams.errors import ObservationsError
 from ams.findings import Finding, significant_texts
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
@@ -79,7 +79,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     layout = layout_of(observations)
     labels = tuple(request.axes_of(observations))
     base = base_model(labels[0], observations, request)
-    _refuse_foreign_units(labels, observations, request)
+    refuse_foreign_units(labels, observations, request)
     kept, left_out = standing_rows(observations, layout, base)
     rows = observations
     if left_out:
@@ -91,7 +91,11 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     parts: dict[str, SolvedAxis] = {}
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
     groups = list(_solved(rows, layout, choices, request, weights))
-    for (group, solved, _), found in zip(groups, _diagnosed(rows, groups, choices, request), strict=True):
+    diagnoses, tilt = _diagnosed(rows, groups, choices, request)
+    if tilt is not None and request.counts_tilts:
+        shared = {label: (*errors, *tilt.counted) for label, errors in shared.items()}
+        groups = list(_solved(rows, layout, choices, replace(request, shared_errors=shared), weights))
+    for (group, solved, _), found in zip(groups, diagnoses, strict=True):
         for row, label in enumerate(group):
             curved = request.residual_curvature
             limits = _limits(shared[label])
@@ -129,8 +133,11 @@ def _diagnosed(
     groups: Sequence[SolvedGroup],
     choices: Mapping[str, ModelChoice],
     request: CalibrationRequest,
-) -> list[list[Diagnosis]]:
-    """Return the findings of every axis of every group, of the dwells at which nobody says that the table was off."""
+) -> tuple[list[list[Diagnosis]], BaseTilt | None]:
+    """Return the findings of every axis of every group, of the dwells at which nobody says that the table was off.
+
+    Second: how the base tilted between the replications, where they show that it did and nothing else is told of it.
+    """
     is_weighted = groups[0][1].problem.form.weights is not None
     off = is_among(rows, request.known_of_run.off)
     if off.any() and not is_weighted:
@@ -162,7 +169,9 @@ def _diagnosed(
             alike=alike, single_approach=request.single_approach, signs=contradicted,
         )  # fmt: skip
         every.append((solved, under, evidence))
-    return diagnose_together(every)
+    found = diagnose_together(every)
+    tilt = tilt_of_base(every, found)
+    return (found if tilt is None else with_tilt(found, tilt, family, is_counted=request.counts_tilts)), tilt
 
 
 def _declared(label: str, choices: Mapping[str, ModelChoice], request: CalibrationRequest) -> DeclaredDirection:
@@ -188,21 +197,6 @@ def _steps(
     ]
     found = judge_steps([(evidence, row) for _, evidence, row in seen], family, changes)
     return {label: steps for (label, *_), steps in zip(seen, found, strict=True)}
-
-
-def _refuse_foreign_units(labels: Sequence[str], observations: Observations, request: CalibrationRequest) -> None:
-    for label in labels:
-        model, unit = base_model(label, observations, request), observations.unit_of(label)
-        if unit != model.measured_unit:
-            raise ObservationsError(
-                f"{observations.source}: axis {label}: got readings in {unit}, the model {model.name!r} states "
-                f"{_in_words(model.measured_unit)}; nothing was solved; declare the channel in that unit (for a "
-                'stream: counts_per_unit and unit = "v"), or ask for straight lines, solve.model = "linear"'
-            )
-
-
-def _in_words(unit: str) -> str:
-    return "volts" if unit == "v" else unit
 
 
 def _alike(choices: Mapping[str, ModelChoice], shared: Mapping[str, Sequence[SharedError]]) -> Iterator[Sequence[str]]:

@@ -75,6 +75,7 @@ def diagnose_joint(
         {axis: axis for axis in fit.axes},
         declared,
         extended="yes" if fit.has_terms else "no",
+        counts_tilts=False,
         tested_axes=family,
         known_of_run=known_of_run,
         single_approach=single_approach,

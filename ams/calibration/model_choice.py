@@ -1,11 +1,12 @@
 """Which model a request and the observations themselves ask for: base, extension, temperature terms."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ams.arrays import Centring
-from ams.errors import DesignError
+from ams.errors import DesignError, ObservationsError
 from ams.frames import Attitude
 from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchOnly, PitchRoll
@@ -211,3 +212,23 @@ def _reference_degc(rows: Observations, request: CalibrationRequest) -> float:
     if rows.temperature_degc is None:
         return DEFAULT_REFERENCE_DEGC
     return float(np.round(rows.temperature_degc.mean()))
+
+
+def refuse_foreign_units(labels: Sequence[str], observations: Observations, request: CalibrationRequest) -> None:
+    """Refuse outputs of another unit than their models state.
+
+    Raises:
+        ObservationsError: which axis, its unit, and what to do.
+    """
+    for label in labels:
+        model, unit = base_model(label, observations, request), observations.unit_of(label)
+        if unit != model.measured_unit:
+            raise ObservationsError(
+                f"{observations.source}: axis {label}: got readings in {unit}, the model {model.name!r} states "
+                f"{_in_words(model.measured_unit)}; nothing was solved; declare the channel in that unit (for a "
+                'stream: counts_per_unit and unit = "v"), or ask for straight lines, solve.model = "linear"'
+            )
+
+
+def _in_words(unit: str) -> str:
+    return "volts" if unit == "v" else unit

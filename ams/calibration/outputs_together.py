@@ -8,12 +8,13 @@ from dataclasses import replace
 from typing import Final
 
 from ams.analysis.diagnostics.axis_tests import MOST_TESTS
-from ams.analysis.diagnostics.beliefs import AxisTests, BeliefTest
+from ams.analysis.diagnostics.beliefs import LEVEL, AxisTests, BeliefTest
 from ams.calibration.common_cause import AxisShown, judge_common_cause
 from ams.calibration.common_gain import OutputOfPackage, gain_finding
 from ams.calibration.diagnosis import Diagnosis, diagnose, scale_of, sensitivity_of
 from ams.calibration.memory import judge_memory
 from ams.calibration.package_play import Group, outputs_of, plays_of_package, with_evidence, with_plays
+from ams.calibration.tilting_base import BaseTilt, judge_base, tilt_finding
 from ams.finding_kinds import FindingKind
 from ams.findings import Finding
 
@@ -41,6 +42,31 @@ def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
     found = [_again(group, axes, [next(shown) for _ in axes]) for group, axes in zip(groups, found, strict=True)]
     with_gain = iter(_with_gain([axis for group in found for axis in group]))
     return [[next(with_gain) for _ in axes] for axes in found]
+
+
+def tilt_of_base(groups: Sequence[Group], found: Sequence[Sequence[Diagnosis]]) -> BaseTilt | None:
+    """Return how the base tilted between the replications of a package.
+
+    None where another turn is told already, or something changed in mid-run.
+    """
+    every = (said for axes in found for axis in axes for said in axis.findings)
+    if any(said.kind == "table-rotation" and said.is_significant for said in every):
+        return None
+    outputs = [output for group in groups for output in outputs_of(group)]
+    if any(under.steps_of(index).during for _, under, _, index in outputs):
+        return None
+    return judge_base([(evidence, index) for _, _, evidence, index in outputs if evidence is not None])
+
+
+def with_tilt(
+    found: Sequence[Sequence[Diagnosis]], tilt: BaseTilt, family: int, *, is_counted: bool
+) -> list[list[Diagnosis]]:
+    """Return the findings of the outputs of a package with what is said of the base, where that is significant."""
+    axes = sum(map(len, found))
+    if not tilt.is_of_several or tilt.p_value > axes * LEVEL / family / MOST_TESTS:
+        return [list(group) for group in found]
+    finding = tilt_finding(tilt, is_counted=is_counted)
+    return [[replace(axis, findings=(*axis.findings, finding)) for axis in group] for group in found]
 
 
 def _shown_together(package: Sequence[Diagnosis]) -> list[BeliefTest | None]:

@@ -59,6 +59,8 @@ class CalibrationRequest:
 
     counts_temperature: bool = True
     """What a recorded temperature that no model has may have done is part of the uncertainty."""
+    counts_tilts: bool = True
+    """A tilt of the base that the replications of a package show is part of the uncertainty."""
     tested_axes: int | None = None
     """How many sensor axes the run has: the tests of all of them are one family. None: those that are solved here."""
 
