@@ -30,6 +30,10 @@ SYMBOL_SIZES = {"s": 0.9, "D": 0.85, "^": 1.15, "v": 1.15, "P": 1.15, "X": 1.1, 
 RASTERISE_FROM = 400
 """A panel of more points than this is embedded as a picture: the page stays small."""
 TICK_STEPS_DEG = (0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0)
+MOST_COLUMNS = 6
+"""Of a legend above its axes."""
+LEGEND_ROW, BESIDE_LABEL, LEGEND_MARGIN = 1.7, 5.0, 1.3
+"""Of such a legend, in heights of its letters: a row, symbol and gap beside a label, what stays free around it."""
 DPI = 200
 """Dots per inch of such a picture."""
 
@@ -153,6 +157,21 @@ def series_style(index: int, count: int) -> tuple[Any, str]:
     import matplotlib
 
     return matplotlib.colormaps["cividis"](0.9 * index / (count - 1)), SYMBOLS[index % len(SYMBOLS)]
+
+
+def legend_above(figure: "Canvas", axes: "Axes") -> None:
+    """Put the legend above the axes, in as many columns as their width holds; the figure grows by its rows."""
+    legend = axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0)
+    labels = list(legend.get_texts())
+    width_in, letter_in = figure.get_figwidth() * axes.get_position().width, float(labels[0].get_fontsize()) / 72.0
+    columns = max(1, min(MOST_COLUMNS, int(width_in / (widest_in(labels) + BESIDE_LABEL * letter_in))))
+    rows = -(-len(labels) // columns)
+    below_in = figure.subplotpars.bottom * figure.get_figheight()
+    height_in = figure.get_figheight() + LEGEND_ROW * letter_in * (rows - 1)
+    figure.set_figheight(height_in)
+    above_in = (LEGEND_MARGIN + LEGEND_ROW * rows) * letter_in
+    figure.subplots_adjust(top=1.0 - above_in / height_in, bottom=below_in / height_in)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.0)
 
 
 def widest_in(labels: "Iterable[Text]") -> float:

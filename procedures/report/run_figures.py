@@ -16,6 +16,7 @@ from procedures.report.canvas import (
     Figure,
     angle_ticks,
     canvas,
+    legend_above,
     pitch_ticks,
     plain_axes,
     series_style,
@@ -215,7 +216,7 @@ def _temperature(view: RunView) -> Figure:
         axes.plot(trace.hours, trace.temperature_degc, color=colour, linewidth=0.8, label=trace.name)
     mark_interruptions(axes, view)
     axes.set(xlabel="time since the first dwell (h)", ylabel="temperature (°C)")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, borderaxespad=0.0)
+    legend_above(figure, axes)
     return Figure(
         "temperature",
         "Temperature",
@@ -255,7 +256,7 @@ def _reference(view: RunView, traces: Sequence[tuple[ReferenceTrace, float]], un
         )
     mark_interruptions(axes, view)
     axes.set(xlabel="time since the first dwell (h)", ylabel=f"change ({'arc seconds' if is_angle else unit})")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, borderaxespad=0.0)
+    legend_above(figure, axes)
     return Figure(
         name,
         "Reference attitude over the run",
